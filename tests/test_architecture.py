@@ -28,6 +28,7 @@ GROUND = {
     "markup",
     "pathdata",
     "tables",
+    "tiff",
     "notebook",
     "progress",
     "summary",
@@ -84,7 +85,7 @@ MAY = {
     "__main__": {"cli"},
 }
 # files of the product that load a simulated device, inside the function that a user's ``sim`` calls
-DOORS = {"pipeline/calibrating.py"}
+DOORS = {"pipeline/calibrating.py", "pipeline/guided_calibration.py"}
 HEAVY = {
     "numpy", "scipy", "sklearn", "skimage", "cv2", "colour", "reportlab", "rich", "PIL", "serial", "torch", "tifffile",
 }  # fmt: skip

@@ -13,7 +13,7 @@
     calibrated_ink   which calibration pages go through, and the pages themselves
 
 The verbs are in `pipeline.calibrating`.  To add a step: a member of `session.Step`, its method in `Wizard`, its request
-in `wizard._REQUESTS`, and its line in the table of `pipeline.calibrating._Run.step`.
+in `wizard._REQUESTS`, and its line in the table of `pipeline.guided_calibration.GuidedCalibration.step`.
 
 Source: seed 000, §7.1.
 """

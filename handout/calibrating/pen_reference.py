@@ -1,7 +1,7 @@
-"""The pen itself in a chart's scan, against the pen in the scan of a hand: are both scans alike, and if not, what then.
+"""Compares the pen in the frame of a chart with the pen in the scan of a hand, and says how the hand's ink changes.
 
-A printer's table is closed over one scanner with its settings.  What a hand's ink looks like with these settings
-shows what its pen wrote in the frame of the chart; without that it cannot be known.
+A printer's table holds for one scanner with its settings.  How a hand's ink looks under these settings is seen only
+where its pen wrote in the frame of the chart.
 """
 
 from __future__ import annotations
@@ -57,13 +57,14 @@ class Reference:
         """Whether something has to be warned of."""
         return self.kind not in (Kind.KEPT, Kind.DRAWN, Kind.ALIKE)
 
+    def as_message(self) -> str:
+        """The sentence, marked as a warning if it is one."""
+        return f"{'warning: ' if self.doubtful else ''}{self.sentence}"
+
     def facts(self) -> dict[str, Any]:
         """What ``--json`` prints of it."""
-        match_known = self.match is not None
-        return {
-            "kind": str(self.kind), "said": self.sentence,
-            "difference": round(self.match.difference, 2) if self.match is not None and match_known else None,
-        }  # fmt: skip
+        difference = None if self.match is None else round(self.match.difference, 2)
+        return {"kind": str(self.kind), "said": self.sentence, "difference": difference}
 
 
 def of_calibration(calibration: Calibration, name: str) -> Reference:

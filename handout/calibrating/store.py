@@ -256,27 +256,21 @@ def load(place: Path) -> Calibration:
         raise InputError(f"{place} does not say what it was made for: build it again (calibrate build).") from error
 
 
-def every() -> list[Calibration]:
-    """All stored calibrations, the newest first; folders that are none are passed over."""
+def every(printer: str = "", paper: str = "") -> list[Calibration]:
+    """Stored calibrations, all or of a printer and a paper, the newest first; folders that are none are passed over."""
     calibrations = []
     # a name with a dot in front is a folder that was never finished
     for path in folder().glob("*/*/[!.]*/" + ABOUT):
         with contextlib.suppress(InputError):
             calibrations.append(load(path.parent))
+    names = key(printer) if printer else "", key(paper) if paper else ""
+    calibrations = [c for c in calibrations if names[0] in ("", c.printer) and names[1] in ("", c.paper)]
     return sorted(calibrations, key=lambda calibration: (calibration.date, str(calibration.folder)), reverse=True)
 
 
 def newest(printer: str, paper: str = "") -> Calibration | None:
     """The newest of a printer, and of a paper if one is named; None if there is none."""
-    names = (key(printer), key(paper) if paper else None)
-    return next(
-        (
-            calibration
-            for calibration in every()
-            if calibration.printer == names[0] and names[1] in (None, calibration.paper)
-        ),
-        None,
-    )
+    return next(iter(every(key(printer), paper)), None)
 
 
 def wanted(printer: str, paper: str = "") -> Calibration:

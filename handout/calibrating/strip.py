@@ -1,7 +1,7 @@
-"""The page that verifies a calibration: every colour twice, sent as it is and sent through the table.
+"""The page that verifies a calibration: it has every colour twice, sent as it is and sent through the table.
 
-One scan so tells what the calibration changes.  The colours are those of ink on this paper that the printer can reach;
-they lie shuffled among marks like the chart's, by which they are found.
+One scan of it shows what the calibration changes.  The colours are those of ink on this paper that the printer can
+reach, shuffled; marks like the chart's tell a reading where they are.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from handout.calibrating.ink_samples import Inks, greys
 from handout.calibrating.pages import Printed
 from handout.calibrating.store import Calibration
 from handout.colour import gamut
-from handout.colour.chart import MARKS, PAPERS, ChartPage
+from handout.colour.chart import MARKS, PAPERS, ChartPage, grid_cells
 from handout.colour.chart_files import render
 from handout.colour.gamut import Reach
 from handout.colour.table import ColourTable, apply
@@ -67,7 +67,7 @@ class Strip:
     def page(self) -> ChartPage:
         """Where everything is; patches in the order of the arrays."""
         sheet = _sheet(self.paper)
-        free, marks = _cells()
+        free, marks = grid_cells(_COLUMNS, _ROWS)
         order = np.random.default_rng(len(self.wanted)).permutation(len(free))[: len(self.wanted)]
         return ChartPage(
             1, sheet, 1, 1, _PITCH, ((sheet.width - _COLUMNS * _PITCH) / 2, _TOP), _COLUMNS, _ROWS, self.device,
@@ -114,7 +114,7 @@ def make(table: ColourTable, samples: Inks, paper: str = "A4", page: Reach | Non
         Next to none of the ink can be printed.
     """
     white = np.asarray(table.paper, dtype=np.float64)
-    cells = len(_cells()[0])
+    cells = len(grid_cells(_COLUMNS, _ROWS)[0])
     reach = gamut.reach(np.clip(samples.on(white), 0, 1), table)
     room = (cells - _WHITES) // 2 - _GREYS
     ink = _evenly(samples.take(np.flatnonzero(reach.lost < _REACHED)), white, room)
@@ -132,7 +132,7 @@ def make(table: ColourTable, samples: Inks, paper: str = "A4", page: Reach | Non
     bare = np.ones((_WHITES, 3))
     return Strip(
         np.concatenate([wanted, wanted, np.repeat(white[None], _WHITES, axis=0)]),
-        np.concatenate([_sent(rgba), _sent(_through(rgba, table)), bare]),
+        np.concatenate([_sent(rgba), _sent(_sent_through(rgba, table)), bare]),
         np.repeat([False, True, False], [len(rgba), len(rgba), _WHITES]),
         np.concatenate([grey, grey, np.zeros(_WHITES, dtype=bool)]), paper, (page or reach).out,
         (page or reach).mean, whose,
@@ -187,8 +187,8 @@ def _sent(rgba: Array) -> Array:
     return np.asarray(np.rint(255 * (1 - rgba[:, 3:] * (1 - rgba[:, :3]))) / 255)
 
 
-def _through(rgba: Array, table: ColourTable) -> Array:
-    """As a page goes: the same function, on a raster of these pixels."""
+def _sent_through(rgba: Array, table: ColourTable) -> Array:
+    """(n, 3) device RGB of ink (n, 4) after the function that pages go through, on a raster of these pixels."""
     return np.asarray(apply(Raster(rgba[None].astype(np.float32), 300), table).rgba[0], dtype=np.float64)
 
 
@@ -198,15 +198,6 @@ def _evenly(inks: Inks, white: Array, count: int) -> Inks:
     if len(order) > count:
         order = order[np.linspace(0, len(order) - 1, count).round().astype(int)]
     return inks.take(order)
-
-
-def _cells() -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
-    """(column, row) of the cells that are free for patches, and of the first of the four cells of every mark."""
-    across = np.rint(np.linspace(0, _COLUMNS - 2, 4)).astype(int).tolist()
-    down = np.rint(np.linspace(0, _ROWS - 2, 4)).astype(int).tolist()
-    marks = [(x, y) for y in down for x in across]
-    mark_cells = {(x + i, y + j) for x, y in marks for i in (0, 1) for j in (0, 1)}
-    return [(x, y) for y in range(_ROWS) for x in range(_COLUMNS) if (x, y) not in mark_cells], marks
 
 
 def _sheet(paper: str) -> Page:

@@ -129,14 +129,14 @@ def verify(calibration: Calibration, scans: Sequence[Path | Scan]) -> Verificati
     opened = [scan for item in scans for scan in ([item] if isinstance(item, Scan) else open_scans(item))]
     if len(opened) != 1:
         raise InputError(f"The verification strip is one page, and {len(opened)} were given: give its scan alone.")
-    scanned, findings = _seen(opened[0], strip, calibration)
-    verified = _judged(strip, scanned, findings)
+    scanned, findings = _scanned_patches(opened[0], strip, calibration)
+    verified = _verification_of(strip, scanned, findings)
     calibration.keep_strip({**strip.facts(), "seen": scanned.round(6).tolist()})
     calibration.keep_verification(verified.facts())
     return verified
 
 
-def _seen(scan: Scan, strip: Strip, calibration: Calibration) -> tuple[Array, list[Finding]]:
+def _scanned_patches(scan: Scan, strip: Strip, calibration: Calibration) -> tuple[Array, list[Finding]]:
     """(n, 3) what the scanner saw of each patch."""
 
     def page_of(number: int) -> ChartPage | None:
@@ -153,8 +153,8 @@ def _seen(scan: Scan, strip: Strip, calibration: Calibration) -> tuple[Array, li
     findings = [
         *scan.findings,
         *check_picture(ScannedPage(scan, placement, sampled)),
-        *_of_colours(strip, sampled.values, calibration, scan.source),
-        *_of_pen(strip, scan, placement, sampled.values, calibration),
+        *_colour_faults(strip, sampled.values, calibration, scan.source),
+        *_pen_faults(strip, scan, placement, sampled.values, calibration),
     ]
     # few colours make few tones; the chart's scan was judged by that already
     findings = [finding for finding in findings if finding.code != "edited"]
@@ -164,8 +164,8 @@ def _seen(scan: Scan, strip: Strip, calibration: Calibration) -> tuple[Array, li
     return sampled.values, findings
 
 
-def _of_colours(strip: Strip, scanned: Array, calibration: Calibration, source: str) -> list[Finding]:
-    """Whether these are the colours and the paper that the strip was made for."""
+def _colour_faults(strip: Strip, scanned: Array, calibration: Calibration, source: str) -> list[Finding]:
+    """A finding if these are not the colours, or is not the paper, that the strip was made for."""
     from handout.colour.interpolation import look_up
 
     table = calibration.table()
@@ -184,8 +184,10 @@ def _of_colours(strip: Strip, scanned: Array, calibration: Calibration, source: 
         source)]  # fmt: skip
 
 
-def _of_pen(strip: Strip, scan: Scan, placement: Placement, scanned: Array, calibration: Calibration) -> list[Finding]:
-    """Whether the pen in the strip's frame looks as in the chart's: both are scanned alike then."""
+def _pen_faults(
+    strip: Strip, scan: Scan, placement: Placement, scanned: Array, calibration: Calibration
+) -> list[Finding]:
+    """A warning if the pen in the strip's frame does not look as in the chart's: the scans differ in their settings."""
     bare = (strip.device == 1).all(axis=1)
     now, before = scribble_of(scan, placement, scanned[bare].mean(axis=0)), calibration.scribble()
     if now is None or before is None or min(now.dpi, before.dpi) < pen_reference.LEAST_DPI:
@@ -203,7 +205,7 @@ def _of_pen(strip: Strip, scan: Scan, placement: Placement, scanned: Array, cali
     return [Finding("settings-differ", "warn", sentence, scan.source)]
 
 
-def _judged(strip: Strip, scanned: Array, findings: Sequence[Finding]) -> Verification:
+def _verification_of(strip: Strip, scanned: Array, findings: Sequence[Finding]) -> Verification:
     lost = conversions.delta_e(conversions.lab(strip.wanted), conversions.lab(scanned))
     bare = (strip.device == 1).all(axis=1) & ~strip.matched & ~strip.grey
     plain, matched = ~strip.matched & ~bare, strip.matched

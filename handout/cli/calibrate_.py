@@ -52,7 +52,7 @@ _calibration = options.bind(
 
 
 class _AtTerminal:
-    """The person at the terminal (a `pipeline.calibrating.Person`)."""
+    """The person at the terminal (a `pipeline.guided_calibration.Person`)."""
 
     def ready(self, request: str) -> None:
         with progress.hidden():

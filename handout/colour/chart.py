@@ -1,9 +1,9 @@
 """The calibration chart: which colours it has, and where everything is on its pages.
 
-The RGB cube in 8 × 8 × 8 steps and 256 greys, as in the paper, and beside them white, greys, black and primaries
-again and again over the page: they tell shading and noise of printer and scanner from the colours.  The order is
-shuffled, so that what changes over the page is not taken for a change of colour.  Places are fixed for a version of
-the chart, and the numbers of a page's marks say which version and page it is: a scan needs nothing else.
+The chart has the RGB cube in 8 × 8 × 8 steps and 256 greys, as in the paper.  White, greys, black and primaries are
+repeated all over the page: from the repeats a reading learns the shading and the noise.  The order is shuffled, so that
+what changes over the page is not taken for a change of colour.  A version of the chart fixes all places, and the
+numbers of a page's marks name version and page: the reading needs nothing but the scan.
 
 Source: seed 000, Appendix K; shuffling, repeats and marks are this project's.
 """
@@ -215,7 +215,7 @@ def chart(
 
 
 def _outside(chart: Chart, margins: tuple[float, float, float, float]) -> str:
-    """Which edge it passes and by how much; empty if none."""
+    """A sentence on the edge at which a printer's margins cut the chart, and by how much; empty if they do not."""
     top, right, bottom, left = margins
     page = chart.pages[0]
     x0, y0, x1, y1 = page.bounds
@@ -266,9 +266,7 @@ def _chart(version: int, index: int) -> Chart:
 
 def _page(version: int, index: int, number: int, unique: list[tuple[int, int, int]]) -> ChartPage:
     sheet = _SHEETS[index]
-    marks = _mark_cells(sheet)
-    mark_cells = {(x + i, y + j) for x, y in marks for i in (0, 1) for j in (0, 1)}
-    free = [(x, y) for y in range(sheet.rows) for x in range(sheet.columns) if (x, y) not in mark_cells]
+    free, marks = grid_cells(sheet.columns, sheet.rows)
     repeats = list(itertools.islice(itertools.cycle(_REPEATS), len(free) - len(unique)))
     placed = _scattered(repeats, free, sheet)
     rest = _shuffled([cell for cell in free if cell not in placed], f"{version} {index} {number}")
@@ -282,14 +280,17 @@ def _page(version: int, index: int, number: int, unique: list[tuple[int, int, in
     )  # fmt: skip
 
 
-def _mark_cells(sheet: _Sheet) -> list[tuple[int, int]]:
-    across = np.rint(np.linspace(0, sheet.columns - 2, 4)).astype(int).tolist()
-    down = np.rint(np.linspace(0, sheet.rows - 2, 4)).astype(int).tolist()
-    return [(x, y) for y in down for x in across]
+def grid_cells(columns: int, rows: int) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
+    """(column, row) of the cells that are free for patches, and of the first of the four cells of every mark."""
+    across = np.rint(np.linspace(0, columns - 2, 4)).astype(int).tolist()
+    down = np.rint(np.linspace(0, rows - 2, 4)).astype(int).tolist()
+    marks = [(x, y) for y in down for x in across]
+    covered = {(x + i, y + j) for x, y in marks for i in (0, 1) for j in (0, 1)}
+    return [(x, y) for y in range(rows) for x in range(columns) if (x, y) not in covered], marks
 
 
 def _shuffled(items: list[_T], salt: str) -> list[_T]:
-    """In an order that depends on nothing but the salt: no random generator promises the same numbers for ever."""
+    """The items in an order that only the salt decides: no random generator promises the same numbers for ever."""
 
     def key(i: int) -> bytes:
         return blake2b(f"{salt} {i}".encode(), digest_size=16).digest()
@@ -300,7 +301,7 @@ def _shuffled(items: list[_T], salt: str) -> list[_T]:
 def _scattered(
     repeats: list[tuple[int, int, int]], free: list[tuple[int, int]], sheet: _Sheet
 ) -> dict[tuple[int, int], tuple[int, int, int]]:
-    """A cell for each repeat, those of one colour as evenly over the page as can be."""
+    """A cell for each repeat; the repeats of one colour are spread evenly over the page."""
     left = set(free)
     placed = {}
     for colour in sorted(set(repeats), key=lambda c: (-repeats.count(c), c)):

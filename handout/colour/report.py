@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from handout import atomic, units
 from handout.colour.reading.chart_reading import Reading, SheetReading
-from handout.colour.reading.patch_means import placed
+from handout.colour.reading.patch_means import sample_grid
 from handout.values import Array
 
 _LONG = 1500  # pixels, long side of the picture of a scan
@@ -110,7 +110,7 @@ def grid_on(sheet: SheetReading, long_side: int = _LONG) -> NDArray[np.uint8]:
         at = ((np.asarray(corners) + 0.5) * scale - 0.5) * 16
         return list(np.rint(at).astype(np.int32).reshape(-1, 4, 1, 2))
 
-    boxes = placed(sheet.placement, np.array([0.0, 1.0]))[:, [0, 0, 1, 1], [0, 1, 1, 0]]
+    boxes = sample_grid(sheet.placement, np.array([0.0, 1.0]))[:, [0, 0, 1, 1], [0, 1, 1, 0]]
     used = np.asarray(sheet.used, dtype=bool)
     for mask, colour, width in ((used, _USED, 1), (~used, _LEFT, 2)):
         cv2.polylines(small, polygons(boxes[mask]), True, colour, width, cv2.LINE_AA, 4)

@@ -49,19 +49,8 @@ def follow(
 
     Parameters
     ----------
-    plan : ActionPlan
-        Points on the curve.  One point gives a dwell: two samples in one place, an interval apart; two a straight
-        movement.  Covariances matter for `jitter` only.
-    steps : int
-        Samples an interval.
-    rng : numpy.random.Generator, optional
-        Needed where `jitter` > 0.
-    jitter : float
-        Motor noise: the points are displaced by so many standard deviations of the plan's covariances (where it has
-        none: of a twentieth of the distance of its points), pulses vary in duration and bend.
-    baked_at : float, optional
-        The smoothness at which the path leads through the points; default: the plan's own.  Played at a larger one
-        the writing is hasty and cuts its corners.
+    plan, steps, rng, jitter, baked_at : as in `optimal_control.follow`; covariances matter for `jitter` only, which
+        displaces the points and varies the duration and bend of the pulses.
 
     Returns
     -------

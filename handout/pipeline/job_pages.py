@@ -29,7 +29,7 @@ from handout.plotting import fit_to_bed
 from handout.plotting.jobs import pages, store
 from handout.plotting.jobs.job import Job, load
 from handout.plotting.jobs.page_producer import ProducerProcess
-from handout.plotting.jobs.pages import Made
+from handout.plotting.jobs.pages import NewPage
 from handout.profiles import Plotter
 from handout.values import Manuscript
 from handout.writing.baseline_model import Ruling
@@ -66,7 +66,7 @@ def _digest(file: Path) -> str:
     return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
-def made(text: str, task: WritingTask, profile: Plotter, fit: bool, shares: Sequence[float]) -> Iterator[Made]:
+def made(text: str, task: WritingTask, profile: Plotter, fit: bool, shares: Sequence[float]) -> Iterator[NewPage]:
     """The pages of a text behind those that are kept, each made when it is asked for.
 
     Parameters
@@ -92,7 +92,7 @@ def made(text: str, task: WritingTask, profile: Plotter, fit: bool, shares: Sequ
         if number > 1:
             tally = dataclasses.replace(tally, borrowed=[])  # which is told of once for all pages
         drawing = dataclasses.replace(drawing, about={**drawing.about, "words": words(sheet.manuscript)})
-        yield Made(fit_to_bed(drawing, profile) if fit else drawing, share, dataclasses.asdict(tally))
+        yield NewPage(fit_to_bed(drawing, profile) if fit else drawing, share, dataclasses.asdict(tally))
 
 
 def _share(sheet: Sheet, text: str) -> float:

@@ -8,7 +8,7 @@ from handout.errors import InputError
 from handout.pipeline.results import SILENT, Facts, Listener
 from handout.plotting.jobs import store
 from handout.plotting.jobs.job import Job
-from handout.plotting.jobs.journal import Standing
+from handout.plotting.jobs.journal import JobProgress
 from handout.plotting.jobs.parts import named
 from handout.plotting.jobs.places import drawn
 
@@ -137,14 +137,14 @@ def called(job: Job) -> str:
     return f"{job.name} ({job.title})" if job.title else job.name
 
 
-def _part(job: Job, standing: Standing) -> str:
+def _part(job: Job, standing: JobProgress) -> str:
     part = job.parts[standing.part]
     sheets = f" of {job.pages * job.options.copies}" if job.whole else ""
     layer = f", {named(part.layer)}" if len(job.layers) > 1 else ""
     return f"sheet {part.copy * job.pages + part.page + 1}{sheets}{layer}"
 
 
-def _drawn(job: Job, standing: Standing) -> float:
+def _drawn(job: Job, standing: JobProgress) -> float:
     """mm of ink that are certainly on paper."""
     whole = sum(part.ink for part in job.parts[: standing.part])
     if not standing.begun or standing.part >= len(job.parts):

@@ -32,7 +32,7 @@ from handout.plotting.driving.driver import Report
 from handout.plotting.driving.overlap import OVERLAP, usual_overlap
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.job import Job, Options, load
-from handout.plotting.jobs.pages import Made, laid_out
+from handout.plotting.jobs.pages import NewPage, laid_out
 from handout.plotting.jobs.runner import is_about_zero as is_about_zero
 from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
@@ -325,7 +325,7 @@ def _begun(request: PlotRequest, task: WritingTask, profile: Plotter, options: O
     if source.drawing is not None:
         drawing = fit_to_bed(source.drawing, profile) if writing.fit else source.drawing
         tally = Tally.of([_unwritten(source.drawing)], [source.drawing])
-        pages = [Made(drawing, 1.0, dataclasses.asdict(tally))]
+        pages = [NewPage(drawing, 1.0, dataclasses.asdict(tally))]
     else:
         produced = job_pages.made(source.text, task, profile, writing.fit, [])
         pages = [next(produced)]

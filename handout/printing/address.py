@@ -17,7 +17,7 @@ _GREETINGS = {
     *("dear", "sehr", "liebe", "lieber", "hallo", "cher", "chère", "estimado", "estimada", "querido", "querida"),
     *("caro", "cara", "gentile", "beste", "geachte"),
 }
-# with any of these the address is known by its parts, and one that came as a whole is not needed
+# with any of these the address is put together from its parts, and a cell with a whole address is not needed
 PARTS = frozenset({"street", "street2", "box", "city", "place", "postcode"})
 _NOTHING = "there is no street, place or address in it"
 # "Springfield, IL 62704", "Toronto ON M5V 2T6"; "01067 Dresden"
@@ -98,9 +98,9 @@ def _place(fields: Fields, country: Country) -> list[str]:
 
 
 def place_parts(text: str, order: Sequence[str] = ()) -> dict[str, str]:
-    """City, state and postal code out of one cell; empty where they cannot be told apart.
+    """City, state and postal code from one cell; empty if they cannot be separated.
 
-    `order` are the roles in which the header names them, for cells with a stroke or a semicolon between the parts.
+    order : their roles in the order of the header, for cells whose parts are separated by / ; | or line breaks.
     """
     parts = [part.strip() for part in re.split(r"\s*[/;|\n]\s*", text)]
     if len(order) > 1 and len(parts) == len(order) and all(parts):
@@ -113,7 +113,7 @@ def place_parts(text: str, order: Sequence[str] = ()) -> dict[str, str]:
 
 
 def _block(text: str, names: Sequence[str]) -> tuple[list[str], list[str]]:
-    """The lines of an address that came as a whole, below those names that it does not hold itself; warnings."""
+    """The lines of an address given as a whole, with the names that it lacks above them; and warnings."""
     lines, warnings = text.split("\n"), []
     if len(lines) == 1 and "," in text:
         lines = [part.strip() for part in text.split(",") if part.strip()]
@@ -125,7 +125,7 @@ def _block(text: str, names: Sequence[str]) -> tuple[list[str], list[str]]:
 
 
 def _split_place(fields: Fields) -> Fields:
-    """City, state and postal code as fields of their own, where one cell holds them and they can be told apart."""
+    """The fields with a place in one cell split into city, state and postal code, where that is possible."""
     parts = place_parts(_first(fields, "place"))
     if not parts or set(parts) & set(fields):
         return fields
@@ -134,7 +134,7 @@ def _split_place(fields: Fields) -> Fields:
 
 
 def _whole_number(fields: Fields) -> tuple[Fields, list[str]]:
-    """Postal codes that a program exported as a decimal number ("62704.0"), mended and mentioned."""
+    """The fields with a postal code exported as a decimal number ("62704.0") mended; and a warning that says so."""
     code = _first(fields, "postcode")
     if not re.fullmatch(r"\d+\.0+", code):
         return fields, []

@@ -1,4 +1,4 @@
-"""The cells of a table's rows as addresses, with an account of which columns were written and which were not."""
+"""Turns the rows of a table into addresses, and keeps an account of which columns were used."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Account:
 
 
 def row(number: int, texts: Sequence[str], columns: Sequence[Column], wanted: str, account: Account) -> Row:
-    """One row as an address; what became of its cells goes into the account.
+    """Turn one row into an address; the account notes which of its cells were used.
 
     Parameters
     ----------
@@ -211,7 +211,7 @@ def _parts(cell: Cell, roles: set[str]) -> dict[str, str]:
 
 
 def _spoken(cell: Cell) -> str:
-    """A cell as it is written: "Lovelace, Ada" as it is spoken."""
+    """A cell as it is written on the envelope: "Lovelace, Ada" becomes "Ada Lovelace"."""
     last, comma, first = (part.strip() for part in cell.text.partition(","))
     turned = cell.column.surname_first and comma and last and first and "," not in first
     return f"{first} {last}" if turned else cell.text
@@ -254,7 +254,7 @@ def _note_written(number: int, chosen: Sequence[Cell], lines: Sequence[str], acc
 
 
 def questioned(rows: Sequence[Row], account: Account) -> tuple[list[Row], list[str]]:
-    """The rows with what is doubtful about their postal codes, or that once where it is the same of all of them."""
+    """The rows with warnings of doubtful postal codes; a doubt about all rows is one note instead."""
     doubts = {number: doubt for number, doubt in account.code_doubts.items() if doubt}
     if len(doubts) > _FEW and len(doubts) == len(account.code_doubts):
         numbers = [row.number for row in rows]

@@ -1,4 +1,4 @@
-"""The rows of an address table as pages: each composed, checked and made ready, then sent, or written to files."""
+"""Turns the rows of an address table into pages: composes, checks and prepares each, then sends or writes them."""
 
 from __future__ import annotations
 
@@ -197,7 +197,7 @@ def _margin_warning(drawing: Drawing, profile: Printer) -> str | None:
 
 
 class Destination(Protocol):
-    """Takes the drawings of the rows that passed their checks; a context, so that nothing stays half-done."""
+    """Takes the drawings of the checked rows; a context manager, so that no half-done file stays."""
 
     def __enter__(self) -> Self: ...
 
@@ -273,7 +273,7 @@ class PictureFiles:
 
 
 class Spool:
-    """Pages made ready for a queue, each a document in the direction of feed, in a folder that goes away afterwards."""
+    """Pages prepared for a queue, each a document in the direction of feed, in a temporary folder."""
 
     def __init__(self, queue: Queue, maker: PageMaker, profile: Printer) -> None:
         """Nothing is sent before `send` is called."""

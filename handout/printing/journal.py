@@ -1,11 +1,10 @@
-"""What became of every envelope of a batch, as JSON lines, so that a batch that broke off can be gone on with.
+"""Records what became of every envelope of a batch, as JSON lines, so that an interrupted batch can be resumed.
 
-There is a file for every batch, which is known by its table, its hand and its options, in the user's state folder.
-A run begins with what it is, ``{"begun": "2026-03-01T09:30:00", "run": "4f2a9c", "table": "…", "facts": {…}, "seed":
-7}``, one that goes on with it with ``{"resumed": …, "run": …}``.  Then comes a line for every step of every envelope:
-``{"row": 5, "copy": 1, "state": "sending", "title": "handout 4f2a9c row 5"}``, then ``"sent"`` with the job's name,
-then ``"completed"``, ``"failed"`` or ``"doubtful"``.  Lines are only ever added, and each is on the disk before the
-next step is taken; of a line that was cut off by a crash nothing is believed.
+Every batch, identified by its table, hand and options, has a file in the user's state folder.  A run first writes
+``{"begun": "2026-03-01T09:30:00", "run": "4f2a9c", "table": "…", "facts": {…}, "seed": 7}``, a resumed one
+``{"resumed": …, "run": …}``; then a line for each step of each envelope: ``{"row": 5, "copy": 1, "state": "sending",
+"title": "handout 4f2a9c row 5"}``, ``"sent"`` with the job's name, and ``"completed"``, ``"failed"`` or ``"doubtful"``.
+Lines are only added, and each is on the disk before the next step; a line cut off by a crash is ignored.
 """
 
 from __future__ import annotations
@@ -36,7 +35,7 @@ Piece = tuple[int, int]  # number of the row, and of the copy from 1
 
 @dataclass(frozen=True)
 class Step:
-    """The last that is known of an envelope."""
+    """The last known state of an envelope."""
 
     state: State
     title: str = ""
@@ -45,7 +44,7 @@ class Step:
 
 
 def _add(steps: dict[Piece, Step], piece: Piece, state: State, more: Mapping[str, str]) -> None:
-    """Add a step: envelopes stand in the order in which they were begun, the job is the same until one is sent anew."""
+    """Add a step.  Envelopes keep the order in which they were begun, and their job until they are sent again."""
     before = steps.pop(piece, None) if state == "sending" else steps.get(piece)
     ticket = {"title": before.title, "job": before.job} if before is not None and state != "sending" else {}
     steps[piece] = Step(state, **{**ticket, **more})
@@ -53,7 +52,7 @@ def _add(steps: dict[Piece, Step], piece: Piece, state: State, more: Mapping[str
 
 @dataclass(frozen=True)
 class Batch:
-    """What makes two batches the same one.
+    """What identifies a batch.
 
     table : its file, for messages; facts : every option by name, and the content of the table and of the hand's file
     as digests.
@@ -64,7 +63,7 @@ class Batch:
 
     @property
     def key(self) -> str:
-        """The same for the same batch."""
+        """A digest of the facts: equal for equal batches."""
         return _digest(json.dumps(self.facts, sort_keys=True))
 
 
@@ -88,7 +87,7 @@ def folder() -> Path:
 class Journal:
     """The journal of one run; without a stream it is kept in memory only.
 
-    run : part of the titles of its jobs, so that no other job is taken for one of them.
+    run : a random token in the titles of its jobs, which tells them from all others.
     """
 
     run: str = field(default_factory=lambda: _token())
@@ -100,12 +99,12 @@ class Journal:
     _head: Mapping[str, Any] | None = None  # written before the first step: a run that sends nothing leaves no trace
 
     def title(self, piece: Piece) -> str:
-        """What the job of an envelope is called at the printer; nobody's name is in it."""
+        """Title of an envelope's job at the printer; it holds nobody's name."""
         row, copy = piece
         return " ".join(["handout", self.run, f"row {row}", *([f"copy {copy}"] * (copy > 1))])
 
     def earlier(self, piece: Piece) -> frozenset[str]:
-        """The titles of the envelopes that were out before this one was begun."""
+        """Titles of the envelopes that were begun before this one and are completed."""
         before = itertools.takewhile(lambda step: step[0] != piece, self.steps.items())
         return frozenset(step.title for _, step in before if step.state == "completed")
 
@@ -120,7 +119,7 @@ class Journal:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        # one that goes on with another ends it even if there was nothing left to do
+        # a resumed run is ended even if nothing was left to do
         if self._head is None or (self.resumed and error is None):
             self._write({"ended": "done" if error is None else str(error) or type(error).__name__})
         if self._stream is not None:
@@ -141,8 +140,8 @@ def begin(what: Batch, seed: int, place: Path | None = None, afresh: bool = Fals
     Raises
     ------
     InputError
-        The journal cannot be written, or another program is printing this batch; the run before this one broke off,
-        unless it is to be done `afresh`.
+        The journal cannot be written, another program is printing this batch, or the last run broke off and this one
+        is not `afresh`.
     """
     path = (place or folder()) / f"{what.key[:24]}.jsonl"
     before = _read(path)
@@ -157,7 +156,7 @@ def begin(what: Batch, seed: int, place: Path | None = None, afresh: bool = Fals
 
 
 def resume(what: Batch, place: Path | None = None) -> Journal:
-    """The journal of the batch's last run, to be gone on with.
+    """Continue the journal of the batch's last run.
 
     Raises
     ------
@@ -174,7 +173,7 @@ def resume(what: Batch, place: Path | None = None) -> Journal:
 
 @dataclass
 class _Run:
-    """A run as its file tells it."""
+    """A run as read from its file."""
 
     head: dict[str, Any]
     steps: dict[Piece, Step]
@@ -182,7 +181,7 @@ class _Run:
 
 
 def _token() -> str:
-    """What tells one run from another in the titles of its jobs."""
+    """A random name for a run."""
     return secrets.token_hex(3)
 
 
@@ -195,10 +194,10 @@ def _now() -> str:
 
 
 def _opened(path: Path) -> TextIO:
-    """The file at its end, behind the last whole line, held against other programs."""
+    """The file opened for appending and locked against other programs."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        # what a crash has cut off gets an end of its own, so that it cannot spoil the next line
+        # a line that a crash has cut off is ended here, so that it cannot spoil the next
         torn = path.exists() and not path.read_bytes().endswith(b"\n") and path.stat().st_size > 0
         stream = path.open("a", encoding="utf-8")
         if torn:
@@ -229,7 +228,7 @@ def _entries(path: Path) -> Iterator[dict[str, Any]]:
 
 
 def _read(path: Path) -> _Run | None:
-    """The last run in a file, with everything that went on with it; None if there is none."""
+    """The last run in a file, with its resumptions; None if the file holds none."""
     run: _Run | None = None
     for entry in _entries(path):
         if "begun" in entry:
@@ -244,7 +243,7 @@ def _read(path: Path) -> _Run | None:
 
 
 def _nothing_to_resume(what: Batch, place: Path) -> str:
-    """Why there is nothing to go on with: what has changed since the newest batch of the same table."""
+    """Why nothing can be resumed: what has changed since the newest batch of the same table."""
     paths = sorted(place.glob("*.jsonl"), key=lambda path: path.stat().st_mtime, reverse=True)
     runs = (run for path in paths if (run := _read(path)) is not None)
     last = next((run for run in runs if run.head.get("table") == str(what.table)), None)

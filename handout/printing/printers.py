@@ -75,7 +75,7 @@ def resolve(name: str, queue: str = "") -> Printer:
 
 
 def open_queue(profile: Printer, say: Say = lambda message: None) -> Queue:
-    """The way to a printer that its `queue` names, checked to exist: an address, a folder, or a CUPS queue.
+    """Open the queue that a profile's `queue` names: an address, a folder, or a CUPS queue, which must exist.
 
     Raises
     ------
@@ -127,7 +127,7 @@ def _printer(name: str) -> Printer:
 
 
 def _driven(queue: str, names: Sequence[str]) -> Printer:
-    """The profile that names this queue, else one that fits nearly any printer."""
+    """The profile that names this queue, else one with margins that suit nearly any printer."""
     for profile in map(_printer, names):
         if profile.queue == queue:
             return profile

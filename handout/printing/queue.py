@@ -1,4 +1,4 @@
-"""What a printer is told of a page, what every way to a printer can do, and the queues that are folders.
+"""Tickets for pages, what every queue can do, and the queues that are folders.
 
 Other ways to a printer are `cups` and `ipp.queue`; a new one is a class with the methods of `Queue`, which
 `printers.open_queue` opens.
@@ -44,7 +44,7 @@ class Ticket:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a job.
+    """The outcome of a job.
 
     state : completed: it came out; failed: it did not and will not; waiting: the printer has it and may still print
         it; unknown: nobody can tell.
@@ -58,7 +58,7 @@ class Outcome:
 
 
 class OutcomeUnknown(PrinterError):
-    """The way to the printer broke after it may have taken a page."""
+    """The connection broke when the printer may already have taken a page."""
 
 
 class Queue(Protocol):
@@ -78,11 +78,11 @@ class Queue(Protocol):
     def keeps(self) -> bool: ...
 
     def resolution(self, wanted: int) -> int:
-        """The dpi at which a page is made for it, where the profile says `wanted`."""
+        """The dpi of its pages, where the profile asks for `wanted`."""
         ...
 
     def check(self, ticket: Ticket) -> None:
-        """Refuse, before any work, a sheet or a tray that cannot be; raises HandoutError."""
+        """Refuse an impossible sheet or tray before any work; raises HandoutError."""
         ...
 
     def send(self, page: Path, ticket: Ticket) -> str:
@@ -114,7 +114,7 @@ class Queue(Protocol):
 
 
 class _Folder:
-    """What queues that only keep pages have in common: a page that is there is done, nothing is waited for."""
+    """The common part of queues that are folders: a page is done when its file is there."""
 
     format = "pdf"
     keeps = False

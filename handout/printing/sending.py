@@ -1,4 +1,4 @@
-"""The pages of a batch sent one job after the other, each followed to its end; what is left of one that broke off."""
+"""Sends the pages of a batch, one job after the other, follows each to its end, and resumes interrupted batches."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Report:
-    """What became of a batch.
+    """The outcome of a batch.
 
     rows : numbers of the rows that are done; failed : the others, with reasons; files : what was written;
     jobs : what was sent; warnings : sentences that name their row; before : rows that were done when the batch was
@@ -66,7 +66,7 @@ class PrintingStopped(PrinterError):
 
 @dataclass(frozen=True)
 class Listener:
-    """Who waits for a batch: `progress` is called as (done, all, "check" or "send"), `say` with sentences."""
+    """Callbacks of a batch: `progress` gets (done, all, "check" or "send"), `say` gets sentences."""
 
     progress: Callable[[int, int, str], object] = lambda done, total, stage: None
     say: Say = lambda sentence: None
@@ -110,7 +110,7 @@ class Pages(Protocol):
 
 
 def remaining(journal: Journal, queue: Queue, rows: Sequence[int], copies: int, again: Collection[int]) -> Remaining:
-    """What a run has to do, by its journal and, where that does not know, by the printer.
+    """Work out what is left to do, from the journal and, where that does not tell, from the printer.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def remaining(journal: Journal, queue: Queue, rows: Sequence[int], copies: int, 
 
 
 def _outcome(journal: Journal, queue: Queue, piece: Piece) -> Outcome:
-    """What became of an envelope; "failed" for one that never was sent.  What the printer tells is noted."""
+    """Find out what became of an envelope, asking the printer if need be; "failed" if it was never sent."""
     step = journal.steps.get(piece)
     if step is None or step.state == "failed":
         return Outcome("failed")
@@ -159,7 +159,7 @@ def send(
     journal: Journal,
     listener: Listener,
 ) -> tuple[Job, ...]:
-    """Wait for what the printer has, send what passed its checks; a failure says what went and how to go on.
+    """Wait for jobs at the printer, then send the checked pages; a failure says what was sent and how to resume.
 
     Parameters
     ----------
@@ -189,7 +189,7 @@ def send(
 
 
 def _follow(queue: Queue, journal: Journal, piece: Piece, job: str) -> None:
-    """Wait for an envelope's end; PrinterError where it is not a good one."""
+    """Wait for an envelope's job; PrinterError unless it is completed."""
     outcome = queue.follow(job)
     _note(journal, piece, outcome)
     if outcome.state == "failed":
@@ -221,7 +221,7 @@ class _Run:
     jobs: list[Job] = field(default_factory=list)
 
     def send(self, piece: Piece) -> None:
-        """One envelope: noted before it goes, when it has gone, and when it is out."""
+        """Send one envelope; note it before it is sent, when it is sent, and when it is printed."""
         row, copy = piece
         title = self.journal.title(piece)
         self.journal.note(piece, "sending", title=title)
@@ -238,7 +238,7 @@ class _Run:
 
     @contextmanager
     def stoppable(self, piece: Piece) -> Iterator[None]:
-        """Turns a queue's failure, and adds to an interruption, the rows that went and those that did not."""
+        """Add to a failure of the queue, or to an interruption, which rows were sent and how to go on."""
         number = piece[0]
         try:
             yield

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import logging
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from handout import tiff
 from handout.errors import InputError
 from handout.scanning.checks import page_index, refuse_large
 
@@ -22,10 +20,8 @@ def is_tiff(path: Path) -> bool:
 
 def count_of_tiff(path: Path) -> int:
     """How many pages a TIFF holds; 1 for one that cannot be read."""
-    import tifffile
-
     try:
-        with _unlogged(), tifffile.TiffFile(path) as file:
+        with tiff.opened(path) as file:
             return max(1, len(file.pages))
     except Exception:  # what a damaged file raises there is not one kind
         return 1
@@ -42,14 +38,14 @@ def page_of_tiff(path: Path, page: int | None) -> tuple[NDArray[np.uint8], tuple
     import tifffile
 
     try:
-        with _unlogged(), tifffile.TiffFile(path) as file:
+        with tiff.opened(path) as file:
             pages = file.pages
             page_file = pages[page_index(len(pages), page, path)]
             assert isinstance(page_file, tifffile.TiffPage)
             refuse_large(page_file.imagewidth, page_file.imagelength, path)
             values = page_file.asarray()
             photometric, planes = tifffile.PHOTOMETRIC(page_file.photometric).name, page_file.planarconfig
-            dpi = page_file.get_resolution(2) if page_file.resolutionunit in (2, 3) else None
+            dpi = tiff.resolution(page_file)
             orientation = page_file.tags.get(274)
             count = len(pages)
     except InputError:
@@ -62,17 +58,6 @@ def page_of_tiff(path: Path, page: int | None) -> tuple[NDArray[np.uint8], tuple
         values = np.moveaxis(values, 0, -1)
     rgb = _upright(_as_rgb(values, photometric, path), int(orientation.value) if orientation else 1)
     return rgb, dpi, count
-
-
-@contextmanager
-def _unlogged() -> Iterator[None]:
-    """Without what tifffile logs of damage, which is reported here if it matters."""
-    logger = logging.getLogger("tifffile")
-    before, logger.disabled = logger.disabled, True
-    try:
-        yield
-    finally:
-        logger.disabled = before
 
 
 def _upright(rgb: NDArray[np.uint8], orientation: int) -> NDArray[np.uint8]:

@@ -1,7 +1,6 @@
-"""What a ruler says of a written page: slant, lines, gaps, sizes, and how much each of them wavers.
+"""Measures a written page as with a ruler: slant, lines, gaps and sizes, and how much each of them varies.
 
-The numbers of one page are compared with the range of real pages: a page on which nothing wavers was not written by
-a person.
+The figures of a page are compared with the range of real pages: people vary in all of them.
 """
 
 from __future__ import annotations
@@ -17,15 +16,15 @@ from handout.score.hinge import legs
 from handout.score.written_lines import DPI, WrittenLine, ends_of_strokes, find_lines, find_words, ink, tops_over
 from handout.values import Array
 
-_STRAIGHT = np.cos(np.radians(20.0))  # of the legs of an edge whose direction counts as that of a stem
-_STEM = np.radians(25.0)  # from the page's own slant
-_FEW = 3  # strokes of a word from which its height and foot are taken
+_STRAIGHT = np.cos(np.radians(20.0))  # between the two legs of a piece of edge: sharper pieces are not straight
+_STEM = np.radians(25.0)  # from the page's slant: edges that lean further are not those of stems
+_FEW = 3  # strokes: a word with fewer gives no height and no foot
 _MAD = 1.4826  # standard deviations in a median absolute deviation
 
 
 @dataclass(frozen=True)
 class PageStatistics:
-    """Lengths called "x" are in heights of a small letter of the page itself; spreads are standard deviations.
+    """Unit "x": the height of a small letter on this page.  Spreads are standard deviations.
 
     lines, words : how many were found.
     x_height : height of a small letter over the outside of its line, mm.
@@ -36,18 +35,18 @@ class PageStatistics:
     top_spread : x, heights of small letters within words.
     foot_spread : x, feet of letters within words, about the foot of the word.
     baseline_spread : x, feet of words about the baseline of their line, its slope and bend taken out.
-    line_bend : x, root mean square of how far the middle of a line is off the straight line through its ends.
+    line_bend : x, root mean square distance of the middles of lines from the straight lines through their ends.
     line_slope : rad, mean; positive where lines fall.
     slope_spread : rad, between lines.
-    word_gap : x, mean distance of the ink of two words at the height of small letters.
+    word_gap : x, mean distance between the ink of neighbouring words at the height of small letters.
     word_gap_cv : standard deviation of that over its mean.
-    left_edge : x, how far the lines' beginnings are off a straight margin (robust: indents do not count).
-    margin_drift : rad, how far that margin leans; positive where later lines begin further right.
+    left_edge : x, spread of the lines' beginnings about a straight margin (robust: indents do not count).
+    margin_drift : rad, slant of that margin; positive where later lines begin further right.
     pitch : mm, mean distance of lines.
     pitch_cv : standard deviation of that over its mean.
     line_width : mm, twice the area of the ink over the length of its edge.
     width_cv : standard deviation over mean of the width along the middle of the strokes.
-    tone_spread : variation of the darkness along the middle of the strokes, 1 for as much as from paper to ink.
+    tone_spread : of the darkness along the middle of the strokes; 1 is the difference of paper and ink.
     """
 
     lines: int
@@ -116,7 +115,7 @@ def page_statistics(grey: NDArray[np.uint8], dpi: float = DPI) -> PageStatistics
 def line_figures(
     grey: NDArray[np.uint8], mask: NDArray[np.bool_], line: WrittenLine, x_height: float, slant: float
 ) -> dict[str, float]:
-    """What a ruler says of one line alone; names as those of `PageStatistics`, without what the layout decides.
+    """Measures of a single line, named as in `PageStatistics`, without those that the layout decides.
 
     Parameters
     ----------
@@ -136,7 +135,7 @@ def line_figures(
 
 
 def _edges(mask: NDArray[np.bool_], x_height: float) -> tuple[Array, Array]:
-    """Straight pieces of edge: their middles (n, 2), pixels, and how they lean (n,), rad to the right of upright."""
+    """Straight pieces of edge: middles (n, 2), pixels, and lean (n,), rad to the right of upright."""
     here, ahead, behind = legs(mask, max(4, round(0.2 * x_height)))
     first, second = (ahead - here).astype(np.float64), (here - behind).astype(np.float64)
     length = np.hypot(*first.T) * np.hypot(*second.T)
@@ -194,7 +193,7 @@ def _feet(lines: Sequence[WrittenLine], low: Array, x: float) -> dict[str, float
 
 
 def _shape(lines: Sequence[WrittenLine], x: float) -> dict[str, float]:
-    """Slopes and bends of the lines that are long enough to tell."""
+    """Slopes and bends of the lines that are long enough to measure."""
     longest = max(line.length for line in lines)
     full = [line for line in lines if line.length > 0.6 * longest]
     slopes = [float(np.arctan(line.slope)) for line in full]

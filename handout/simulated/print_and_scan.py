@@ -1,4 +1,4 @@
-"""A printer and a flatbed that exist only in the computer, in the place of the user who prints and scans."""
+"""A simulated printer and a simulated flatbed, in place of the user who prints and scans."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Loop:
 
     profile : of the simulated printer.
     press : the simulated printer; flatbed : the scanner; dpi : of scans.
-    rng : lays every page otherwise.
+    rng : decides how each page lies on the glass.
     hand : a scanned hand, whose pen writes in the frames of charts and strips; empty: nobody writes there.
     """
 
@@ -60,7 +60,7 @@ class Loop:
         return paths
 
     def _written(self, sheet: Sheet, frame: tuple[float, float, float, float]) -> Sheet:
-        """A line of the hand's own writing in the frame; its page counts as scanned by this flatbed as it comes."""
+        """The sheet with a line of the hand's writing in the frame; its pages count as scans of a usual flatbed."""
         from handout.calibrating import pen_reference
         from handout.colour.pen_lines import strokes_in
         from handout.hand.library import find

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import msgspec
 import numpy as np
@@ -13,10 +13,29 @@ from handout.values import Drawing, Page, Stroke
 _CHANNELS = ("pressure", "tilt", "azimuth", "rotation", "width")
 
 
-class _Page(msgspec.Struct, forbid_unknown_fields=True):
+class JsonPage(msgspec.Struct, forbid_unknown_fields=True):
+    """The field ``page`` of a file in JSON: a size in mm, and a name."""
+
     width: float
     height: float
     name: str = ""
+
+    def page(self) -> Page:
+        """The page; InputError if it has no area."""
+        if not (self.width > 0 and self.height > 0):
+            raise InputError(f"A page of {self.width:g} x {self.height:g} mm cannot be.")
+        return Page(self.width, self.height, self.name)
+
+
+File = TypeVar("File", bound=msgspec.Struct)
+
+
+def decode(data: bytes, form: type[File], what: str) -> File:
+    """A file in JSON; InputError if it is not of that form."""
+    try:
+        return msgspec.json.decode(data, type=form)
+    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
+        raise InputError(f"This is not {what} in JSON: {error}.") from error
 
 
 class _Stroke(msgspec.Struct, forbid_unknown_fields=True):
@@ -37,7 +56,7 @@ class _Stroke(msgspec.Struct, forbid_unknown_fields=True):
 class _File(msgspec.Struct, forbid_unknown_fields=True):
     format: Literal["handout-drawing"]
     version: Literal[1]
-    page: _Page
+    page: JsonPage
     about: dict[str, Any]
     strokes: list[_Stroke]
     timed: bool = True
@@ -51,14 +70,10 @@ def from_json(data: bytes) -> Drawing:
     InputError
         Not JSON, not of this form (the message says where), or strokes that cannot be.
     """
-    try:
-        file = msgspec.json.decode(data, type=_File)
-    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
-        raise InputError(f"This is not a drawing in JSON: {error}.") from error
-    if not (file.page.width > 0 and file.page.height > 0):
-        raise InputError(f"A page of {file.page.width:g} x {file.page.height:g} mm cannot be.")
+    file = decode(data, _File, "a drawing")
+    page = file.page.page()
     strokes = tuple(_read(stroke, number) for number, stroke in enumerate(file.strokes, 1))
-    return Drawing(strokes, Page(file.page.width, file.page.height, file.page.name), file.about, timed=file.timed)
+    return Drawing(strokes, page, file.about, timed=file.timed)
 
 
 def _read(stroke: _Stroke, number: int) -> Stroke:

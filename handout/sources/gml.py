@@ -1,7 +1,7 @@
-"""Reads GML, the Graffiti Markup Language: tags as they were sprayed or drawn, in the unit square of a screen.
+"""Reads GML, the Graffiti Markup Language: recorded graffiti tags, in the unit square of a screen.
 
-Both spellings in use are read: ``<GML>`` and ``<gml>``, ``<time>`` and ``<t>``, ``screenBounds`` in any case.  Where
-the environment names a real scale with its unit, that is the size; otherwise the longer side of the screen is 200 mm.
+Both spellings in use are read: ``<GML>`` and ``<gml>``, ``<time>`` and ``<t>``, ``screenBounds`` in any case.  A real
+scale with its unit in the environment sets the size; without one the longer side of the screen is 200 mm.
 
 Source: the example files of the Graffiti Markup Language, versions 0.1c and 1.0.
 """
@@ -24,14 +24,14 @@ from handout.values import Array, Drawing
 
 _LONGER = 200.0  # mm
 _UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "inch": 25.4, "ft": 304.8}
-_GAP = 0.1  # of the largest drawing: room between drawings of one file
-_LEAST = 3  # points of a tag that is worth the name
+_GAP = 0.1  # of the largest side of a drawing: room between the drawings of one file
+_LEAST = 3  # points: a file with fewer holds no tag
 
 
 def from_gml(data: bytes) -> Drawing:
-    """Read a GML file; `about` has the keys of its header's client, and how many drawings there are if several.
+    """Read a GML file; `about` holds the entries of the header's ``client`` and, if several, the number of drawings.
 
-    Each drawing has the whole screen to itself: several are laid beside and below one another.
+    Every drawing of a file uses the whole screen, so several are laid out in rows.
 
     Raises
     ------
@@ -54,7 +54,7 @@ def from_gml(data: bytes) -> Drawing:
 
 
 def _strokes(drawing: Element, scale: Array, rotated: bool, numbers: Iterator[int]) -> list[Raw]:
-    """The strokes of one drawing; `numbers` counts all of the file."""
+    """The strokes of one drawing; `numbers` counts through the whole file."""
     strokes = []
     for stroke in (e for e in drawing.iter() if e.tag.lower() == "stroke"):
         number = next(numbers)
@@ -66,7 +66,7 @@ def _strokes(drawing: Element, scale: Array, rotated: bool, numbers: Iterator[in
 
 
 def _apart(drawings: Sequence[Sequence[Raw]]) -> list[Raw]:
-    """The strokes of all drawings, in rows one below another as on a sheet of them, so that none lies on another."""
+    """The strokes of all drawings, laid out in rows so that no drawing covers another."""
     if len(drawings) == 1:
         return list(drawings[0])
     boxes = [np.concatenate([stroke.xy for stroke in strokes]) for strokes in drawings]
@@ -96,7 +96,7 @@ def _number(element: Element | None) -> float:
 
 
 def _point(element: Element, stroke: int) -> tuple[float, float, float, float] | None:
-    """x, y, time and pressure, NaN where it has none; nothing for a point that has no place."""
+    """x, y, time and pressure (NaN where absent); None for a point without x and y."""
     if _child(element, "x") is None and _child(element, "y") is None:
         return None
     x, y = _number(_child(element, "x")), _number(_child(element, "y"))
@@ -106,7 +106,7 @@ def _point(element: Element, stroke: int) -> tuple[float, float, float, float] |
 
 
 def _scale(root: Element) -> tuple[Array, bool]:
-    """mm of the unit square's sides, and whether the tag lies on its side: x grows down the wall where `up` is x."""
+    """mm, sides of the unit square; and whether the tag lies on its side, because its `up` is along x."""
     environment = next((e for e in root.iter() if e.tag.lower() == "environment"), None)
     screen, real = _child(environment, "screenbounds"), _child(environment, "realscale")
     up = _child(environment, "up")

@@ -1,8 +1,8 @@
-"""Reads InkML: this program's own exactly, and that of others as far as it goes.
+"""Reads InkML: files of this program exactly, and those of other programs as far as described here.
 
-Of others' files: channels in any order and unit, X and Y alone if need be; differences (``'`` and ``"``), repeated
-(``*``) and hexadecimal values; contexts, trace formats and ink sources by reference; resolutions.  Traces of a lifted
-pen are left out.
+Channels may have any order and unit, and X and Y suffice.  Values may be differences (``'`` and ``"``), repeated
+(``*``) or hexadecimal.  Contexts, trace formats and ink sources may be references; resolutions are applied.  Traces of
+a lifted pen are left out.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ _COLOUR = re.compile("#[0-9a-f]{6}")
 
 @dataclass(frozen=True)
 class _Channel:
-    """name, and the factor that makes mm, s, rad or 0–1 of its values."""
+    """A channel's name, and the factor that turns its values into mm, s, rad or 0–1."""
 
     name: str
     factor: float
 
 
 class _Notes(NamedTuple):
-    """What groups say of their traces."""
+    """What a trace group's annotations say of its traces."""
 
     word: int = -1
     layer: str = ""
@@ -66,9 +66,9 @@ def from_inkml(data: bytes, *, unit: float = 1.0) -> Drawing:
     Returns
     -------
     Drawing
-        Of a file of this program: the drawing it was made of, to 1e-6 of each unit.  Of another: a page as large
-        as the writing reaches; times that start at 0, and where there are none 100 samples a second
-        (`about["timing"]` says so, and it is not `timed`); samples at which the clock stands still are left out.
+        From a file of this program, the drawing that was written, to 1e-6 of each unit.  From another, a page as
+        large as its writing, with times from 0; a file without times gets 100 samples a second, is not `timed`, and
+        has a note in `about["timing"]`.  Samples at which the clock stands still are left out.
 
     Raises
     ------
@@ -90,14 +90,14 @@ def from_inkml(data: bytes, *, unit: float = 1.0) -> Drawing:
 
 
 class _Formats:
-    """Finds the channels of a trace, through whatever references lead to them."""
+    """Finds the channels of a trace, following references."""
 
     def __init__(self, root: Element, unit: float) -> None:
         self._named = {element.get("id"): element for element in root.iter() if element.get("id")}
         self.unit = unit
 
     def of(self, element: Element, current: tuple[_Channel, ...], depth: int = 0) -> tuple[_Channel, ...]:
-        """The channels that `element` (trace, group, context, source or format) asks for, else `current`."""
+        """The channels that `element` (trace, group, context, source or format) names, else `current`."""
         if element.tag == "traceFormat":
             return self._channels(element, None)
         if depth > 8:
@@ -177,7 +177,7 @@ def _notes(group: Element, outer: _Notes) -> _Notes:
 
 
 def _values(text: str, channels: tuple[_Channel, ...], number: int) -> dict[str, Array]:
-    """Channel → values of a trace, in our units; nothing for an empty trace."""
+    """Channel → values of a trace in mm, s, rad or 0–1; empty for an empty trace."""
     rows = [row for row in text.split(",") if row.strip()]
     names = [channel.name for channel in channels]
     if not rows:
@@ -197,10 +197,10 @@ def _values(text: str, channels: tuple[_Channel, ...], number: int) -> dict[str,
 
 
 def _decode(rows: list[str], width: int, number: int) -> Array:
-    """(n, width): values as the standard lets them be written.
+    """(n, width): values with the standard's qualifiers resolved.
 
-    A qualifier holds for its channel until the next one: ``!`` values, ``'`` differences of values, ``"``
-    differences of differences; ``*`` repeats the last.
+    A qualifier holds for its channel until the next: ``!`` marks values, ``'`` differences of values, ``"``
+    differences of differences.  ``*`` repeats the last.
     """
     state = [_Decoder() for _ in range(width)]
     table = np.empty((len(rows), width))
@@ -216,7 +216,7 @@ def _decode(rows: list[str], width: int, number: int) -> Array:
 
 
 class _Decoder:
-    """A channel while its values are decoded."""
+    """Decodes the values of one channel, in order."""
 
     mode, value, step = "!", 0.0, 0.0
 

@@ -10,13 +10,7 @@ import numpy as np
 from handout.errors import InputError
 from handout.motion.reconstruction.plan import LognormalPlan
 from handout.motion.reconstruction.planned_page import Fit, PlannedPage
-from handout.values import Page
-
-
-class _Page(msgspec.Struct, forbid_unknown_fields=True):
-    width: float
-    height: float
-    name: str = ""
+from handout.sources.drawing_json import JsonPage, decode
 
 
 class _Stroke(msgspec.Struct, forbid_unknown_fields=True):
@@ -39,7 +33,7 @@ class _Movement(msgspec.Struct, forbid_unknown_fields=True):
 class _File(msgspec.Struct, forbid_unknown_fields=True):
     format: Literal["handout-plans"]
     version: Literal[1]
-    page: _Page
+    page: JsonPage
     timed: bool
     about: dict[str, Any]
     movements: list[_Movement]
@@ -53,14 +47,10 @@ def from_json(data: bytes) -> PlannedPage:
     InputError
         Not JSON, not of this form (the message says where), or plans that cannot be.
     """
-    try:
-        file = msgspec.json.decode(data, type=_File)
-    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
-        raise InputError(f"This is not a page of plans in JSON: {error}.") from error
-    if not (file.page.width > 0 and file.page.height > 0):
-        raise InputError(f"A page of {file.page.width:g} x {file.page.height:g} mm cannot be.")
+    file = decode(data, _File, "a page of plans")
+    page = file.page.page()
     fits = tuple(_read(movement, number) for number, movement in enumerate(file.movements, 1))
-    return PlannedPage(fits, Page(file.page.width, file.page.height, file.page.name), file.timed, file.about)
+    return PlannedPage(fits, page, file.timed, file.about)
 
 
 def _read(movement: _Movement, number: int) -> Fit:

@@ -1,7 +1,7 @@
 """Makes the scanned hands that ship: the simulated author copies a prompt, and the ordinary pipeline reads the scans.
 
-What a user does with pen, paper and `handout hand read` is done here with the simulated ones; of the truth about the
-pages the hands know nothing.  `python -m handout.training.scanned_hands -o FOLDER` makes them anew.
+Simulated devices stand in for pen, paper and scanner; the truth about the pages is not used.
+`python -m handout.training.scanned_hands -o FOLDER` makes them anew.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from handout.tagging.page_tagging import TaggedPage, hand_of_pages, tag_page
 from handout.values import Hand
 from handout.writing.layout import Layout
 
-PAGES = 3
+PAGES = 3  # that the author copies; set by eye
 ACCENTED = "àáâãäåæçèéêëìíîïñòóôõöøœßùúûüýÿÄÖÜÉ¡¿€£–…"
 _UNSEEN = 6  # of 255: change of a pixel that nobody sees beside its neighbours' own
 _LAYOUT = Layout(page("A4"), x_height=2.5)
@@ -108,8 +108,8 @@ def ship(recipe: Recipe, seed: int, dpi: float = 300.0, scans_to: Path | None = 
     return Shipped(hand_of_pages(recipe.name, read, recipe.title), tuple(scores))
 
 
-def thrifty(hand: ScannedHand) -> ScannedHand:
-    """The hand with ink that packs well: faint pixels keep fewer colours, as no eye tells them apart.
+def compressible(hand: ScannedHand) -> ScannedHand:
+    """The hand with ink that packs well: faint pixels are rounded to fewer colours, which no eye tells apart.
 
     Laid on any paper, no pixel changes by more than `_UNSEEN` of 255.
     """
@@ -163,7 +163,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             if recipe.name in chosen.hands:
                 shipped = ship(recipe, chosen.seed, chosen.dpi, chosen.output if chosen.scans else None)
                 path = chosen.output / f"{recipe.name}{file.SUFFIX}"
-                file.save(thrifty(shipped.hand), path, packed=True)
+                file.save(compressible(shipped.hand), path, packed=True)
                 _say(f"{path}: {path.stat().st_size / 1e6:.2f} MB, {len(shipped.hand.glyphs)} letters")
     except (InputError, OSError) as error:
         parser.exit(2, f"{error}\n")

@@ -16,7 +16,7 @@ from handout.plotting import bed
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.job import Options, load
 from handout.plotting.jobs.page_producer import ProducerProcess
-from handout.plotting.jobs.pages import Made
+from handout.plotting.jobs.pages import NewPage
 from handout.simulated.plotter import SimulatedPlotter
 from handout.simulated.plotter.ink_comparison import compare
 from handout.values import Drawing
@@ -62,7 +62,7 @@ class Maker:
         if job.pages == len(self.drawings):
             store.complete(job)
             return
-        store.add(job, job.pages, Made(self.drawings[job.pages], (job.pages + 1) / len(self.drawings)))
+        store.add(job, job.pages, NewPage(self.drawings[job.pages], (job.pages + 1) / len(self.drawings)))
 
     wait = make
 
@@ -102,7 +102,7 @@ class Desk:
 
 
 def begun(place, options=None):
-    return store.begin([Made(TEXT[0], 1 / 3)], PROFILE, options or Options(overlap=OVERLAP), {"any": 1}, place=place)
+    return store.begin([NewPage(TEXT[0], 1 / 3)], PROFILE, options or Options(overlap=OVERLAP), {"any": 1}, place=place)
 
 
 def one_life(desk, place, power, ahead, monkeypatch):
@@ -211,9 +211,9 @@ def test_a_page_that_cannot_be_kept_or_read_is_named(tmp_path):
         TEXT[1].page,
     )
     with pytest.raises(DoesNotFit):
-        store.add(job, 1, Made(far, 0.5))
+        store.add(job, 1, NewPage(far, 0.5))
     assert load(job.folder) == job
-    store.add(job, 1, Made(TEXT[1], 0.5))
+    store.add(job, 1, NewPage(TEXT[1], 0.5))
     (job.folder / "page-2.json").write_text("{")
     with pytest.raises(InputError, match="cannot be read"):
         load(job.folder)

@@ -6,7 +6,7 @@ import pytest
 
 from handout.errors import InputError
 from handout.plotting.jobs import journal
-from handout.plotting.jobs.journal import Journal, Standing, read
+from handout.plotting.jobs.journal import JobProgress, Journal, read
 from handout.plotting.jobs.places import START, Place
 
 PLACES = [Place(0, 0.125), Place(0, 1 / 3), Place(1), Place(4, 17.25)]
@@ -29,7 +29,7 @@ def written(tmp_path):
             if part == 0:
                 kept.complete()
                 standings.append(kept.standing)
-    return path, [Standing(), *standings]
+    return path, [JobProgress(), *standings]
 
 
 def test_it_says_how_far_a_job_has_come(written):

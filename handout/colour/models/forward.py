@@ -1,7 +1,7 @@
-"""Printer, paper and scanner as one function from what is sent to what is seen.
+"""Printer, paper and scanner as one function, from device RGB to scanned RGB.
 
-The smooth spline is baked once into a dense grid, because its inverse asks for a hundred thousand values; beyond the
-cube of what can be sent the function goes on straight, so that the inverse has a value just out of gamut too.
+A smooth spline is sampled once on a dense grid, because its inverse asks for a hundred thousand values.  Outside the
+cube of device RGB the function goes on straight, so that the inverse has a value just out of gamut too.
 """
 
 from __future__ import annotations

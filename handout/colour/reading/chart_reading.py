@@ -1,4 +1,4 @@
-"""The reading of a chart, from files to colours."""
+"""Reads the scans of a chart: opens them, places their pages, samples the patches, and merges what repeats."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ def read(scans: Iterable[Path | Scan], chart: Chart | None = None, paper: Sequen
     """
     findings: list[Finding] = []
     sheets = []
-    for scan in _opened(scans, findings):
+    for scan in _open_all(scans, findings):
         findings += scan.findings
         try:
             placement = place(scan, chart)
@@ -133,7 +133,7 @@ def read(scans: Iterable[Path | Scan], chart: Chart | None = None, paper: Sequen
             findings.append(error.finding)
             continue
         chart = chart or whole(placement.page)
-        sheets.append(_sheet(scan, placement))
+        sheets.append(_sheet_reading(scan, placement))
         findings += sheets[-1].findings
     if not sheets or chart is None:
         if not findings:
@@ -141,15 +141,15 @@ def read(scans: Iterable[Path | Scan], chart: Chart | None = None, paper: Sequen
                 Finding("no-scan", "refuse", "No scan was given: print the chart, scan it, and give the file.")
             )
         return Reading(chart, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), tuple(findings))
-    findings += _across(sheets, chart)
-    device, scanned, deviation = _merged(sheets)
+    findings += _compared(sheets, chart)
+    device, scanned, deviation = _merged_means(sheets)
     if len(device) > 200 and not any(finding.code == "grey" for finding in findings):
         findings += print_checks.check_printer(device, scanned, deviation)
-    findings += _of_paper(device, scanned, paper)
+    findings += _paper_findings(device, scanned, paper)
     return Reading(chart, device, scanned, deviation, tuple(findings), tuple(sheets))
 
 
-def _opened(scans: Iterable[Path | Scan], findings: list[Finding]) -> Iterable[Scan]:
+def _open_all(scans: Iterable[Path | Scan], findings: list[Finding]) -> Iterable[Scan]:
     for item in scans:
         if isinstance(item, Scan):
             yield item
@@ -160,7 +160,7 @@ def _opened(scans: Iterable[Path | Scan], findings: list[Finding]) -> Iterable[S
             findings.append(error.finding)
 
 
-def _sheet(scan: Scan, placement: Placement) -> SheetReading:
+def _sheet_reading(scan: Scan, placement: Placement) -> SheetReading:
     page = placement.page
     sampled = sample(scan.pixels, placement)
     middles = (page.boxes[:, :2] + page.boxes[:, 2:]) / 2
@@ -174,7 +174,7 @@ def _sheet(scan: Scan, placement: Placement) -> SheetReading:
         ideal = print_checks.ideal_of(page.device, values, sampled.inside)
         stripes = print_checks.of_stripes(sheet, ideal)
         grainy = bool(stripes) or any(finding.code == "jpeg" for finding in (*scan.findings, *findings))
-        spoilt, blemishes = print_checks.spoilt(sheet, ideal, grainy)
+        spoilt, blemishes = print_checks.spoilt_patches(sheet, ideal, grainy)
         findings += [*stripes, *blemishes]
         bad = bad | spoilt
     findings = picture_checks.of_coarse(placement, scan.source, findings)
@@ -183,8 +183,8 @@ def _sheet(scan: Scan, placement: Placement) -> SheetReading:
     return SheetReading(scan, placement, sampled, shading, values, ~bad, tuple(findings), scribble)
 
 
-def _across(sheets: Sequence[SheetReading], chart: Chart) -> list[Finding]:
-    """Findings about all scans together: pages that are missing, scans that differ."""
+def _compared(sheets: Sequence[SheetReading], chart: Chart) -> list[Finding]:
+    """Findings about all scans together: pages that are missing, scans made with different settings."""
     findings = []
     pages = {sheet.page.number for sheet in sheets}
     if missing := sorted(set(range(1, len(chart.pages) + 1)) - pages):
@@ -214,8 +214,8 @@ def _across(sheets: Sequence[SheetReading], chart: Chart) -> list[Finding]:
     return findings
 
 
-def _merged(sheets: Sequence[SheetReading]) -> tuple[Array, Array, Array]:
-    """Colours (n, 3), what was seen of them (n, 3), and its standard error (n,)."""
+def _merged_means(sheets: Sequence[SheetReading]) -> tuple[Array, Array, Array]:
+    """Device colours (n, 3), their scanned means over all sheets (n, 3), and the standard error of these (n,)."""
     pages: dict[int, list[SheetReading]] = {}
     for sheet in sheets:
         pages.setdefault(sheet.page.number, []).append(sheet)
@@ -226,10 +226,10 @@ def _merged(sheets: Sequence[SheetReading]) -> tuple[Array, Array, Array]:
         total = np.array([sheet.values * sheet.used[:, None] for sheet in same]).sum(axis=0)
         device.append(same[0].page.device[count > 0])
         values.append(total[count > 0] / count[count > 0, None])
-    return _of_colours(np.vstack(device), np.vstack(values))
+    return _means_by_colour(np.vstack(device), np.vstack(values))
 
 
-def _of_colours(device: Array, values: Array) -> tuple[Array, Array, Array]:
+def _means_by_colour(device: Array, values: Array) -> tuple[Array, Array, Array]:
     colours, group = np.unique(device, axis=0, return_inverse=True)
     group = group.ravel()
     count = np.bincount(group, minlength=len(colours))
@@ -237,7 +237,7 @@ def _of_colours(device: Array, values: Array) -> tuple[Array, Array, Array]:
     mean = np.asarray(sums / np.maximum(count, 1)[:, None], dtype=np.float64)
     square = np.square(values - mean[group]).mean(axis=1)
     often = count >= _AGAIN
-    # of one colour, what its patches scatter by; of others, what colours as light as they do
+    # a colour that is repeated has its own scatter; any other has that of repeated colours as light as it is
     scatter = np.sqrt(np.bincount(group, square, len(colours))[often] / (count[often] - 1))
     if not len(scatter):
         return colours, mean, np.full(len(colours), _LEAST_ERROR)
@@ -249,7 +249,7 @@ def _of_colours(device: Array, values: Array) -> tuple[Array, Array, Array]:
     return colours, mean, np.asarray(np.maximum(usual / np.sqrt(count), _LEAST_ERROR))
 
 
-def _of_paper(device: Array, scanned: Array, paper: Sequence[float] | None) -> list[Finding]:
+def _paper_findings(device: Array, scanned: Array, paper: Sequence[float] | None) -> list[Finding]:
     white = (np.rint(device * 255) == _WHITE).all(axis=1)
     if paper is None or not white.any():
         return []

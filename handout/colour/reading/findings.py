@@ -31,6 +31,10 @@ class Finding:
     def __str__(self) -> str:
         return f"{self.where}: {self.sentence}" if self.where else self.sentence
 
+    def facts(self) -> dict[str, str]:
+        """What ``--json`` prints of it."""
+        return {"code": self.code, "severity": self.severity, "sentence": str(self)}
+
 
 def listed(names: Iterable[str]) -> str:
     """Names of patches for a sentence, not too many."""

@@ -59,7 +59,7 @@ def sample(pixels: NDArray[Any], placement: Placement) -> Sampled:
     page = placement.page
     side = max(1, min(_MOST, math.ceil(INNER * page.pitch / placement.pixel / BLOCKS)))
     count = side * BLOCKS
-    at = placed(placement, (np.arange(count) + 0.5) / count)
+    at = sample_grid(placement, (np.arange(count) + 0.5) / count)
     height, width = pixels.shape[:2]
     corners = at[:, [0, 0, -1, -1], [0, -1, 0, -1]]
     inside = np.asarray(((corners >= 0) & (corners <= (width - 1, height - 1))).all(axis=(1, 2)), dtype=bool)
@@ -76,8 +76,8 @@ def sample(pixels: NDArray[Any], placement: Placement) -> Sampled:
     return Sampled(inside, values, blocks, odd, high, low, len(np.unique(samples[::7])))
 
 
-def placed(placement: Placement, parts: Array) -> Array:
-    """(n, len(parts), len(parts), 2) pixels: a grid in each patch's inner part, at such parts of its side."""
+def sample_grid(placement: Placement, parts: Array) -> Array:
+    """(n, k, k, 2) pixels: a grid of points in each patch's inner part, `parts` (k,) being shares of its side."""
     page = placement.page
     xs, ys = (np.arange(size + 1) * page.pitch + start for size, start in
               zip((page.columns, page.rows), page.origin, strict=True))  # fmt: skip
@@ -108,11 +108,11 @@ _DARKEST = 0.08  # values below it are mostly the scanner's own stray light
 
 @dataclass(frozen=True, eq=False)
 class Shading:
-    """The factor over a page.
+    """How light varies over a page: a factor, whose logarithm is a polynomial of the place.
 
-    coefficients : (terms, 3), of the logarithm; no terms: 1 everywhere.
+    coefficients : (terms, 3); no terms: 1 everywhere.
     degree : of the polynomial.
-    middle, half : (2,) mm, the place and size that it is counted in.
+    middle, half : (2,) mm, centre and half size of the area over which its variables run from −1 to 1.
     """
 
     coefficients: Array
@@ -171,7 +171,7 @@ def shading_of(values: Array, device: Array, mm: Array, usable: NDArray[np.bool_
 
 
 def _shifted(field: Shading, shift: Array) -> Shading:
-    """The same with a constant taken off its logarithm."""
+    """The shading with a constant subtracted from its logarithm."""
     if field.degree == 0:
         return field
     coefficients = np.array(field.coefficients)

@@ -1,4 +1,4 @@
-"""The framed field of a chart or strip, in which a person wrote with the pen itself: the pen's ink in the same scan."""
+"""The framed field of a chart or strip, in which a person wrote: it shows the pen's ink in the same scan."""
 
 from __future__ import annotations
 
@@ -123,6 +123,11 @@ def _shares(count: int, size: int) -> Array:
     """(size, count) of each node in each pixel."""
     at = (np.arange(size) + 0.5) / size * (count - 1)
     return np.asarray(np.clip(1 - np.abs(at[:, None] - np.arange(count)), 0, 1))
+
+
+def file_beside(patches: Path) -> Path:
+    """Where `save` puts the field of a chart whose patches are in a table."""
+    return patches.with_suffix(".pen.npz")
 
 
 def save(scribble: Scribble, path: Path) -> None:

@@ -111,11 +111,11 @@ def _of_shading(sheet: ReadPage) -> list[Finding]:
     return [Finding("shading", severity, sentence, sheet.source)]
 
 
-def spoilt(sheet: ReadPage, ideal: Array, grainy: bool = False) -> tuple[NDArray[np.bool_], list[Finding]]:
-    """Patches under glare, folds or dust, (n,) bool, and what is said of them.
+def spoilt_patches(sheet: ReadPage, ideal: Array, grainy: bool = False) -> tuple[NDArray[np.bool_], list[Finding]]:
+    """Find the patches that glare, folds or dust have spoilt: (n,) bool, and the findings about them.
 
     ideal : (n, 3), what patches of these colours look like on the rest of the page.
-    grainy : whether patches are known to be uneven within, from stripes or a JPEG: no dust then.
+    grainy : whether stripes or a JPEG make patches uneven within: unevenness is not taken for dust then.
     """
     inside, odd = sheet.sampled.inside, sheet.sampled.odd
     dusty = inside & (odd > _ODD) & (not grainy)
@@ -130,7 +130,7 @@ def spoilt(sheet: ReadPage, ideal: Array, grainy: bool = False) -> tuple[NDArray
             )
         ]
     off = sheet.values - ideal
-    far, bright = _far(sheet, off)
+    far, bright = _outliers(sheet, off)
     bad = inside & (far | (dusty & (odd > 2 * _ODD)))
     if bad.sum() > _MANY * len(inside):
         cause = "there is glare, or something" if bright[bad].mean() > 0.8 else "something"
@@ -142,23 +142,23 @@ def spoilt(sheet: ReadPage, ideal: Array, grainy: bool = False) -> tuple[NDArray
     return bad, _blemishes(sheet, bad, dusty, bright)
 
 
-def _far(sheet: ReadPage, off: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Patches (n,) that are off by more than chance, alone or with their neighbours; and which are too light."""
+def _outliers(sheet: ReadPage, off: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """(n,) patches off their ideal by more than chance, alone or with their neighbours; (n,) which are too light."""
     inside = sheet.sampled.inside
     usual = 1.4826 * np.median(np.abs(off[inside]), axis=0)
     alone = (np.abs(off) > np.maximum(8 * usual, _FAR)).any(axis=1)
-    around = _around(sheet, off)
+    around = _local_median(sheet, off)
     sigma = 1.4826 * np.median(np.abs(around[inside]), axis=0)
     together = (np.abs(around) > np.maximum(7 * sigma, _AROUND_FAR)).any(axis=1) & (np.abs(off) > _STEP * 3).any(axis=1)
-    bad = (alone | together | _again(sheet)) & inside
+    bad = (alone | together | _unlike_repeats(sheet)) & inside
     # what lies on one patch reaches into the next: beside bad ones less is enough
     doubtful = (np.abs(off) > np.maximum(4 * usual, _EDGE_FAR)).any(axis=1) & inside
     for _ in range(_REACH):
-        bad = bad | (doubtful & _beside(sheet, bad))
+        bad = bad | (doubtful & _touching(sheet, bad))
     return bad, off.mean(axis=1) > 0
 
 
-def _beside(sheet: ReadPage, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _touching(sheet: ReadPage, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Patches (n,) that touch one of the mask, at a side or a corner."""
     grid = np.zeros((sheet.page.rows + 2, sheet.page.columns + 2), dtype=bool)
     column, row = sheet.page.cells.T
@@ -167,8 +167,8 @@ def _beside(sheet: ReadPage, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return near
 
 
-def _around(sheet: ReadPage, off: Array) -> Array:
-    """(n, 3): the median of 3 × 3 patches about each."""
+def _local_median(sheet: ReadPage, off: Array) -> Array:
+    """(n, 3): the median of each patch and its eight neighbours."""
     grid = np.full((sheet.page.rows + 2, sheet.page.columns + 2, 3), np.nan)
     column, row = sheet.page.cells.T
     grid[row + 1, column + 1] = np.where(sheet.sampled.inside[:, None], off, np.nan)
@@ -177,7 +177,7 @@ def _around(sheet: ReadPage, off: Array) -> Array:
     return np.asarray(np.nanmedian(np.stack(near), axis=0))
 
 
-def _again(sheet: ReadPage) -> NDArray[np.bool_]:
+def _unlike_repeats(sheet: ReadPage) -> NDArray[np.bool_]:
     """Patches (n,) unlike others of the very same colour."""
     _, group = np.unique(sheet.page.device, axis=0, return_inverse=True)
     group = group.ravel()

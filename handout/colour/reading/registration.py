@@ -1,4 +1,4 @@
-"""From the marks of a chart to where every patch lies in a scan, however it was laid and however the paper bends."""
+"""Finds a chart's marks in a scan, and from them where every patch lies, on a page that is turned or bent."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ class Placement:
     page : ChartPage
     mirrored : whether the scan shows it as a mirror does.
     to_pixels : (3, 3), homogeneous mm on the page to pixels; pixel (0, 0) has its middle at 0, 0.
-    bend : (n, 2) mm on the page → (n, 2) mm by which the paper lies off there.
+    bend : takes points (n, 2), mm on the page, and gives how far (n, 2), mm, the paper is displaced there.
     mark_indices : (m,) int: which of the page's marks were found.
     corners : (4 m, 2) pixels of their corners.
-    scale : across and down the page, 1 if the file's resolution and the printed size are true; None if it is unknown.
-    stretch : ratio of the longer to the shorter of both, 1 if the page has its true shape.
+    scale : measured over nominal size, across and down the page; None if the file does not say its resolution.
+    stretch : the greatest over the least scale in any direction, 1 if the page has its true shape.
     warp : mm, greatest distance of a mark from where it would be on a flat sheet.
-    doubt : mm, greatest distance of a mark from where the other marks say it is.
+    doubt : mm, greatest distance of a mark from where a spline through the other marks puts it.
     """
 
     page: ChartPage
@@ -62,7 +62,7 @@ class Placement:
 
     def pixels(self, mm: Array) -> Array:
         """(n, 2) pixels of points (n, 2) on the page in mm."""
-        return _carried(self.to_pixels, mm + self.bend(mm))
+        return _projected(self.to_pixels, mm + self.bend(mm))
 
     @property
     def pixel(self) -> float:
@@ -134,7 +134,7 @@ def in_grey(pixels: NDArray[Any]) -> NDArray[np.uint8]:
 
 
 def _marks(grey: NDArray[np.uint8], page_of: Callable[[int], ChartPage | None]) -> tuple[list[tuple[int, Array]], bool]:
-    """Marks of the picture, or of its mirror image if that shows more, and which of both."""
+    """The marks of the picture, or of its mirror image if that shows more; and whether it is the mirror image."""
     code = dictionary()
     upright = markers.find(grey, code, lambda _: True, _ENOUGH, _SEARCHED, MARKS)
     if len([1 for number, _ in upright if page_of(number)]) >= _LEAST:
@@ -195,7 +195,7 @@ def _fitted(scan: Scan, page: ChartPage, mirrored: bool, order: NDArray[np.intp]
     matrix, _ = cv2.findHomography(mm, corners, cv2.RANSAC, _STRAY * pixels_a_mm)
     if matrix is None or not np.isfinite(matrix).all():
         raise refused("few-marks", "The marks do not lie in a plane: lay the page flat and scan it.", scan.source)
-    off = _carried(np.linalg.inv(matrix), corners) - mm
+    off = _projected(np.linalg.inv(matrix), corners) - mm
     near = np.linalg.norm(off, axis=1).reshape(-1, 4).max(axis=1) < _STRAY
     if near.sum() < _LEAST:
         raise refused(
@@ -206,7 +206,7 @@ def _fitted(scan: Scan, page: ChartPage, mirrored: bool, order: NDArray[np.intp]
         )
     order, corners, mm = order[near], corners[np.repeat(near, 4)], mm[np.repeat(near, 4)]
     to_pixels = np.asarray(cv2.findHomography(mm, corners, 0)[0], dtype=np.float64)
-    off = _carried(np.linalg.inv(to_pixels), corners) - mm
+    off = _projected(np.linalg.inv(to_pixels), corners) - mm
     affine = _affine(mm, corners)
     scale, stretch = _scales(affine, scan.dpi)
     flat = corners - np.column_stack([mm, np.ones(len(mm))]) @ affine.T
@@ -248,7 +248,7 @@ def _doubt(mm: Array, off: Array) -> float:
     return worst
 
 
-def _carried(matrix: NDArray[Any], points: Array) -> Array:
+def _projected(matrix: NDArray[Any], points: Array) -> Array:
     """Points (n, 2) under a homography (3, 3)."""
     at = np.asarray(points, dtype=np.float64) @ matrix[:, :2].T + matrix[:, 2]
     return np.asarray(at[:, :2] / at[:, 2:])

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import logging
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from handout import tiff
 from handout.colour.reading.findings import Finding, Refused, refused
 from handout.errors import InputError
 from handout.summary import one_line
@@ -89,7 +88,7 @@ def _tiff(path: Path) -> Iterator[Scan]:
     import tifffile
 
     try:
-        with _unlogged(), tifffile.TiffFile(path) as file:
+        with tiff.opened(path) as file:
             pages = [page for page in file.pages if isinstance(page, tifffile.TiffPage)]
             whole = [page for page in pages if not page.is_reduced]
             read = [(_tiff_page(page, path), page.photometric, _tiff_dpi(page)) for page in whole]
@@ -138,10 +137,8 @@ def _as_rgb(values: NDArray[Any]) -> NDArray[Any]:
 
 
 def _tiff_dpi(page: Any) -> tuple[float, float] | None:
-    if page.resolutionunit not in (2, 3):
-        return None
-    across, down = page.get_resolution(2)
-    return (float(across), float(down)) if across > 1 and down > 1 else None
+    dpi = tiff.resolution(page)
+    return dpi if dpi is not None and min(dpi) > 1 else None
 
 
 def _picture(path: Path) -> Scan:
@@ -260,14 +257,3 @@ def _jpeg(image: Any, source: str) -> list[Finding]:
         "PNG, or as JPEG of quality 90 or more."
     )
     return [Finding("jpeg", "refuse" if quality < _BAD else "warn", sentence, source)]
-
-
-@contextmanager
-def _unlogged() -> Iterator[None]:
-    """Without what tifffile logs of damage, which is reported here if it matters."""
-    logger = logging.getLogger("tifffile")
-    before, logger.disabled = logger.disabled, True
-    try:
-        yield
-    finally:
-        logger.disabled = before

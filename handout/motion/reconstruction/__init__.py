@@ -1,4 +1,4 @@
-"""Reconstruction: the plan of a movement from its trace, with its times or without.
+"""Reconstruction: finds the plan of a movement from its trace, with or without its times.
 
 Source: seed 002, §3.2.
 """

@@ -1,4 +1,4 @@
-"""Key points of a trace: where one stroke of the hand passes into the next; and traces as they are compared.
+"""Finds the key points of a trace, where one stroke of the movement passes into the next; and compares traces.
 
 Source: seed 002, §3.2; own additions: cusps, whose turning of ±π cancels in the smoothed signal, and a cut through
 segments that nearly close on themselves or retrace their way.
@@ -14,7 +14,7 @@ from scipy.signal import find_peaks
 
 from handout.values import Array
 
-SAMPLES = 200  # in the extent of a trace
+SAMPLES = 200  # of a trace, as many as its extent is divided into
 WINDOW = 40  # samples over which turning is summed
 _PROMINENCE, _APART = 0.02, 10
 _CUSP = np.radians(100)  # turning within a few samples that makes a cusp
@@ -57,7 +57,7 @@ def _smoothed_turning(xy: Array) -> Array:
 
 
 def _cusps(xy: Array) -> Index:
-    """Samples where the chord before and the chord after differ by more than `_CUSP`."""
+    """Samples at which the chords before and after differ in direction by more than `_CUSP`."""
     if len(xy) < 3 * _NEAR:
         return np.zeros(0, dtype=np.intp)
     chord = (xy[_NEAR:] - xy[:-_NEAR]) @ np.array([1.0, 1j])
@@ -67,7 +67,7 @@ def _cusps(xy: Array) -> Index:
 
 
 def _cut_where_bent(xy: Array, index: Index) -> Index:
-    """The key points, and in segments much longer than their chord the point farthest from both ends."""
+    """The key points; a segment much longer than its chord also gets the point farthest from both its ends."""
     out = [int(index[0])]
     for a, b in zip(index[:-1].tolist(), index[1:].tolist(), strict=True):
         piece = xy[a : b + 1]
@@ -103,7 +103,7 @@ def extent(xy: Array) -> float:
 
 
 def snr(wanted: Array, had: Array, *, about_mean: bool = True) -> float:
-    """Signal to noise, dB: the wanted values (n, 2), about their mean or 0, against the difference (n, 2)."""
+    """Signal-to-noise ratio, dB, of wanted values (n, 2), about their mean or 0, and a difference (n, 2)."""
     noise = float(((wanted - had) ** 2).sum())
     signal = float(((wanted - (wanted.mean(axis=0) if about_mean else 0.0)) ** 2).sum())
     return float(10 * np.log10(max(signal, 1e-300) / max(noise, 1e-12 * signal, 1e-300)))

@@ -1,4 +1,4 @@
-"""A plan of lognormal strokes: virtual targets and what leads the pen from one to the next."""
+"""A plan of lognormal strokes: virtual targets, and the strokes that lead from each to the next."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class LognormalPlan:
 
     @property
     def dt(self) -> Array:
-        """(m − 1,) float: onset after that of the stroke before, as a share of the duration of that; first 0."""
+        """(m − 1,) float: onset after the previous stroke's, as a share of its duration; 0 for the first."""
         later = np.diff(self.onset) / self.duration[:-1]
         return np.concatenate([np.zeros(min(1, self.strokes)), later])
 

@@ -1,4 +1,4 @@
-"""A page of plans: every stroke of a drawing explained, and the drawing that the plans make."""
+"""A page of plans: fits a plan to every stroke of a drawing, and draws plans."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from handout.motion.reconstruction.plan import LognormalPlan
 from handout.summary import one_line
 from handout.values import Array, Drawing, Page, Stroke
 
-_DOT = 0.2  # mm: a stroke of no more extent is a dot
+_DOT = 0.2  # mm: a stroke of this extent or less is a dot
 _RATE = 200.0  # samples a second of a drawing made of plans
-_SPARSE = 4.0  # samples a second, of fewer nobody can tell how a pen moved
+_SPARSE = 4.0  # samples a second: with fewer the speed of the pen cannot be told
 _LIFT = 0.1  # s between strokes whose plan has no times of its own
 
 
@@ -50,7 +50,7 @@ class PlannedPage:
 
 
 def fit(drawing: Drawing, *, timed: bool = True) -> PlannedPage:
-    """Explain every stroke of a page by lognormal strokes.
+    """Fit a plan of lognormal strokes to every stroke of a page.
 
     timed : keep the times of the drawing; otherwise only its shapes count, and strokes get the times of their plans.
         A stroke whose samples are too sparse to tell how the pen moved is always taken by its shape alone.
@@ -102,7 +102,7 @@ def _shaped(stroke: Stroke, start: float) -> Fit:
 
 
 def _later(plan: LognormalPlan, start: float) -> LognormalPlan:
-    """The plan, begun at `start`, its whole course within its times."""
+    """The plan moved to begin at `start`, with no pulse cut off by its times."""
     t = _course(plan)
     shift = start - t[0]
     return LognormalPlan(
@@ -122,7 +122,7 @@ def sampled(plan: LognormalPlan) -> Array:
 
 
 def drawing(page: PlannedPage) -> Drawing:
-    """The drawing that the plans make."""
+    """Draw the plans."""
     strokes = []
     for fit in page.fits:
         t = sampled(fit.plan)

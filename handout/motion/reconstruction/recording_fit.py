@@ -1,8 +1,8 @@
-"""From a recorded pen, whose times are known, to a plan of lognormal strokes.
+"""Fits a plan of lognormal strokes to a recorded movement, whose times are known.
 
-The movement is linear in the displacements of its strokes, so these are eliminated (variable projection): the search
-goes over when each stroke happens, how long it takes, how skewed it is and how much it turns.  It begins with a stroke
-for every peak of speed, and adds one where most is missing until enough of the movement is explained.
+The movement is linear in the displacements of its strokes, so they are eliminated (variable projection), and the search
+runs over time, duration, skew and turning of each stroke.  It starts with a stroke at every peak of speed, and adds one
+where the fit is worst until the signal-to-noise ratio of the velocities is high enough.
 
 Source: the theory of seed 002, §3.1; the method is this project's.
 """
@@ -22,26 +22,26 @@ from handout.motion.sigma_lognormal_model import Complex, Pulses
 from handout.values import Array
 
 ENOUGH = 25.0  # dB, of velocities
-SHORTEST = 0.02  # s: a movement that is shorter cannot be explained
-_STEP = 0.005  # s between samples that are compared
-_SMOOTH = 0.010  # s: a hand does nothing faster than some 13 Hz, a tablet does
+SHORTEST = 0.02  # s: no plan is fitted to a shorter movement
+_STEP = 0.005  # s between compared samples
+_SMOOTH = 0.010  # s: smooths away what is faster than some 13 Hz, which is the tablet, not the hand
 _PLACES = 0.3  # weight of places against velocities
 _RIDGE = 1e-4
-_MOST = 12  # strokes, or twice the peaks of speed where these are more
+_MOST = 12  # strokes, or twice the number of peaks of speed if that is more
 _ROUNDS = 25
-_GAIN = 0.05  # dB that another stroke must bring
-# Strokes that are fitted together; of longer movements so many at a time, which move on by so many, s around them
+_GAIN = 0.05  # dB that another stroke must gain to be kept
+# Strokes fitted together at most; longer movements go by windows: strokes in one, strokes to the next, s of margin
 _TOGETHER, _WINDOW, _HOP, _MARGIN = 14, 10, 6, 0.06
 _SWEEPS, _MORE, _LEAST = 2, 3, 20
 _LOW, _HIGH = np.log([0.03, 0.02]), np.log([0.8, 1.2])  # sigma, and the time from t0 to the median, s
 _TURN = 2.4  # rad: half the turning of a stroke at most, as `sigma_lognormal_model.MOST_BENT`, a little less
-_PRIOR = 1e-2  # weight of how far rows are from where they began
+_PRIOR = 1e-2  # weight of the distance of the parameters from their first values
 _TINY = 1e-4  # step of the numerical derivatives
 
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """A movement as it is explained: evenly sampled times (n,) s, places and velocities (n,) complex, mm and mm/s."""
+    """An evenly sampled movement: times (n,) s, places and velocities (n,) complex, mm and mm/s."""
 
     t: Array
     place: Complex
@@ -49,7 +49,7 @@ class Recording:
 
 
 def prepared(t: Array, xy: Array) -> Recording:
-    """A recorded movement on even times, smoothed a little.
+    """Sample a recorded movement evenly and smooth it a little.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def prepared(t: Array, xy: Array) -> Recording:
         raise ValueError("a movement must last at least 20 ms and go somewhere")
     z = np.interp(even, t, xy[:, 0]) + 1j * np.interp(even, t, xy[:, 1])
     width = _SMOOTH / (even[1] - even[0])
-    # mirrored through its ends, so that the ends stay where they are
+    # point reflections at both ends keep the ends in place
     pad = min(len(z) - 1, round(4 * width))
     longer = np.concatenate([2 * z[0] - z[pad:0:-1], z, 2 * z[-1] - z[-2 : -pad - 2 : -1]])
     smooth = gaussian_filter1d(longer.real, width) + 1j * gaussian_filter1d(longer.imag, width)
@@ -75,7 +75,7 @@ def prepared(t: Array, xy: Array) -> Recording:
 
 
 def from_recording(t: Array, xy: Array) -> LognormalPlan:
-    """The plan that moves as a recorded pen moved.
+    """Fit a plan to a recorded movement.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def from_recording(t: Array, xy: Array) -> LognormalPlan:
 
 
 def _explained(recording: Recording, x: Array, most: int) -> Array:
-    """The rows fitted, and more of them until enough is explained or there are `most`."""
+    """Fit the strokes (rows), and add more until the fit is good enough or there are `most`."""
     x = _fitted(recording, x)
     had = quality(recording, x)
     while had < ENOUGH and len(x) < most:
@@ -102,7 +102,7 @@ def _explained(recording: Recording, x: Array, most: int) -> Array:
 
 
 def _by_windows(recording: Recording, x: Array) -> Array:
-    """A long movement, a few strokes at a time, the others held as they are; every stroke has two turns."""
+    """Fit a long movement a few strokes at a time, the others held fixed, in two sweeps."""
     for _ in range(_SWEEPS):
         done, x = -np.inf, x[np.argsort(x[:, 2], kind="stable")]
         while (ahead := np.flatnonzero(x[:, 2] > done)).size:
@@ -115,7 +115,7 @@ def _by_windows(recording: Recording, x: Array) -> Array:
 
 
 def _in_window(recording: Recording, x: Array, chosen: NDArray[np.bool_]) -> Array:
-    """The chosen strokes fitted to what the others leave of the movement around them."""
+    """The chosen strokes, fitted to the movement around them minus all other strokes."""
     t = recording.t
     a, b = np.searchsorted(t, [x[chosen, 2].min() - _MARGIN, x[chosen, 2].max() + _MARGIN])
     near = slice(min(int(a), len(t) - _LEAST), max(int(b), _LEAST))
@@ -175,7 +175,7 @@ def _stroke(peak: float, lasts: float, half: float) -> Array:
 
 
 def _missing(recording: Recording, x: Array) -> Array:
-    """A stroke where most of the movement is unexplained: (1, 4)."""
+    """A stroke where the residual of the fit is largest: (1, 4)."""
     _, chords = _chords(recording, x)
     off = recording.velocity - chords @ _moving(_pulses(x), recording.t)[0]
     power = gaussian_filter1d(np.abs(off) ** 2, 3)
@@ -208,7 +208,7 @@ def _chords(recording: Recording, x: Array) -> tuple[complex, Complex]:
 
 
 def _fitted(recording: Recording, x: Array) -> Array:
-    """Levenberg–Marquardt on the rows, the displacements eliminated (Kaufman's approximation of the derivatives)."""
+    """Levenberg–Marquardt on the rows with eliminated displacements (Kaufman's approximation of the derivatives)."""
     prior, damping = x.copy(), 1e-2
     now = _projected(recording, x, prior)
     for _ in range(_ROUNDS):

@@ -1,7 +1,7 @@
-"""From the shape of a trace alone to a plan of lognormal strokes.
+"""Fits a plan of lognormal strokes to the shape of a trace alone.
 
-Three steps: a first guess from the key points, virtual targets by closed-form least squares (the path is linear in
-them), and a refinement of targets, bends and overlaps by Gauss–Newton steps on the distances across the path.
+First the key points give a guess; then the virtual targets are solved by linear least squares, since the path is linear
+in them; then Gauss–Newton steps on the distances across the path refine targets, bends and overlaps.
 """
 
 from __future__ import annotations
@@ -19,23 +19,23 @@ from handout.motion.reconstruction.plan import LognormalPlan
 from handout.motion.sigma_lognormal_model import MOST_BENT, REACH, Complex, Pulses
 from handout.values import Array
 
-ASYMMETRY, DURATION = 0.1, 0.3  # of every stroke of the first guess; the refinement moves on from there
+ASYMMETRY, DURATION = 0.1, 0.3  # of every stroke of the first guess
 LEAST_DT, MOST_DT = 0.3, 0.9  # of the first guess; seed 002, §3.1
 _BOUNDS_DT = (0.1, 1.5)
 _SHARPEST, _SOFTEST = 4.0, 24.0  # samples, spread of the turning at a corner
 _COMPARED = 110  # places at which path and trace are compared
-_DENSE = 240  # samples of the path among which they are looked for
+_DENSE = 240  # samples of the path among which these places are found
 _RIDGE = 1e-3
 _ROUNDS = 25
-ENOUGH, _BEYOND = 42.0, 45.0  # dB, of the path: no stroke is added beyond the first, nothing refined beyond the second
-_MORE, _CLOSEST = 2, 8  # strokes that are added where too little is explained; samples between key points at least
-_HELD = 1e-5  # weight of how far durations and asymmetries are from where they began
+ENOUGH, _BEYOND = 42.0, 45.0  # dB, of the path: above the first no stroke is added, above the second nothing is refined
+_MORE, _CLOSEST = 2, 8  # strokes added at most where the fit is poor; least samples between key points
+_HELD = 1e-5  # weight of the distance of durations and asymmetries from their first values
 _TINY = 1e-4  # step of the numerical derivatives
-_ENOUGH = 4e-3  # of the extent: an improvement that no longer counts
+_ENOUGH = 4e-3  # of the extent: a smaller improvement ends the refinement
 
 
 def from_shape(xy: Array) -> LognormalPlan:
-    """The plan whose path has the shape of a trace; its times are those of a hand in no particular hurry.
+    """Fit a plan whose path has the shape of a trace; its times are those of unhurried writing.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def snr_of(even: Array, off: Array) -> float:
 
 
 def _with_worst(even: Array, index: Index, off: Array) -> Index:
-    """The key points and one more, in the segment that is explained worst, where its path is halved."""
+    """The key points and one more, half way along the segment that fits worst."""
     total = np.concatenate([[0.0], np.cumsum(off**2)])
     inside = total[index[1:]] - total[index[:-1]]
     wide = np.diff(index) >= 2 * _CLOSEST
@@ -116,7 +116,7 @@ def plan_of(targets: Array, dt: Array, theta: Array) -> LognormalPlan:
 
 
 def _half_turning(piece: Array) -> float:
-    """Half of how far a piece of a trace turns, at most what its length over its chord allows."""
+    """Half the turning of a piece of a trace, no more than the ratio of its length to its chord allows."""
     length, chord = float(arc_length(piece)[-1]), float(np.hypot(*(piece[-1] - piece[0])))
     if len(piece) < 4 or length <= 0:
         return 0.0
@@ -154,13 +154,13 @@ def _grid(pulses: Pulses) -> Array:
 
 
 def _times(path: Complex, t: Array, count: int) -> Array:
-    """Times at which a path has gone equal shares of its length."""
+    """Times at which a path has covered equal shares of its length."""
     arc = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path)))])
     return np.asarray(np.interp(np.linspace(0.0, arc[-1], count), arc, t))
 
 
 def _led_through(even: Array, plan: LognormalPlan, rounds: int = 3) -> LognormalPlan:
-    """The plan with the targets that bring its path nearest to the trace, pairs of places by equal shares of length."""
+    """The plan with targets that bring its path nearest to the trace, compared at equal shares of their lengths."""
     wanted = resampled(even, _COMPARED) @ np.array([1.0, 1j])
     z = plan.targets @ np.array([1.0, 1j])
     guess, pulses = z.copy(), plan.pulses()
@@ -176,7 +176,7 @@ def _led_through(even: Array, plan: LognormalPlan, rounds: int = 3) -> Lognormal
 
 
 def _linear(done: Complex) -> Complex:
-    """(n, m): the matrix that makes a path of targets (m,), given how much of each stroke is done, (m − 1, n)."""
+    """(n, m): matrix from targets (m,) to the path, given the completed share of each stroke (m − 1, n)."""
     matrix = np.zeros((done.shape[1], done.shape[0] + 1), dtype=np.complex128)
     matrix[:, 0] = 1.0
     matrix[:, 1:] += done.T

@@ -1,7 +1,7 @@
-"""Curves broken into straight strokes of a few directions, as the broken scripts do.
+"""Breaks curves into straight strokes of a few directions, as the broken scripts do.
 
-Every sample of a path is given the direction it is nearest to, with a price on every change, so that a curve becomes
-a few strokes; each is then a line amid its part of the path, and the corners are where neighbouring lines cross.
+Every sample of a path is assigned the allowed direction nearest to its own; a price on every change keeps the strokes
+few.  Each stroke then lies on the line through the middle of its samples, and neighbouring lines cross at the corners.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ import numpy as np
 
 from handout.values import Array, Indices
 
-_LONGEST = 2.5  # times its part of the path may a stroke be
-_PARALLEL = 0.2  # sine of the angle below which two directions never cross
-_UPRIGHT = 0.05  # by how much an upright is preferred to other directions
+_LONGEST = 2.5  # a stroke is at most so many times as long as its part of the path
+_PARALLEL = 0.2  # sine of the angle between two directions below which they count as parallel
+_UPRIGHT = 0.05  # share by which the progress of an upright stroke counts for more
 _PRICE = 0.35  # of a change of direction, in lengths of the shortest stroke
-_STRAIGHT = 0.96  # chord over length of what was meant as one straight stroke
-_LEVEL = 0.4  # sine of the slope up to which such a stroke is a bar, and is left as it is
+_STRAIGHT = 0.96  # chord over length from which a piece was meant as one straight stroke
+_LEVEL = 0.4  # sine of the slope below which such a stroke is a crossbar, which stays as it is
 
 
 def broken(path: Array, bends: Indices, directions: Array, least: float) -> Array:
@@ -41,7 +41,7 @@ def broken(path: Array, bends: Indices, directions: Array, least: float) -> Arra
 
 
 def _legs(piece: Array, either: Array, least: float) -> Array:
-    """(k, 2) mm: the straight strokes, as steps, that a piece of a path without corners becomes."""
+    """(k, 2) mm: steps along the straight strokes that replace a piece of the path between two corners."""
     whole = piece[-1] - piece[0]
     size = float(np.linalg.norm(whole))
     step = np.diff(piece, axis=0)
@@ -60,9 +60,9 @@ def _legs(piece: Array, either: Array, least: float) -> Array:
 
 
 def _crossed(piece: Array, starts: Indices, along: Array) -> Array | None:
-    """The strokes, as steps, whose lines run amid their part of the path, the first and last through its ends.
+    """Steps along strokes whose lines run through the middle of their samples, or through the ends of the piece.
 
-    None where that is not possible without a stroke that runs backwards.
+    None if a stroke would run backwards or become too long.
     """
     if len(along) < 2:
         return None
@@ -83,7 +83,7 @@ def _crossed(piece: Array, starts: Indices, along: Array) -> Array | None:
 
 
 def _two(whole: Array, either: Array) -> Array:
-    """A way (2,) as two strokes of neighbouring directions, the more upright one at the lower end."""
+    """A step (2,) split into two of neighbouring directions, the more upright one at the lower end."""
     turned = np.angle((either @ np.array([1.0, 1j])) / (whole @ np.array([1.0, 1j])))
     left, right = np.where(turned >= 0, turned, np.inf).argmin(), np.where(turned < 0, turned, -np.inf).argmax()
     pair = either[[left, right]]
@@ -94,7 +94,7 @@ def _two(whole: Array, either: Array) -> Array:
 
 
 def _directions(progress: Array, least: float) -> Indices:
-    """(n,) index of the direction of each sample: the sequence of most progress, less a price on every change."""
+    """(n,) direction of each sample: the sequence with the most progress after paying for its changes (Viterbi)."""
     n, k = progress.shape
     price = _PRICE * least
     best = progress[0].copy()
@@ -113,7 +113,7 @@ def _directions(progress: Array, least: float) -> Indices:
 
 
 def footed(corners: Array, foot: float, direction: Array) -> Array:
-    """The broken path with a slanting step before an upright that begins it, and after one that ends it.
+    """Add a slanting foot to a broken path where it begins or ends with an upright.
 
     Parameters
     ----------

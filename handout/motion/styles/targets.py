@@ -1,7 +1,7 @@
-"""Targets of a path that is only drawn: the extremes of its curves, its corners and its ends.
+"""Finds the targets of a drawn path: its ends, its corners, and the points at which it runs upright or level.
 
-A circle has no extreme of curvature, which is why it is the hard case where targets are placed there; it has a top, a
-left, a bottom and a right, as every curve has.
+A circle has no extreme of curvature to place a target at, but like every curve it has a top, a left, a bottom and a
+right.
 
 Source: seed 003, §4 (there at extremes of curvature); extremes of the curves, evenly spaced: own method.
 """
@@ -23,14 +23,14 @@ _MOST = 40_000  # samples of a path
 _SMOOTHED = 1.2  # samples over which a path's own noise is smoothed away
 _ARM = 4  # samples on either side of a corner
 _CORNER = np.radians(60)  # turning within the arms that makes one
-_SOON = 0.09  # heights between targets that are one
-_LONG = 0.62  # heights between targets that have another between them
-_ROUND = 1.6  # times as far apart are the targets of a ring, whose curve needs no others
-_USUAL = 1.5  # x-heights: the usual size of letters that are written apart, as the built-in printed hand has them
-_TURNS = 0.12  # of its height: the least way up or down of a stroke that counts
-_WORD = 6  # ways up and down: more than a letter has
-_FLATTEST = 0.1  # of its longer side: the least height of a letter that a stroke is taken for
-_SMALL = 0.4  # of the height: the smallest letter that is told from a part of one
+_SOON = 0.09  # letter heights: of targets nearer to each other than this only one stays
+_LONG = 0.62  # letter heights: targets further apart than this get another between them
+_ROUND = 1.6  # times `_LONG`: how far apart the targets of a ring may be
+_USUAL = 1.5  # x-heights: the usual size of unjoined letters, as in the built-in printed hand
+_TURNS = 0.12  # of a stroke's height: shorter ways up or down do not count
+_WORD = 6  # ways up and down: a stroke with as many is a word
+_FLATTEST = 0.1  # of a stroke's longer side: the least size of a letter that it is taken for
+_SMALL = 0.4  # of the letter height: a stroke's own size counts down to this
 _DOT = 0.06  # heights: a path of no more extent is a dot
 _NEAR = 0.2  # heights between the end of a ring and its beginning
 _TIP = 0.4  # heights at either end of a ring that may stick out
@@ -38,11 +38,11 @@ _TIP = 0.4  # heights at either end of a ring that may stick out
 
 @dataclass(frozen=True, eq=False)
 class Motif:
-    """What a stroke is made of, whatever its style.
+    """A stroke without its style: its path and its targets.
 
     path : (n, 2) float, mm: evenly sampled.
-    points : (m, 2) float, mm: on the path, in order.
-    corner : (m,) bool: where the path has one.
+    points : (m, 2) float, mm: its targets, in order.
+    corner : (m,) bool: which targets are corners.
     bends : (k,) int: samples of the path that are its corners.
     ring : whether it comes back to where it begins without a corner there; the first point then follows the last.
     """
@@ -55,10 +55,10 @@ class Motif:
 
 
 def letter_height(drawing: Drawing) -> float:
-    """mm: the usual size of a letter.
+    """The usual size of a letter, mm.
 
-    Of a drawing that knows its x-height (`about["x_height"]`, mm) so many times that; else from the sizes of the
-    strokes, of a stroke that goes up and down again and again, as a joined word does, from how far it goes each time.
+    If the drawing states its x-height (`about["x_height"]`, mm), 1.5 times that; else the median size of its strokes,
+    weighted by length.  A stroke that goes up and down many times is a word: its ways up and down give its size.
 
     Raises
     ------
@@ -80,7 +80,7 @@ def letter_height(drawing: Drawing) -> float:
 
 
 def _size(xy: Array) -> float:
-    """mm: the larger side of a stroke; of one that turns to and fro its height, and of a word that of its letters."""
+    """mm: the larger side of a plain stroke, the height of one that turns to and fro, the letter height of a word."""
     wide, high = (float(side) for side in np.ptp(xy, axis=0))
     size = max(wide, high)
     if float(np.linalg.norm(np.diff(xy, axis=0), axis=1).sum()) <= 1.8 * size:
@@ -92,7 +92,7 @@ def _size(xy: Array) -> float:
 
 
 def _runs(y: Array, least: float) -> Array:
-    """(k,) mm: how far a path goes up and down, from each turn to the next; turns of less than `least` are none."""
+    """(k,) mm: lengths of a path's ways up and down; turning back by less than `least` does not end one."""
     turns = [float(y[0])]
     extreme, way = float(y[0]), 0
     for value in y.tolist():
@@ -116,7 +116,7 @@ def find(xy: Array, height: float) -> Motif:
     corners = _corners(path)
     ends = np.array([0, len(path) - 1])
     samples = np.unique(np.concatenate([[] if ring else ends, corners, _extremes(path)]).astype(np.intp))
-    # a small letter among large ones has its targets as near to each other as it is small
+    # the targets of a small letter lie closer together
     unit = float(np.clip(_size(xy), _SMALL * height, height)) / _step(path)
     if ring:
         places = _around(_apart(samples, corners, samples[:0], _SOON * unit), len(path) - 1, _LONG * unit)
@@ -126,7 +126,7 @@ def find(xy: Array, height: float) -> Motif:
 
 
 def _resampled(xy: Array, away: Array, height: float) -> Array:
-    """Evenly sampled, and smoothed a little."""
+    """The path sampled evenly and smoothed a little."""
     along = np.concatenate([[0.0], np.cumsum(away)])
     count = int(np.clip(along[-1] / height * _STEPS, 8, _MOST)) + 1
     keep = np.concatenate([[True], away > 0])
@@ -143,9 +143,9 @@ def _step(path: Array) -> float:
 
 
 def _closed(path: Array, height: float) -> tuple[Array, bool]:
-    """A path that comes back to its beginning, closed, and whether it does.
+    """The path, and whether it comes back to its beginning: then it is closed there.
 
-    What sticks out before and after the place where it closes is left out, if it is short.
+    Short ends that stick out beyond the place where it closes are cut off.
     """
     step = _step(path)
     reach = min(int(_TIP * height / step), len(path) // 4)
@@ -177,7 +177,7 @@ def _corners(path: Array) -> Indices:
 
 
 def _extremes(path: Array) -> Indices:
-    """Samples where the direction crosses the upright or the level, between corners."""
+    """Samples between corners at which the path runs upright or level."""
     extremes: list[int] = []
     bounds = [0, *_corners(path).tolist(), len(path) - 1]
     for low, high in pairwise(bounds):
@@ -191,7 +191,7 @@ def _extremes(path: Array) -> Indices:
 
 
 def _crossings(quarter: Array, slack: float = 0.12) -> list[int]:
-    """Where a value passes a whole number, not counting returns of less than `slack` beyond it."""
+    """Indices at which a sequence passes a whole number by more than `slack`."""
     crossings, side = [], None
     for at, value in enumerate(quarter.tolist()):
         near = round(value)
@@ -209,7 +209,7 @@ def _crossings(quarter: Array, slack: float = 0.12) -> list[int]:
 
 
 def _apart(samples: Indices, corners: Indices, ends: Indices, least: float) -> Indices:
-    """Targets that keep their distance; ends win over corners, and corners over extremes."""
+    """Targets at least `least` samples apart; ends are chosen before corners, and corners before extremes."""
     rank = np.where(np.isin(samples, ends), 2, np.where(np.isin(samples, corners), 1, 0))
     places: list[int] = sorted(ends.tolist())
     for at in samples[np.lexsort((samples, -rank))].tolist():
@@ -220,13 +220,13 @@ def _apart(samples: Indices, corners: Indices, ends: Indices, least: float) -> I
 
 
 def _filled(places: Indices, most: float) -> Indices:
-    """Long ways between targets get further ones, evenly."""
+    """The targets, with further ones evenly between those more than `most` samples apart."""
     parts = [np.linspace(a, b, int(np.ceil((b - a) / most)) + 1)[:-1] for a, b in pairwise(places.tolist())]
     return np.unique(np.rint(np.concatenate([*parts, places[-1:]])).astype(np.intp))
 
 
 def _around(places: Indices, samples: int, most: float) -> Indices:
-    """Targets of a ring, its long ways filled; at least three."""
+    """Targets of a ring, filled as by `_filled`; at least three."""
     first = places[:1] if len(places) else np.zeros(1, dtype=np.intp)
     turn = np.concatenate([places if len(places) else first, first + samples])
     longest = min(_ROUND * most, samples / 3)

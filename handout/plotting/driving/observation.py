@@ -1,13 +1,13 @@
-"""What a machine did with a plan, as far as it says: when it was where, and where the pen rested on the paper.
+"""Works out from a machine's answers what it did with a plan: when it was where, and where the pen rested.
 
-All that is known of a real machine are its answers: at a time t, by the clock of this computer, it had carried out the
-plan up to the plan's own time p.  Two things are certain.  An answer is never heard before it is true: p was reached at
-t or earlier.  And a machine is not faster than its plan: from p to a later p' it needs p' − p or more.  So its delay at
-p is at most the least of t' − p' over this answer and all later ones; answers that are heard late do not count.  Where
-the delay grows within a stroke, time was lost there: much of it at once is a rest, a little everywhere is slow going.
+Each answer says that at a time t (this computer's clock) the machine had carried out the plan up to the plan's time p.
+An answer is never heard before it is true, so p was reached at t or earlier.  A machine is never faster than its plan,
+so it takes at least p' − p from p to a later p'.  Its delay at p is therefore at most the least t' − p' of this answer
+and all later ones, which makes late answers harmless.  Where the delay grows within a stroke, time was lost: a rest if
+it grows much at once, slow going if it grows a little everywhere.
 
-What cannot be seen: a rest shorter than `Observed.least_s`; one before the first or behind the last answer within a
-stroke; and two rests between the same two answers are one.
+Not seen are rests shorter than `Observation.least_s`, and those before the first or after the last answer of a stroke;
+two rests between the same two answers count as one.
 
 Source: own method.
 """
@@ -27,22 +27,22 @@ from handout.plotting.planning.plan import Plan
 from handout.plotting.planning.toolpath import Toolpath
 from handout.values import Array, Drawing
 
-REST = 0.02  # s; a pen that stands for less leaves no more ink than in a sharp corner
-_USUAL = 25.0  # percentile of the time that is lost between two answers: so much is lost by slow going
-_UNUSUAL = 6.0  # times as much as usual is a rest
-_FINE = 17  # times within a move at which its place is known
-_NEAR = 0.03  # mm by which a place may be off: steps, and digits of what is told
-_GAIN = 0.005  # s by which a machine may be ahead of its plan between two answers
-_MANY = 3  # answers within strokes without which nothing can be said
+REST = 0.02  # s; a shorter stop leaves no more ink than a sharp corner
+_USUAL = 25.0  # percentile of the time lost between two answers that is put down to slow going
+_UNUSUAL = 6.0  # times the usual loss make a rest
+_FINE = 17  # samples of a move between which its place is interpolated
+_NEAR = 0.03  # mm by which a reported place may be off: steps, and rounded digits
+_GAIN = 0.005  # s that a machine may gain on its plan between two answers
+_MANY = 3  # answers within strokes: with fewer nothing can be said
 
 Place = tuple[float, float]
 
 
 class Rest(NamedTuple):
-    """The pen stood on the paper.
+    """A stop of the pen on the paper.
 
     stroke, word : their numbers, from 0 (word −1: unknown); text : of the word, "" if that is not known.
-    at_s : where, s after the stroke's beginning in the plan.
+    at_s : s after the stroke's beginning in the plan.
     """
 
     stroke: int
@@ -54,14 +54,14 @@ class Rest(NamedTuple):
 
 @dataclass(frozen=True)
 class Observation:
-    """What was executed, from the machine's own answers.
+    """What was executed, according to the machine's answers.
 
-    unknown : why that cannot be told; "" if it can: else the fields below are empty.
+    unknown : why nothing can be said; then the fields below are empty.
     rests : within strokes, in order.
-    least_s : rests that are shorter may not have been noticed, s; every_s : between two answers within a stroke, s.
-    correlation : of the speeds with those that were meant, at the same times; None if no stroke moves for long enough.
-    stretched : time the strokes took over the time they were meant to take.
-    executed : the strokes as the plan predicts them, with the delays that were observed; None if nothing was.
+    least_s : shorter rests may have been missed, s; every_s : median time between two answers in a stroke, s.
+    correlation : of executed with planned speeds at the same times; None if no stroke is long enough.
+    stretched : duration of the strokes over their planned duration.
+    executed : the predicted strokes with the observed delays; None if nothing was observed.
     """
 
     unknown: str = ""
@@ -79,7 +79,7 @@ class Observation:
 
 
 class Observer:
-    """Collects what is heard of a plot.
+    """Collects the answers of a machine during a plot.
 
     Parameters
     ----------
@@ -94,16 +94,16 @@ class Observer:
         self._places: list[Place] = []
 
     def note(self, time: float, executed: int, place: Place | None) -> None:
-        """At a time, s, so many commands have certainly been executed; the machine said that it is at a place, mm."""
+        """Add an answer: its time, s, the number of commands certainly executed by then, and the reported place, mm."""
         if executed > 0:
             self._times.append(time)
             self._executed.append(executed)
             self._places.append(place or (np.nan, np.nan))
 
     def observation(self, unknown: str = "") -> Observation:
-        """What can be said at the end.
+        """Evaluate the answers at the end of a plot.
 
-        unknown : why the machine's answers say nothing.
+        unknown : why the answers say nothing, where the caller knows that.
         """
         if unknown:
             return Observation(unknown)
@@ -117,7 +117,7 @@ class Observer:
         delays, apart, lost = dict[int, tuple[Array, Array]](), list[Array](), list[Array]()
         for number in np.unique(stroke[drawn]).tolist():
             within = np.flatnonzero(stroke == number)
-            at = np.arange(within[0], _next(stroke, within[-1]))  # what follows, until the next stroke, bounds it too
+            at = np.arange(within[0], _next(stroke, within[-1]))  # answers up to the next stroke bound the delay too
             delay = np.minimum.accumulate((time[at] - reached[at])[::-1])[::-1][within - within[0]]
             delays[number] = reached[within], delay - delay[0]
             apart.append(np.diff(time[within]))
@@ -137,7 +137,7 @@ class Observer:
         )
 
     def _rests(self, number: int, where: Array, delay: Array, least: float) -> list[Rest]:
-        """Times lost between two answers of a stroke; neighbouring ones are the same rest."""
+        """The rests of a stroke: losses between successive answers, neighbouring ones joined."""
         lost = np.diff(delay)
         begin = float(self.plan.starts[self.plan.toolpath.first[number]])
         word = self.plan.drawing.strokes[number].word
@@ -154,7 +154,7 @@ class Observer:
         return [rest for rest in rests if rest.seconds > least]
 
     def _reached(self) -> tuple[NDArray[np.intp], Array]:
-        """Of every answer: the stroke that was being drawn, −1 for none; and the plan's time that was reached, s."""
+        """For every answer the stroke being drawn, −1 for none, and the time of the plan that had been reached, s."""
         plan, toolpath = self.plan, self.plan.toolpath
         rows = np.array([row if block is None else -1 for block, row in toolpath.instructions])
         block = self._done[np.array(self._executed, dtype=np.intp)]
@@ -170,18 +170,18 @@ class Observer:
                 same = at > 0 and stroke[at - 1] == stroke[at]
                 planned = self._times[at] - (self._times[at - 1] - reached[at - 1]) if same else -np.inf
                 move, gone, reached[at] = self._furthest(int(row[at]), np.array(self._places[at]), planned + _GAIN)
-                if ahead[move] - gone <= _NEAR:  # it stands there to lift the pen
+                if ahead[move] - gone <= _NEAR:  # it has stopped to lift the pen
                     stroke[at] = -1
                 elif same:
                     reached[at] = self._soonest(behind, move, gone, planned)
         return stroke, np.maximum.accumulate(reached)
 
     def _soonest(self, behind: Array, row: int, gone: float, planned: float) -> float:
-        """The one of the plan's times that is nearest to `planned`, of those at which the pen is near a place, s.
+        """Of the plan's times at which the pen is near a place, the one nearest to `planned`, s.
 
-        Where the pen is slow, a hundredth of a millimetre is a long time, and no answer is finer than that.
+        A place is known to some hundredths of a millimetre, which a slow pen takes long to cross.
 
-        behind : (n + 1,) mm: how long the way is up to the beginning of each move; row, gone : the place.
+        behind : (n + 1,) mm, length of the path before each move; row, gone : the place.
         """
         toolpath = self.plan.toolpath
         same = np.flatnonzero(toolpath.stroke == toolpath.stroke[row])
@@ -197,8 +197,10 @@ class Observer:
     def _furthest(self, row: int, place: Array, most: float) -> tuple[int, float, float]:
         """The latest of the plan's times, no later than `most`, at which the pen is at a place.
 
-        row : the move that is the first to come by there.  Lines cross and retrace themselves, and a machine is not
-        faster than its plan: so the last move that comes by in time is the one.
+        Lines cross and retrace themselves; since a machine is never faster than its plan, the last move that passes
+        the place in time is the right one.
+
+        row : the first move that may have been under way.
 
         Returns
         -------
@@ -221,7 +223,7 @@ class Observer:
         return latest
 
     def _since(self, row: int, gone: float) -> float:
-        """How long a move has been under way when it has come so far, s."""
+        """Time from the beginning of a move until it has gone so far, s."""
         t = np.linspace(0.0, float(self.plan.motion.duration[row]), _FINE)
         return float(np.interp(gone, self.plan.motion.travelled(np.full(_FINE, row), t), t))
 
@@ -235,7 +237,7 @@ class Observer:
 
 
 def _along(toolpath: Toolpath) -> tuple[Array, Array]:
-    """(n + 1,) mm: the way up to the beginning of each move, and all of it; (n,) mm: from there to the stroke's end."""
+    """mm: length of the path before each move and in all (n + 1,); from each move's start to its stroke's end (n,)."""
     length = np.hypot(*np.diff(toolpath.points[:, :2], axis=0).T)
     behind = np.append(0.0, np.cumsum(length))
     last = np.append(np.flatnonzero(np.diff(toolpath.stroke) != 0), len(toolpath.kind) - 1)
@@ -243,6 +245,6 @@ def _along(toolpath: Toolpath) -> tuple[Array, Array]:
 
 
 def _next(stroke: NDArray[np.intp], last: int) -> int:
-    """Where the next stroke after an answer has its first."""
+    """Index of the first answer of the next stroke."""
     later = np.flatnonzero(stroke[last + 1 :] >= 0)
     return last + 1 + int(later[0]) if len(later) else len(stroke)

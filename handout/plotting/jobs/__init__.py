@@ -1,4 +1,4 @@
-"""A plot that survives: what is to be drawn, in which parts, and how far it has come, kept in a folder of its own.
+"""Plot jobs, stored so that they survive interruptions: what is to be drawn, in which parts, and how far it is done.
 
 A *job* is one or several *parts* drawn one after the other, each a piece of a page drawn with one pen; before a part
 the person may have to change the sheet or the pen.

@@ -1,7 +1,7 @@
-"""A plot that is kept: what it is, how it is drawn, and how far its pages are made.
+"""A stored plot: its facts, how it is drawn, and which of its pages exist.
 
 ``job.json`` in a job's folder is written when the job begins, and once more when all of its pages are made.  Until then
-it holds what the pages are made from (`Job.inputs`), and its parts are those of the pages that there are.
+it holds what the pages are made from (`Job.inputs`), and the parts are those of the pages that exist.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import msgspec
 from handout.errors import InputError
 from handout.plotting.driving.overlap import OVERLAP
 from handout.plotting.jobs import journal, pages
-from handout.plotting.jobs.journal import Journal, Standing
+from handout.plotting.jobs.journal import JobProgress, Journal
 from handout.plotting.jobs.pages import Record
 from handout.plotting.jobs.parts import Layers, Part, parts
 from handout.plotting.planning.plan import Order
@@ -61,15 +61,15 @@ class _Facts(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
 
 @dataclass(frozen=True)
 class Job:
-    """A plot that is kept.
+    """A stored plot.
 
-    folder : its name is the job's.
+    folder : named like the job.
     title : the beginning of its text; begun : when, ISO 8601; port : where to.
     profile : the machine, as its file said when the job began.
     pages : of one copy; layers : names of all layers; parts : in order; told : facts of every page, as they were given.
-    inputs : what those pages are made from that are not there yet, if there are any: then the fields above are about
-        the pages that there are, and their first copy.
-    share : how much of the text is on the pages that there are, 0 to 1.
+    inputs : what the missing pages are made from; None if none is missing.  While some are, the fields above describe
+        the pages that exist, and their first copy.
+    share : of the text, on the pages that exist, 0 to 1.
     """
 
     folder: Path
@@ -87,7 +87,7 @@ class Job:
 
     @property
     def name(self) -> str:
-        """What the job is called."""
+        """The job's name."""
         return self.folder.name
 
     @property
@@ -97,16 +97,16 @@ class Job:
 
     @property
     def ink(self) -> float:
-        """mm that all of its parts draw; about so many, as long as it is not `whole`."""
+        """mm that all parts draw; an estimate while the job is not `whole`."""
         length = sum(part.ink for part in self.parts)
         return length if self.whole else length * self.options.copies / max(self.share, 1e-9)
 
-    def standing(self) -> Standing:
+    def standing(self) -> JobProgress:
         """How far it has come."""
         return journal.read(self.folder / JOURNAL)[0]
 
     def open(self) -> Journal:
-        """Its journal, held against other programs."""
+        """Its journal, locked against other programs."""
         return Journal(self.folder / JOURNAL)
 
     def drawing(self, number: int) -> Drawing:
@@ -135,7 +135,7 @@ class Job:
         )
 
     def write(self) -> None:
-        """Put it into its folder."""
+        """Write ``job.json``."""
         facts = _Facts(
             title=self.title,
             begun=self.begun,

@@ -1,4 +1,4 @@
-"""What became of a plot, kept so that it can be gone on with after anything: a pulled cable, a crash, a power cut.
+"""Records how far a plot has come, so that it can be resumed after a pulled cable, a crash or a power cut.
 
 A file of short lines, only ever added to, each with a check sum of its own (CRC-32) in front::
 
@@ -43,7 +43,7 @@ _DRAWN, _UNPROVEN = "drawn", "unproven"
 
 
 @dataclass(frozen=True)
-class Standing:
+class JobProgress:
     """How far a job has come.
 
     part : the part that is under way or comes next; begun : whether it was begun.
@@ -63,7 +63,7 @@ class Standing:
     runs: tuple[str, ...] = ()
 
 
-def read(path: Path) -> tuple[Standing, int]:
+def read(path: Path) -> tuple[JobProgress, int]:
     """How far a job has come, and how many bytes of its journal are whole.
 
     Raises
@@ -75,7 +75,7 @@ def read(path: Path) -> tuple[Standing, int]:
         data = path.read_bytes() if path.exists() else b""
     except OSError as error:
         raise _cannot("read", path, error) from error
-    standing, whole, start = Standing(), 0, 0
+    standing, whole, start = JobProgress(), 0, 0
     for number, line in enumerate(data.splitlines(keepends=True), 1):
         start += len(line)
         after = _after(standing, line)
@@ -90,7 +90,7 @@ def read(path: Path) -> tuple[Standing, int]:
     return standing, whole
 
 
-def _after(standing: Standing, line: bytes) -> Standing | None:
+def _after(standing: JobProgress, line: bytes) -> JobProgress | None:
     """The standing after a line; None if the line is damaged or torn."""
     if not line.endswith(b"\n") or line[8:9] != b" " or line[:8] != _sum(line[9:-1]):
         return None
@@ -122,12 +122,12 @@ def _sum(text: bytes) -> bytes:
 
 
 def disk() -> Executor:
-    """The thread that writes a journal: one after the other, in order."""
+    """The thread that writes a journal, entry by entry."""
     return ThreadPoolExecutor(1, "journal")
 
 
 class Journal:
-    """The journal of a job, held against other programs as long as it is open.
+    """The journal of a job, locked against other programs while it is open.
 
     Attributes
     ----------
@@ -171,18 +171,18 @@ class Journal:
             raise
 
     def begin(self, part: int) -> None:
-        """A part begins; what was asked of the person before it is done."""
+        """A part begins; the person has done what it needs."""
         self._write(f"part {part}")
         self.sync()
 
     def drawn(self, place: Place, proven: bool = True) -> None:
-        """What of the part under way is certainly drawn by now, and whether it is known to be right."""
+        """The part under way is certainly drawn up to a place, and whether that is proven right."""
         if place != (self.standing.proven if proven else self.standing.place):
             more = "" if proven else f" {_UNPROVEN}"
             self._write(f"{_DRAWN} {self.standing.part} {place.stroke} {place.time!r}{more}")
 
     def doubt(self) -> None:
-        """What was drawn behind the last proven place may be wrong, wherever the machine stands: it is drawn again."""
+        """What was drawn after the last proven place may be wrong and will be drawn again."""
         self._write("doubtful")
 
     def complete(self) -> None:
@@ -196,7 +196,7 @@ class Journal:
         self.sync()
 
     def secure(self) -> Future[None]:
-        """Begin to put all lines on the disk; done when they would survive a power cut, or with the disk's error."""
+        """Begin to put all lines on the disk; the future ends when they would survive a power cut, or with an error."""
         return self._disk.submit(self._put, True)
 
     def sync(self) -> None:
@@ -222,7 +222,7 @@ class Journal:
             raise _cannot("write", self.path, self._failed) from self._failed
 
     def _put(self, sync: bool) -> None:
-        """Write the lines that wait, and let the disk keep them; in the thread."""
+        """Write the waiting lines and flush them to the disk (in the thread)."""
         self._check()
         with self._lock:
             lines, self._waiting, standing = b"".join(self._waiting), [], self.standing
@@ -251,14 +251,14 @@ class Journal:
             self.close()
 
     def close(self) -> None:
-        """Let it go without a word, when what waits is written; the thread has ended then."""
+        """Close it when the waiting lines are written and the thread has ended."""
         with contextlib.suppress(RuntimeError):  # closed before
             self._disk.submit(self._file.close)
         self._disk.shutdown()
 
 
 def _behind(waiting: list[bytes], line: bytes) -> list[bytes]:
-    """The lines that still have to be written before another: of places at the end, the other kind's."""
+    """The waiting lines without those that a new line of this kind replaces: places of the same kind at the end."""
     if not (kind := _kind(line)):
         return waiting
     many = len(waiting)
@@ -268,6 +268,6 @@ def _behind(waiting: list[bytes], line: bytes) -> list[bytes]:
 
 
 def _kind(line: bytes) -> str:
-    """Which kind of place a line tells; "" if none."""
+    """The kind of place that a line holds; "" if none."""
     words = line[9:].decode("utf-8", "replace").split()
     return "" if words[0] != _DRAWN else words[-1] if words[-1] == _UNPROVEN else _DRAWN

@@ -1,4 +1,4 @@
-"""Who makes the pages of a job that are not made yet: a program of its own, which runs ahead of the pen.
+"""Makes the missing pages of a job in a process of its own, which runs ahead of the pen.
 
 It adds to the job's folder what is lacking and prints a line for every page; when the program that plots has gone, and
 nobody reads these lines, it stops at the next page.  What it has made is on the disk, so that neither of them holds
@@ -23,10 +23,10 @@ class PageProducer(Protocol):
     """Makes the pages that a job lacks, in order."""
 
     def wait(self) -> None:
-        """Return when there may be one page more, or all are there; InputError if the next cannot be made."""
+        """Return when one more page may exist, or all do; InputError if the next cannot be made."""
 
     def trouble(self) -> str:
-        """Why some page will not be made, if that is known by now; "" if not."""
+        """Why a page will be missing, as soon as that is known; else ""."""
 
 
 class ProducerProcess:
@@ -56,14 +56,14 @@ class ProducerProcess:
             raise InputError(f"{command[0]} cannot be started to make the other pages: {error.strerror}.") from error
 
     def wait(self) -> None:
-        """Until it has said one line more, or has ended."""
+        """Wait until the process has printed another line, or has ended."""
         assert self._process.stdout is not None
         self._hear(self._process.stdout.readline())
         if self._failed:
             raise InputError(self._failed)
 
     def trouble(self) -> str:
-        """Why it ended before it was done."""
+        """Why the process ended early."""
         if not self._failed and self._process.poll():
             assert self._process.stdout is not None
             for line in [*self._process.stdout, ""]:
@@ -81,7 +81,7 @@ class ProducerProcess:
             self._ended = True
 
     def close(self) -> None:
-        """End it; a page that it is making is made again the next time."""
+        """End the process; the page under way is made again next time."""
         self._process.terminate()
         self._process.wait()
         if self._process.stdout is not None:

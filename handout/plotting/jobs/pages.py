@@ -1,4 +1,4 @@
-"""The pages of a job on the disk: a drawing each, as it is to be drawn, and beside it what is to be known without it.
+"""The pages of a job on the disk: for each its drawing, and beside it a record that can be read without the drawing.
 
 ``page-3.json.gz`` is a drawing in the form of `sinks.drawing_json`; ``page-3.json``, written after it, is its `Record`:
 a page is there when that is.  Each file is there whole or not at all, whenever the power goes.
@@ -30,8 +30,8 @@ from handout.values import Drawing, Stroke
 _CHANGE = 1.0  # s on the clock of a page between two layers
 
 
-class Made(NamedTuple):
-    """A page as it comes to be kept.
+class NewPage(NamedTuple):
+    """A page on its way into a job.
 
     share : how much of the text is on it and those before it, 0 to 1; 1 on the last page alone.
     told : facts that are kept for whoever asks at the end.
@@ -43,14 +43,14 @@ class Made(NamedTuple):
 
 
 class Record(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What is to be known of a page that is kept; `share` and `told` as in `Made`."""
+    """The record of a stored page; `share` and `told` as in `NewPage`."""
 
     layers: tuple[Layer, ...]
     share: float
     told: dict[str, Any]
 
 
-def keep(page: Made, folder: Path, number: int, profile: Plotter, layers: Layers, order: Order) -> Record:
+def keep(page: NewPage, folder: Path, number: int, profile: Plotter, layers: Layers, order: Order) -> Record:
     """Write the drawing of page `number`, from 0, with its strokes in the order in which they are to be drawn.
 
     Raises
@@ -85,12 +85,12 @@ def laid_out(drawing: Drawing, profile: Plotter, layers: Layers, order: Order) -
 
 
 def enter(record: Record, folder: Path, number: int) -> None:
-    """Write the record of a page whose drawing is written: now it is there."""
+    """Write the record of a page whose drawing is written; from now on the page exists."""
     write(_record(folder, number), msgspec.json.encode(record))
 
 
 def records(folder: Path) -> list[Record]:
-    """Those of the pages that are there, from the first on.
+    """The records of the pages that exist, from the first on.
 
     Raises
     ------
@@ -122,13 +122,13 @@ def read(folder: Path, number: int) -> Drawing:
 
 
 def drop(folder: Path) -> None:
-    """Delete all pages, and what a page left that was being written when the power went."""
+    """Delete all pages, and what an interrupted write left."""
     for path in [*folder.glob("page-*.json*"), *folder.glob(".*.new-*")]:
         path.unlink(missing_ok=True)
 
 
 def write(path: Path, data: bytes) -> None:
-    """A file that is there whole or not at all; it survives a power cut when its name does too: see `sync_folder`."""
+    """Write a file atomically; it survives a power cut once its name does (`sync_folder`)."""
     part = path.with_name(f".{path.name}.new-{os.getpid()}")
     try:
         with part.open("wb") as stream:

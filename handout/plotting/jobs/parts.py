@@ -1,4 +1,4 @@
-"""A job's parts: sheet after sheet, on a sheet layer after layer, and a stop whenever the pen has drawn its metres."""
+"""Divides a job into parts: by sheet, by layer, and wherever the pen has drawn as much as it may between checks."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Layers = Literal["none", "name", "colour"]
 
 
 class Part(msgspec.Struct, frozen=True, array_like=True):
-    """Strokes that are drawn without a person having to do anything in between.
+    """Strokes that are drawn without help from a person.
 
     page : its number, from 0; copy : from 0; layer : name or colour of the layer.
     first, stop : its strokes are ``strokes[first:stop]`` of the page as `arranged`; ink : mm they draw.
@@ -59,7 +59,7 @@ def arranged(drawing: Drawing, layers: Layers) -> Drawing:
 
 
 def survey(drawing: Drawing, layers: Layers) -> tuple[Layer, ...]:
-    """The layers of a page that is `arranged`, with their words: what `parts` needs to know of it."""
+    """The layers of an `arranged` page with their words, as `parts` takes them."""
     surveyed, at = [], 0
     for name, group in itertools.groupby(drawing.strokes, lambda stroke: layer_of(stroke, layers)):
         first, ends, ink = at, [], []
@@ -72,7 +72,7 @@ def survey(drawing: Drawing, layers: Layers) -> tuple[Layer, ...]:
 
 
 def _words(strokes: Sequence[Stroke]) -> Iterator[list[Stroke]]:
-    """Runs of strokes of one word; a stroke of no known word is one of its own."""
+    """Runs of strokes of one word; a stroke of unknown word is a run by itself."""
     run: list[Stroke] = []
     for stroke in strokes:
         if run and (stroke.word < 0 or stroke.word != run[-1].word):

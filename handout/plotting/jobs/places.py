@@ -1,4 +1,4 @@
-"""A place on a drawing: how far it has been drawn, what is left of it, and where on it a machine stands.
+"""Places on a drawing: how far it is drawn, what is left of it, and where on it a machine stands.
 
 `Milestones` turns blocks of a plan that are done into places; `drawn` and `remaining` cut a drawing in two at one;
 `found` turns a machine's own word for its position into one.
@@ -20,7 +20,7 @@ from handout.values import Array, Drawing, Stroke
 
 
 class Place(NamedTuple):
-    """All strokes before `stroke` are drawn, and of this one what lies before `time` (s, on the drawing's clock).
+    """How far a drawing is drawn: all strokes before `stroke`, and this one up to `time` (s, drawing's clock).
 
     A time before the stroke's first means that nothing of it is drawn; a stroke after the last, that all are.
     """
@@ -33,7 +33,7 @@ START = Place(0)
 
 
 class Milestones:
-    """What has been drawn when so many blocks of a plan are done.
+    """Converts the number of blocks done of a plan into a place on the drawing.
 
     Attributes
     ----------
@@ -62,12 +62,12 @@ class Milestones:
         self.ink = np.append(0.0, np.cumsum(length))
 
     def place(self, done: int) -> Place:
-        """What is drawn when `done` blocks are done."""
+        """The place reached after `done` blocks."""
         return Place(int(self.stroke[done]), float(self.time[done]))
 
 
 def place(plan: Plan, done: int) -> Place:
-    """What is drawn when `done` blocks of a plan are done; `Milestones` answers the same for many numbers at once."""
+    """The place reached after `done` blocks of a plan; for many numbers use `Milestones`."""
     return Milestones(plan).place(done)
 
 
@@ -96,7 +96,7 @@ def drawn(drawing: Drawing, place: Place) -> Drawing:
 
 
 def remaining(drawing: Drawing, place: Place) -> Drawing:
-    """What is left of a drawing behind a place: the broken stroke begins there; times, words and layers are kept."""
+    """The rest of a drawing after a place, where the broken stroke begins; times, words and layers stay."""
     if place.stroke >= len(drawing.strokes):
         return dataclasses.replace(drawing, strokes=())
     broken = _from(drawing.strokes[place.stroke], place.time)
@@ -105,7 +105,7 @@ def remaining(drawing: Drawing, place: Place) -> Drawing:
 
 
 def onward(before: Place, left: Drawing, whole: Drawing, after: Place) -> Place:
-    """A place on what was left behind another place, as a place on the whole drawing."""
+    """A place on the rest of a drawing, as a place on the whole drawing."""
     return max(before, Place(after.stroke + len(whole.strokes) - len(left.strokes), after.time))
 
 
@@ -126,7 +126,7 @@ def _from(stroke: Stroke, time: float) -> Stroke | None:
 
 
 def _cut(stroke: Stroke, t: Array) -> Stroke:
-    """The stroke at the times t: its samples, and what lies between them at an end."""
+    """The stroke at the times t: its own samples, interpolated only at an end."""
     xy = np.stack([np.interp(t, stroke.t, stroke.xy[:, axis]) for axis in (0, 1)], axis=1)
     recorded = {name: values for name in _CHANNELS if (values := getattr(stroke, name)) is not None}
     channels: dict[str, Any] = {name: _between(name, t, stroke.t, values) for name, values in recorded.items()}
@@ -147,7 +147,7 @@ _PAST = 0.03  # mm by which the line has left a place when that is behind it
 
 
 def found(drawing: Drawing, certain: Place, at: Array, reach: float, zero: Array | None = None) -> Place | None:
-    """The place at which a machine has stopped that stands at `at`; None if it stands nowhere on its way.
+    """The place on the drawing at which a machine stopped that stands at `at`; None if it is on no line.
 
     Parameters
     ----------
@@ -158,7 +158,7 @@ def found(drawing: Drawing, certain: Place, at: Array, reach: float, zero: Array
 
     Notes
     -----
-    Where its line comes by several times it is the first: the others might leave a gap.
+    Where the line passes several times, the first counts, since the others might leave a gap.
     """
     best_place, distance, draws = None, _NEAR, False
     for place, a, b, until in _ways(drawing, certain, reach, zero):
@@ -201,7 +201,7 @@ def _ways(
 
 
 def _starts(drawing: Drawing, certain: Place, zero: Array | None) -> Iterator[Array]:
-    """Where the way to a place begins, with the pen lifted: in zero, or at the end of the stroke before."""
+    """Where the lifted pen starts towards a place: at zero, or at the end of the stroke before."""
     if zero is not None:
         yield zero
     if 0 < certain.stroke < len(drawing.strokes) and certain.time <= drawing.strokes[certain.stroke].t[0]:

@@ -1,4 +1,4 @@
-"""Plot a job, or what is left of it: part after part, asking for pens and sheets, keeping the journal.
+"""Plots a job, or the rest of it, part by part; asks for pens and sheets and writes the journal.
 
 The pages of a long text may still be made while the first are drawn: those that are lacking come from a `PageProducer`.
 
@@ -39,20 +39,20 @@ _WRITTEN = 1.0  # mm of ink between two lines of the journal
 
 
 class Person(Protocol):
-    """Whoever stands at the plotter."""
+    """The person at the plotter."""
 
     def do(self, request: str) -> None:
-        """Ask for something, and wait until it is done; InputError if there is nobody to ask."""
+        """Ask for something and wait until it is done; InputError if nobody is there."""
 
     def try_again(self, error: DeviceError) -> bool:
-        """Say what has gone wrong, and wait until it is put right; False if the job is to end here."""
+        """Report a fault and wait until it is mended; False if the job is to end."""
 
     def paused(self, pressed: Callable[[], bool]) -> None:
-        """The plot pauses, its pen lifted: wait until its button has been `pressed`, or until one is told to go on."""
+        """Wait, with the pen lifted, until the plotter's button is `pressed` or the person says to go on."""
 
 
 def is_about_zero(request: str) -> bool:
-    """Whether a request is one that only a person at the plotter can fulfil: to push the pen above its zero."""
+    """Whether only a person at the plotter can fulfil a request: to push the pen above its zero."""
     return "plotter's zero" in request
 
 
@@ -140,7 +140,7 @@ class _Run:
         self._warned = False
 
     def is_done(self) -> bool:
-        """Whether nothing is left; a part that only its end was not written down of is complete."""
+        """Whether nothing is left; a part whose strokes are all drawn counts as complete."""
         journal = self.journal
         if journal.standing.finished:
             return True
@@ -156,7 +156,7 @@ class _Run:
         return remaining(self.job.drawing(number), self.journal.standing.place)
 
     def _next(self) -> Part | None:
-        """The part that is under way or comes next, waited for if it is not made yet; None behind the last."""
+        """The part under way or the next one, waiting until its page is made; None after the last."""
         number, waited = self.journal.standing.part, False
         if number >= len(self.job.parts) and not self.job.whole:
             self.job = load(self.job.folder)
@@ -203,7 +203,7 @@ class _Run:
             journal.complete()
 
     def _draw_with_pauses(self, number: int, port: Port, fresh: bool, patience: float) -> None:
-        """One part; when its button is pressed the machine stops, lifts its pen and waits, as after an interrupt."""
+        """Draw one part; a press of the plotter's button stops it with the pen lifted, as an interrupt does."""
         while True:
             self.controller.heed_button()
             try:
@@ -221,7 +221,7 @@ class _Run:
                 self.controller.go(0.0, 0.0)
 
     def _warn(self) -> None:
-        """Say at once that some page will be lacking, not when its turn comes."""
+        """Say that a page will be missing as soon as that is known."""
         trouble = "" if self.supply is None or self._warned else self.supply.trouble()
         if trouble:
             self._warned = True
@@ -251,7 +251,7 @@ class _Run:
             controller.zero()
 
     def _look(self, controller: Controller) -> bool:
-        """Whether the machine still knows where it is; if so, what it has drawn is known to the step."""
+        """Whether the machine still knows its place; if so, take what it has drawn from there."""
         at = controller.position()
         if at is None or max(map(abs, at)) < _ZERO:
             return False
@@ -299,7 +299,7 @@ class _Run:
         )
 
     def _progress(self, number: int, planned: Plan) -> Progress | None:
-        """The progress of a part as that of the whole job, by its ink."""
+        """The progress of a part converted into that of the whole job, by ink."""
         tell = self.progress
         if tell is None:
             return None
@@ -336,7 +336,7 @@ def _for_a_while(pressed: Callable[[], bool], patience: float) -> Callable[[], b
 
 
 class _Keeper:
-    """Writes into the journal how far a part has come, as the driver tells it."""
+    """Writes the progress of a part that the driver reports into the journal."""
 
     def __init__(self, journal: Journal, whole: Drawing, left: Drawing, plan: Plan) -> None:
         self.journal, self.whole, self.left = journal, whole, left
@@ -344,13 +344,13 @@ class _Keeper:
         self._done = self._written = self._proven = self._sure = 0
 
     def note(self, sent: int, taken: int, executed: int, done: int) -> None:
-        """So much is certainly drawn; not every line is worth writing."""
+        """So many commands are certainly drawn; written to the journal at intervals."""
         self._done = done
         if self.reached.ink[done] - self.reached.ink[self._written] >= _WRITTEN:
             self.write()
 
     def proved(self, done: int) -> None:
-        """So much is known to be right."""
+        """So many commands are proven right."""
         self._proven = done
         if self.reached.ink[done] - self.reached.ink[self._sure] >= _WRITTEN:
             self.write()
@@ -366,6 +366,6 @@ class _Keeper:
         return onward(self.start, self.left, self.whole, self.reached.place(done))
 
     def secure(self) -> Future[None]:
-        """What was noted last is to survive a power cut; done when it would."""
+        """Begin to secure the last note against a power cut; the future ends when it is."""
         self.write()
         return self.journal.secure()

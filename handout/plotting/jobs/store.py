@@ -1,4 +1,4 @@
-"""Where jobs are kept: a folder for each, in the user's state folder, under a name that is easy to type.
+"""Stores jobs: a folder for each in the user's state folder, under a name that is easy to type.
 
 A job's folder holds ``job.json`` (see `job`), a drawing for every page (see `pages`), and the ``journal``.  The
 drawings are kept as they are to be drawn, so that what is left of a job can be drawn by another version of the program,
@@ -26,7 +26,7 @@ import platformdirs
 from handout.errors import InputError
 from handout.plotting.jobs import pages
 from handout.plotting.jobs.job import JOURNAL, Job, Options, load
-from handout.plotting.jobs.pages import Made
+from handout.plotting.jobs.pages import NewPage
 from handout.profiles import Plotter
 from handout.values import Drawing
 
@@ -49,7 +49,7 @@ def create(
     port: str = "",
     place: Path | None = None,
 ) -> Job:
-    """A new job; all of it is on the disk when this returns, and nothing if it fails.
+    """Store a new job: all of it is on the disk when this returns, nothing if it fails.
 
     Parameters
     ----------
@@ -63,11 +63,13 @@ def create(
     DoesNotFit
         A page has strokes outside the bed.
     """
-    return begin((Made(drawing) for drawing in drawings), profile, options, None, title=title, port=port, place=place)
+    return begin(
+        (NewPage(drawing) for drawing in drawings), profile, options, None, title=title, port=port, place=place
+    )
 
 
 def begin(
-    new_pages: Iterable[Made],
+    new_pages: Iterable[NewPage],
     profile: Plotter,
     options: Options,
     inputs: dict[str, Any] | None,
@@ -76,12 +78,12 @@ def begin(
     port: str = "",
     place: Path | None = None,
 ) -> Job:
-    """A new job of which only some pages are made, or all; what it has is on the disk when this returns.
+    """Store a new job with its first pages, or all; they are on the disk when this returns.
 
     Parameters
     ----------
-    new_pages : its first pages; those that are lacking can be made anew from `inputs` at any time.
-    inputs : None where there are all.
+    new_pages : its first pages.
+    inputs : what the missing pages can be made from at any time; None if none is missing.
     """
     base = place or folder()
     with _new_folder(base) as work:
@@ -102,8 +104,8 @@ def begin(
         return _named(job, base)
 
 
-def add(job: Job, number: int, page: Made) -> None:
-    """One more page of a job that is not whole; page 0 is the first.
+def add(job: Job, number: int, page: NewPage) -> None:
+    """Add a page to a job that is not whole; page 0 is the first.
 
     Raises
     ------
@@ -122,7 +124,7 @@ def add(job: Job, number: int, page: Made) -> None:
 
 
 def complete(job: Job) -> None:
-    """All pages of a job are made: what they are made from is needed no longer."""
+    """Complete a job whose pages are all made: drop what they were made from."""
     records = pages.records(job.folder)
     dataclasses.replace(job, inputs=None).with_pages(records).write()
     pages.sync_folder(job.folder)
@@ -130,7 +132,7 @@ def complete(job: Job) -> None:
 
 @contextlib.contextmanager
 def _new_folder(base: Path) -> Iterator[Path]:
-    """A folder for a job that is being made; it goes if that fails."""
+    """A folder for a new job, deleted if making it fails."""
     work: Path | None = None
     try:
         base.mkdir(parents=True, exist_ok=True)
@@ -163,7 +165,7 @@ def _named(job: Job, base: Path) -> Job:
 
 
 def find(name: str | None = None, place: Path | None = None) -> Job:
-    """The job of that name, or the one that was begun last of those that are not finished.
+    """The job of that name; without a name the latest unfinished one.
 
     Raises
     ------

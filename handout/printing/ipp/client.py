@@ -178,7 +178,7 @@ class Client:
         self._ask(Operation.SEND_DOCUMENT, about, document=document)
 
     def backoff(self) -> Backoff:
-        """For whoever has to wait for the printer between two requests."""
+        """New pauses for waiting between two requests."""
         return Backoff(self._wait, self._say)
 
     def _job_number(self, answer: Message) -> int:
@@ -247,7 +247,7 @@ class Client:
     def _ask(
         self, operation: Operation, about: tuple[Attribute, ...], job: tuple[Attribute, ...] = (), document: bytes = b""
     ) -> Message:
-        """One operation, again and again while the printer says that it cannot answer now."""
+        """One operation, repeated while the printer says that it cannot answer now."""
         backoff = self.backoff()
         while True:
             try:
@@ -298,7 +298,7 @@ def _busy(code: int) -> str:
 
 
 def _about(request: Request) -> tuple[Attribute, ...]:
-    """What an operation is told of a document and of its job."""
+    """The attributes of a document and of its job."""
     return (
         attribute("job-name", Tag.NAME, request.title),
         attribute("document-format", Tag.MIME_TYPE, request.format),

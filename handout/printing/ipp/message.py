@@ -91,7 +91,7 @@ class Attribute:
 
 @dataclass(frozen=True)
 class Group:
-    """Attributes that belong together; `tag` says to what (operation, job, printer, unsupported)."""
+    """A group of attributes; `tag` says of what (operation, job, printer, unsupported)."""
 
     tag: int
     attributes: tuple[Attribute, ...] = ()
@@ -208,7 +208,7 @@ def decode(data: bytes) -> tuple[Message, int]:
 
 
 class _Reader:
-    """Takes bytes from the front, and says plainly when there are too few."""
+    """Reads bytes from the front; raises PrinterError if there are too few."""
 
     def __init__(self, data: bytes) -> None:
         self._data, self.at = data, 0

@@ -1,4 +1,4 @@
-"""A printer that is spoken to directly, as a queue: pages sent, followed until they are out, and asked about later."""
+"""An IPP printer as a queue: sends pages, follows them until they are printed, and asks about earlier ones."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ class IppQueue:
             return Outcome("unknown", str(error).rstrip("."))
 
     def _complaint(self, status: JobStatus) -> str:
-        """What stands between a job and its end; empty while the printer is at work."""
+        """What keeps a job from ending; empty while the printer works."""
         blocking = _blocking_phrase(self._client)
         if blocking or status.state == JobState.PROCESSING:
             return blocking
@@ -185,7 +185,7 @@ def outcome_of(client: Client, status: JobStatus | None) -> Outcome:
 
 
 def _blocking_phrase(client: Client) -> str:
-    """Why the printer cannot be bringing out sheets now; empty if it can."""
+    """Why the printer cannot be printing now; empty if it can."""
     return reason_phrase([reason for reason in client.capabilities().reasons if blocks_output([reason])])
 
 

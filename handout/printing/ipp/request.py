@@ -1,4 +1,4 @@
-"""What a printer is asked for, page by page, within what it can do."""
+"""Builds the job attributes that a page is printed with, from what the printer says it can do."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ class Request:
     source : tray; empty for the printer's own choice.
     media : name of the sheet, PWG 5101.1.
     type : kind of paper, taken where the printer has it.
-    copies : how many; told always, because some printers make more than one of their own accord.
-    options : further attributes by name, each a value that the printer's own list of them decides the type of.
+    copies : always sent, because some printers otherwise make more than one.
+    options : further attributes by name; the printer's list of allowed values decides the type of each.
     """
 
     title: str
@@ -40,7 +40,7 @@ class Request:
 
 @dataclass(frozen=True)
 class Capabilities:
-    """A printer's attributes, as it told them."""
+    """The attributes that a printer has reported."""
 
     message: Message
 
@@ -61,7 +61,7 @@ class Capabilities:
 
     @property
     def reasons(self) -> tuple[str, ...]:
-        """Why it is in the state it is in."""
+        """The printer's reasons for its state."""
         return self.texts("printer-state-reasons")
 
     def raster_dpi(self, wanted: int) -> int:
@@ -103,7 +103,7 @@ def job_attributes(request: Request, capabilities: Capabilities) -> tuple[Attrib
 
 
 def _sheet(request: Request, capabilities: Capabilities) -> Attribute:
-    """The sheet with its tray and kind; by its name alone for a printer so old that it knows nothing else."""
+    """The sheet by size, tray and kind; by name alone for an old printer that has no media-col."""
     if capabilities.texts("media-col-supported") or not capabilities.texts("media-supported"):
         return attribute("media-col", Tag.COLLECTION, _media_col(request, capabilities))
     if request.source:

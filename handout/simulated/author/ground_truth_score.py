@@ -1,6 +1,6 @@
-"""How near something found on a simulated scan comes to the truth: mask, path, letters, splits, matte.
+"""Scores what a reader found on a simulated scan against the truth: mask, path, letters, splits, matte.
 
-What was found is given as plain arrays in the pixels of the scan, so that any reader can be judged.
+The reader's results are plain arrays in pixels of the scan, so that any reader can be scored.
 """
 
 from __future__ import annotations
@@ -32,16 +32,17 @@ class PathScore:
     A stretch is *clear* where no other part of the way is nearer than the width of a line, and the line turns no
     tighter than about its own edge: elsewhere lines have run into one, whose middle is neither's.
 
-    met : share of the clear true way that has a found path within `NEAR`; anywhere : the same of all of it.
-    true : share of the found way, near clear stretches, that has the true one within `NEAR`; sound : of all of it.
+    recall : share of the clear true way that has a found path within `NEAR`; recall_all : the same of all of it.
+    precision : share of the found way, near clear stretches, that has the true one within `NEAR`; precision_all : the
+        same of all of it.
     clear : share of the true way that is clear.
     error : rms distance, mm, of the clear true way from the found one where it was met.
     """
 
-    met: float
-    anywhere: float
-    true: float
-    sound: float
+    recall: float
+    recall_all: float
+    precision: float
+    precision_all: float
     clear: float
     error: float
 
@@ -104,17 +105,17 @@ def path(truth: Truth, places: Array, edges: Indices, near: float = NEAR) -> Pat
     met = away <= near
     good = away[met & clear]
     return PathScore(
-        met=float(met[clear].mean()) if clear.any() else 1.0,
-        anywhere=float(met.mean()),
-        true=float((back[judged] * truth.pixel <= near).mean()) if judged.any() else 1.0,
-        sound=float((back * truth.pixel <= near).mean()),
+        recall=float(met[clear].mean()) if clear.any() else 1.0,
+        recall_all=float(met.mean()),
+        precision=float((back[judged] * truth.pixel <= near).mean()) if judged.any() else 1.0,
+        precision_all=float((back * truth.pixel <= near).mean()),
         clear=float(clear.mean()),
         error=float(np.sqrt(np.mean(good**2))) if len(good) else 0.0,
     )
 
 
 def missed(truth: Truth, places: Array, edges: Indices, near: float = NEAR) -> Array:
-    """(k, 2) pixels: where the pen's clear way has no found line within `near` mm; for looking at."""
+    """(k, 2) pixels, to be shown: where the pen's clear way has no found line within `near` mm."""
     ours, clear = _way(truth)
     theirs = _drawn(places, edges)
     return ours[clear & (_distance(ours, theirs)[0] * truth.pixel > near)] if len(theirs) else ours[clear]
@@ -141,7 +142,7 @@ def _clear(ways: Sequence[Array], line: float) -> NDArray[np.bool_]:
 
 
 def _tight(way: Array, line: float) -> NDArray[np.bool_]:
-    """(n,) whether the way turns about a point within its line: a half circle of the line's width spans just that."""
+    """(n,) whether the way turns within its own line: the ends of an arc π / 2 · `line` long are nearer than `line`."""
     half = max(1, round(np.pi / 4 * line / _STEP))
     tight = np.zeros(len(way), dtype=bool)
     if len(way) > 2 * half:
@@ -152,7 +153,7 @@ def _tight(way: Array, line: float) -> NDArray[np.bool_]:
 
 
 def _doubled(ways: Sequence[Array], line: float) -> NDArray[np.bool_]:
-    """(n,) whether another part of the way is within `line` pixels: another stroke, or half as far again along it."""
+    """(n,) whether another stroke, or this one 1.5 `line` or more further along, passes within `line` pixels."""
     from scipy.spatial import cKDTree
 
     places = np.concatenate(ways)
@@ -223,7 +224,7 @@ def letters_right(truth: Truth, places: Array, readings: Sequence[str]) -> float
 
 
 def letters_identified(truth: Truth, places: Array, assignment: Indices) -> float:
-    """Share of the page's letters that are themselves: as `letters_right`, but an equal letter beside it is another.
+    """Share of the page's letters that most of their own ink was assigned to; an equal letter beside it does not count.
 
     Parameters
     ----------
@@ -235,7 +236,7 @@ def letters_identified(truth: Truth, places: Array, assignment: Indices) -> floa
 
 
 def _most(truth: Truth, owner: Indices, readings: NDArray[Any]) -> list[Any]:
-    """What is said most often of the places of each letter; None where nothing is."""
+    """The reading that most places of each letter have; None for a letter without places."""
     order = np.argsort(owner, kind="stable")
     bounds = np.searchsorted(owner[order], [[letter.at, letter.at + 1] for letter in truth.letters])
     answers: list[Any] = []
@@ -246,7 +247,7 @@ def _most(truth: Truth, owner: Indices, readings: NDArray[Any]) -> list[Any]:
 
 
 def splits(truth: Truth, places: Array) -> SplitScore:
-    """Compare found splits (k, 2), pixels, with the true ones; each may answer for one only."""
+    """Pair found splits (k, 2), pixels, with the true ones, one to one and as near as can be, and score the pairs."""
     from scipy.optimize import linear_sum_assignment
     from scipy.spatial.distance import cdist
 

@@ -1,4 +1,4 @@
-"""Whose every drop of ink is: pen paths in pixels, and the letters that pixels belong to."""
+"""Which letter every sample of the pen's path and every inked pixel belongs to."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _GRAPHEME = regex.compile(r"\X")
 
 
 def paths(drawing: Drawing, of: Sequence[Indices], place: Placement, line: float) -> tuple[Path, ...]:
-    """The pen's way on the picture.
+    """The pen's path, in pixels of the picture, with the letter of each sample.
 
     of : what `motion.trace.written` says of its strokes; line : pixels, width of the pen's line.
     """
@@ -42,11 +42,11 @@ def _ligature(of: Indices) -> NDArray[np.bool_]:
 
 
 def parted(xy: Array, of: Indices, line: float) -> Indices:
-    """(n,) letters of a path's samples, so that letters part where it can be seen.
+    """(n,) letter of each sample of a path, with the border between joined letters where it can be seen.
 
-    Half way in motor time between two letters, the pen may be on a stem that it is about to come down again: nobody
-    can see there where one ends.  What is seen is the way from where the pen leaves the line of the one letter to
-    where it first meets that of the other, and in the middle of that they part.
+    By time, the border is halfway between two letters; the pen may be on a stem there that it is about to retrace, so
+    that nobody sees a border.  What is seen is the stretch from where the pen leaves the line of the first letter to
+    where it first meets the line of the second: the border is put into the middle of that stretch.
 
     xy : (n, 2) float, pixels; of : (n,) int; line : pixels, within which two ways make one line.
     """
@@ -69,7 +69,7 @@ def parted(xy: Array, of: Indices, line: float) -> Indices:
 
 
 def _on(xy: Array, far: Array, way: slice, letter: slice, line: float) -> NDArray[np.bool_]:
-    """Which samples of a way lie on a letter's line; being its continuation does not count."""
+    """Which samples of a way lie on a letter's line; the stretch that merely continues the letter is left out."""
     from scipy.spatial.distance import cdist
 
     between = np.abs(far[way, None] - far[None, letter])
@@ -77,7 +77,7 @@ def _on(xy: Array, far: Array, way: slice, letter: slice, line: float) -> NDArra
 
 
 def _first_met(met: NDArray[np.bool_], begin: int) -> int:
-    """The first sample of a way, which begins at `begin`, that is met; before it, where it has been met long since."""
+    """Index of the first sample from `begin` on that is met; where `begin` itself is, of the first of its run."""
     places = np.flatnonzero(met[begin:])
     if not len(places):
         return len(met)

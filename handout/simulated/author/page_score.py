@@ -1,6 +1,6 @@
-"""A simulated page read back as a user's scan is, and how much of it comes out right.
+"""Reads a simulated page as a user's scan is read, and scores the letters that come out.
 
-The reader is given the picture and the transcript, never the truth; the truth is for the judge alone.
+The reader gets the picture and the transcript, never the truth; only the score uses that.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def score(truth: Truth, page: TaggedPage) -> LetterScore:
 
 
 def vertex_letters(page: TaggedPage, written: Iterable[int]) -> Indices:
-    """(n,) for every vertex the letter it was given to, −1 for none.
+    """(n,) for every vertex the letter that it was assigned to, −1 for none.
 
     Parameters
     ----------

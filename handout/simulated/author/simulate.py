@@ -1,4 +1,4 @@
-"""A page written and scanned, with the truth about it: the pipeline of the author's room."""
+"""Writes a page on a simulated desk, scans it, and notes the truth about it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from handout.values import Drawing, Hand, Manuscript, Page
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
 
-LEAST_DPI, MOST_DPI = 72.0, 1200.0
+LEAST_DPI, MOST_DPI = 72.0, 1200.0  # below what readers take (100) to what flatbeds have; set by eye
 _MOST = 250e6  # pixels: the truth takes 30 bytes of each
 _SEEN = 0.01  # of the light that ink must take to be seen
 

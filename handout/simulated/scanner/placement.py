@@ -27,7 +27,7 @@ class Placement:
     """A sheet on the glass.
 
     sheet : the sheet; glass : what is scanned, whose top left corner is the picture's.
-    to_glass, to_sheet : (2, 3) float: places on the sheet, mm, to places on the glass, mm, and back; warp left out.
+    to_glass, to_sheet : (2, 3) float: from mm on the sheet to mm on the glass, and back, for a sheet without warp.
     bends : (2, k, k) cosines of the warp, mm.
     dpi : pixels an inch of the picture.
     """

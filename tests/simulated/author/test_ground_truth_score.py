@@ -44,7 +44,7 @@ def test_the_true_path_is_met(simulated):
     truth = simulated.truth
     places, edges = chain(truth)
     score = ground_truth_score.path(truth, places, edges)
-    assert (score.met, score.anywhere, score.true) == (1.0, 1.0, 1.0)
+    assert (score.recall, score.recall_all, score.precision) == (1.0, 1.0, 1.0)
     assert score.error < 0.2 * truth.pixel
     assert 0.3 < score.clear < 1
     assert not len(ground_truth_score.missed(truth, places, edges))
@@ -54,10 +54,10 @@ def test_a_path_beside_the_true_one_is_not(simulated):
     truth = simulated.truth
     places, edges = chain(truth)
     beside = ground_truth_score.path(truth, places + np.array([0.0, 0.2 / truth.pixel]), edges)
-    assert beside.met < 0.6
-    assert beside.true < 0.6
+    assert beside.recall < 0.6
+    assert beside.precision < 0.6
     near = ground_truth_score.path(truth, places + np.array([0.0, 0.03 / truth.pixel]), edges)
-    assert near.met == 1.0
+    assert near.recall == 1.0
     assert 0 < near.error <= 0.031
 
 
@@ -68,14 +68,14 @@ def test_half_a_path_meets_half(simulated):
     kept = edges[(places[edges][:, :, 0] < middle).all(axis=1)]
     left, half = places[np.unique(kept)], np.searchsorted(np.unique(kept), kept)
     score = ground_truth_score.path(truth, left, half)
-    assert 0.35 < score.anywhere < 0.65
-    assert score.true > 0.95
+    assert 0.35 < score.recall_all < 0.65
+    assert score.precision > 0.95
     assert ground_truth_score.missed(truth, left, half)[:, 0].mean() > middle
 
 
 def test_nothing_found_scores_nothing(simulated):
     none = ground_truth_score.path(simulated.truth, np.zeros((0, 2)), np.zeros((0, 2), dtype=int))
-    assert (none.met, none.anywhere) == (0.0, 0.0)
+    assert (none.recall, none.recall_all) == (0.0, 0.0)
 
 
 def test_letters_are_read_by_most_of_their_vertices(simulated):

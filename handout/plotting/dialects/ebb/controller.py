@@ -9,7 +9,7 @@ import numpy as np
 
 from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceSilent
 from handout.plotting.dialect import BUTTON_LOOK, ButtonPressed, Log, StateReport
-from handout.plotting.dialects.base import BaseController
+from handout.plotting.dialects.base import BaseController, distance_to_lines
 from handout.plotting.dialects.ebb import protocol
 from handout.plotting.dialects.ebb.conversation import QUEUE, REST, Asked, EbbConversation, check_power
 from handout.plotting.dialects.ebb.firmware import BUTTON, CURRENT, FLAGS, MOTION, POSITION, STOP, TIME
@@ -309,10 +309,8 @@ class EbbController(BaseController):
     def _is_astray(self) -> bool:
         """Whether it has stopped away from the paths of all commands that may have been under way."""
         way = np.array(self._way, dtype=float)
-        begin, along = way[:-1], np.diff(way, axis=0)
-        to = np.array(self._steps(), dtype=float) - np.array(self._off) - begin
-        share = np.clip((to * along).sum(axis=1) / np.maximum((along * along).sum(axis=1), 1e-9), 0.0, 1.0)
-        off = np.hypot(*(to - share[:, None] * along).T)
+        place = np.array(self._steps(), dtype=float) - np.array(self._off)
+        off = distance_to_lines(place, way[:-1], way[1:])
         return bool(off.min(initial=np.inf) > _BESIDE * self.profile.limits.steps_per_mm) and len(off) > 0
 
     def _forget(self) -> None:

@@ -18,6 +18,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from handout.plotting.dialects.base import distance_to_lines
+
 Place = tuple[float, float, float]
 
 _NEAR = 0.03  # mm; what rounding to steps and to three digits makes of a place on the way
@@ -113,7 +115,7 @@ class PositionTracking:
         if not self._ways:
             return None if math.dist(place, self.at) > FAR else taken
         begin, end = (np.array(ends) for ends in zip(*((way.begin, way.end) for way in self._ways), strict=True))
-        off = _distance(begin, end, place)
+        off = distance_to_lines(np.array(place), begin, end)
         near = off <= _NEAR
         if off.min() > FAR or self._wrong_power(near, power):
             return None
@@ -144,15 +146,8 @@ class PositionTracking:
             return False
         if not near.any():
             return False
-        info = {value for way, is_near in zip(self._ways, near, strict=True) if is_near for value in way.power}
-        if power in info:
+        powers = {value for way, is_near in zip(self._ways, near, strict=True) if is_near for value in way.power}
+        if power in powers:
             self._power_is_told |= power > 0
             return False
         return self._power_is_told
-
-
-def _distance(begin: np.ndarray, end: np.ndarray, place: Place) -> np.ndarray:
-    """(n,) mm from a place to straight ways, (n, 3) mm."""
-    way, to = end - begin, np.array(place) - begin
-    share = np.clip((to * way).sum(axis=1) / np.maximum((way * way).sum(axis=1), 1e-12), 0.0, 1.0)
-    return np.asarray(np.linalg.norm(to - share[:, None] * way, axis=1))
