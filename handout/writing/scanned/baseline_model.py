@@ -51,8 +51,7 @@ def baseline_model(hand: ScannedHand) -> BaselineModel:
         return USUAL_BASELINES
     edges = [_edge(page) for page in pages]
     long = [page.reach >= _LONG * np.median(page.reach) for page in pages]
-    slopes = [page.slope[lines] for page, lines in zip(pages, long, strict=True)]
-    tilts = [slope - np.median(slope) for slope in slopes]
+    tilts = [(page.slope - np.median(page.slope[lines]))[lines] for page, lines in zip(pages, long, strict=True)]
     sags = np.concatenate([page.sag[lines] for page, lines in zip(pages, long, strict=True)])
     share = len(sags) / (len(sags) + _PRIOR)
     mean = float(np.median(sags))
