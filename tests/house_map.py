@@ -74,7 +74,10 @@ def defined(path: Path) -> list[str]:
 def index() -> str:
     """Every file with what is in it, room after room; of a room's `__init__.py` what it says of the room."""
     lines = []
-    folders = [PACKAGE, *sorted(path for path in PACKAGE.rglob("*") if path.is_dir() and path.name != "__pycache__")]
+    folders = [
+        PACKAGE,
+        *sorted({path.parent for path in PACKAGE.rglob("*.*") if path.is_file() and path.suffix != ".pyc"} - {PACKAGE}),
+    ]
     for folder in folders:
         name = folder.relative_to(PACKAGE.parent).as_posix()
         head = said(folder / "__init__.py") if (folder / "__init__.py").is_file() else ""
