@@ -23,7 +23,7 @@ from handout.colour.models import fit, splines
 from handout.colour.patches import Patches
 from handout.colour.reading import read
 from handout.colour.reading.scan_files import Scan
-from handout.colour.table import ColourTable, build
+from handout.colour.table import ColourTable, apply, build
 from handout.simulated.printer import Flatbed, Inkjet, Measured
 from handout.values import Array, Raster
 
@@ -120,8 +120,8 @@ def accuracy(name: str, printer: Printer) -> None:
             table = build(model)
             end = time.process_time()
             print(
-                f"  {method:<15}{noise:>5} {off(printer(table(colours)), colours)}; "
-                f"{off(printer(table(greys)), greys)}; {middle - begin:.1f}, {end - middle:.1f}",
+                f"  {method:<15}{noise:>5} {off(printer(table(colours).astype(np.float64)), colours)}; "
+                f"{off(printer(table(greys).astype(np.float64)), greys)}; {middle - begin:.1f}, {end - middle:.1f}",
                 flush=True,
             )
 
@@ -235,9 +235,7 @@ def speed(printer: Printer) -> None:
     page = np.rint(255 * (1 - cover * (1 - raster.rgba[..., :3]))).astype(np.uint8)
     print("milliseconds of the processor for a megapixel of handwriting")
     took = {
-        "apply, 6 % inked": best(lambda: table.apply(raster, table)),
-        "apply_page, 6 % inked": best(lambda: table.apply_page(page, table)),
-        "apply_page, all inked": best(lambda: table.apply_page(np.minimum(page, 254), table)),
+        "apply, 6 % inked": best(lambda: apply(raster, table)),
         "LittleCMS, the same workload": best(little_cms(page)),
     }
     least = took["LittleCMS, the same workload"]

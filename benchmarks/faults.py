@@ -17,7 +17,7 @@ import multiprocessing
 import os
 import tempfile
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -29,6 +29,7 @@ import handout
 from handout import profiles
 from handout.errors import DeviceError
 from handout.plotting.jobs import runner, store
+from handout.plotting.jobs.job import Options as JobOptions
 from handout.profiles import Plotter
 from handout.simulated.plotter import SimulatedPlotter
 from handout.simulated.plotter.ink_comparison import SLACK, InkComparison, compare
@@ -139,6 +140,9 @@ class Somebody:
     def try_again(self, error: DeviceError) -> bool:
         return False
 
+    def paused(self, pressed: Callable[[], bool]) -> None:
+        """Goes on at once."""
+
 
 @dataclass
 class Run:
@@ -189,7 +193,7 @@ def journals(desk: Desk) -> Iterator[dict[int, int]]:
         if not desk.crashed:
             safe[os.fstat(handle).st_ino] = os.fstat(handle).st_size
 
-    os.fsync = noted
+    os.fsync = noted  # type: ignore[assignment]  # the store gives a handle, never a file
     try:
         yield safe
     finally:
@@ -250,7 +254,7 @@ def disturbed(machine: Machine, fault: str, seed: int, whole: Drawing, extent: E
 def perform(run: Run, plotter: Desk, whole: Drawing) -> None:
     """Plot a job to its end, however often it breaks off."""
     with tempfile.TemporaryDirectory() as folder, journals(plotter) as safe:
-        job = store.create([whole], plotter.profile, store.Options(overlap=OVERLAP), place=Path(folder))
+        job = store.create([whole], plotter.profile, JobOptions(overlap=OVERLAP), place=Path(folder))
         person = Somebody(plotter)
         for _ in range(_TRIES):
             plotter.until = plotter.now + _ENDLESS

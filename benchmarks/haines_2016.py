@@ -25,9 +25,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.alphabet import LETTERS, SPACE, THIRDS
 from handout.progress import Tell, silent
 from handout.scanning.skeleton import skeleton_graph
-from handout.tagging.alphabet import LETTERS, SPACE, THIRDS
 from handout.tagging.decoder import Decoded
 from handout.tagging.line_space import INKY, STEP, X_HEIGHT, Image
 from handout.tagging.transcript import TranscriptLine

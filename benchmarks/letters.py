@@ -20,6 +20,7 @@ from benchmarks.reading import HANDS, PENS, written
 from handout.scanning.written_page import WrittenPage
 from handout.simulated.author import page_score
 from handout.simulated.author.truth import Simulated
+from handout.tagging.alignment import Method
 from handout.tagging.page_tagging import tag_page
 
 RESOLUTIONS = (300, 600)
@@ -32,7 +33,7 @@ def read(simulated: Simulated, method: str = "cut") -> tuple[WrittenPage, float]
     return page_score.read(simulated, method=method), time.process_time() - begin
 
 
-def row(name: str, simulated: Simulated, page: tuple[WrittenPage, float], method: str = "segments") -> str:
+def row(name: str, simulated: Simulated, page: tuple[WrittenPage, float], method: str | Method = "segments") -> str:
     """A line of the table; ! marks what misses its goal."""
     begin = time.process_time()
     made = tag_page(page[0], page_score.transcript(simulated), rng=np.random.default_rng(1), method=method)

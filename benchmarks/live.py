@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import os
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,6 +28,7 @@ from handout.errors import DeviceError
 from handout.plotting.driving import fidelity
 from handout.plotting.driving.driver import Report
 from handout.plotting.jobs import runner, store
+from handout.plotting.jobs.job import Options as JobOptions
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
 from handout.simulated.plotter import SimulatedPlotter
@@ -65,6 +67,9 @@ class _Nobody:
     def try_again(self, error: DeviceError) -> bool:
         return False
 
+    def paused(self, pressed: Callable[[], bool]) -> None:
+        return
+
 
 def main() -> None:
     """Print a table for every machine."""
@@ -102,7 +107,7 @@ def live(drawing: Drawing, profile: Plotter, options: Options) -> Live:
         reports.append(report)
 
     with tempfile.TemporaryDirectory() as folder:
-        job = store.create([drawing], profile, store.Options(), place=Path(folder))
+        job = store.create([drawing], profile, JobOptions(), place=Path(folder))
         runner.run_job(job, lambda: port, _Nobody(), plotted=plotted, log=said.append)
     return Live(port.executed(), reports[0], tuple(said))
 

@@ -78,7 +78,7 @@ def drawings() -> None:
         for name, paths in sheets().items():
             sheet, out = Path(folder) / "sheet.svg", Path(folder) / "out.svg"
             sheet.write_text(as_svg(paths), encoding="utf-8")
-            strokes = tuple(Stroke(np.arange(len(xy)), xy) for xy in paths)
+            strokes = tuple(Stroke(np.arange(len(xy), dtype=np.float64), xy) for xy in paths)
             file = Drawing(strokes, A4).pen_up
             ours, ours_s = cpu([sys.executable, "-c", _OURS, str(sheet), str(out)])
             travel, count = (float(value) for value in ours.split())

@@ -110,7 +110,7 @@ def search(pages: Sequence[Page], cells: Sequence[recorded.Cell], tries: int, rn
 
 def main() -> None:
     """Search, and print what was found."""
-    tries, seed = (int(given) for given in (*sys.argv[1:3], *(TRIES, SEED)[len(sys.argv[1:3]) :]))
+    tries, seed = map(int, [*sys.argv[1:3], *[str(TRIES), str(SEED)][len(sys.argv[1:3]) :]])
     pages = [(name, *order_recovery.simulated(name)) for name in HANDS]
     given = os.environ.get("HANDOUT_DATA")
     folder = Path(given) / "pen" / "unipen" if given else None

@@ -10,33 +10,29 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import replace
-from functools import partial
 from typing import Any
 from unittest.mock import patch
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from handout.hand.scanned import ScannedHand
 from handout.inking.layers import Layer
 from handout.inking.pen_replacement import drawn
 from handout.inking.plain import flatten
 from handout.values import Array, Indices, LineGraph, Manuscript, Page
+from handout.writing import glyph_index, scanned_words
+from handout.writing.bending import Bend, Spread, bend
+from handout.writing.choosing import Candidates, Chooser
 from handout.writing.compose import compose
+from handout.writing.forms import Form, Forms
+from handout.writing.glyph_index import WEIGHTS, neighbours
 from handout.writing.layout import Layout
-from handout.writing.scanned.bending import Bend, Spread, bend
-from handout.writing.scanned.candidates import TargetLetter, check_letters, substitute_letter
-from handout.writing.scanned.choice_costs import WEIGHTS, UsageHistory
-from handout.writing.scanned.choosing import choose
-from handout.writing.scanned.forms import Form
-from handout.writing.scanned.glyph_index import GlyphIndex
-from handout.writing.scanned.layout_model import LayoutModel
-from handout.writing.scanned.spacing import SpacingModel
+from handout.writing.spacing import HeightModel, SpacingModel
+from handout.writing.text import Letter, spelt
 
 DPI = 300.0
 LUMA = np.array([0.299, 0.587, 0.114])
-_WRITER, _LAYOUT = (f"handout.writing.scanned.{room}" for room in ("line_writer", "layout_model"))
-_WEIGHTS = "handout.writing.scanned.choice_costs.WEIGHTS"
 _WIDE, _BORDER = 1.6, 15.0  # of the longest line, and mm: no line of the text may be broken
 
 Grey = NDArray[np.uint8]
@@ -82,20 +78,27 @@ def manuscripts(
     ligatures : without them bodies alone are written.
     bending : without it glyphs are as they were on the page; the paper has none.
     """
+    parts: list[tuple[object, str, object]] = []
+    if choice == "random":
+        parts.append((Chooser, "_cheapest", any_glyphs))
     blind = [name for name, seen in (("fit", fit), ("unlike", likeness)) if not seen]
-    parts = {
-        "choose": any_glyphs if choice == "random" else bool(blind) and partial(blindly, blind=blind),
-        "gaps": spacing == "constant" and constant_gaps,
-        "resolve_collisions": spacing == "constant" and constant_still,
-        "heights": heights == "source" and source_heights,
-        "set_line": not ligatures and bodies_alone,
-    }
+    if blind:
+        # an index keeps the costs that it has worked out: this one is asked only here
+        index, model = scanned_words._learnt(hand)
+        parts.append((scanned_words, "_learnt", lambda hand: (replace(index), model)))
+        parts.append((glyph_index, "WEIGHTS", replace(WEIGHTS, **dict.fromkeys(blind, 0.0))))
+    if spacing == "constant":
+        parts.append((SpacingModel, "between", constant_gaps))
+        parts.append((scanned_words, "resolve_collisions", constant_still))
+    if heights == "source":
+        parts.append((HeightModel, "heights_of", source_heights))
+    if not ligatures:
+        parts.append((scanned_words, "set_line", bodies_alone))
+    if not bending:
+        parts.append((scanned_words, "bend", stiff))
     with ExitStack() as stack:
-        for name, instead in parts.items():
-            if instead:
-                stack.enter_context(patch(f"{_WRITER}.{name}", instead))
-        if not bending:
-            stack.enter_context(patch(f"{_LAYOUT}.bend", stiff))
+        for place, name, instead in parts:
+            stack.enter_context(patch.object(place, name, instead))
         return compose(text, hand, own_size(hand, text, variation), np.random.default_rng(seed))
 
 
@@ -116,49 +119,33 @@ def own_size(hand: ScannedHand, text: str, variation: float = 1.0) -> Layout:
 
 
 def any_glyphs(
-    stock: GlyphIndex,
-    wanted: Sequence[TargetLetter],
-    rng: np.random.Generator,
-    *,
-    variation: float = 1.0,
-    history: UsageHistory | None = None,
+    chooser: Chooser,
+    letters: Sequence[Letter],
+    candidates: Sequence[Candidates],
+    unary: Sequence[Array],
+    again: Sequence[Array],
 ) -> Indices:
-    """(n,) Random selection: of every letter any glyph, as likely as any other.  See `choosing.choose`."""
-    check_letters(stock, wanted)
-    return np.array([rng.choice(stock.of(substitute_letter(stock, one.letter))) for one in wanted], dtype=np.intp)
-
-
-def blindly(
-    stock: GlyphIndex,
-    wanted: Sequence[TargetLetter],
-    rng: np.random.Generator,
-    *,
-    variation: float = 1.0,
-    history: UsageHistory | None = None,
-    blind: Sequence[str],
-) -> Indices:
-    """(n,) The best glyphs, were some of the weights of `choice_costs` nothing.  See `choosing.choose`."""
-    with ExitStack() as stack:
-        stack.enter_context(patch(_WEIGHTS, replace(WEIGHTS, **dict.fromkeys(blind, 0.0))))
-        # a stock keeps the costs that it has worked out: this one is asked only here
-        return choose(replace(stock), wanted, rng, variation=variation, history=history)
+    """(n,) Random selection: of every letter any glyph, as likely as any other.  See `Chooser._cheapest`."""
+    stock = chooser._stock
+    assert isinstance(stock, glyph_index.GlyphIndex)
+    return np.array([chooser._rng.choice(stock.of(spelt(letter))) for letter in letters], dtype=np.intp)
 
 
 def constant_gaps(
-    manner: LayoutModel, numbers: ArrayLike, new_word: ArrayLike, rng: np.random.Generator, variation: float = 1.0
+    model: SpacingModel, numbers: Indices, new_word: NDArray[np.bool_], rng: np.random.Generator, variation: float
 ) -> Array:
-    """(n − 1,) Distances of centres with which all bodies of a word are equally far apart.  See `layout_model.gaps`.
+    """(n − 1,) Distances of centres with which all bodies of a word are equally far apart.  See `SpacingModel.between`.
 
     The two gaps, within words and between them, are the middle ones of the hand's own pages.
     """
-    glyphs, parted = np.asarray(numbers, dtype=np.intp), np.asarray(new_word, dtype=bool)[1:]
-    bounds, x = _bounds(manner), manner.forms.centre[:, 0]
-    usual = []
+    bounds, x = _bounds(model.forms), model.forms.centre[:, 0]
+    beside, usual = neighbours(model.forms.hand, x), []
     for between in (False, True):
-        first, second = manner.neighbours.pairs(between).T
+        first, second = beside.pairs(between).T
         found = x[second] + bounds[second, 0] - x[first] - bounds[first, 1]
         usual.append(float(np.median(found)) if len(found) else 0.05 + 0.25 * between)
-    return np.asarray(np.take(usual, parted.astype(np.intp)) + bounds[glyphs[:-1], 1] - bounds[glyphs[1:], 0])
+    wide = np.take(usual, new_word[1:].astype(np.intp))
+    return np.asarray(wide + bounds[numbers[:-1], 1] - bounds[numbers[1:], 0])
 
 
 def constant_still(
@@ -169,7 +156,7 @@ def constant_still(
     y: Array,
     bends: Sequence[Bend],
 ) -> Array:
-    """(n − 1,) The same gaps between the bounds of bodies that are bent.  See `layout_model.resolve_collisions`."""
+    """(n − 1,) The same gaps between the bounds of bodies that are bent.  See `spacing.resolve_collisions`."""
     forms = [spacing.forms[int(number)] for number in numbers]
     bent = [_ends(bend(form.xy), form.radius) for form, bend in zip(forms, bends, strict=True)]
     wider = np.array(bent) - [_ends(form.xy, form.radius) for form in forms]
@@ -177,23 +164,16 @@ def constant_still(
 
 
 def source_heights(
-    manner: LayoutModel, numbers: ArrayLike, new_word: ArrayLike, rng: np.random.Generator, variation: float = 1.0
+    model: HeightModel, numbers: Indices, new_word: NDArray[np.bool_], rng: np.random.Generator, variation: float
 ) -> Array:
-    """(n,) Heights of centres as they were in the source.  See `setting.heights`."""
-    return np.asarray(manner.forms.centre[np.asarray(numbers, dtype=np.intp), 1])
+    """(n,) Heights of centres as they were in the source.  See `HeightModel.heights_of`."""
+    return np.asarray(model.height[numbers])
 
 
 def bodies_alone(
-    manner: LayoutModel,
-    numbers: ArrayLike,
-    x: ArrayLike,
-    y: ArrayLike,
-    new_word: ArrayLike,
-    bends: Sequence[Bend],
+    forms: Sequence[Form], bends: Sequence[Bend], centres: Array, apart: Sequence[bool], x_height: float
 ) -> list[LineGraph]:
-    """Glyphs without any ligature.  See `setting.set_line`."""
-    centres = np.column_stack([np.asarray(x, dtype=float), np.asarray(y, dtype=float)])
-    forms = [manner.forms[int(number)] for number in np.asarray(numbers)]
+    """Glyphs without any ligature.  See `joining.set_line`."""
     return [
         LineGraph(bent(form.xy) + centre, form.radius, form.density, form.uv, form.edges)
         for form, bent, centre in zip(forms, bends, centres, strict=True)
@@ -201,10 +181,10 @@ def bodies_alone(
 
 
 def stiff(
-    form: Form, number: int, spread: Spread, height: float, rng: np.random.Generator, variation: float = 1.0
+    form: Form, number: int, spread: Spread, height: float, drift: Array, rng: np.random.Generator, variation: float
 ) -> Bend:
     """A glyph as it was on the page.  See `bending.bend`."""
-    return bend(form, number, spread, height, rng, 0.0)
+    return bend(form, number, spread, height, drift, rng, 0.0)
 
 
 def over(a: Layer, b: Layer, *, gradient: float = 0.0) -> tuple[Layer, Layer]:
@@ -212,10 +192,9 @@ def over(a: Layer, b: Layer, *, gradient: float = 0.0) -> tuple[Layer, Layer]:
     return a, b
 
 
-def _bounds(manner: LayoutModel) -> Array:
+def _bounds(forms: Forms) -> Array:
     """(n, 2) How far the body of each glyph reaches left (negative) and right of its centre."""
-    forms = (manner.forms[number] for number in range(len(manner.forms)))
-    return np.array([_ends(form.xy, form.radius) for form in forms])
+    return np.array([_ends(forms[number].xy, forms[number].radius) for number in range(len(forms))])
 
 
 def _ends(xy: Array, radius: Array) -> tuple[float, float]:

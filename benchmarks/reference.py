@@ -22,7 +22,8 @@ from handout.colour.models import fit
 from handout.colour.patches import Patches
 from handout.colour.pen_lines import density_of
 from handout.colour.reading import Scan, read
-from handout.colour.table import apply, build
+from handout.colour.reading.pen_field import Scribble
+from handout.colour.table import ColourTable, apply, build
 from handout.hand.library import find
 from handout.inking import pens
 from handout.inking.pen import rgb, usual
@@ -36,53 +37,56 @@ from handout.values import Array, Raster
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
 
-DPI, FINE = 300, 600
+Lobes = tuple[tuple[float, float, float], ...]
+Ink = tuple[str, Lobes]  # the model of its pen, and its spectrum
+
+DPI, FINE = 300, 600  # pixels an inch of scans, and of ink as it is written
 _LEAST = 20  # samples in reach, to be judged at all
 PAGE = "the quick brown fox jumps over a lazy dog and thinks it had been a river, with some more words to fill the page"
 FRAME = "some words of another day"
 # lobes of density: middle, width, nm, height
-INKS = {
+INKS: dict[str, Ink] = {
     "blue": ("ballpoint", ((600, 90, 0.6), (520, 120, 0.35))),
     "black": ("fineliner", ((550, 400, 1.25),)),
     "blue-black": ("fountain", ((610, 70, 0.7), (500, 200, 0.35))),
     "pencil": ("pencil", ((550, 500, 0.75),)),
     "red": ("ballpoint", ((520, 80, 0.5), (460, 90, 0.4), (600, 200, 0.12))),
 }
-KEPT_APART = {
+KEPT_APART: dict[str, Ink] = {
     "green": ("fountain", ((650, 90, 0.55), (430, 80, 0.4), (540, 200, 0.15))),
     "violet": ("fineliner", ((570, 90, 0.6), (430, 80, 0.25), (650, 90, 0.25))),
     "brown": ("ballpoint", ((450, 70, 0.9), (560, 60, 0.5), (640, 80, 0.25))),
 }
-USUAL = {"same": {}, **SETTINGS}
-OTHERS = {
-    "gamma 1.6": {"gamma": 1.6}, "black .02, white .95": {"black": -0.02, "white": 1.05, "gamma": 2.4},
-    "contrast .35": {"contrast": 0.35}, "sRGB, contrast .3": {"srgb": True, "contrast": 0.3},
+USUAL: dict[str, Flatbed] = {"same": Flatbed(), **{name: Flatbed(**values) for name, values in SETTINGS.items()}}
+OTHERS: dict[str, Flatbed] = {
+    "gamma 1.6": Flatbed(gamma=1.6), "black .02, white .95": Flatbed(black=-0.02, white=1.05, gamma=2.4),
+    "contrast .35": Flatbed(contrast=0.35), "sRGB, contrast .3": Flatbed(srgb=True, contrast=0.3),
+    "same": Flatbed(),
 }  # fmt: skip
 
 
 def main() -> None:
     """Print both tables."""
     table("inks, papers and settings that the method was made with", INKS, USUAL, ("cream", "white"))
-    table("others", KEPT_APART, OTHERS | {"same": {}}, ("recycled", "photo"))
+    table("others", KEPT_APART, OTHERS, ("recycled", "photo"))
 
 
-def table(name: str, inks: dict[str, object], settings: dict[str, dict[str, object]], papers: tuple[str, str]) -> None:
+def table(name: str, inks: dict[str, Ink], settings: dict[str, Flatbed], papers: tuple[str, str]) -> None:
     """One row for each ink and setting; `papers` are the hand's and the printer's."""
     print(f"{name}: hand on {papers[0]}, print on {papers[1]}; ΔE00 without / with the frame: usual scanner; D50")
     sums = []
-    for setting, values in settings.items():
-        made = calibrated(Flatbed(**values), papers[1], inks)  # type: ignore[arg-type]
-        for ink, (scanned, colours) in made.items():
+    for setting, flatbed in settings.items():
+        readings = calibrated(flatbed, papers[1], inks)
+        for ink, (scanned, colours) in readings.items():
             sums.append(judged(ink, inks[ink], scanned, colours, papers))
             print(f"  {setting:<22}{ink:<12}" + "; ".join(f"{a:6.2f} /{b:5.2f}" for a, b in sums[-1]), flush=True)
     print(f"  {'mean':<34}" + "; ".join(f"{a:6.2f} /{b:5.2f}" for a, b in np.nanmean(sums, axis=0)))
 
 
-def spectrum(lobes: tuple[tuple[float, float, float], ...]) -> Array:
+def spectrum(lobes: Lobes) -> Array:
     """(31,) density."""
-    return np.sum(
-        [height * np.exp(-0.5 * ((spectra.WAVELENGTHS - at) / wide) ** 2) for at, wide, height in lobes], axis=0
-    )
+    peaks = [height * np.exp(-0.5 * ((spectra.WAVELENGTHS - at) / wide) ** 2) for at, wide, height in lobes]
+    return np.asarray(np.sum(peaks, axis=0))
 
 
 def amount(model: str, text: str, size: str, seed: int) -> NDArray[np.float32]:
@@ -98,12 +102,12 @@ def amount(model: str, text: str, size: str, seed: int) -> NDArray[np.float32]:
     return np.asarray(np.log(np.maximum(1 - rgba[..., 3] * (1 - rgba[..., k]), 1e-3)) / np.log(max(colour[k], 1e-3)))
 
 
-def calibrated(flatbed: Flatbed, paper: str, inks: dict[str, object]) -> dict[str, tuple[object, object]]:
+def calibrated(flatbed: Flatbed, paper: str, inks: dict[str, Ink]) -> dict[str, tuple[Scribble, ColourTable]]:
     """For every ink what was read of a chart on whose frame it was written, and the table."""
     first = chart("A4").pages[0]
     sheet = Inkjet(paper).printed(render(first, DPI), DPI)
-    made, colours = {}, None
-    for number, (ink, (model, lobes)) in enumerate(inks.items()):  # type: ignore[misc]
+    readings, colours = dict[str, tuple[Scribble, ColourTable]](), None
+    for number, (ink, (model, lobes)) in enumerate(inks.items()):
         small = amount(model, FRAME, "118x20mm", 100 + number)
         rows = np.flatnonzero(small.max(axis=1) > 0.3)
         small = small[max(0, rows[0] - 12) :]
@@ -112,11 +116,12 @@ def calibrated(flatbed: Flatbed, paper: str, inks: dict[str, object]) -> dict[st
         reading = read([Scan(picture, (DPI, DPI), ink)])
         if colours is None:
             colours = build(fit(Patches(reading.device, reading.scanned, reading.deviation)))
-        made[ink] = (reading.scribble, colours)
-    return made
+        assert first.scribble_field is not None and reading.scribble is not None, f"{ink}: nothing found in the frame"
+        readings[ink] = (reading.scribble, colours)
+    return readings
 
 
-def judged(name, ink, scribble, colours, papers):  # type: ignore[no-untyped-def]
+def judged(name: str, ink: Ink, scribble: Scribble, colours: ColourTable, papers: tuple[str, str]) -> list[list[float]]:
     """((without, with) as the usual scanner sees it, (without, with) under D50)."""
     model, lobes = ink
     density, flatbed = spectrum(lobes), Flatbed()
@@ -134,6 +139,7 @@ def judged(name, ink, scribble, colours, papers):  # type: ignore[no-untyped-def
     dpi = min(DPI, scribble.dpi)
     found = match(at_dpi(density_of(picture, white), DPI, dpi), white, at_dpi(scribble.density, scribble.dpi, dpi),
                   scribble.paper, dpi, scribble.contrast)  # fmt: skip
+    assert found is not None, f"{name}: no match of the ink"
     # what is judged: parts of the pen's own lines, free of noise, whose spectra are known
     levels = np.random.default_rng(2).choice(large[large > 0.15], 400)
     one, other = (inkjet.PAPERS[p].spectrum * 10 ** (-density * levels[:, None]) for p in papers)
@@ -147,10 +153,19 @@ def judged(name, ink, scribble, colours, papers):  # type: ignore[no-untyped-def
     for out in outs:
         sent = apply(out, colours).rgba[0].astype(np.float64)
         printed.append(Inkjet(papers[1]).reflectance(np.rint(255 * (1 - sent[:, 3:] * (1 - sent[:, :3]))) / 255))
-    views = (lambda part: conversions.lab(flatbed.see(part)), lambda part: spectra.lab(spectra.xyz(part)))
+
+    def scanned(part: Array) -> Array:
+        return conversions.lab(flatbed.see(part))
+
+    def standard_observer(part: Array) -> Array:
+        return spectra.lab(spectra.xyz(part))
+
     if reached.sum() < _LEAST:
         return [[np.nan, np.nan]] * 2
-    return [[float(conversions.delta_e(view(part), view(other))[reached].mean()) for part in printed] for view in views]
+    return [
+        [float(conversions.delta_e(view(part), view(other))[reached].mean()) for part in printed]
+        for view in (scanned, standard_observer)
+    ]
 
 
 if __name__ == "__main__":

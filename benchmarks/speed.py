@@ -104,9 +104,9 @@ def _recorded(folder: Path) -> None:
         found = profile(drawing.strokes, len("Tramvaj dnes uz nepojede"))
         agreeing = _paced_again(drawing, len("Tramvaj dnes uz nepojede"))[1]
         print(f"{writer + ', on paper':<34}{found}  timed as ink is, correlation {agreeing:.3f}")
-    again, agreeing = zip(*(_paced_again(drawing, count) for drawing, count in sentences), strict=True)
+    again, correlations = zip(*(_paced_again(drawing, count) for drawing, count in sentences), strict=True)
     print(f"{'the sentences, timed as ink is':<34}{_middle(again)}")
-    print(f"  speeds agree with those recorded: correlation of logarithms {np.median(agreeing):.3f}")
+    print(f"  speeds agree with those recorded: correlation of logarithms {np.median(correlations):.3f}")
 
 
 def _sentences(folder: Path) -> Iterator[tuple[Drawing, int]]:
@@ -146,9 +146,10 @@ def profile(strokes: Sequence[Stroke], characters: int, x_height: float | None =
     lasted = float(strokes[-1].t[-1] - strokes[0].t[0])
     number = np.array(counts)
     down = sum(float(np.ptp(stroke.t)) for stroke in strokes)
-    shares = [float(np.mean(which)) for which in (number == 1, number == 0, number > 1)]
-    middle = float(np.median(strokes_)), float(np.median(minima))
-    return Profile(characters / lasted, exponent, *shares, *middle, peaks / moving, 1 - down / lasted)
+    one, none, more = (float(np.mean(which)) for which in (number == 1, number == 0, number > 1))
+    stroke, minimum = float(np.median(strokes_)), float(np.median(minima))
+    moves = peaks / moving
+    return Profile(characters / lasted, exponent, one, none, more, stroke, minimum, moves, 1 - down / lasted)
 
 
 def _even(stroke: Stroke, small: float) -> Movement:
@@ -204,8 +205,8 @@ def _paced_again(drawing: Drawing, characters: int) -> tuple[Profile, float]:
         places = np.linspace(0.03 * run[-1], 0.97 * run[-1], max(20, int(run[-1] / 0.05)))
         ours.append(np.interp(places, at, np.gradient(at, t)))
         theirs.append(np.interp(places, run, _speed(one)[0]))
-    logs = [np.log(np.maximum(np.concatenate(each), 0.3)) for each in (ours, theirs)]
-    return profile(again, characters, small), float(np.corrcoef(*logs)[0, 1])
+    made, recorded = (np.log(np.maximum(np.concatenate(each), 0.3)) for each in (ours, theirs))
+    return profile(again, characters, small), float(np.corrcoef(made, recorded)[0, 1])
 
 
 if __name__ == "__main__":

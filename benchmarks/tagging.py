@@ -20,9 +20,9 @@ from typing import Any
 import numpy as np
 
 from benchmarks.haines_2016 import by_chain
+from handout.alphabet import SPACE
 from handout.scanning.written_page import WrittenPage, read_page
 from handout.tagging.alignment import METHODS, AlignedLine, Alignment, Letter, align
-from handout.tagging.alphabet import SPACE
 from handout.tagging.transcript import read_transcript
 
 GOALS = {"0013_1": 96, "0012_1": 96, "w0122": 96, "w0180": 96, "w0238": 93}

@@ -24,21 +24,22 @@ from handout.inking.pen_replacement import drawn
 from handout.inking.plain import flatten
 from handout.page_sizes import page
 from handout.values import Manuscript
+from handout.writing import scanned_words
 from handout.writing.compose import compose
-from handout.writing.layout import Layout
-from handout.writing.scanned import line_writer
-from handout.writing.scanned.baseline_model import baseline_model
+from handout.writing.layout import Layout, author_baselines
 
 HANDS = ("house-joined-ballpoint", "house-print-fountain")
 DPI = 600
 GOAL_PREPARING, GOAL_SENTENCE, GOAL_PAGE, GOAL_SHARED = 1.5, 1.0, 20.0, 0.05
 SENTENCE = "We walked home along the river while the rain fell on us"
-_SCANNED, _TEXTURE = "handout.writing.scanned", "handout.inking.texture"
+_WORDS, _TEXTURE = "handout.writing.scanned_words", "handout.inking.texture"
 STAGES = {
-    "preparing": tuple(f"{_SCANNED}.line_writer.{name}" for name in ("index_glyphs", "layout_model", "baseline_model")),
-    "choosing": (f"{_SCANNED}.line_writer.choose",),
-    "setting": tuple(
-        f"{_SCANNED}.line_writer.{name}" for name in ("gaps", "heights", "bent", "resolve_collisions", "set_line")
+    "preparing": tuple(f"{_WORDS}.{name}" for name in ("index_glyphs", "layout_model", "author_baselines")),
+    "choosing": ("handout.writing.choosing.Chooser.word",),
+    "setting": (
+        "handout.writing.spacing.SpacingModel.between",
+        "handout.writing.spacing.HeightModel.heights_of",
+        *(f"{_WORDS}.{name}" for name in ("LayoutModel.bends", "resolve_collisions", "set_line")),
     ),
     "texture: warping": (f"{_TEXTURE}.warp",),
     "texture: seams": (f"{_TEXTURE}.parted",),
@@ -142,8 +143,8 @@ def measure(hand: ScannedHand) -> None:
     print(f"{hand.name}: {len(hand.glyphs)} glyphs")
     # modules that are imported on first use are no part of it
     written("a", hand, 0, "150x60mm")
-    line_writer._learnt.cache_clear()
-    baseline_model.cache_clear()
+    scanned_words._learnt.cache_clear()
+    author_baselines.cache_clear()
     for said, text, paper, goal in (
         ("sentence, hand just loaded", sentence, "160x80mm", GOAL_SENTENCE),
         ("sentence, hand known", sentence, "160x80mm", GOAL_SENTENCE),

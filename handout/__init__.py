@@ -32,6 +32,7 @@ _PUBLIC = {
     "apply": "handout.colour.table",
     "complete_hand": "handout.completion.completed_hand",
     "compose": "handout.writing.compose",
+    "correct": "handout.tagging.relearning",
     "drawings": "handout.pipeline.writing",
     "each_page": "handout.writing.compose",
     "export": "handout.pipeline.exporting",

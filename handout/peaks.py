@@ -16,7 +16,7 @@ def peaks(values: NDArray[np.float64], *, prominence: float, apart: int = 1) -> 
     Parameters
     ----------
     values : (n,) float.
-    prominence : > 0: how far one must go down from a peak, on both sides, before anything higher comes.
+    prominence : 0 or more: how far one must go down from a peak, on both sides, before anything higher comes.
     apart : least distance of two peaks; the higher one stays.
     """
     places = _tops(values)

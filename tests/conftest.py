@@ -1,6 +1,7 @@
 """What several rooms test with: one small page, written by the simulated author and scanned, made once a run."""
 
 import os
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -13,6 +14,24 @@ settings.register_profile("handout", deadline=None, suppress_health_check=_LUCK)
 # the same examples each time, so that what is released is judged by itself alone; other runs find new ones
 settings.register_profile("release", settings.get_profile("handout"), derandomize=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "handout"))
+
+# with xdist, what these make for all their tests, which takes seconds, is made once and not in every process; and the
+# name service that ippeveprinter needs runs but once on a machine
+_TOGETHER = (
+    "calibrating", "colour/test_colour_table.py", "printing/test_ippeveprinter.py", "score", "simulated/author",
+    "tagging/test_alignment.py", "tagging/test_page_tagging.py", "test_wheel.py",
+)  # fmt: skip
+
+
+@pytest.hookimpl(tryfirst=True)  # before xdist, which reads the marks in the same hook
+def pytest_collection_modifyitems(items):
+    """Tests that share fixtures are given to one process (``--dist loadgroup``)."""
+    for item in items:
+        place = item.path.relative_to(Path(__file__).parent).as_posix()
+        group = next((name for name in _TOGETHER if place.startswith(name)), None)
+        if group is not None:
+            item.add_marker(pytest.mark.xdist_group(group))
+
 
 WRITTEN = "an even line, this\nof ten minute hens\nand it jumped off"
 

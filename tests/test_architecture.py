@@ -14,6 +14,7 @@ PACKAGE = Path(__file__).resolve().parent.parent / "handout"
 GROUND = {
     "",
     "values",
+    "alphabet",
     "branching",
     "hues",
     "peaks",
@@ -36,7 +37,8 @@ GROUND = {
 MAY = {
     "scanning": set(),
     "colour": set(),
-    "hand": set(),
+    "hand": {"reading"},
+    "reading": set(),
     "writing": {"hand"},
     "motion": {"hand", "writing"},
     "inking": {"hand", "writing", "motion", "scanning"},
@@ -61,6 +63,7 @@ MAY = {
         "plotting",
         "score",
         "prompting",
+        "reading",
         "scanning",
         "tagging",
         "colour",
@@ -79,7 +82,7 @@ MAY = {
         "tagging",
         "writing",
     },
-    "training": {"hand", "inking", "prompting", "simulated", "tagging", "writing"},
+    "training": {"hand", "inking", "motion", "prompting", "reading", "scanning", "simulated", "tagging", "writing"},
     "cli": {"pipeline"},
     "plugins": {"pipeline", "cli"},
     "__main__": {"cli"},
@@ -163,9 +166,9 @@ def test_motion_knows_of_scanned_writing_only_the_forms():
         name
         for path in (PACKAGE / "motion").rglob("*.py")
         for name in imports(path)
-        if name.startswith("handout.writing.scanned")
+        if name.startswith("handout.writing.forms")
     }
-    assert inner == {"handout.writing.scanned.forms"}
+    assert inner == {"handout.writing.forms"}
 
 
 def test_no_room_may_import_what_it_does_not():

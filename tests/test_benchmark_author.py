@@ -8,9 +8,8 @@ from benchmarks.keeping_out import Author, hand_without, only
 from benchmarks.parts import manuscripts, write
 from handout.hand import file, library
 from handout.hand.scanned import NOBODY
-from handout.writing.scanned.choice_costs import mismatch
-from handout.writing.scanned.glyph_index import index_glyphs
-from handout.writing.scanned.layout_model import layout_model
+from handout.writing.glyph_index import index_glyphs, mismatch
+from handout.writing.scanned_words import layout_model
 
 TEXT = "the other stone in the rain and her hand on the letter then no one said the same to him there"
 WORDS = [len(word) for word in TEXT.split()]

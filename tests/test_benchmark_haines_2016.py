@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.haines_2016 import _FLOOR, column_features, laid, log_probability
-from handout.tagging.alphabet import LETTERS, SPACE
+from handout.alphabet import LETTERS, SPACE
 from handout.tagging.line_space import HEIGHT, STEP
 
 

@@ -11,7 +11,7 @@ ROWS = st.lists(st.integers(0, 8), max_size=40).map(lambda row: np.array(row, dt
 
 @pytest.mark.slow
 @settings(deadline=None, max_examples=300)
-@given(ROWS, st.sampled_from([0.5, 1.0, 2.5]), st.sampled_from([1, 2, 5]))
+@given(ROWS, st.sampled_from([0.0, 0.5, 1.0, 2.5]), st.sampled_from([1, 2, 5]))
 def test_peaks_are_those_of_scipy(row, prominence, apart):
     expected, _ = find_peaks(row, prominence=prominence, distance=apart)
     np.testing.assert_array_equal(peaks(row, prominence=prominence, apart=apart), expected)

@@ -57,5 +57,5 @@ def command(
     console.report(
         result,
         f"Wrote {sentences.names(result.files)}: {times}; seed {result.seed}."
-        f"{sentences.lent(result.tally)}{sentences.slipped(result.tally)}",
+        f"{sentences.lent(result.tally)}{sentences.doubted(result.tally)}{sentences.slipped(result.tally)}",
     )

@@ -15,9 +15,10 @@ from handout.pipeline.options import TEXTURED, PictureOptions, ReadingOptions, W
 
 if TYPE_CHECKING:
     from handout.pipeline.hands import ReadHand
-    from handout.pipeline.kept_hands import CheckedHand, Outlook
+    from handout.pipeline.kept_hands import Change, CheckedHand, EditedHand, Outlook
 
 
+_NAMED = 8  # letters that changed and are named; the others are in the JSON
 _LEAST_SURE = 0.7  # share of letters that are not doubtful, below which a look is advised; set by eye
 
 
@@ -151,19 +152,22 @@ def show(
 @click.argument("name")
 @click.option("--output", "-o", help="A PNG file for the pages with what was found; several pages are numbered.")
 @click.option("--for", "text", help="A text to be written: says how it comes by letters that are missing.")
+@click.option("--doubts", help="A PNG file for the letters that are not sure, each in its word, the worst first.")
 @options.console
-def check(name: str, output: str | None, text: str | None, console: Console) -> None:
+def check(name: str, output: str | None, text: str | None, doubts: str | None, console: Console) -> None:
     """Show what the scanned hand NAME (or a .hand file) holds, and what of it is doubtful.
 
-    In the picture each letter is named: blue and green where sure, orange and red where doubtful, ligatures and what
-    belongs to no letter in grey. A pixel of it is one of the scan, as corrections count them.
+    In the picture each letter is named: blue and green where sure, orange where doubtful, red where refused (it is not
+    written while another stands), ligatures and what belongs to no letter in grey. A pixel of it is one of the scan, as
+    corrections count them. Letters of which few are sure are named: `handout hand prompt --for NAME` makes a sheet of
+    exactly those.
 
     \b
-    handout hand check mine.hand -o overlay.png --for "Quick zebras jump"
+    handout hand check mine.hand -o overlay.png --doubts worst.png --for "Quick zebras jump"
     """
     from handout.pipeline.kept_hands import check_hand
 
-    result = check_hand(name, output, text)
+    result = check_hand(name, output, text, doubts)
     if not console.as_json and not console.quiet:
         click.echo(result.table())
     console.report(result, _checked(result))
@@ -180,6 +184,9 @@ def _checked(result: CheckedHand) -> str:
         + (": " + " ".join(f"{letter}({hand.letters[letter]})" for letter in rare) if rare else "")
         + "."
     ]
+    if result.again:
+        few = " ".join(f"{letter}({sure})" for letter, sure in result.again.items())
+        lines.append(f"Fewer than {LEAST} are sure of {few}: `handout hand prompt --for` makes a sheet of those.")
     if result.lacking is not None:
         elsewhere = sorted({f"{lack.letter} ({lack.place})" for lack in result.lacking if lack.anywhere})
         lines += _supplied(result.supply)
@@ -206,26 +213,79 @@ def _supplied(supply: Sequence[Outlook]) -> list[str]:
 
 @command.command("edit")
 @click.argument("name")
-@click.argument("corrections")
+@click.argument("corrections", required=False)
 @click.option("--output", "-o", help="Another .hand file for the result; default: the same.")
+@click.option("--undo", is_flag=True, help="Take back what was corrected last.")
+@click.option("--redo", is_flag=True, help="Make again what was taken back last.")
+@click.option("--history", is_flag=True, help="Say what was corrected, and what else that changed.")
+@click.option("--no-learning", is_flag=True, help="Do what the corrections say, and leave all other letters.")
 @options.console
-def edit(name: str, corrections: str, output: str | None, console: Console) -> None:
-    """Make the corrections of a JSON file to the hand NAME (or a .hand file), after those that it has already.
+def edit(
+    name: str,
+    corrections: str | None,
+    output: str | None,
+    undo: bool,
+    redo: bool,
+    history: bool,
+    no_learning: bool,
+    console: Console,
+) -> None:
+    """Make the corrections of a JSON file to the hand NAME (or a .hand file), and learn from them.
 
-    Places are pixels of the scan, as in the picture of `handout hand check`; pages are numbered from 0.
+    The pages that they are on are aligned anew; what else changed is said. CORRECTIONS may be a .hand file, too: of the
+    same pages, read before. Places are pixels of the scan, as in the picture of `handout hand check`; pages are
+    numbered from 0.
 
     \b
     {"corrections": [{"do": "label", "page": 0, "at": [812, 440], "text": "e"},
+                     {"do": "confirm", "page": 0, "at": [640, 442]},
                      {"do": "remove", "page": 0, "at": [90, 1300]},
                      {"do": "merge", "page": 0, "at": [300, 200], "other": [320, 204]},
-                     {"do": "split", "page": 0, "a": [500, 600], "b": [505, 660], "texts": ["r", "n"]}]}
-    Others: unlink (at), link (at, other), place (at, place: start, middle, end or alone).
+                     {"do": "split", "page": 0, "a": [500, 600], "b": [505, 660], "texts": ["r", "n"]},
+                     {"do": "paint", "page": 0, "to": "paper", "stroke": [[90, 80], [99, 84]], "width": 9}]}
+    Others: outline (within, text), unlink (at), link (at, other), place (at, place: start, middle, end or alone),
+    rule (a, b, width), cut (a, b), join (at, other); paint takes a polygon, and ink, too.
     """
-    from handout.pipeline.kept_hands import edit_hand
+    from handout.pipeline import kept_hands
 
-    result = edit_hand(name, corrections, output)
-    count, total = result.details["made"], result.details["corrections"]
-    console.report(result, f"Wrote {result.path}: {count} corrections made, {total} in all.")
+    if sum((corrections is not None, undo, redo, history)) != 1:
+        raise click.UsageError("Give a file of corrections, or one of --undo, --redo and --history.")
+    if corrections is not None:
+        with console.working():
+            result = kept_hands.edit_hand(name, corrections, output, learning=not no_learning, listener=console)
+    elif history:
+        result = kept_hands.edits(name)
+    else:
+        result = kept_hands.undo_edits(name, 1 if undo else -1, output)
+    console.report(result, "\n".join(_history(result)) if history else _edited(result))
+
+
+def _edited(result: EditedHand) -> str:
+    """What was corrected, or taken back, and what else that changed."""
+    entries, total = len(result.journal.entries) - result.journal.made, len(result.journal.corrections)
+    if not result.made:
+        more = f"; {units.count(entries, 'entry', 'entries')} can be made again" if entries else ""
+        return f"Wrote {result.path}: {units.count(total, 'correction')} in force{more}."
+    sentence = f"Wrote {result.path}: {units.count(result.made, 'correction')} made, {total} in all; "
+    return sentence + _changed(result.changes)
+
+
+def _changed(changes: Sequence[Change]) -> str:
+    if not changes:
+        return "no other letter changed."
+    named = [f"{one.letter} in “{one.word}” (line {one.line + 1}, {one.how})" for one in changes[:_NAMED]]
+    more = f" and {len(changes) - _NAMED} more" if len(changes) > _NAMED else ""
+    return f"{units.count(len(changes), 'other letter')} changed: {', '.join(named)}{more}."
+
+
+def _history(result: EditedHand) -> list[str]:
+    """The journal, a line an entry."""
+    lines = []
+    for number, entry in enumerate(result.journal.entries, 1):
+        kinds = ", ".join(correction.kind for correction in entry.corrections)
+        undone = "" if number <= result.journal.made else " (taken back)"
+        lines.append(f"{number}{undone}: {kinds}; {_changed(entry.changes)}")
+    return lines or [f"{result.path}: nothing was corrected."]
 
 
 @command.command("pen")

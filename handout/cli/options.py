@@ -55,6 +55,7 @@ _WRITING = (
     click.option(
         "--fallback", is_flag=True, help="Take similar forms for characters that the hand lacks, leave out emoji."
     ),
+    click.option("--strict", is_flag=True, help="Refuse a text of which a word, as written, reads as another."),
 )
 _CONSOLE = (
     click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output."),

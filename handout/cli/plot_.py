@@ -164,7 +164,7 @@ def _plot(request: PlotRequest, mode: _Mode, console: Console) -> None:
     assert result.tally is not None
     sentence = (
         f"Plotted {units.count(result.sheets, 'sheet')} in {units.duration(result.executed_s)}; seed {result.seed}."
-        f"{sentences.lent(result.tally)}{sentences.slipped(result.tally)}"
+        f"{sentences.lent(result.tally)}{sentences.doubted(result.tally)}{sentences.slipped(result.tally)}"
     )
     console.report(result, f"{sentence}\n{result.fidelity}".strip())
 
@@ -180,7 +180,7 @@ def _preview(request: PlotRequest, mode: _Mode, console: Console) -> None:
     console.report(
         result,
         f"Wrote {sentences.names(result.files)}; plotting would take {units.duration(result.planned_s)}; seed "
-        f"{result.seed}.{sentences.lent(result.tally)}{sentences.slipped(result.tally)}",
+        f"{result.seed}.{sentences.lent(result.tally)}{sentences.doubted(result.tally)}{sentences.slipped(result.tally)}",
     )
 
 

@@ -20,8 +20,9 @@ if TYPE_CHECKING:
 @options.bind(
     "prompting",
     PromptOptions,
-    click.option("--pages", type=click.IntRange(1, 100), default=4, show_default=True, help="How many to write."),
-    click.option("--characters", help="Each occurs at least once; default: all printable ASCII."),
+    click.option("--pages", type=click.IntRange(1, 100), help="How many to write; default: 4, or 1 with --for."),
+    click.option("--for", "hand", help="A scanned hand, or .hand file: the letters of which it has few sure ones."),
+    click.option("--characters", help="Each occurs at least once; default: all printable ASCII, or the hand's."),
     click.option("--also", default="", help="More characters than these, e.g. äöüß€."),
     click.option("--target", help="A file with texts such as will be wanted later: its letters count, and occur."),
     click.option(
@@ -53,6 +54,7 @@ def command(output: str, prompting: PromptOptions, verbose: bool, console: Conso
     \b
     handout hand prompt -o prompt.pdf
     handout hand prompt -o prompt.pdf --pages 6 --also äöüß€ --target my-letters.txt
+    handout hand prompt -o again.pdf --for me.hand
     """
     from handout.pipeline.prompts import prompt
 
@@ -61,11 +63,14 @@ def command(output: str, prompting: PromptOptions, verbose: bool, console: Conso
     if verbose and not console.as_json:
         click.echo(f"{coverage.table()}\n{coverage.summary()}")
     hint = "" if verbose or console.as_json else " (--verbose lists them)"
-    console.report(
-        result,
+    sheets = (
         f"Wrote {result.path}: {units.count(len(result.prompt.pages), 'page')}, {result.prompt.words} words, about "
-        f"{_rounded(result)} of writing; {coverage.short()} fewer than {coverage.least} times{hint}.",
+        f"{_rounded(result)} of writing"
     )
+    if result.again:
+        console.report(result, f"{sheets}, for what {prompting.hand} has few sure ones of: {' '.join(result.again)}.")
+    else:
+        console.report(result, f"{sheets}; {coverage.short()} fewer than {coverage.least} times{hint}.")
 
 
 def _rounded(result: PromptSheets) -> str:

@@ -7,6 +7,8 @@ from collections.abc import Iterable
 from handout import units
 from handout.pipeline.results import Tally
 
+_MOST_NAMED = 12  # words that a sentence lists
+
 
 def names(files: Iterable[object]) -> str:
     """The names of some files."""
@@ -29,6 +31,17 @@ def lent(tally: Tally) -> str:
 def slipped(tally: Tally) -> str:
     """One sentence about the words that were struck out; "" where there are none."""
     return f" {units.count(len(tally.slips), 'slip')} of the pen struck out." if tally.slips else ""
+
+
+def doubted(tally: Tally) -> str:
+    """One sentence about the words that read as others; "" where there are none."""
+    if not tally.doubtful:
+        return ""
+    named = [f"{doubt['word']} as {doubt['reads_as'] or 'nothing'}" for doubt in tally.doubtful[:_MOST_NAMED]]
+    more = len(tally.doubtful) - len(named)
+    return (
+        f" May be misread: {', '.join(named)}{f' and {more} more' if more else ''}; other seeds choose other letters."
+    )
 
 
 def _times(count: int) -> str:

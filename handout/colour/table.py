@@ -1,7 +1,7 @@
 """The colour table of one printer, paper and scanner, and pages that go through it.
 
 A table turns the scanned colour that is wanted into the device colour to send.  `apply` sends a page of ink on
-transparent ground through it; `apply_page` sends opaque pixels.
+transparent ground through it.
 """
 
 from __future__ import annotations
@@ -133,9 +133,6 @@ def load(path: Path) -> ColourTable:
         raise InputError(f"{path} is not a colour table that this program has written.") from error
 
 
-_SHARE = 0.35  # of an 8-bit page that is inked, above which Pillow's own table is faster for all of it
-
-
 def apply(raster: Raster, table: ColourTable, paper: ArrayLike | None = None) -> Raster:
     """The raster whose print, on the table's paper, scans as this raster laid on that paper would look.
 
@@ -179,38 +176,3 @@ def _matched(ink: NDArray[np.float32], table: ColourTable, white: NDArray[np.flo
     lack = np.clip(1 - table.unclamped(wanted.T).T - bare * veil.T, 0, 1)
     covers = np.maximum(cover, np.maximum(np.maximum(lack[0], lack[1]), lack[2]))
     return np.stack([*(1 - lack / covers), covers], axis=1)
-
-
-def apply_page(pixels: NDArray[np.uint8], table: ColourTable) -> NDArray[np.uint8]:
-    """(h, w, 3) uint8 to send for (h, w, 3) uint8 wanted; white (255, 255, 255) is bare paper and stays.
-
-    Where ink covers little of the page, only it is looked up.
-
-    Raises
-    ------
-    InputError
-        Pixels of another form.
-    """
-    if pixels.dtype != np.uint8 or pixels.ndim != 3 or pixels.shape[2] != 3:
-        raise InputError(f"colour: a page must be (h, w, 3) of uint8, not {pixels.shape} of {pixels.dtype}.")
-    flat = pixels.reshape(-1, 3)
-    inked = np.flatnonzero(~_white(pixels).ravel())
-    if len(inked) > _SHARE * len(flat):
-        return _whole(pixels, table)
-    out = flat.copy()
-    out[inked] = np.rint(table(flat.take(inked, axis=0) * np.float32(1 / 255)) * 255).astype(np.uint8)
-    return out.reshape(pixels.shape)
-
-
-def _whole(pixels: NDArray[np.uint8], table: ColourTable) -> NDArray[np.uint8]:
-    from PIL import Image, ImageFilter
-
-    rows = table.nodes.transpose(2, 1, 0, 3).reshape(-1)
-    lut = ImageFilter.Color3DLUT(table.size, rows.tolist())
-    out = np.array(Image.fromarray(pixels).filter(lut))
-    out[_white(pixels)] = 255
-    return out
-
-
-def _white(pixels: NDArray[np.uint8]) -> NDArray[np.bool_]:
-    return np.asarray((pixels[..., 0] & pixels[..., 1] & pixels[..., 2]) == 255)

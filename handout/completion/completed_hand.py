@@ -1,4 +1,4 @@
-"""A hand with all letters of a text: which ones it lacks, how each can be had, and the page that is added for them."""
+"""A hand with all letters of a text: which ones it lacks, and the page that is added for them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from handout.completion.specimens import Specimen, add_page
 from handout.errors import InputError
 from handout.hand.scanned import ScannedHand
 from handout.values import Hand
-from handout.writing.drawn_line_writer import repertoire
+from handout.writing.drawn_words import repertoire
 from handout.writing.text import Borrowed, Repertoire, borrow, borrowed, lacking, normalise, spell
 
 

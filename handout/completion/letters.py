@@ -18,8 +18,7 @@ from handout.hand.diacritics import BELOW, DOTLESS, NAMES, NOT_ABOVE, OGONEK, ST
 from handout.hand.letter_classes import DOTTED, SAME_AS_CAPITAL, STEM_AT_LEFT
 from handout.hand.scanned import NO_PAGE, NOBODY, ScannedHand
 from handout.values import Array, Indices, LineGraph
-from handout.writing.lookalikes import PICTURE
-from handout.writing.text import LEFT_OUT, Repertoire, borrow, instead
+from handout.writing.text import LEFT_OUT, PICTURE, Repertoire, borrow, instead
 
 _FORMS = 5  # of a letter that is put together: so that it does not repeat at once
 _DOTS = 0.42  # x-heights from one dot of a diaeresis to the other; set by eye
@@ -162,7 +161,7 @@ class LetterMaker:
         return np.array([middle + slant * over, high])
 
     def _within(self, letter: Array, base: str, kind: str) -> Array:
-        """Where the origin of a mark goes that touches its letter, or stands beside its top; see `writing.accents`."""
+        """Where the origin of a mark goes that touches its letter, or stands beside it; see `writing.drawn_forms`."""
         x_height, high = self._drawn.x_height, float(letter[:, 1].max())
         if kind in THROUGH:
             y = STROKE_HEIGHT.get(base, 0.5) * high

@@ -11,7 +11,7 @@ import io
 import struct
 import zipfile
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
@@ -41,7 +41,7 @@ def pack(members: Mapping[str, Content]) -> bytes:
             info = zipfile.ZipInfo(name, _EPOCH)
             info.compress_type = zipfile.ZIP_STORED if name.endswith(_KEPT) else zipfile.ZIP_DEFLATED
             info.external_attr = 0o644 << 16
-            archive.writestr(info, _bytes(content), compresslevel=9)
+            archive.writestr(info, content_bytes(content), compresslevel=9)
     return stream.getvalue()
 
 
@@ -56,7 +56,8 @@ def write(path: Path, members: Mapping[str, Content]) -> None:
     atomic.write(path, pack(members))
 
 
-def _bytes(content: Content) -> bytes:
+def content_bytes(content: Content) -> bytes:
+    """A part as it is packed."""
     if isinstance(content, bytes):
         return content
     if isinstance(content, np.ndarray):
@@ -84,6 +85,7 @@ class Archive:
         if len(infos) > _MOST_MEMBERS:
             raise self._error(f"it holds {len(infos)} parts, more than {_MOST_MEMBERS}")
         self._sizes = {info.filename: info.file_size for info in infos}
+        self._layers: tuple[str, ...] = ()
         if len(self._sizes) < len(infos):
             raise self._error("it holds two parts of one name")
 
@@ -94,10 +96,23 @@ class Archive:
         self._zip.close()
 
     def __contains__(self, name: str) -> bool:
-        return name in self._sizes
+        return self._resolved(name) in self._sizes
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All parts."""
+        return tuple(self._sizes)
+
+    def look_in(self, folders: Sequence[str]) -> None:
+        """Take from now on every part from the last of these folders that has it, or else from the top."""
+        self._layers = tuple(folders)[::-1]
+
+    def _resolved(self, name: str) -> str:
+        return next((folder + name for folder in self._layers if folder + name in self._sizes), name)
 
     def read(self, name: str) -> bytes:
         """The bytes of a part."""
+        name = self._resolved(name)
         if name not in self._sizes:
             raise self._error(f"{name} is missing")
         if self._sizes[name] > _MOST_BYTES:

@@ -1,16 +1,16 @@
 """What a person corrects of a hand that was read from paper.
 
 A correction names its letter by a place on the page, in pixels of the scan as it came from its file, so that it still
-holds after the page has been read again.  What was found and what was corrected are kept apart: `apply` gives the hand
-with the corrections made, and leaves the one that was found as it is.
+holds after the page has been read again.  `apply` makes what it says and no more, and leaves the hand that it is given
+as it is; `tagging.relearning.correct` learns from it, too.  The journal keeps what was corrected and what that changed.
 
-Source: seed 000, §5.1.3 (labels, splits, links); merging and placing are own method.
+Source: seed 000, §5.1.3 (labels, splits, links); the others are own method.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Union
+from typing import Literal, NamedTuple, Union
 
 import msgspec
 
@@ -26,6 +26,11 @@ class Correction(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_fi
     """One correction. page : number of the page, from 0."""
 
     page: int
+
+    @property
+    def kind(self) -> str:
+        """What it does, as the files of corrections call it."""
+        return str(self.__struct_config__.tag)
 
 
 class Label(Correction, frozen=True, tag="label"):
@@ -81,8 +86,99 @@ class Placing(Correction, frozen=True, tag="place"):
     place: Place
 
 
-AnyCorrection = Union[Label, Merge, Split, Remove, Unlink, Link, Placing]  # noqa: UP007  (msgspec reads it)
+class Confirm(Correction, frozen=True, tag="confirm"):
+    """The letter at `at` is right, in name and in extent; `text` : its name, which is then compared."""
+
+    at: Spot
+    text: str | None = None
+
+
+class Outline(Correction, frozen=True, tag="outline"):
+    """The writing inside the polygon `within` is the letter `text`, whosever it was."""
+
+    within: tuple[Spot, ...]
+    text: str
+
+
+class Paint(Correction, frozen=True, tag="paint"):
+    """Ink is paper, or paper is ink: under a brush `width` pixels wide along `stroke`, or inside `polygon`.
+
+    Ink has a line, so it is painted with the brush alone.
+    """
+
+    to: Literal["ink", "paper"]
+    stroke: tuple[Spot, ...] | None = None
+    width: float | None = None
+    polygon: tuple[Spot, ...] | None = None
+
+
+class Rule(Correction, frozen=True, tag="rule"):
+    """What runs from `a` to `b`, `width` pixels wide, is a printed rule of the paper, or was taken for one and is ink.
+
+    With a rule that is paper go those like it on the page; strokes that cross it stay.
+    """
+
+    a: Spot
+    b: Spot
+    width: float
+    to: Literal["ink", "paper"] = "paper"
+
+
+class Cut(Correction, frozen=True, tag="cut"):
+    """The strokes that the line from `a` to `b` crosses do not hang together there."""
+
+    a: Spot
+    b: Spot
+
+
+class Join(Correction, frozen=True, tag="join"):
+    """The stroke at `at` and the one at `other` are one, though no ink leads from one to the other."""
+
+    at: Spot
+    other: Spot
+
+
+AnyCorrection = Union[  # noqa: UP007  (msgspec reads it)
+    Label, Merge, Split, Remove, Unlink, Link, Placing, Confirm, Outline, Paint, Rule, Cut, Join
+]
 _Several = list[AnyCorrection]
+
+
+class Change(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A letter that became another because of what was corrected elsewhere.
+
+    letter, word : its name, and the word of the transcript it stands in.
+    page, line : numbers from 0.
+    at : a place on it, pixels of the scan; where it was, if it is there no longer.
+    how : "moved" where most of its ink is other ink now, "recut" where some is, "found" or "lost".
+    """
+
+    letter: str
+    word: str
+    page: int
+    line: int
+    at: Spot
+    how: Literal["moved", "recut", "found", "lost"]
+
+
+class Entry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What was corrected together, and what else that changed."""
+
+    corrections: tuple[AnyCorrection, ...]
+    changes: tuple[Change, ...] = ()
+
+
+class Journal(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """All that was corrected of a hand, in order; the first `made` entries are in force, the others were undone."""
+
+    entries: tuple[Entry, ...] = ()
+    made: int = 0
+    format: int = 2
+
+    @property
+    def corrections(self) -> tuple[AnyCorrection, ...]:
+        """The corrections that are in force."""
+        return tuple(correction for entry in self.entries[: self.made] for correction in entry.corrections)
 
 
 class Corrections(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -90,6 +186,14 @@ class Corrections(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     corrections: tuple[AnyCorrection, ...] = ()
     format: int = 1
+
+
+class Applied(NamedTuple):
+    """A hand with corrections made; sentences to show the user; page and number in its text of letters removed."""
+
+    hand: ScannedHand
+    notes: tuple[str, ...] = ()
+    removed: frozenset[tuple[int, int]] = frozenset()
 
 
 def read_corrections(data: bytes, source: str) -> tuple[AnyCorrection, ...]:
@@ -111,24 +215,30 @@ def read_corrections(data: bytes, source: str) -> tuple[AnyCorrection, ...]:
     return document.corrections
 
 
-def apply(hand: ScannedHand, corrections: Sequence[AnyCorrection]) -> ScannedHand:
+def apply(hand: ScannedHand, corrections: Sequence[AnyCorrection], *, strict: bool = True) -> ScannedHand:
     """The hand with corrections made, in their order; `hand` itself stays as it is.
+
+    strict : False: a letter may be called what the transcript has not, as earlier programs allowed.
 
     Raises
     ------
     InputError
         A correction that finds nothing within 1 mm of its place, or cannot be made; the message has its number.
     """
+    return applied(hand, corrections, strict=strict).hand
+
+
+def applied(hand: ScannedHand, corrections: Sequence[AnyCorrection], *, strict: bool = True) -> Applied:
+    """As `apply`, with what else is to be told."""
     if not corrections:
-        return hand
-    work = HandEditor(hand)
+        return Applied(hand)
+    work = HandEditor(hand, strict)
     for number, correction in enumerate(corrections, 1):
         try:
             _apply(work, correction)
         except CorrectionError as error:
-            kind = correction.__struct_config__.tag
-            raise InputError(f"Correction {number} ({kind}, page {correction.page}): {error}.") from error
-    return work.done()
+            raise InputError(f"Correction {number} ({correction.kind}, page {correction.page}): {error}.") from error
+    return Applied(work.done(), tuple(dict.fromkeys(work.notes)), frozenset(work.removed))
 
 
 def _apply(work: HandEditor, correction: AnyCorrection) -> None:
@@ -148,3 +258,28 @@ def _apply(work: HandEditor, correction: AnyCorrection) -> None:
             work.link(at, other)
         case Placing(at=at, place=place):
             work.place(at, place)
+        case Confirm(at=at, text=text):
+            work.confirm(at, text)
+        case Outline(within=within, text=text):
+            work.letter(within, text)
+        case Paint():
+            _paint(work, correction)
+        case Rule(a=a, b=b, width=width, to="paper"):
+            work.rule(a, b, width)
+        case Rule(a=a, b=b, width=width):
+            work.paint_ink((a, b), width)
+        case Cut(a=a, b=b):
+            work.cut(a, b)
+        case Join(at=at, other=other):
+            work.join(at, other)
+
+
+def _paint(work: HandEditor, paint: Paint) -> None:
+    if (paint.stroke is None) == (paint.polygon is None) or (paint.stroke is None) != (paint.width is None):
+        raise CorrectionError("paint has a stroke with its width, or a polygon")
+    if paint.to == "paper":
+        work.paint_paper(paint.stroke or paint.polygon or (), paint.width)
+    elif paint.stroke is None or paint.width is None:
+        raise CorrectionError("ink is painted with a stroke and its width: a letter needs the pen's line")
+    else:
+        work.paint_ink(paint.stroke, paint.width)

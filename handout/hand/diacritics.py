@@ -1,6 +1,6 @@
 """Letters with marks as a pen writes them: which letter, and which strokes are set on it.
 
-A mark is named in hand files (`NAMES`), set on its letter by `writing.accents`, and drawn in the TOML of a hand.
+A mark is named in hand files (`NAMES`), set on its letter by `writing.drawn_forms`, and drawn in the TOML of a hand.
 Unicode's canonical decomposition says most of which letter has which.  It has none for letters with a stroke through
 them, and it calls marks after their history where people write something else: a comma under ņ, an apostrophe beside ď.
 """

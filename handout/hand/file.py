@@ -1,7 +1,10 @@
-"""The .hand file: a scanned hand, and the corrections made to it, in one archive.
+"""The .hand file: a scanned hand, and what was corrected of it, in one archive.
 
-What was found on the pages and what people corrected are separate parts; `load` gives the hand with the corrections
-made.  Places are kept to 1/16 pixel, radii to 1/256 pixel, densities to 1/100.
+The hand as it was found is in the parts at the top.  Every entry of the journal of corrections has a folder with those
+parts that it changed, so that what was learned need not be learned again when the file is read, and any entry can be
+undone and made again: the hand after entry k has of every part the newest of the entries up to k.
+
+Places are kept to 1/16 pixel, radii to 1/256 pixel, densities to 1/100.
 
 Source: seed 000, §5.1.3 for what is kept.
 """
@@ -21,8 +24,8 @@ from numpy.typing import NDArray
 
 from handout import atomic
 from handout.errors import InputError
-from handout.hand.archive import Archive, Content, pack
-from handout.hand.corrections import AnyCorrection, Corrections, apply, read_corrections
+from handout.hand.archive import Archive, Content, content_bytes, pack
+from handout.hand.corrections import AnyCorrection, Entry, Journal, apply, read_corrections
 from handout.hand.places import PLACES
 from handout.hand.scanned import Ligature, ScannedGlyph, ScannedHand, ScannedPage, Texture
 from handout.values import Indices, LineGraph, Moments
@@ -32,6 +35,7 @@ SUFFIX = ".hand"
 _UV, _RADIUS, _DENSITY = 16.0, 256.0, 100.0  # steps a pixel, a pixel, 1
 _MOMENTS = {"times": 1e5, "pressure": 1e3, "tilt": 1e4, "azimuth": 1e4, "rotation": 1e4}  # steps a second, 1, rad
 _MOST_PAPER = 1_000_000  # pixels; what is kept of it has a few thousand
+_JOURNAL, _ENTRIES = "corrections.json", "corrections/"
 _COLUMNS = ("page", "line", "word", "at", "before", "after", "place")
 
 
@@ -61,18 +65,86 @@ class _File(msgspec.Struct, forbid_unknown_fields=True):
     letters: list[str]
 
 
-def save(hand: ScannedHand, path: Path, corrections: Sequence[AnyCorrection] = (), *, packed: bool = False) -> None:
-    """Write a hand, as it was found, and corrections to it; whole or not at all, and only what can be read back.
+def save(hand: ScannedHand, path: Path, *, packed: bool = False) -> None:
+    """Write a hand as it was found; whole or not at all, and only what can be read back.
 
     packed : see `to_bytes`.
 
     Raises
     ------
     InputError
-        The file cannot be written or would not be read back, or the corrections do not fit the hand.
+        The file cannot be written or would not be read back.
     """
-    apply(hand, corrections)
-    data = to_bytes(hand, corrections, packed=packed)
+    _write(path, to_bytes(hand, packed=packed))
+
+
+def record(source: Path, path: Path, before: ScannedHand, after: ScannedHand, entry: Entry) -> Journal:
+    """Write the hand of `source` to `path` with one entry more in its journal; entries that were undone are forgotten.
+
+    Parameters
+    ----------
+    before : the hand that `load` gives of `source`.
+    after : what the entry made of it.
+
+    Raises
+    ------
+    InputError
+        As `load` and `save`.
+    """
+    with Archive(source) as archive:
+        whole, earlier = _journal(archive, source)
+        kept = Journal(whole.entries[: whole.made], whole.made)
+        folders = _folders(kept.made)
+        parts: dict[str, Content] = {
+            name: archive.read(name)
+            for name in archive.names
+            if not name.startswith(_ENTRIES) or name.startswith(folders)
+        }
+        archive.look_in(folders)
+        drawn = [old.texture is not new.texture for old, new in zip(before.pages, after.pages, strict=True)]
+        for name, content in _hand_parts(after, packed="pages/0/ink.webp" in archive, drawn=drawn).items():
+            data = content_bytes(content)
+            if name not in archive or archive.read(name) != data:
+                parts[f"{_ENTRIES}{kept.made + 1}/{name}"] = data
+    entry = msgspec.structs.replace(entry, corrections=(*earlier, *entry.corrections))
+    journal = Journal((*kept.entries, entry), kept.made + 1)
+    _write(path, pack({**parts, _JOURNAL: _journal_bytes(journal)}))
+    return journal
+
+
+def rewind(source: Path, path: Path, made: int) -> Journal:
+    """Write the hand of `source` to `path` with the first `made` entries of its journal in force.
+
+    Raises
+    ------
+    InputError
+        As `load` and `save`; the journal has fewer entries than that.
+    """
+    with Archive(source) as archive:
+        journal, _ = _journal(archive, source)
+        parts: dict[str, Content] = {name: archive.read(name) for name in archive.names}
+    if not 0 <= made <= len(journal.entries):
+        raise InputError(f"{source}: there is nothing to be {'undone' if made < 0 else 'made again'}.")
+    journal = msgspec.structs.replace(journal, made=made)
+    _write(path, pack({**parts, _JOURNAL: _journal_bytes(journal)}))
+    return journal
+
+
+def journal(path: Path) -> Journal:
+    """What was corrected of the hand of a file.
+
+    Raises
+    ------
+    InputError
+        As `load`.
+    """
+    _refuse_foreign(path)
+    with Archive(path) as archive:
+        _known(archive, path)
+        return _journal(archive, path)[0]
+
+
+def _write(path: Path, data: bytes) -> None:
     try:
         check(path, data)
     except InputError as error:
@@ -82,15 +154,18 @@ def save(hand: ScannedHand, path: Path, corrections: Sequence[AnyCorrection] = (
     atomic.write(path, data)
 
 
-def to_bytes(hand: ScannedHand, corrections: Sequence[AnyCorrection] = (), *, packed: bool = False) -> bytes:
+def to_bytes(hand: ScannedHand, *, packed: bool = False) -> bytes:
     """The same as the bytes of the file; the same hand gives the same bytes.
 
     packed : ink as lossless WebP, which takes three quarters of the room and no page above 16383 pixels.
     """
+    return pack({**_hand_parts(hand, packed), _JOURNAL: _journal_bytes(Journal())})
+
+
+def _hand_parts(hand: ScannedHand, packed: bool, drawn: Sequence[bool] = ()) -> dict[str, Content]:
+    """The parts of a file that hold a hand; `drawn` says of which pages the ink is among them, without it of all."""
     facts = _File(FORMAT, hand.name, hand.title, [_facts(p) for p in hand.pages], [g.letter for g in hand.glyphs])
-    # places may be numpy's numbers, in corrections that a script made
-    corrected = msgspec.json.format(msgspec.json.encode(Corrections(tuple(corrections)), enc_hook=float), indent=1)
-    parts: dict[str, Content] = {"hand.json": facts, "corrections.json": corrected}
+    parts: dict[str, Content] = {"hand.json": facts}
     parts |= _glyph_arrays(hand.glyphs)
     for number, page in enumerate(hand.pages):
         graph, folder = page.graph, f"pages/{number}/"
@@ -99,11 +174,18 @@ def to_bytes(hand: ScannedHand, corrections: Sequence[AnyCorrection] = (), *, pa
         parts[folder + "density.npy"] = np.clip(np.rint(graph.density * _DENSITY), 0, 255).astype(np.uint8)
         first, second = graph.edges.T
         parts[folder + "edges.npy"] = np.column_stack([_steps(first), (second - first).astype(np.int32)])
+        parts[folder + "dismissed.npy"] = _steps(page.dismissed)
         if page.moments is not None:
             parts |= _moment_arrays(page.moments, folder)
         parts[folder + "paper.png"] = _picture(page.paper)
-        parts[folder + ("ink.webp" if packed else "ink.png")] = _picture(page.texture.rgba, packed)
-    return pack(parts)
+        if not drawn or drawn[number]:
+            parts[folder + ("ink.webp" if packed else "ink.png")] = _picture(page.texture.rgba, packed)
+    return parts
+
+
+def _journal_bytes(journal: Journal) -> bytes:
+    # places may be numpy's numbers, in corrections that a script made
+    return msgspec.json.format(msgspec.json.encode(journal, enc_hook=float), indent=1)
 
 
 def load(path: Path) -> ScannedHand:
@@ -114,8 +196,7 @@ def load(path: Path) -> ScannedHand:
     InputError
         Not a .hand file, one that is damaged or made by a newer program, or one whose parts do not fit together.
     """
-    hand, corrections = read(path)
-    return apply(hand, corrections)
+    return _read(path, None)
 
 
 def check(path: Path, data: bytes | None = None) -> ScannedHand:
@@ -126,29 +207,18 @@ def check(path: Path, data: bytes | None = None) -> ScannedHand:
     InputError
         As `load`, or the ink is damaged.
     """
-    hand = apply(*_read(path, data))
+    hand = _read(path, data)
     for page in hand.pages:
         _ = page.texture.rgba
     return hand
 
 
-def read(path: Path) -> tuple[ScannedHand, tuple[AnyCorrection, ...]]:
-    """The hand of a file as it was found, and the corrections to it.
-
-    Raises
-    ------
-    InputError
-        As `load`.
-    """
-    return _read(path, None)
-
-
-def _read(path: Path, data: bytes | None) -> tuple[ScannedHand, tuple[AnyCorrection, ...]]:
+def _read(path: Path, data: bytes | None) -> ScannedHand:
     """What a file holds; `data` are its bytes where they are not yet there."""
     if data is None:
         _refuse_foreign(path)
     with Archive(path, data) as archive:
-        return _parts(archive, path, data)
+        return _hand(archive, path, data)
 
 
 def _refuse_foreign(path: Path) -> None:
@@ -159,17 +229,36 @@ def _refuse_foreign(path: Path) -> None:
             raise InputError(f"{path} is not a .hand file: make one with `handout hand read`.")
 
 
-def _parts(archive: Archive, path: Path, data: bytes | None) -> tuple[ScannedHand, tuple[AnyCorrection, ...]]:
+def _hand(archive: Archive, path: Path, data: bytes | None) -> ScannedHand:
     _known(archive, path)
+    journal, earlier = _journal(archive, path)
+    folders = _folders(journal.made)
+    archive.look_in(folders)
     facts = archive.json("hand.json", _File)
-    corrections = read_corrections(archive.read("corrections.json"), f"{path}, corrections.json")
-    ink = partial(_ink, path, data)
+    ink = partial(_ink, path, data, folders)
     try:
         pages = tuple(_page(archive, ink, number, page) for number, page in enumerate(facts.pages))
         hand = ScannedHand(facts.name, facts.title, pages, _glyphs(archive, facts.letters, pages))
     except (ValueError, IndexError, OverflowError) as error:
         raise InputError(f"{path} cannot be used: its parts do not fit together ({error}).") from error
-    return hand, corrections
+    return apply(hand, earlier, strict=False)
+
+
+def _folders(made: int) -> tuple[str, ...]:
+    """The folders of the entries that are in force, in their order."""
+    return tuple(f"{_ENTRIES}{number}/" for number in range(1, made + 1))
+
+
+def _journal(archive: Archive, path: Path) -> tuple[Journal, tuple[AnyCorrection, ...]]:
+    """The journal of a file, and corrections that an earlier program kept without one."""
+    data = archive.read(_JOURNAL)
+    try:
+        journal = msgspec.json.decode(data, type=Journal)
+    except msgspec.MsgspecError:
+        return Journal(), read_corrections(data, f"{path}, {_JOURNAL}")
+    if journal.format != Journal().format or not 0 <= journal.made <= len(journal.entries):
+        raise InputError(f"{path} cannot be used: its journal of corrections is none that this program knows.")
+    return journal, ()
 
 
 def _known(archive: Archive, path: Path) -> None:
@@ -201,6 +290,7 @@ def _page(
     archive: Archive, load_ink: Callable[[str, tuple[int, int]], NDArray[np.uint8]], number: int, facts: _Page
 ) -> ScannedPage:
     folder = f"pages/{number}/"
+    dismissed = folder + "dismissed.npy"
     uv = _sums(archive.array(folder + "uv.npy", "int32", None, 2)) / _UV
     count = len(uv)
     first, apart = archive.array(folder + "edges.npy", "int32", None, 2).T
@@ -227,6 +317,7 @@ def _page(
         texture=texture,
         paper=archive.picture(folder + "paper.png", "RGB", _MOST_PAPER),
         moments=_moments(archive, folder, count),
+        dismissed=_sums(archive.array(dismissed, "int32", None)) if dismissed in archive else np.zeros(0, np.intp),
     )
 
 
@@ -250,8 +341,11 @@ def _moments(archive: Archive, folder: str, count: int) -> Moments | None:
     )
 
 
-def _ink(path: Path, data: bytes | None, part: str, shape: tuple[int, int]) -> NDArray[np.uint8]:
+def _ink(
+    path: Path, data: bytes | None, folders: Sequence[str], part: str, shape: tuple[int, int]
+) -> NDArray[np.uint8]:
     with Archive(path, data) as archive:
+        archive.look_in(folders)
         pixels = archive.picture(part, "RGBA", shape[0] * shape[1])
     if pixels.shape[:2] != shape:
         raise InputError(f"{path} cannot be used: {part} has another size than it says; make it again.")
@@ -265,6 +359,7 @@ def _glyph_arrays(glyphs: Sequence[ScannedGlyph]) -> dict[str, Content]:
     return {
         "glyphs/table.npy": np.array(rows, dtype=np.int32).reshape(-1, len(_COLUMNS)),
         "glyphs/confidence.npy": np.array([g.confidence for g in glyphs], dtype=np.float32),
+        "glyphs/confirmed.npy": np.array([g.confirmed for g in glyphs], dtype=np.uint8),
         "glyphs/vertices.npy": _flat([g.vertices for g in glyphs]),
         "glyphs/counts.npy": np.array([len(g.vertices) for g in glyphs], dtype=np.int32),
         "ligatures/from.npy": np.array([number for number, _ in ways], dtype=np.int32),
@@ -291,6 +386,8 @@ def _glyphs(archive: Archive, letters: list[str], pages: Sequence[ScannedPage]) 
     count = len(letters)
     table = archive.array("glyphs/table.npy", "int32", count, len(_COLUMNS)).tolist()
     sure = archive.array("glyphs/confidence.npy", "float32", count).tolist()
+    known = "glyphs/confirmed.npy"
+    confirmed = archive.array(known, "uint8", count) > 0 if known in archive else np.zeros(count, dtype=bool)
     vertices = _lists(archive, "glyphs", count)
     ways = _ligatures(archive, table, pages)
     glyphs = []
@@ -299,7 +396,7 @@ def _glyphs(archive: Archive, letters: list[str], pages: Sequence[ScannedPage]) 
             raise ValueError(f"glyph {i} has no place in its word")
         if not 0 <= sure[i] <= 1:
             raise ValueError(f"glyph {i} has a confidence of {sure[i]:g}")
-        rest = (before, after, tuple(ways.get(i, ())), sure[i])
+        rest = (before, after, tuple(ways.get(i, ())), sure[i], bool(confirmed[i]))
         glyphs.append(ScannedGlyph(letters[i], PLACES[place], page, line, word, at, vertices[i], *rest))
     return tuple(glyphs)
 

@@ -1,7 +1,12 @@
-"""A scanned hand while it is being corrected: its glyphs in a list that changes, found by places on a page."""
+"""A scanned hand while it is being corrected: its glyphs in a list that changes, found by places on a page.
+
+A letter that is named is a letter of the page's transcript: the one of that name on its line whose place is nearest,
+between the letters that are confirmed on its left and on its right.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -9,8 +14,11 @@ import numpy as np
 import regex
 from numpy.typing import NDArray
 
+from handout import units
+from handout.hand import page_editor
 from handout.hand.ligatures import LigatureFinder
-from handout.hand.places import Place
+from handout.hand.page_editor import PaintError
+from handout.hand.places import Place, graphemes, places
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
 from handout.values import Array, Indices, readonly_indices
 
@@ -18,6 +26,8 @@ if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
 _NEAR = 1.0  # mm from a place to the ink it means
+_FARTHEST = 3.0  # mm between two ends that are joined: a pen that skipped further did not write
+_MOST_BRUSH = 20.0  # mm: wider brushes would take lines of writing
 
 Spot = tuple[float, float]
 
@@ -29,14 +39,18 @@ class CorrectionError(Exception):
 class HandEditor:
     """The glyphs of a hand under correction; a glyph that is gone is None until the numbers are closed up."""
 
-    def __init__(self, hand: ScannedHand) -> None:
+    def __init__(self, hand: ScannedHand, strict: bool = True) -> None:
         self._hand = hand
+        self._strict = strict
+        self._pages = list(hand.pages)
         self._glyphs: list[ScannedGlyph | None] = list(hand.glyphs)
         self._order = list(range(len(hand.glyphs)))
         self._owners: dict[int, Indices] = {}
         self._trees: dict[int, cKDTree] = {}
         self._finders: dict[int, LigatureFinder] = {}
         self._page = 0
+        self.notes: list[str] = []
+        self.removed: set[tuple[int, int]] = set()
 
     def done(self) -> ScannedHand:
         """The corrected hand, its glyphs numbered in the order of writing; what was named by hand comes last."""
@@ -44,7 +58,7 @@ class HandEditor:
         number = {old: new for new, old in enumerate(numbers)} | {NOBODY: NOBODY}
         glyphs = (self._glyph(i) for i in numbers)
         numbered = (replace(glyph, before=number[glyph.before], after=number[glyph.after]) for glyph in glyphs)
-        return replace(self._hand, glyphs=tuple(numbered))
+        return replace(self._hand, pages=tuple(self._pages), glyphs=tuple(numbered))
 
     def turn_to(self, page: int) -> None:
         """Let the places that follow be on that page."""
@@ -56,9 +70,8 @@ class HandEditor:
         self._page = page
         if page not in self._owners:
             owner = np.full(len(self._scan.graph), NOBODY, dtype=np.intp)
-            for i, glyph in enumerate(self._glyphs):
-                if glyph is not None and glyph.page == page:
-                    owner[glyph.vertices] = i
+            for i, glyph in self._on_this_page():
+                owner[glyph.vertices] = i
             self._owners[page] = owner
             self._trees[page] = cKDTree(self._scan.graph.uv)
 
@@ -68,10 +81,28 @@ class HandEditor:
         vertex = self._vertex(at)
         number = int(self._owner[vertex])
         if number == NOBODY:
-            self._new(self._loose(vertex), text, place or "alone")
-            return
+            self._new(self._loose(vertex), text, place)
+        else:
+            self._named(number, text, place)
+
+    def confirm(self, at: Spot, text: str | None) -> None:
+        """Let the letter at `at` be sure."""
+        number = self._number(at)
         glyph = self._glyph(number)
-        self._glyphs[number] = replace(glyph, letter=text, place=place or glyph.place, confidence=1.0)
+        if not glyph.letter:
+            raise CorrectionError("what is there has no name yet: label it")
+        if text is not None and text != glyph.letter:
+            raise CorrectionError(f"what is there is called {glyph.letter!r}, not {text!r}: label it")
+        self._glyphs[number] = replace(glyph, confidence=1.0, confirmed=True)
+
+    def letter(self, within: Sequence[Spot], text: str) -> None:
+        """Let the writing inside a polygon be one letter, whosever it was."""
+        _one_letter(text)
+        vertices = self._inside(within)
+        for number in set(self._owner[vertices].tolist()) - {NOBODY}:
+            self._robbed(number, vertices)
+        self._owner[vertices] = NOBODY
+        self._new(vertices, text, None, taking=True)
 
     def merge(self, at: Spot, other: Spot, text: str | None) -> None:
         """Give what is at `other` to the letter at `at`."""
@@ -84,7 +115,7 @@ class HandEditor:
             self._given(number, self._loose(vertex))
         else:
             self._united(number, second)
-        self._glyphs[number] = replace(self._glyph(number), letter=letter, confidence=1.0)
+        self._named(number, letter, None)
         self._rejoin(number)
 
     def split(self, a: Spot, b: Spot, texts: tuple[str, str] | None) -> None:
@@ -100,13 +131,15 @@ class HandEditor:
         new = len(self._glyphs)
         self._order.insert(self._order.index(number) + 1, new)
         self._owner[second] = new
-        sure = replace(glyph, confidence=1.0, ligatures=())
-        places = _halves(glyph.place)
-        self._glyphs[number] = replace(sure, letter=names[0], vertices=first, after=new, place=places[0])
+        sure = replace(glyph, confidence=1.0, confirmed=False, ligatures=())
+        halves = _halves(glyph.place)
+        self._glyphs[number] = replace(sure, letter=names[0], vertices=first, after=new, place=halves[0])
         at = NOBODY if names[1] != glyph.letter else glyph.at
-        self._glyphs.append(replace(sure, letter=names[1], vertices=second, before=number, place=places[1], at=at))
+        self._glyphs.append(replace(sure, letter=names[1], vertices=second, before=number, place=halves[1], at=at))
         if glyph.after != NOBODY:
             self._glyphs[glyph.after] = replace(self._glyph(glyph.after), before=new)
+        for part, name, half in zip((number, new), texts or (), halves, strict=False):
+            self._named(part, name, half)
         self._rejoin(number)
         self._rejoin(new)
 
@@ -118,14 +151,17 @@ class HandEditor:
         self._part(number)
         self._owner[glyph.vertices] = NOBODY
         self._glyphs[number] = None
+        self.removed.add((self._page, glyph.at))
+        self._scan = replace(self._scan, dismissed=np.union1d(self._scan.dismissed, glyph.vertices))
 
     def unlink(self, at: Spot) -> None:
-        """Take away the ligatures from a letter to the next."""
+        """Cut what leads from a letter to the next."""
         number = self._number(at)
         glyph = self._glyph(number)
         if not glyph.ligatures:
             raise CorrectionError(f"{glyph.letter!r} there is not joined to a next letter")
-        self._glyphs[number] = replace(glyph, ligatures=())
+        owner = np.sort(self._owner[self._scan.graph.edges], axis=1)
+        self._cut((owner == sorted((number, glyph.after))).all(axis=1))
 
     def link(self, at: Spot, other: Spot) -> None:
         """Put one letter after another in a word."""
@@ -138,6 +174,7 @@ class HandEditor:
         self._part(self._glyph(second).before)
         self._glyphs[number] = replace(self._glyph(number), after=second)
         self._glyphs[second] = replace(self._glyph(second), before=number, word=self._glyph(number).word)
+        self._joined(self._glyph(number).vertices, self._glyph(second).vertices, _NEAR)
         self._rejoin(number)
 
     def place(self, at: Spot, place: Place) -> None:
@@ -145,9 +182,65 @@ class HandEditor:
         number = self._number(at)
         self._glyphs[number] = replace(self._glyph(number), place=place)
 
+    def paint_paper(self, cover: Sequence[Spot], width: float | None) -> None:
+        """Take away the ink under a brush `width` pixels wide, or inside a polygon."""
+        self._check_brush(cover, width)
+        scan = self._scan
+        under = page_editor.filled(scan, cover) if width is None else page_editor.brush(scan, cover, width)
+        try:
+            self._changed(*page_editor.as_paper(scan, under))
+        except PaintError as error:
+            raise CorrectionError(f"{error} at ({cover[0][0]:g}, {cover[0][1]:g})") from error
+
+    def paint_ink(self, stroke: Sequence[Spot], width: float) -> None:
+        """Put ink along a brush `width` pixels wide."""
+        self._check_brush(stroke, width)
+        self._changed(*page_editor.as_ink(self._scan, stroke, width))
+        self.notes.append(
+            "Painted ink has the page's usual colour, as a hand keeps no paper; read the page anew with these "
+            "corrections to have its own."
+        )
+
+    def rule(self, a: Spot, b: Spot, width: float) -> None:
+        """Take away a printed rule that was taken for ink, and its likes."""
+        self._check_brush((a, b), width)
+        try:
+            page, number, count = page_editor.without_rule(self._scan, a, b, width)
+        except PaintError as error:
+            raise CorrectionError(f"{error} from ({a[0]:g}, {a[1]:g}) to ({b[0]:g}, {b[1]:g})") from error
+        self._changed(page, number)
+        if count > 1:
+            self.notes.append(f"{units.count(count - 1, 'rule')} like the one that was corrected went with it.")
+
+    def cut(self, a: Spot, b: Spot) -> None:
+        """Cut every stroke that the line from `a` to `b` crosses; the letters keep what they have."""
+        for end in (a, b):
+            self._on_page(end)
+        across = self._across(np.array(a), np.array(b))
+        if not across.any():
+            raise CorrectionError(f"the line from ({a[0]:g}, {a[1]:g}) to ({b[0]:g}, {b[1]:g}) crosses no stroke")
+        self._cut(across)
+
+    def join(self, at: Spot, other: Spot) -> None:
+        """Join the stroke at one place to the stroke at another."""
+        one, second = self._vertex(at), self._vertex(other)
+        edges = np.sort(self._scan.graph.edges, axis=1)
+        if one == second or (edges == sorted((one, second))).all(axis=1).any():
+            raise CorrectionError("both places are on one stroke, that hangs together already")
+        uv = self._scan.graph.uv
+        away = float(np.linalg.norm(uv[one] - uv[second])) * self._scan.pixel
+        if away > _FARTHEST:
+            raise CorrectionError(f"the two places are {away:.1f} mm apart; strokes within {_FARTHEST:g} mm are joined")
+        self._scan = page_editor.joined(self._scan, one, second)
+        self._rejoin_all()
+
     @property
     def _scan(self) -> ScannedPage:
-        return self._hand.pages[self._page]
+        return self._pages[self._page]
+
+    @_scan.setter
+    def _scan(self, page: ScannedPage) -> None:
+        self._pages[self._page] = page
 
     @property
     def _owner(self) -> Indices:
@@ -190,14 +283,170 @@ class HandEditor:
         piece = _pieces(edges[loose[edges].all(axis=1)], len(loose))
         return np.flatnonzero(loose & (piece == piece[vertex]))
 
-    def _new(self, vertices: Indices, text: str, place: Place) -> None:
+    def _inside(self, within: Sequence[Spot]) -> Indices:
+        """The vertices inside a polygon."""
+        if len(within) < 3:
+            raise CorrectionError(f"{len(within)} corners make no polygon; give three or more")
+        for corner in within:
+            self._on_page(corner)
+        cover = page_editor.filled(self._scan, within)
+        column, row = np.rint(self._scan.graph.uv).astype(np.intp).T
+        height, width = cover.shape
+        inside = cover[row.clip(0, height - 1), column.clip(0, width - 1)] > 0
+        if not inside.any():
+            x, y = np.mean(np.array(within), axis=0)
+            raise CorrectionError(f"no writing inside the polygon around ({x:g}, {y:g})")
+        return np.flatnonzero(inside)
+
+    def _robbed(self, number: int, vertices: Indices) -> None:
+        """Take vertices away from a glyph; one that has none left is gone."""
+        left = np.setdiff1d(self._glyph(number).vertices, vertices)
+        if len(left):
+            self._glyphs[number] = replace(self._glyph(number), vertices=left, confirmed=False)
+            return
+        self._part(self._glyph(number).before)
+        self._part(number)
+        self._glyphs[number] = None
+
+    def _new(self, vertices: Indices, text: str, place: Place | None, taking: bool = False) -> None:
+        """Make a letter of loose vertices: the one of the transcript that is missing there, or one beside it.
+
+        taking : it may be one that other ink was taken for.
+        """
         middle = self._scan.graph.uv[vertices].mean(axis=0)
         height = np.array([self._scan.to_line(i, middle)[0, 1] for i in range(len(self._scan.baselines))])
         line = int(np.abs(height - 0.5 * self._scan.x_height / self._scan.pitch).argmin())
         word = max((g.word for g in self._glyphs if g is not None and g.page == self._page), default=-1) + 1
-        self._owner[vertices] = len(self._glyphs)
-        self._order.append(len(self._glyphs))
-        self._glyphs.append(ScannedGlyph(text, place, self._page, line, word, NOBODY, vertices))
+        number = len(self._glyphs)
+        self._owner[vertices] = number
+        self._order.append(number)
+        glyph = ScannedGlyph(text, place or "alone", self._page, line, word, NOBODY, vertices, confirmed=True)
+        self._glyphs.append(glyph)
+        self._scan = replace(self._scan, dismissed=np.setdiff1d(self._scan.dismissed, vertices))
+        if taking or self._grapheme(number, text, missing=True) is not None:
+            self._named(number, text, place)
+
+    def _named(self, number: int, text: str, place: Place | None) -> None:
+        """Let a glyph be the letter `text` of the transcript, which other ink is then no longer."""
+        glyph = self._glyph(number)
+        at = glyph.at
+        if text != glyph.letter or at == NOBODY:
+            found = self._grapheme(number, text)
+            if found is None and self._strict:
+                raise CorrectionError(self._not_there(glyph.line, text))
+            at = NOBODY if found is None else found
+        written = graphemes(self._scan.transcript)
+        for i, other in self._on_this_page():
+            if i != number and other.at == at != NOBODY:
+                self._glyphs[i] = replace(other, letter="", at=NOBODY, confidence=0.0, confirmed=False)
+        usual = places(written)[at] if at >= 0 else glyph.place
+        if at >= 0:
+            begins = [not u.isspace() and (i == 0 or written[i - 1].isspace()) for i, u in enumerate(written[: at + 1])]
+            glyph = replace(glyph, word=sum(begins) - 1)
+        self._glyphs[number] = replace(glyph, letter=text, at=at, place=place or usual, confidence=1.0, confirmed=True)
+
+    def _grapheme(self, number: int, text: str, missing: bool = False) -> int | None:
+        """Index in the transcript of the letter `text` that a glyph can be, None if there is none.
+
+        missing : only one that no ink was taken for.
+        """
+        glyph = self._glyph(number)
+        middle = {i: float(self._scan.graph.uv[g.vertices, 0].mean()) for i, g in self._on_this_page()}
+        on_line = [(g.at, middle[i], g.confirmed) for i, g in self._on_this_page()
+                   if g.line == glyph.line and g.at >= 0 and i != number]  # fmt: skip
+        x = middle[number]
+        written = graphemes(self._scan.transcript)
+        elsewhere = [(g.at, g.line) for i, g in self._on_this_page() if g.at >= 0 and g.line != glyph.line]
+        low = max([at for at, there, sure in on_line if sure and there < x]
+                  + [at for at, line in elsewhere if line < glyph.line], default=-1)  # fmt: skip
+        high = min([at for at, there, sure in on_line if sure and there > x]
+                   + [at for at, line in elsewhere if line > glyph.line], default=len(written))  # fmt: skip
+        held = {g.at for i, g in self._on_this_page() if i != number and (g.confirmed or missing)}
+        fitting = [at for at in range(low + 1, high) if written[at] == text and at not in held]
+        if not fitting:
+            return None
+        known = np.array(sorted((at, there) for at, there, _ in on_line)).reshape(-1, 2)
+        if not len(known):
+            return fitting[0]
+        away = np.abs(np.interp(fitting, known[:, 0], known[:, 1]) - x)
+        return fitting[int(away.argmin())]
+
+    def _not_there(self, line: int, text: str) -> str:
+        """Why a letter of the transcript cannot be named so."""
+        written = graphemes(self._scan.transcript)
+        own = sorted(g.at for _, g in self._on_this_page() if g.line == line and g.at >= 0)
+        quoted = "".join(written[own[0] : own[-1] + 1]) if own else ""
+        return (
+            f"the transcript of line {line + 1}, “{' '.join(quoted.split())}”, has no {text!r} that could be there; "
+            "where the author wrote something else, remove the letter first and then label its ink"
+        )
+
+    def _on_this_page(self) -> list[tuple[int, ScannedGlyph]]:
+        return [(i, g) for i, g in enumerate(self._glyphs) if g is not None and g.page == self._page]
+
+    def _check_brush(self, places_: Sequence[Spot], width: float | None) -> None:
+        """Raise CorrectionError for a brush off the page, or one that is too wide, or of no way."""
+        if not places_ or (width is None and len(places_) < 3):
+            raise CorrectionError("a brush needs a place, a polygon three")
+        height, wide = self._scan.shape
+        for x, y in places_:
+            if not (0 <= x < wide and 0 <= y < height):
+                raise CorrectionError(f"({x:g}, {y:g}) is off the page: the scan has {wide} x {height} pixels")
+        if self._scan.moments is not None:
+            raise CorrectionError("the page was recorded from a pen, so nothing was taken for ink that is none")
+        if width is not None and not 1.0 <= width <= _MOST_BRUSH / self._scan.pixel:
+            most = _MOST_BRUSH / self._scan.pixel
+            raise CorrectionError(f"a brush {width:g} pixels wide is outside 1 to {most:.0f}")
+
+    def _changed(self, page: ScannedPage, number: Indices) -> None:
+        """Take a page whose vertices have other numbers (n,), −1 for those that are gone."""
+        for i, _ in self._on_this_page():
+            glyph = self._glyph(i)
+            left = number[glyph.vertices]
+            left = np.sort(left[left >= 0])
+            if len(left):
+                self._glyphs[i] = replace(glyph, vertices=left, ligatures=())
+            else:
+                self._part(glyph.before)
+                self._part(i)
+                self._glyphs[i] = None
+        self._scan = page
+        self._owners.pop(self._page)
+        self._trees.pop(self._page)
+        self.turn_to(self._page)
+        self._rejoin_all()
+
+    def _cut(self, edges: NDArray[np.bool_]) -> None:
+        self._scan = page_editor.cut(self._scan, edges)
+        self._rejoin_all()
+
+    def _joined(self, first: Indices, second: Indices, most: float) -> None:
+        """Put an edge where two letters that do not hang together come nearest, if that is within `most` mm."""
+        from scipy.spatial import cKDTree
+
+        owner = np.sort(self._owner[self._scan.graph.edges], axis=1)
+        pair = sorted((int(self._owner[first[0]]), int(self._owner[second[0]])))
+        if (owner == pair).all(axis=1).any():
+            return
+        uv = self._scan.graph.uv
+        away, index = cKDTree(uv[second]).query(uv[first])
+        if away.min() * self._scan.pixel <= most:
+            nearest = int(away.argmin())
+            self._scan = page_editor.joined(self._scan, int(first[nearest]), int(second[index[nearest]]))
+            self._finders.pop(self._page, None)
+
+    def _rejoin_all(self) -> None:
+        self._finders.pop(self._page, None)
+        for i, glyph in self._on_this_page():
+            if glyph.after != NOBODY:
+                self._rejoin(i)
+
+    def _across(self, a: Array, b: Array) -> NDArray[np.bool_]:
+        """(m,) which edges of the page the line from `a` to `b` crosses."""
+        uv, edges = self._scan.graph.uv, self._scan.graph.edges
+        p, q = uv[edges[:, 0]], uv[edges[:, 1]]
+        across = (_side(a, b, p) > 0) != (_side(a, b, q) > 0)
+        return np.asarray(across & (_side(p, q, a) * _side(p, q, b) <= 0))
 
     def _given(self, number: int, vertices: Indices) -> None:
         glyph = self._glyph(number)
@@ -250,8 +499,7 @@ class HandEditor:
         """The glyph that a line crosses nearest to its middle, and which edges of the page are its and are crossed."""
         uv, edges = self._scan.graph.uv, self._scan.graph.edges
         p, q = uv[edges[:, 0]], uv[edges[:, 1]]
-        across = (_side(a, b, p) > 0) != (_side(a, b, q) > 0)
-        across &= _side(p, q, a) * _side(p, q, b) <= 0
+        across = self._across(a, b)
         same = self._owner[edges[:, 0]] == self._owner[edges[:, 1]]
         within = np.flatnonzero(across & same & (self._owner[edges[:, 0]] != NOBODY))
         if not len(within):

@@ -81,6 +81,12 @@ def _read(path: Path) -> Hand:
     return svg_font.read(path) if path.suffix == ".svg" else drawn.read(path)
 
 
+@lru_cache(maxsize=2)
+def _shipped(path: Path) -> ScannedHand:
+    """A scanned hand that comes with the program; its file never changes."""
+    return file.load(path)
+
+
 def path(name: str) -> Path:
     """The file of a hand that `find` finds."""
     if name.endswith((".hand", *_FILES)):
@@ -103,7 +109,8 @@ def find(name: str) -> Hand | ScannedHand:
             f"No hand is called {name!r}: use {', '.join(near)}, or the path of a .hand, .toml or .svg file."
         )
     if name.endswith(".hand") or (name not in _paths() and name in scanned()):
-        return file.load(scanned_file(name))
+        place = scanned_file(name)
+        return _shipped(place) if comes_with_program(place) else file.load(place)
     return load(name)
 
 

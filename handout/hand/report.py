@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from handout.hand.places import PLACES
-from handout.hand.scanned import DOUBTFUL, ScannedHand, ScannedPage
+from handout.hand.scanned import ScannedHand, ScannedPage
+from handout.hand.vetting import vet
 
 if TYPE_CHECKING:
     from PIL.ImageDraw import ImageDraw
@@ -33,13 +36,19 @@ def facts(hand: ScannedHand) -> dict[str, Any]:
         "short": [letter for letter, count in hand.letters.items() if count < LEAST],
         "least": LEAST,
         "doubtful": [_doubted(hand, number) for number in doubtful(hand)],
+        "write_again": {letter: sure for letter, sure in sure_letters(hand).items() if sure < LEAST},
     }
 
 
 def doubtful(hand: ScannedHand) -> list[int]:
-    """Numbers of the glyphs worth a look, the least certain first."""
-    low = [i for i, glyph in enumerate(hand.glyphs) if glyph.confidence < DOUBTFUL or not glyph.letter]
-    return sorted(low, key=lambda i: (hand.glyphs[i].confidence, i))
+    """Numbers of the glyphs that may not be what they are called, the least probable first."""
+    return [int(number) for number in vet(hand).worst_first]
+
+
+def sure_letters(hand: ScannedHand) -> dict[str, int]:
+    """Letter → how many of its glyphs are sure, the fewest first."""
+    sure = Counter(glyph.letter for glyph, good in zip(hand.glyphs, vet(hand).sure.tolist(), strict=True) if good)
+    return dict(sorted(((letter, sure[letter]) for letter in hand.letters), key=itemgetter(1, 0)))
 
 
 def table(hand: ScannedHand) -> str:
@@ -78,6 +87,8 @@ def _doubted(hand: ScannedHand, number: int) -> dict[str, Any]:
         "line": glyph.line,
         "at": [round(float(v), 1) for v in middle],
         "confidence": round(glyph.confidence, 2),
+        "probability": round(float(vet(hand).probability[number]), 2),
+        "verdict": vet(hand).verdict(number),
     }
 
 
@@ -99,7 +110,7 @@ def overlay(hand: ScannedHand, page: int) -> Pixels:
 
     Returns
     -------
-    (h, w, 3) uint8: letters in blue and green by turns, in orange where doubtful, in red where very; unnamed ones in
+    (h, w, 3) uint8: letters in blue and green by turns, in orange where doubtful, in red where refused; unnamed ones in
     purple, ligatures and what belongs to no letter in grey; over each letter its name.
     """
     from PIL import Image, ImageDraw
@@ -123,9 +134,8 @@ def _colour(hand: ScannedHand, number: int) -> tuple[int, int, int]:
     glyph = hand.glyphs[number]
     if not glyph.letter:
         return _UNNAMED
-    if glyph.confidence < DOUBTFUL:
-        return _LOST if glyph.confidence <= DOUBTFUL / 2 else _DOUBTED
-    return _SURE[number % 2]
+    verdict = vet(hand).verdict(number)
+    return _LOST if verdict == "refused" else _DOUBTED if verdict == "doubtful" else _SURE[number % 2]
 
 
 def _dots(picture: Pixels, page: ScannedPage, vertices: NDArray[np.intp], colour: tuple[int, int, int]) -> None:
@@ -193,7 +203,7 @@ def contact_sheet(hand: ScannedHand, most: int = 24) -> Pixels:
 
 def _rows(hand: ScannedHand, letter: str, most: int) -> Iterable[tuple[str, list[tuple[Pixels, int]]]]:
     """(name and count, or "" where a letter goes on; pictures with their height over the baseline)."""
-    numbers = sorted(hand.of(letter).tolist(), key=lambda i: -hand.glyphs[i].confidence)[:most]
+    numbers = sorted(hand.of(letter).tolist(), key=lambda i: -vet(hand).probability[i])[:most]
     name, cells, wide = f"{letter} {len(hand.of(letter))}", list[tuple[Pixels, int]](), 0
     for number in numbers:
         cell = cell_of(hand, number)
@@ -225,3 +235,48 @@ def lay(picture: Pixels, cell: Pixels, x: int, y: int) -> None:
     top, left = max(y, 0), max(x, 0)
     under = picture[top : max(y + cell.shape[0], 0), left : x + cell.shape[1]]
     under[:] = np.minimum(under, cell[top - y :, left - x :][: under.shape[0], : under.shape[1]])
+
+
+_CELL, _FOOT = (150, 118), 18  # pixels of a glyph in its word, width and height, and of what is written under it
+_BASE = 78  # pixels from the upper edge of such a picture to the baseline
+
+
+def doubts_sheet(hand: ScannedHand, columns: int = 8) -> Pixels:
+    """(h, w, 3) uint8: the glyphs that are not sure, each in its word, the least probable first, in rows."""
+    from PIL import Image, ImageDraw, ImageFont
+
+    numbers = doubtful(hand)
+    width, height = _CELL[0], _CELL[1] + _FOOT
+    picture = np.full((height * max(1, -(-len(numbers) // columns)), width * columns, 3), 255, dtype=np.uint8)
+    pages = {page: hand.pages[page].on_paper() for page in {hand.glyphs[number].page for number in numbers}}
+    corners = [(width * (k % columns), height * (k // columns)) for k in range(len(numbers))]
+    for number, (x, y) in zip(numbers, corners, strict=True):
+        picture[y : y + _CELL[1], x : x + width] = _in_its_word(hand, number, pages[hand.glyphs[number].page])
+    image = Image.fromarray(picture)
+    draw, font = ImageDraw.Draw(image), ImageFont.load_default(13.0)
+    for number, (x, y) in zip(numbers, corners, strict=True):
+        glyph, probability = hand.glyphs[number], vet(hand).probability[number]
+        caption = f"{glyph.letter or '?'}  {probability:.0%}  page {glyph.page + 1}, line {glyph.line + 1}"
+        draw.text((x + 4, y + _CELL[1]), caption, fill=_colour(hand, number), font=font)
+    return np.asarray(image)
+
+
+def _in_its_word(hand: ScannedHand, number: int, page: Pixels) -> Pixels:
+    """(h, w, 3): a glyph in the colour of its verdict, what stands around it pale."""
+    import cv2
+
+    glyph, sheet = hand.glyphs[number], hand.pages[hand.glyphs[number].page]
+    scale = UNIT * sheet.pixel / sheet.x_height
+    middle = hand.centre(number)[0] * sheet.unit
+    move = np.array([_CELL[0] / 2 - scale * middle, _BASE - scale * float(sheet.base(glyph.line, middle))])
+    way = np.column_stack([np.eye(2) * scale, move])
+    ink, corner = cutout(hand, number)
+    own = np.zeros(page.shape[:2], dtype=np.float32)
+    own[corner[1] : corner[1] + ink.shape[0], corner[0] : corner[0] + ink.shape[1]] = ink[:, :, 3] / 255
+    around, part = (
+        np.asarray(cv2.warpAffine(each, way, _CELL, flags=cv2.INTER_LINEAR, borderValue=edge))
+        for each, edge in ((page, (255, 255, 255)), (own, 0))
+    )
+    pale = 255 - _PALE * (255.0 - around)
+    mixed = pale * (1 - part[:, :, None]) + np.array(_colour(hand, number)) * part[:, :, None]
+    return np.clip(np.rint(mixed), 0, 255).astype(np.uint8)

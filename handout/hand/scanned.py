@@ -63,6 +63,7 @@ class ScannedGlyph:
     ligatures : the ways to the glyph `after`; several where more than one stroke leads there, none where the pen was
         lifted.
     confidence : 0–1, of the place of its ends.
+    confirmed : whether a person confirmed or corrected it: it is the truth, and what is aligned anew learns from it.
     """
 
     letter: str
@@ -76,6 +77,7 @@ class ScannedGlyph:
     after: int = NOBODY
     ligatures: tuple[Ligature, ...] = ()
     confidence: float = 1.0
+    confirmed: bool = False
 
     __repr__ = one_line
 
@@ -129,6 +131,7 @@ class ScannedPage:
     texture : the ink.
     paper : (h, w, 3) uint8: the page without ink, much reduced.
     moments : of a page that was recorded: the vertices of its graph are in the order of writing.
+    dismissed : (n,) int: vertices of the graph that are no letter's, as a person said.
     """
 
     source: str
@@ -144,10 +147,12 @@ class ScannedPage:
     texture: Texture
     paper: NDArray[np.uint8]
     moments: Moments | None = None
+    dismissed: Indices = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
 
     __repr__ = one_line
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "dismissed", readonly_indices(self.dismissed, None))
         object.__setattr__(self, "baselines", readonly(self.baselines, None, 5))
         paper = np.array(self.paper, dtype=np.uint8)
         if paper.ndim != 3 or paper.shape[2] != 3 or not paper.size:
@@ -168,6 +173,8 @@ class ScannedPage:
 
     def _check_vertices(self) -> None:
         uv = self.graph.uv
+        if len(self.dismissed) and not 0 <= self.dismissed.min() <= self.dismissed.max() < len(uv):
+            raise ValueError("a vertex that there is not is no letter's")
         if not ((uv >= -_OVER) & (uv <= np.array(self.shape[::-1]) + _OVER)).all():
             raise ValueError("a vertex lies outside its picture")
         for name in ("times", *POSE) if self.moments else ():

@@ -29,13 +29,14 @@ class DevicePixels:
 
     def cropped(self) -> tuple[NDArray[np.uint8], int, int] | None:
         """What is not white, and the pixel of the sheet that its corner lies on; None if all is."""
-        inked = (self.rgb != WHITE).any(axis=2)
-        rows, columns = np.flatnonzero(inked.any(axis=1)), np.flatnonzero(inked.any(axis=0))
+        rows = np.flatnonzero(self.rgb.min(axis=(1, 2), initial=WHITE) != WHITE)
         if len(rows) == 0:
             return None
+        top, inked = int(rows[0]), self.rgb[rows[0] : rows[-1] + 1]
+        columns = np.flatnonzero(inked.min(axis=0).min(axis=1) != WHITE)
         x, y = (round(offset * self.dpi / 25.4) for offset in self.origin)
-        top, left = int(rows[0]), int(columns[0])
-        return self.rgb[top : int(rows[-1]) + 1, left : int(columns[-1]) + 1], x + left, y + top
+        left = int(columns[0])
+        return inked[:, left : int(columns[-1]) + 1], x + left, y + top
 
 
 def device_pixels(ink: Raster, calibrate: Calibrate | None = None) -> DevicePixels:
@@ -53,10 +54,11 @@ def device_pixels(ink: Raster, calibrate: Calibrate | None = None) -> DevicePixe
     """
     raster = ink if calibrate is None else calibrate(ink)
     rgba = raster.rgba
-    rgb = np.empty((*rgba.shape[:2], 3), dtype=np.uint8)
+    rgb = np.full((*rgba.shape[:2], 3), WHITE, dtype=np.uint8)
     for start in range(0, len(rgba), _STRIP):
-        strip = rgba[start : start + _STRIP]
-        cover = strip[..., 3:]
-        mixed = np.clip(strip[..., :3] * cover + (1 - cover), 0, 1)
-        rgb[start : start + _STRIP] = np.rint(mixed * WHITE).astype(np.uint8)
+        strip = rgba[start : start + _STRIP].reshape(-1, 4)
+        inked = np.flatnonzero(strip[:, 3])
+        ink_of_strip, cover = strip[inked, :3], strip[inked, 3:]
+        mixed = np.clip(ink_of_strip * cover + (1 - cover), 0, 1)
+        rgb[start : start + _STRIP].reshape(-1, 3)[inked] = np.rint(mixed * WHITE).astype(np.uint8)
     return DevicePixels(rgb, raster.dpi, raster.origin)

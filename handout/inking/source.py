@@ -7,7 +7,7 @@ every vertex of the line, how its surroundings are turned and stretched; a `Cour
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,6 +32,7 @@ class Source:
     def __init__(self, page: ScannedPage) -> None:
         self.page = page
         self.radius: Array = page.graph.radius / page.pixel
+        self._last: tuple[Array, Array, NDArray[np.intp]] | None = None
 
     @cached_property
     def _tree(self) -> cKDTree:
@@ -40,10 +41,26 @@ class Source:
         return cKDTree(self.page.graph.uv)
 
     @cached_property
-    def _crossing(self) -> NDArray[np.intp]:
-        """(2m, 2) int: edges of the page's graph, both ways."""
+    def _neighbours(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """(n + 1,) where the neighbours of each vertex begin, and (2m,) the neighbours, by vertex."""
         edges = self.page.graph.edges
-        return np.concatenate([edges, edges[:, ::-1]])
+        both = np.concatenate([edges, edges[:, ::-1]])
+        both = both[np.argsort(both[:, 0], kind="stable")]
+        return np.searchsorted(both[:, 0], np.arange(len(self.radius) + 1)), both[:, 1]
+
+    @cached_property
+    def _by_x(self) -> tuple[NDArray[np.intp], Array]:
+        """(n,) the vertices from left to right, and (n,) their x."""
+        x = self.page.graph.uv[:, 0]
+        order = np.argsort(x)
+        return order, x[order]
+
+    def _vertex_at(self, uv: Array) -> tuple[Array, NDArray[np.intp]]:
+        """(n,) distance to the nearest vertex, pixels, and (n,) its number; kept for calls with the same places."""
+        last = self._last
+        if last is None or last[0] is not uv:
+            last = self._last = (uv, *self._tree.query(uv))
+        return last[1:]
 
     @cached_property
     def premultiplied(self) -> NDArray[np.uint8]:
@@ -58,7 +75,7 @@ class Source:
         """(n,) float, pixels of the picture: radius of the line at places (n, 2) on it."""
         if not len(self.radius):
             return np.ones(len(uv))
-        return np.asarray(self.radius[self._tree.query(uv)[1]])
+        return np.asarray(self.radius[self._vertex_at(uv)[1]])
 
     def patch(self, box: Box, uv: Array | None) -> _Pixels:
         """(h, w, 4) float32, premultiplied: ink of a part of the picture.
@@ -90,13 +107,13 @@ class Source:
 
     def _vertices(self, box: Box, uv: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Numbers of the page's vertices in a box: those on the line, and the others."""
-        away, at = self._tree.query(uv, distance_upper_bound=_OWN)
-        mine = np.unique(at[np.isfinite(away)])
-        x, y = self.page.graph.uv.T
+        away, at = self._vertex_at(uv)
+        mine = np.unique(at[away < _OWN])
         left, top, right, bottom = box
-        others = (x > left) & (x < right - 1) & (y > top) & (y < bottom - 1)
-        others[mine] = False
-        return mine, np.flatnonzero(others)
+        order, x = self._by_x
+        near = order[np.searchsorted(x, left, side="right") : np.searchsorted(x, right - 1)]
+        y = self.page.graph.uv[near, 1]
+        return mine, np.setdiff1d(near[(y > top) & (y < bottom - 1)], mine, assume_unique=True)
 
     def _kept(self, box: Box, mine: NDArray[np.intp], others: NDArray[np.intp]) -> _Pixels:
         """(h, w) 0–1: 1 at pixels nearer to the glyph's line than to other lines, with a soft edge around them.
@@ -129,10 +146,18 @@ class Source:
         """Centre and radius of the glyph's vertices from which the line goes on into another letter, pixels."""
         on_line = np.zeros(len(self.radius), dtype=bool)
         on_line[mine] = True
-        a, b = self._crossing.T
-        ends = np.unique(a[on_line[a] & ~on_line[b]])
+        first, neighbours = self._neighbours
+        count = first[mine + 1] - first[mine]
+        at = np.repeat(first[mine] - (np.cumsum(count) - count), count) + np.arange(count.sum())
+        ends = np.unique(np.repeat(mine, count)[~on_line[neighbours[at]]])
         places = (self.page.graph.uv[ends] - corner).tolist()
         return [((x, y), r) for (x, y), r in zip(places, self.radius[ends].tolist(), strict=True)]
+
+
+@lru_cache(maxsize=8)
+def source_of(page: ScannedPage) -> Source:
+    """The page to cut ink from; what is worked out of it once serves all pages that are written."""
+    return Source(page)
 
 
 _SMOOTH = 6  # rounds in which a vertex takes on its neighbours' movement
@@ -183,28 +208,31 @@ def course(ink: Ink, source: Source, scale: float) -> Course:
     count = len(at)
     spread = _spread(graph.edges, count)
 
-    def around(values: NDArray[np.complex128]) -> tuple[_Complex, ...]:
-        total = np.zeros(count, dtype=np.complex128)
-        np.add.at(total, a, values)
-        np.add.at(total, b, values)
-        total += _SHARE * values.sum()
-        near = total
-        for _ in range(_SMOOTH):
-            total = spread @ total
-        return total, near
+    def around(values: _Complex) -> _Complex:
+        """(n,) sums over the edges at each vertex."""
+        at, twice = np.concatenate([a, b]), np.concatenate([values, values])
+        total = np.bincount(at, twice.real, count) + 1j * np.bincount(at, twice.imag, count)
+        return np.asarray(total + _SHARE * values.sum())
 
-    square, step_square = around(np.abs(step) ** 2 + 0j)
-    moving = np.abs(square) > 0
+    step_square, narrow, length, direction = (
+        around(values)
+        for values in (np.abs(step) ** 2 + 0j, np.conj(step) * cut, np.abs(step) * np.abs(cut) + 0j, step**2)
+    )
     radius, source_radius = graph.radius * scale, source.radius_at(graph.uv)
-    width = np.abs(_smooth(source_radius, spread) / np.maximum(_smooth(radius, spread), 1e-9))
-    wide, narrow = around(np.conj(step) * cut)
+    columns = [part for values in (step_square, narrow, length, direction) for part in (values.real, values.imag)]
+    smooth = np.stack([*columns, source_radius, radius], axis=1)
+    for _ in range(_SMOOTH):
+        smooth = spread @ smooth
+    square, wide, long, along_line = (smooth[:, k] + 1j * smooth[:, k + 1] for k in range(0, 8, 2))
+    moving = np.abs(square) > 0
+    width = np.abs(smooth[:, 8] / np.maximum(smooth[:, 9], 1e-9))
     # where a line turns back on itself the movements on its two sides cancel out: the narrower mean is used
-    torn = np.abs(wide) < _ALIKE * np.abs(around(np.abs(step) * np.abs(cut) + 0j)[0])
+    torn = np.abs(wide) < _ALIKE * np.abs(long)
     turn = np.where(
         moving, np.where(torn, narrow, wide) / np.where(moving, np.where(torn, step_square, square), 1), width
     )
     turn = np.where(np.abs(turn) > 1e-6, turn, width)
-    twice = np.where(moving, around(step**2)[0] / np.where(moving, square, 1), 0)
+    twice = np.where(moving, along_line / np.where(moving, square, 1), 0)
     along = np.abs(turn)
     turn *= np.clip(along, _LEAST * width, _MOST * width) / along
     loose = graph.degree < 2
@@ -222,14 +250,10 @@ def _spread(edges: NDArray[np.intp], count: int) -> Any:
     vertex = np.arange(count)
     a, b = edges.T
     rows, columns = np.concatenate([a, b, vertex]), np.concatenate([b, a, vertex])
-    weight = 1 / np.bincount(rows, minlength=count)
-    return csr_matrix((weight[rows], (rows, columns)), shape=(count, count))
-
-
-def _smooth(values: NDArray[np.float64], spread: Any) -> NDArray[np.float64]:
-    for _ in range(_SMOOTH):
-        values = spread @ values
-    return values
+    order = np.lexsort((columns, rows))
+    size = np.bincount(rows, minlength=count)
+    ends = np.concatenate([[0], np.cumsum(size)])
+    return csr_matrix(((1 / size)[rows[order]], columns[order], ends), shape=(count, count))
 
 
 def _finer(line: Course, a: NDArray[np.intp], b: NDArray[np.intp], length: NDArray[np.float64]) -> Course:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from handout.errors import InputError
 from handout.hand.scanned import ScannedHand, ScannedPage
 from handout.values import Array, Indices, LineGraph
-from handout.writing.choice import fading_cost
+from handout.writing.choosing import fading_cost
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree

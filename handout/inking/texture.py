@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from handout.errors import InputError
 from handout.hand.scanned import ScannedHand
 from handout.inking.layers import Layer, parted
-from handout.inking.source import Source
+from handout.inking.source import Source, source_of
 from handout.inking.warping import MARGIN, warp
 from handout.values import Array, Ink, LineGraph, Manuscript, Raster
 
@@ -93,7 +93,7 @@ def texture(manuscript: Manuscript, hand: ScannedHand, dpi: float, *, margin: fl
     """
     height, width = _shape(manuscript, dpi)
     rgba = np.zeros((height, width, 4), dtype=np.float32)
-    sources = tuple(Source(page) for page in hand.pages)
+    sources = tuple(source_of(page) for page in hand.pages)
     for line in manuscript.lines:
         words = groupby((placed for placed in line.placed if placed.ink is not None), key=lambda placed: placed.word)
         inks = [ink for _, word in words for ink in snap_to_pixels([placed.ink for placed in word if placed.ink], dpi)]

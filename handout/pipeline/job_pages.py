@@ -32,8 +32,8 @@ from handout.plotting.jobs.page_producer import ProducerProcess
 from handout.plotting.jobs.pages import NewPage
 from handout.profiles import Plotter
 from handout.values import Manuscript
-from handout.writing.baseline_model import Ruling
-from handout.writing.sheets import Sheet
+from handout.writing.layout import Ruling
+from handout.writing.pages import Sheet
 
 # the fields of WritingOptions that a job keeps under their own names; the seed is always known
 _WRITING = (

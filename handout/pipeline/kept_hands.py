@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,11 +17,13 @@ from handout.completion.completed_hand import Outlook as Outlook
 from handout.completion.completed_hand import complete_hand, outlook
 from handout.errors import InputError
 from handout.hand import file, library, report
+from handout.hand.corrections import Change as Change
+from handout.hand.corrections import Entry, Journal, read_corrections
 from handout.hand.report import LEAST as LEAST
 from handout.pipeline import pictures, writing
 from handout.pipeline.inputs import hand_path
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
-from handout.pipeline.results import Facts, Tally
+from handout.pipeline.results import SILENT, Facts, Listener, Tally
 from handout.prompting.coverage import Lack, lacks
 from handout.sinks import check_outputs, write_drawings
 from handout.values import Hand
@@ -67,6 +70,11 @@ class CheckedHand:
         """Letters that are there less than `LEAST` times."""
         return [letter for letter, count in self.hand.letters.items() if count < LEAST]
 
+    @property
+    def again(self) -> dict[str, int]:
+        """Letters of which fewer than `LEAST` are sure, with how many are: those to write again."""
+        return {letter: sure for letter, sure in report.sure_letters(self.hand).items() if sure < LEAST}
+
     def table(self) -> str:
         """How often each letter is there, in each place of a word."""
         return report.table(self.hand)
@@ -82,14 +90,19 @@ class CheckedHand:
         return facts
 
 
-def check_hand(name: str, output: str | Path | None = None, text: str | None = None) -> CheckedHand:
+def check_hand(
+    name: str, output: str | Path | None = None, text: str | None = None, doubts: str | Path | None = None
+) -> CheckedHand:
     """What a scanned hand holds and what of it is doubtful, with a picture of its pages where one is asked for.
 
     Parameters
     ----------
     output : a PNG file; several pages are numbered.
     text : one that is to be written, of which it is told how it comes by letters that are missing.
+    doubts : a PNG file for the letters that are not sure, each in its word, the least probable first.
     """
+    refusal = "The letters that are not sure are written as PNG, not {suffix}: use {stem}.png."
+    sheet = None if doubts is None else _png_path(doubts, refusal)
     path = None if output is None else _png_path(output, "Overlays are written as PNG, not {suffix}: use {stem}.png.")
     hand = file.load(library.scanned_file(name))
     supply = outlook(hand, text) if text else ()
@@ -101,6 +114,9 @@ def check_hand(name: str, output: str | Path | None = None, text: str | None = N
         files = [path] if count == 1 else numbered
         for number, picture in enumerate(files):
             _write_png(picture, report.overlay(hand, number), hand.pages[number].dpi)
+    if sheet is not None:
+        _write_png(sheet, report.doubts_sheet(hand), _SHEET_DPI)
+        files.append(sheet)
     return CheckedHand(hand, tuple(files), lacking, supply)
 
 
@@ -140,32 +156,111 @@ class KeptHand:
         }
 
 
-def edit_hand(name: str, corrections: str | Path, output: str | Path | None = None) -> KeptHand:
-    """Make the corrections of a JSON file to a scanned hand, after those that it has already; `details` counts them.
+@dataclass(frozen=True)
+class EditedHand:
+    """A hand that was corrected, or whose journal of corrections was looked at or turned back.
+
+    path : its file.
+    journal : of its corrections; the last entry in force is the one that was just made, if `made` says so.
+    glyphs : letters of the hand; 0 where only the journal was looked at.
+    """
+
+    path: Path
+    journal: Journal
+    made: int = 0
+    glyphs: int = 0
+    notes: tuple[str, ...] = ()
+
+    @property
+    def changes(self) -> tuple[Change, ...]:
+        """The letters that changed though nobody named them, if corrections were made."""
+        return self.journal.entries[self.journal.made - 1].changes if self.made else ()
+
+    def facts(self) -> Facts:
+        """What ``--json`` prints."""
+        entries = [
+            {
+                "corrections": msgspec.to_builtins(entry.corrections, enc_hook=float),
+                "changes": msgspec.to_builtins(entry.changes),
+                "in_force": number < self.journal.made,
+            }
+            for number, entry in enumerate(self.journal.entries)
+        ]
+        return {
+            "files": [str(self.path)],
+            "made": self.made,
+            "corrections": len(self.journal.corrections),
+            "glyphs": self.glyphs,
+            "changes": msgspec.to_builtins(self.changes),
+            "journal": entries,
+        }
+
+
+def edit_hand(
+    name: str,
+    corrections: str | Path,
+    output: str | Path | None = None,
+    *,
+    learning: bool = True,
+    listener: Listener = SILENT,
+) -> EditedHand:
+    """Make corrections to a scanned hand, after those that it has already, and align their pages anew.
+
+    Parameters
+    ----------
+    corrections : a JSON file; or a .hand file, whose corrections are made to this one, of the same pages read anew.
+    learning : False: only what the corrections say is done.
 
     Raises
     ------
     InputError
         The hand comes with the program and no `output` is given; corrections that cannot be read or made.
     """
-    from handout.hand.corrections import apply, read_corrections
+    from handout.tagging.relearning import correct
 
+    source, path = _edited(name, output)
+    if str(corrections).endswith(file.SUFFIX):
+        new = file.journal(Path(corrections)).corrections
+    else:
+        try:
+            data = Path(corrections).read_bytes()
+        except OSError as error:
+            raise InputError(f"Cannot read {corrections}: {error.strerror or error}.") from error
+        new = read_corrections(data, str(corrections))
+    hand = file.load(source)
+    atomic.check_writable(path)
+    corrected = correct(hand, new, learning=learning, tell=listener.progress)
+    journal = file.record(source, path, hand, corrected.hand, Entry(new, corrected.changes))
+    return EditedHand(path, journal, len(new), len(corrected.hand.glyphs), corrected.notes)
+
+
+def _edited(name: str, output: str | Path | None) -> tuple[Path, Path]:
+    """The file of a hand that is to be edited, and where the result goes."""
     source = library.scanned_file(name)
     path = hand_path(output) if output else source
     if library.comes_with_program(path):
         raise InputError(f"{path.stem} comes with the program: give a .hand file for the result with --output.")
-    try:
-        data = Path(corrections).read_bytes()
-    except OSError as error:
-        raise InputError(f"Cannot read {corrections}: {error.strerror or error}.") from error
-    new = read_corrections(data, str(corrections))
-    hand, earlier = file.read(source)
+    return source, path
+
+
+def undo_edits(name: str, count: int, output: str | Path | None = None) -> EditedHand:
+    """Turn the journal of corrections of a scanned hand back by `count` entries, or, negative, forward.
+
+    Raises
+    ------
+    InputError
+        There are not so many; the hand comes with the program.
+    """
+    source, path = _edited(name, output)
     atomic.check_writable(path)
-    # made on the corrected hand, so that a message counts as the file does
-    corrected = apply(apply(hand, earlier), new)
-    file.save(hand, path, (*earlier, *new))
-    counts = {"made": len(new), "corrections": len(earlier) + len(new), "glyphs": len(corrected.glyphs)}
-    return KeptHand(path, details=counts)
+    journal = file.rewind(source, path, file.journal(source).made - count)
+    return EditedHand(path, journal, glyphs=len(file.load(path).glyphs))
+
+
+def edits(name: str) -> EditedHand:
+    """What was corrected of a scanned hand."""
+    source = library.scanned_file(name)
+    return EditedHand(source, file.journal(source))
 
 
 def keep_pen(scans: Sequence[str | Path], output: str | Path, dpi: float | None = None) -> KeptHand:
@@ -368,17 +463,15 @@ def _choices(
 ) -> tuple[NDArray[np.uint8], ShownHand]:
     """Which letters of a hand would write a text: a picture, and why in words."""
     from handout.hand.scanned import ScannedHand
-    from handout.writing.scanned.explaining import choices_sheet, reasons
-    from handout.writing.scanned.line_writer import ScannedLineWriter
+    from handout.writing.explaining import choices_sheet, explain, reasons
 
     seed = writing.seed_of(writing_options.seed)
     completed, letters = complete_hand(hand, text, fallback=writing_options.fallback, seed=seed)
     assert isinstance(completed, ScannedHand)
     hand = completed
     borrowed = [writing.letter_facts(letter) for letter in letters]
-    writer = ScannedLineWriter(hand, np.random.default_rng([seed]), writing_options.jitter)
-    explained = writer.explained(text)
-    why = reasons(writer.index, explained)
+    explained = explain(hand, text, np.random.default_rng([seed]), writing_options.jitter)
+    why = reasons(hand, explained)
     facts: Facts = {"hand": hand.name, "text": text, "seed": seed, "why": why}
     if borrowed:
         facts["borrowed"] = borrowed

@@ -14,8 +14,7 @@ from handout.pipeline.options import PictureOptions, SheetOptions, WritingOption
 from handout.pipeline.pictures import paper as named_paper
 from handout.pipeline.results import Fact
 from handout.values import Hand
-from handout.writing.baseline_model import FOOT_ABOVE_RULE, Ruling
-from handout.writing.layout import ASCENT, DESCENT
+from handout.writing.layout import ASCENT, DESCENT, FOOT_ABOVE_RULE, Ruling
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand

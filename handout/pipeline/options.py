@@ -44,6 +44,7 @@ class WritingOptions:
     fit : shrink what does not fit its page.
     fallback : take similar forms for characters that the hand lacks.
     slips : words in 100 that are begun wrongly and struck out.
+    strict : refuse a text of which a word reads as another.
     """
 
     hand: str | Hand | ScannedHand = "house-joined"
@@ -58,6 +59,7 @@ class WritingOptions:
     fit: bool = False
     fallback: bool = False
     slips: float = 0.0
+    strict: bool = False
 
 
 @dataclass(frozen=True)
@@ -192,8 +194,9 @@ class StyleOptions:
 class PromptOptions:
     """The sheets that an author is asked to write on."""
 
-    pages: int = 4  # how many to write
-    characters: str | None = None  # each occurs at least once; None: all printable ASCII
+    pages: int | None = None  # how many to write; None: 4, or 1 for a hand
+    hand: str | None = None  # a scanned hand: sheets of the letters of which it has few sure ones
+    characters: str | None = None  # each occurs at least once; None: all printable ASCII, or the letters of the hand
     also: str = ""  # more characters than these
     target: str | None = None  # a file with texts such as will be wanted later: its letters count, and occur
     corpus_file: str | None = None  # a file of text to take the sentences from; None: the program's own

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import string
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,10 +18,12 @@ from handout.prompting.sheet_layout import SheetLayout, paper_of_name
 if TYPE_CHECKING:
     from handout.prompting.coverage import Coverage
     from handout.prompting.prompt_pages import Prompt
+    from handout.prompting.sentence_choice import Frequencies
 
 # Letters copied a minute in the ninth grade, the mean of girls (121) and boys (114) rounded: Graham, Berninger,
 # Weintraub and Schafer 1998.  In seed 000, §4, authors took 10 to 30 minutes for four pages on every other line.
 _LETTERS_A_MINUTE = 117
+_PAGES, _AGAIN_PAGES = 4, 1  # of sheets for a new hand (seed 000, §4), and for letters that one lacks
 
 
 @dataclass(frozen=True)
@@ -31,6 +34,7 @@ class PromptSheets:
     prompt: Prompt
     layout: SheetLayout
     coverage: Coverage
+    again: str = ""  # letters of which the hand that the sheets are for has few sure ones
     notes: tuple[str, ...] = ()
 
     @property
@@ -53,6 +57,7 @@ class PromptSheets:
             "ruled": self.layout.printed,
             "text": ["\n".join(page) for page in self.prompt.pages],
             "coverage": self.coverage.as_json(),
+            **({"write_again": list(self.again)} if self.again else {}),
         }
 
 
@@ -62,7 +67,8 @@ def prompt(output: str | Path, options: PromptOptions = PromptOptions()) -> Prom
     Raises
     ------
     InputError
-        No PDF is asked for, a file that cannot be read or written, a ruling or a number of pages out of bounds.
+        No PDF is asked for, a file that cannot be read or written, a ruling or a number of pages out of bounds; a hand
+        that has enough of every letter.
     """
     path = Path(output)
     if path.suffix.lower() != ".pdf":
@@ -73,17 +79,36 @@ def prompt(output: str | Path, options: PromptOptions = PromptOptions()) -> Prom
     file = options.corpus_file
     sentences = corpus.sentences(corpus.read(Path(file))) if file else list(corpus.shipped())
     target, characters = _wanted(sentences, options)
+    wanted, again = sentence_choice.frequencies(target), ""
+    if options.hand is not None:
+        wanted, again = _again(options.hand, target, options)
+        characters = again
     pages = prompt_pages.prompt(
         sentences,
-        sentence_choice.frequencies(target),
+        wanted,
         characters,
-        pages=options.pages,
+        pages=options.pages or (_AGAIN_PAGES if again else _PAGES),
         lines=layout.lines,
         width=width,
     )
     atomic.write(path, sheet_pdf.to_pdf(pages, layout))
     texts = (" ".join(page) for page in pages.pages)
-    return PromptSheets(path, pages, layout, coverage(texts, target, characters))
+    return PromptSheets(path, pages, layout, coverage(texts, target, characters), again)
+
+
+def _again(name: str, target: list[str], options: PromptOptions) -> tuple[Frequencies, str]:
+    """What sheets for a hand should hold, and the letters that they must."""
+    from handout.hand import file, library, report
+    from handout.prompting.letters_again import frequencies_again
+
+    hand = file.load(library.scanned_file(name))
+    wished = corpus.typed(options.characters or string.ascii_letters + "".join(hand.letters)) + corpus.typed(
+        options.also
+    )
+    frequencies, again = frequencies_again(hand, report.sure_letters(hand), target, wished)
+    if not again:
+        raise InputError(f"{name} has enough sure ones of every letter: give others with --also.")
+    return frequencies, again
 
 
 def _wanted(sentences: list[str], options: PromptOptions) -> tuple[list[str], str]:

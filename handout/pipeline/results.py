@@ -68,6 +68,7 @@ class Tally:
     pen_down, pen_up : mm; duration : s.
     borrowed : the letters that the hand lacked, and what was written for them.
     slips : the words that were struck out.
+    doubtful : the words that read as others.
     """
 
     pages: int = 0
@@ -79,6 +80,7 @@ class Tally:
     duration: float = 0.0
     borrowed: Sequence[Mapping[str, Any]] = ()
     slips: Sequence[Mapping[str, Any]] = ()
+    doubtful: Sequence[Mapping[str, Any]] = ()
 
     @classmethod
     def of(cls, pages: Sequence[Manuscript], drawings: Sequence[Drawing]) -> Tally:
@@ -94,6 +96,7 @@ class Tally:
             duration=sum(drawing.duration for drawing in drawings),
             borrowed=list(pages[0].about.get("borrowed", [])) if pages else [],
             slips=[slip for page in pages for slip in page.about.get("slips", [])],
+            doubtful=[doubt for page in pages for doubt in page.about.get("doubtful", [])],
         )
 
     @property
@@ -125,6 +128,7 @@ class Tally:
             self.duration + other.duration,
             [*self.borrowed, *other.borrowed],
             [*self.slips, *other.slips],
+            [*self.doubtful, *other.doubtful],
         )
 
     def facts(self, seed: int, hand: str, files: Sequence[object]) -> Facts:
@@ -142,4 +146,5 @@ class Tally:
             "files": [str(path) for path in files],
             **({"borrowed": self.borrowed} if self.borrowed else {}),
             **({"slips": self.slips} if self.slips else {}),
+            **({"doubtful": self.doubtful} if self.doubtful else {}),
         }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -31,11 +31,13 @@ from handout.writing.text import Borrowed
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
-    from handout.writing.sheets import Sheet
+    from handout.writing.choosing import Prices
+    from handout.writing.pages import Sheet
 
 _WRITTEN = 0.35  # of the work on a page, when its strokes are known and it is yet to be drawn; measured, for PNG
 _SET = 0.5  # of the work on a text before it is drawn, when its letters are on their pages; measured
 _HURRIED = 2.5  # pace of --speed fast in a file, set by eye; a plotter goes as fast as it can instead
+_MOST_NAMED = 12  # words that a refusal lists
 # what a page in a scanned hand may be wanted as; a drawn hand has strokes only
 INK, STROKES = frozenset({"ink"}), frozenset({"strokes"})
 
@@ -49,6 +51,7 @@ class WritingTask:
     pen_hand : the scanned hand whose pen a scanned hand is written with, if not its own.
     coloured : whether a colour of the ink was given, which the strokes of a scanned hand then have.
     paper : the lined paper that is written on.
+    strict : whether words that read as others are an error.
     """
 
     hand: Hand | ScannedHand
@@ -63,6 +66,7 @@ class WritingTask:
     pen_hand: ScannedHand | None = None
     coloured: bool = False
     paper: LinedPaper | None = None
+    strict: bool = False
 
     @property
     def paper_notes(self) -> tuple[str, ...]:
@@ -175,6 +179,7 @@ def prepare(
         writing.slips,
         _pen_hand(picture.pen, hand),
         picture.ink is not None,
+        strict=writing.strict,
     )
 
 
@@ -274,14 +279,53 @@ def set_pages(
     text: str, task: WritingTask, layout: Layout | None = None, row: int | None = None
 ) -> tuple[WritingTask, Iterator[Sheet]]:
     """The pages of a text, each set when it is asked for, and the task with the hand that has all their letters."""
-    rng = np.random.default_rng([task.seed] if row is None else [task.seed, row])
-    hand, lacking = complete_hand(task.hand, text, fallback=task.fallback, seed=task.seed)
+    key = [task.seed] if row is None else [task.seed, row]
+    author = task.hand
+    hand, lacking = complete_hand(author, text, fallback=task.fallback, seed=task.seed)
     borrowed = [letter_facts(letter) if row is None else {"row": row, **letter_facts(letter)} for letter in lacking]
-    sheets = each_page(
-        text, hand, layout or task.layout, rng, pages=task.pages, fallback=task.fallback, slips=task.slips
-    )
+
+    def compose(prices: Prices | None = None) -> Iterator[Sheet]:
+        return each_page(
+            text,
+            hand,
+            layout or task.layout,
+            np.random.default_rng(key),
+            pages=task.pages,
+            fallback=task.fallback,
+            slips=task.slips,
+            prices=prices,
+        )
+
+    sheets = compose() if isinstance(author, Hand) or isinstance(hand, Hand) else _reread(compose, hand, author, task)
     task = replace(task, hand=hand)
-    return task, (_with_borrowed(sheet, borrowed) for sheet in sheets) if borrowed else sheets
+    return task, (_with(sheet, "borrowed", borrowed) for sheet in sheets) if borrowed else sheets
+
+
+def _reread(
+    compose: Callable[[Prices], Iterator[Sheet]], hand: ScannedHand, author: ScannedHand, task: WritingTask
+) -> Iterator[Sheet]:
+    """The pages of a text in a scanned hand, each with the words of it that read as others.
+
+    Raises
+    ------
+    InputError
+        There are some, and the task is strict.
+    """
+    from handout.pipeline.rereading import reread
+
+    # without variation the best glyphs are wanted, always the same: what reads badly is only told
+    tries = None if task.layout.jitter else 0
+    sheets, doubts = reread(lambda prices: list(compose(prices)), hand, author, tries)
+    if doubts and task.strict:
+        named = ", ".join(f"{doubt.word} as {doubt.reads_as or 'nothing'}" for doubt in doubts[:_MOST_NAMED])
+        more = f" and {len(doubts) - _MOST_NAMED} more" if len(doubts) > _MOST_NAMED else ""
+        raise InputError(
+            f"--strict: {units.count(len(doubts), 'word')} may be misread ({named}{more}); use another seed or other "
+            f"words, or correct the letters of {author.name} (handout hand edit)."
+        )
+    for number, sheet in enumerate(sheets, 1):
+        here = [doubt.facts() for doubt in doubts if doubt.page == number]
+        yield _with(sheet, "doubtful", here) if here else sheet
 
 
 def letter_facts(letter: Borrowed) -> Facts:
@@ -296,8 +340,8 @@ def letter_facts(letter: Borrowed) -> Facts:
     }
 
 
-def _with_borrowed(sheet: Sheet, borrowed: Sequence[Facts]) -> Sheet:
-    about = {**sheet.manuscript.about, "borrowed": borrowed}
+def _with(sheet: Sheet, name: str, facts: Sequence[Facts]) -> Sheet:
+    about = {**sheet.manuscript.about, name: facts}
     return sheet._replace(manuscript=replace(sheet.manuscript, about=about))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import re
+from abc import abstractmethod
 from typing import Any, NamedTuple, Protocol
 
 from handout.errors import PortError
@@ -29,27 +30,27 @@ class InstrumentedPort(Port):
     """A port to a machine that also tells what its pen really did, and by which clock: the simulated plotter."""
 
     @property
+    @abstractmethod
     def keeps_real_time(self) -> bool:
         """Whether its time passes while nobody reads."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def time(self) -> float:
         """What its clock would show now, s."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def executed_s(self) -> float:
         """Seconds from the first instruction of the plot to the end of the last motion or pause."""
-        raise NotImplementedError
 
+    @abstractmethod
     def lay(self, page: Page, placement: Placement) -> None:
         """Lay a fresh sheet on the bed; times of execution start anew."""
-        raise NotImplementedError
 
+    @abstractmethod
     def executed(self) -> Drawing:
         """What the pen has drawn on the sheet, with the times at which it was executed."""
-        raise NotImplementedError
 
 
 class SerialPort:

@@ -1,4 +1,4 @@
-"""Every check of a scan that can refuse it, in the order in which a page meets them.  Add a check of a scan here.
+"""Checks of a scan, as a picture, that can refuse it, in the order in which a page meets them.
 
 Each raises `InputError` with a sentence that says what is wrong and what to do; most take plain numbers, so that each
 step of the pipeline can call its own:
@@ -6,7 +6,7 @@ step of the pipeline can call its own:
 - of a file, before it is decoded: `refuse_large`, `page_index`, `square_resolution`
 - of the resolution: `check_dpi`, `plausible_dpi`, `refuse_oversize`
 - of the inks and the mask: `blank_page`, `refuse_bad_strokes`, `refuse_false_resolution`
-- of the text lines: `check_writing_size`
+- of the text lines: `check_writing_size`; of what is too pale for ink: `check_pale_marks`, which only tells of it
 
 Two checks look at the whole picture and stand by themselves, in `page_layout`: a sheet photographed at an angle and two
 columns side by side.  Checks that need the transcript are in `tagging`: `orientation` and `page_sources`.
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from handout.scanning.text_lines import TextLines
 
 MOST_PIXELS = 200_000_000  # an A4 sheet at 1200 dpi has 139 million
+# of the ink: clean pages have .002 of it in pale marks, one whose back shines through half as much as it has ink
+PALE = 0.15
 _LEAST_SIDE = 32  # pixels: a line of writing needs more
 _SQUARE = 1.02  # greatest ratio of the resolutions across and down: faxes have 2
 LEAST_DPI, MOST_DPI = 100.0, 2400.0  # below, strokes have no width to measure; above, no scanner resolves
@@ -180,4 +182,14 @@ def check_writing_size(text: TextLines, scan: Scan) -> tuple[str, ...]:
         f"{text.pitch:.1f} mm apart, which is not the size of handwriting ({_X_HEIGHTS[0]:g}–{_X_HEIGHTS[1]:g} mm, "
         f"{_PITCHES[0]:g}–{_PITCHES[1]:g} mm): {'--dpi' if scan.told else 'the resolution in the file'} is wrong; "
         f"give the true one with --dpi, perhaps {usual}."
+    )
+
+
+def check_pale_marks(share: float, scan: Scan) -> tuple[str, ...]:
+    """Notes on marks too pale for the ink of a page; `share` : how much of them there is, for 1 of ink."""
+    if share < PALE:
+        return ()
+    return (
+        f"{scan.source}: pale marks, {share:.0%} as much as its ink, were left out: writing that shines through from "
+        "the back, or stains. What of them is writing can be painted as ink with `handout hand edit`.",
     )

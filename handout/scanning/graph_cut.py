@@ -130,12 +130,24 @@ def minimum_cut(cost: Array, a: Indices, b: Indices, price: Array) -> NDArray[np
     a, b : (m,) int: pairs of nodes, each once.
     price : (m,) float, not negative.
     """
+    fine = min(float(_FINE), _LARGEST / 2 / max(float(np.abs(cost).sum()), 1.0))
+    whole, walls = np.rint(cost * fine).astype(np.int32), np.rint(price * fine).astype(np.int32)
+    labels = whole < 0  # of nodes that nothing ties to others, such as bare paper on both sides of a seam
+    wall = walls > 0
+    a, b, walls = a[wall], b[wall], walls[wall]
+    tied = np.zeros(len(cost), dtype=bool)
+    tied[a] = tied[b] = True
+    number = np.cumsum(tied) - 1
+    labels[tied] = _cut_tied(whole[tied], number[a], number[b], walls)
+    return labels
+
+
+def _cut_tied(whole: NDArray[np.int32], a: Indices, b: Indices, walls: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """`minimum_cut` in whole numbers."""
     from scipy.sparse import csr_matrix
     from scipy.sparse.csgraph import breadth_first_order, maximum_flow
 
-    count = len(cost)
-    fine = min(float(_FINE), _LARGEST / 2 / max(float(np.abs(cost).sum()), 1.0))
-    whole, walls = np.rint(cost * fine).astype(np.int32), np.rint(price * fine).astype(np.int32)
+    count = len(whole)
     gain, loss = np.flatnonzero(whole < 0), np.flatnonzero(whole > 0)
     if not len(gain):
         return np.zeros(count, dtype=bool)

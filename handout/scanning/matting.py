@@ -21,6 +21,7 @@ from handout.summary import one_line
 from handout.values import Array
 
 _GROW = 0.34  # mm: 4 pixels at 300 dpi, 8 at 600
+_EDGE = 0.085  # mm: 1 pixel at 300 dpi, twice the deviation of a flatbed's blur
 _MARGIN = 0.5  # mm of paper around a window that is filled in
 _WINDOW = 400  # pixels: side of the windows of a ruled page
 _RADIUS = 3.0  # pixels, of Telea's method
@@ -46,8 +47,11 @@ class Matte:
         return np.asarray(np.rint(mixed), dtype=np.uint8)
 
 
-def find_matte(scan: Scan, mask: Mask, inks: Inks) -> Matte:
-    """The matte of a scan (as scanned, not evened out)."""
+def find_matte(scan: Scan, mask: Mask, inks: Inks, *, pale: bool = False) -> Matte:
+    """The matte of a scan (as scanned, not evened out).
+
+    pale : the page has marks beside its ink that are none: what lies further from ink than its blurred edge is paper.
+    """
     import cv2
 
     size = 2 * max(1, round(scan.pixels(_GROW))) + 1
@@ -63,6 +67,10 @@ def find_matte(scan: Scan, mask: Mask, inks: Inks) -> Matte:
     paper[inside] = limit(paper[inside], scan.rgb[inside])
     rgba = np.zeros((*scan.shape, 4), dtype=np.uint8)
     rgba[inside] = least_opaque(scan.rgb[inside], paper[inside])
+    if pale:
+        edge = 2 * max(1, round(scan.pixels(_EDGE))) + 1
+        near = cv2.dilate(mask.ink.astype(np.uint8), cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (edge, edge)))
+        rgba[near == 0] = 0
     return Matte(rgba, paper)
 
 

@@ -16,6 +16,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.peaks import peaks
 from handout.scanning.baselines import LEAST_EDGES, Baseline, find_stroke_extremes, mode, on_baselines, slant_of_lines
 from handout.values import Array
 
@@ -115,31 +116,28 @@ def _profile(levels: Array, sigma: float) -> tuple[Array, float]:
 
 def _peaks(levels: Array) -> tuple[list[float], float]:
     """Levels of the middles of the lines, and their pitch, where it is not known how many they are."""
-    from scipy.signal import find_peaks
-
     pitch = _period(_profile(levels, 0.42)[0])
     smooth, first = _profile(levels, 0.13 * pitch)
     high = float(np.percentile(smooth, 95))
-    peaks, _ = find_peaks(smooth, distance=max(1, 0.55 * pitch / _BIN), prominence=0.05 * high, height=0.07 * high)
-    return [first + (float(peak) + 0.5) * _BIN for peak in peaks], pitch
+    places = peaks(smooth, prominence=0.05 * high, apart=max(1, int(np.ceil(0.55 * pitch / _BIN))))
+    places = places[smooth[places] >= 0.07 * high]
+    return [first + (float(place) + 0.5) * _BIN for place in places], pitch
 
 
 def _period(profile: Array) -> float:
     """Distance at which the profile repeats, mm: the least of those that are nearly as good as the best."""
-    from scipy.signal import find_peaks
-
     centred = profile - profile.mean()
     power = np.abs(np.fft.rfft(centred, 2 * len(centred))) ** 2
     sums = np.fft.irfft(power)[: len(centred)]
     # the mean, not the sum: a longer lag has fewer terms
     autocorrelation = sums / sums[0] * len(sums) / np.arange(len(sums), 0, -1)
     part = autocorrelation[: min(int(_PITCH[1] / _BIN), len(autocorrelation) * 2 // 3) + 1]
-    peaks, _ = find_peaks(part)
-    peaks = peaks[peaks >= _PITCH[0] / _BIN]
-    if not len(peaks):
+    lags = peaks(part, prominence=0.0)
+    lags = lags[lags >= _PITCH[0] / _BIN]
+    if not len(lags):
         return float(min(9.0, len(profile) * _BIN))
-    best = float(part[peaks].max())  # not above 0 where there are no lines, as on a page that lies on its side
-    return float(peaks[part[peaks] >= min(0.75 * best, best)][0]) * _BIN
+    best = float(part[lags].max())  # not above 0 where there are no lines, as on a page that lies on its side
+    return float(lags[part[lags] >= min(0.75 * best, best)][0]) * _BIN
 
 
 def _counted(levels: Array, count: int) -> tuple[list[float], float]:

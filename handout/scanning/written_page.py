@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
-from handout.scanning.checks import check_writing_size, refuse_false_resolution
+from handout.scanning.checks import PALE, check_pale_marks, check_writing_size, refuse_false_resolution
 from handout.scanning.density import Density, Scale, find_density, find_scale
+from handout.scanning.foreign_ink import pale_marks
 from handout.scanning.inks import Inks, find_inks
 from handout.scanning.line_graph import find_line_graph, mean_within
 from handout.scanning.mask import Mask, find_mask, hysteresis, stroke_width
@@ -92,6 +93,7 @@ class Inked:
     mask : ink or paper.
     text_lines : where the writing runs, mm on the page.
     seconds : processor time of every step.
+    pale : marks too pale for ink, as a share of the ink.
     """
 
     prepared: Prepared
@@ -99,6 +101,7 @@ class Inked:
     mask: Mask
     text_lines: TextLines
     seconds: Mapping[str, float]
+    pale: float = 0.0
 
 
 def prepare(source: Path | Scan, dpi: float | None = None, page: int | None = None) -> Prepared:
@@ -158,7 +161,7 @@ def find_ink(
             raise
     with _timed(seconds, "text lines"):
         text_lines = find_text_lines(mask.ink, scan.dpi, lines)
-    return Inked(prepared, density, mask, text_lines, seconds)
+    return Inked(prepared, density, mask, text_lines, seconds, pale_marks(level, inks, mask))
 
 
 def finish(inked: Inked) -> WrittenPage:
@@ -171,11 +174,11 @@ def finish(inked: Inked) -> WrittenPage:
     """
     prepared, density, mask = inked.prepared, inked.density, inked.mask
     scan, seconds = prepared.scan, dict(inked.seconds)
-    notes = check_writing_size(inked.text_lines, scan)
+    notes = (*check_writing_size(inked.text_lines, scan), *check_pale_marks(inked.pale, scan))
     with _timed(seconds, "graph"):
         graph = find_line_graph(scan, mask, density)
     with _timed(seconds, "matte"):
-        matte = find_matte(scan, mask, prepared.inks)
+        matte = find_matte(scan, mask, prepared.inks, pale=inked.pale >= PALE)
     return WrittenPage(
         scan, prepared.paper, prepared.inks, density, mask, graph, matte, inked.text_lines, notes, seconds
     )

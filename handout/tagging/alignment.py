@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from handout.alphabet import SPACE
 from handout.errors import InputError
 from handout.progress import Tell, silent
 from handout.tagging import network
-from handout.tagging.alphabet import SPACE
 from handout.tagging.decoder import Decoded
 from handout.tagging.line_space import Frame, Strip, frames, strips
 from handout.tagging.network import Network
@@ -155,7 +155,7 @@ def align_strips(
     with threadpool_limits(limits=1, user_api="blas"):
         decodings = decode_lines(reader.part(with_text), [texts[i] for i in with_text], rng, tell)
     aligned = tuple(
-        AlignedLine(i, strips[i].frame, _letters(strips[i].frame, texts[i], of_line), float(fits[i]))
+        AlignedLine(i, strips[i].frame, aligned_letters(strips[i].frame, texts[i], of_line), float(fits[i]))
         for i, of_line in zip(with_text, decodings, strict=True)
     )
     return Alignment(aligned, tuple(i for i in with_text if fits[i] < POOR), name)
@@ -170,7 +170,7 @@ def _method(method: str | Method) -> tuple[str, Method]:
     return method, METHODS[method]
 
 
-def _letters(frame: Frame, text: TranscriptLine, decodings: Sequence[Decoded]) -> tuple[Letter, ...]:
+def aligned_letters(frame: Frame, text: TranscriptLine, decodings: Sequence[Decoded]) -> tuple[Letter, ...]:
     best, confidences = decodings[-1], confidence(decodings)
     left, right = (frame.to_page(side)[:, 0].tolist() for side in (best.left, best.right))
     return tuple(

@@ -11,12 +11,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from handout.tagging.alphabet import JUNK, SPACE, THIRDS, state
+from handout.alphabet import JUNK, SPACE, THIRDS, state
 from handout.tagging.line_space import ABOVE, INKY, STEP, X_HEIGHT, Image
 from handout.values import Array
 
@@ -95,6 +95,21 @@ class Decoded:
     found: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))
 
 
+@dataclass(frozen=True)
+class Held:
+    """A letter of which it is known, or likely, where it is; pixels of the line's image.
+
+    left, right : of its ends.
+    reach : how far an end may lie from there.
+    gain : added to the score where both ends lie so; infinite where they must.
+    """
+
+    left: float
+    right: float
+    reach: float
+    gain: float = np.inf
+
+
 def read(
     image: Image, log_posterior: NDArray[np.float32], log_prior: NDArray[np.float32], terms: Terms = TERMS
 ) -> Reading:
@@ -145,19 +160,28 @@ def in_a_row(readings: Sequence[Reading]) -> Reading:
     return Reading(sums[0], sums[1], sums[2], np.concatenate(border), tuple(lines), terms)
 
 
-def decode(reading: Reading, letters: Sequence[str], widths: Mapping[str, float]) -> Decoded:
+def decode(
+    reading: Reading,
+    letters: Sequence[str],
+    widths: Mapping[str, float],
+    held: Mapping[int, Held] = MappingProxyType({}),
+) -> Decoded:
     """The best places for `letters` (of the alphabet, spaces among them) along a line.
 
     Parameters
     ----------
     widths : usual width of each letter, pixels.
+    held : what is known of the place of some of them, by their number among `letters`.
     """
     steps = _steps(letters)
     best = np.full(reading.columns + 1, NEVER)
     best[0] = 0.0
     starts = np.empty((len(steps), reading.columns + 1), dtype=np.int32)
+    number = -1
     for row, (kind, letter) in enumerate(steps):
-        best, starts[row] = _STEPS[kind](reading, best, letter, widths)
+        number += kind not in ("edge", "gap")
+        hold = held.get(number) if kind == "letter" else None
+        best, starts[row] = _STEPS[kind](reading, best, letter, widths, hold)
         if kind != "gap" and row < len(steps) - 1:
             best = best + reading.border
     left, right = _traced(starts, [kind for kind, _ in steps], reading.columns)
@@ -174,10 +198,14 @@ def _steps(letters: Sequence[str]) -> list[tuple[str, str]]:
     return [*steps, ("edge", "")]
 
 
-def _letter(reading: Reading, before: Array, letter: str, widths: Mapping[str, float]) -> Step:
+def _letter(
+    reading: Reading, before: Array, letter: str, widths: Mapping[str, float], hold: Held | None = None
+) -> Step:
     """Best score with the letter ending at every border, and where it begins then."""
     terms, usual = reading.terms, widths[letter] / STEP
     most = min(int(2.6 * usual) + 6, reading.columns)
+    if hold is not None:
+        most = min(max(most, int((hold.right - hold.left + 2 * hold.reach) / STEP) + 1), reading.columns)
     long = np.arange(2, max(most, 2) + 1)
     first, second = np.rint(long / THIRDS).astype(int), np.rint(2 * long / THIRDS).astype(int)
     thirds = reading.letters[:, state(letter, 0) : state(letter, 0) + THIRDS]
@@ -186,19 +214,29 @@ def _letter(reading: Reading, before: Array, letter: str, widths: Mapping[str, f
     total = _delayed(before - a, long) + prior[:, None]
     total += _delayed(a - b, long - first)
     total += _delayed(b - c, long - second)
-    winner = total.argmax(axis=0)
     ends = np.arange(len(before))
+    if hold is not None:
+        there = (np.abs(STEP * ends - hold.right) <= hold.reach)[None] & (
+            np.abs(STEP * (ends[None] - long[:, None]) - hold.left) <= hold.reach
+        )
+        total = np.where(there, total, NEVER) if np.isinf(hold.gain) else total + hold.gain * there
+    winner = total.argmax(axis=0)
     best, start = total[winner, ends] + c, ends - long[winner]
     lost = before - (terms.silent if not letter.isalnum() else terms.missing)
+    if hold is not None and np.isinf(hold.gain):
+        lost = np.full(len(before), 2 * NEVER)
     skipped = lost > best
     return np.where(skipped, lost, best), np.where(skipped, ends, start).astype(np.int32)
 
 
 def _delayed(values: Array, by: NDArray[np.intp]) -> Array:
     """(k, n): row i is `values` moved right by by[i] columns, NEVER coming in from the left."""
-    most = int(by.max())
-    windows = sliding_window_view(np.concatenate([np.full(most, NEVER), values]), len(values))
-    return windows[most - by]
+    most, count = int(by.max()), len(values)
+    padded = np.full(most + count, NEVER)
+    padded[most:] = values
+    # overlapping rows of one array; `sliding_window_view` takes longer than all the rest
+    windows = np.ndarray((most + 1, count), np.float64, padded, strides=padded.strides * 2)
+    return np.asarray(windows[most - by])
 
 
 def _blank(score: Array, before: Array, least: int) -> Step:
@@ -214,18 +252,18 @@ def _blank(score: Array, before: Array, least: int) -> Step:
     return best, start.astype(np.int32)
 
 
-def _edge(reading: Reading, before: Array, letter: str, widths: Mapping[str, float]) -> Step:
+def _edge(reading: Reading, before: Array, letter: str, widths: Mapping[str, float], hold: Held | None = None) -> Step:
     return _blank(reading.space, before, 0)
 
 
-def _gap(reading: Reading, before: Array, letter: str, widths: Mapping[str, float]) -> Step:
+def _gap(reading: Reading, before: Array, letter: str, widths: Mapping[str, float], hold: Held | None = None) -> Step:
     best, start = _blank(reading.gap, before, 2)
     best -= reading.terms.gap
     ends = np.arange(len(before), dtype=np.int32)
     return np.maximum(best, before), np.where(best > before, start, ends).astype(np.int32)
 
 
-def _space(reading: Reading, before: Array, letter: str, widths: Mapping[str, float]) -> Step:
+def _space(reading: Reading, before: Array, letter: str, widths: Mapping[str, float], hold: Held | None = None) -> Step:
     best, start = _blank(reading.space, before, _TIGHTEST)
     ends = np.arange(len(before))
     for long in range(2, _TIGHTEST):
@@ -237,7 +275,7 @@ def _space(reading: Reading, before: Array, letter: str, widths: Mapping[str, fl
     return best, start.astype(np.int32)
 
 
-def _junk(reading: Reading, before: Array, letter: str, widths: Mapping[str, float]) -> Step:
+def _junk(reading: Reading, before: Array, letter: str, widths: Mapping[str, float], hold: Held | None = None) -> Step:
     return _blank(reading.letters[:, state(JUNK)], before, 4)
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from handout.hand.ligatures import LigatureFinder
 from handout.hand.places import Place, graphemes, places
-from handout.hand.scanned import DOUBTFUL, NOBODY, ScannedGlyph, ScannedPage, Texture
+from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedPage, Texture
 from handout.scanning.scan import Scan
 from handout.scanning.written_page import WrittenPage
 from handout.tagging.alignment import Alignment
@@ -23,7 +23,6 @@ from handout.tagging.letter_assignment import Assignment, by_letter
 from handout.tagging.line_space import X_HEIGHT, frames
 from handout.values import Indices, LineGraph
 
-_POOR = DOUBTFUL / 2  # greatest confidence of a letter of a line that fits poorly
 # x-heights from a letter's column and baseline within which some part of its pieces lies; set by eye on real pages
 _BESIDE, _BELOW, _ABOVE = 1.5, 2.5, 4.0
 _PAPER = 64  # pixels: longest side of the paper that is kept, for its colour and shading only
@@ -126,7 +125,7 @@ def extract_glyphs(
             missing.append(Missing(letter.at, letter.text, line.number))
             continue
         word, place = words[letter.at]
-        confidence = min(letter.confidence, _POOR) if line.number in alignment.poor else letter.confidence
+        confidence = 0.0 if line.number in alignment.poor else letter.confidence
         owner[of_letter] = len(glyphs)
         sorted_ = np.sort(of_letter)
         glyphs.append(

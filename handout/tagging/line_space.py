@@ -72,10 +72,21 @@ def directions(line: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.asarray(blurred * np.float32(_GAIN), dtype=np.float32)
 
 
-def describe(image: Image) -> Image:
-    """(n, COUNT) uint8: the features of every second column of a line's image (HEIGHT, w).
+def column_count(image: Image) -> int:
+    """How many columns of a line's image (HEIGHT, w) are described."""
+    return int(-(-image.shape[1] // STEP))
+
+
+def describe(image: Image, columns: Indices | None = None) -> Image:
+    """(n, COUNT) uint8: the features of every second column of a line's image (HEIGHT, w), or of some of them.
 
     They are square roots, in hundredths, so that a crossing counts little more than a stroke.
+
+    Parameters
+    ----------
+    image : (HEIGHT, w) uint8
+    columns : (n,) int, optional
+        Which of the `column_count` described columns.
     """
     image = np.asarray(image)
     if image.ndim != 2 or image.shape[0] != HEIGHT:
@@ -83,8 +94,9 @@ def describe(image: Image) -> Image:
     channels = directions(np.pad(thinned(image), ((0, 0), (_REACH, _REACH))))
     roots = np.sqrt(np.maximum(channels[:, _ROWS], 0)) * _SCALE
     quantised = np.minimum(roots + 0.5, 255).astype(np.uint8)
-    columns = np.arange(0, image.shape[1], STEP)[:, None] + _OFFSETS
-    return np.ascontiguousarray(quantised[:, :, columns].transpose(2, 0, 1, 3)).reshape(len(columns), COUNT)
+    described = np.arange(column_count(image)) if columns is None else columns
+    windows = (described * STEP)[:, None] + _OFFSETS
+    return np.ascontiguousarray(quantised[:, :, windows].transpose(2, 0, 1, 3)).reshape(len(windows), COUNT)
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout import atomic
+from handout.alphabet import LETTERS, THIRDS
 from handout.errors import InputError
-from handout.tagging.alphabet import LETTERS, THIRDS
 from handout.tagging.line_space import COUNT, SPREAD_FLOOR
 
 Floats = NDArray[np.float32]
@@ -86,9 +86,8 @@ class Network:
         return _log_softmax(np.asarray(x @ self.weights[-1] + self.biases[-1], dtype=np.float32))
 
 
-def averaged(networks: Sequence[Network], features: NDArray[np.uint8]) -> Floats:
-    """(n, states) log of the mean of the networks' probabilities."""
-    each = [network.log_posterior(features) for network in networks]
+def averaged(each: Sequence[Floats]) -> Floats:
+    """(n, states) log of the mean of several networks' probabilities, given their logarithms."""
     return np.asarray(np.logaddexp.reduce(each, axis=0) - np.float32(np.log(len(each))))
 
 

@@ -9,14 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from handout import units
 from handout.errors import InputError
+from handout.hand.page_editor import line_alone
 from handout.hand.places import graphemes
-from handout.hand.scanned import ScannedGlyph, ScannedHand, ScannedPage
+from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
 from handout.progress import Tell, silent, within
+from handout.scanning.foreign_ink import foreign_ink
 from handout.scanning.text_lines import TextLines, find_text_lines
 from handout.scanning.written_page import WrittenPage
 from handout.summary import one_line
@@ -36,6 +40,7 @@ from handout.values import Indices
 
 _ALIGNED = 0.96  # share of the time of `tag_page` that the alignment takes; measured
 _SCRIBBLE = (3.0, 0.0, 10.0)  # x-height mm, slant, pitch mm of pages without writing: nothing depends on them
+_LEAST_FOREIGN = 0.002  # share of a page's line that a second ink has; pages of one ink have at most 2 in 10 000
 _QUOTED = 24  # characters of a line that are quoted in a note
 
 
@@ -89,17 +94,43 @@ def tag_page(
 
     Source: seed 000, §5.1.3.
     """
+    written, foreign, told = without_foreign_ink(written, transcript, rng)
     written = with_transcript_lines(written, transcript, rng)
     alignment = align(written, transcript, method=method, rng=rng, tell=within(tell, 0.0, _ALIGNED))
     tell(_ALIGNED, "the joins")
-    assignment = assign_letters(written.graph, alignment, vertex_lines(written))
-    page = scanned_page(written, transcript)
+    assignment = assign_letters(written.graph, alignment, np.where(foreign, NOBODY, vertex_lines(written)))
+    page = replace(scanned_page(written, transcript), dismissed=np.flatnonzero(foreign))
     letters = letters_within_reach(written.graph, alignment, assignment.letter)
     glyphs, missing = extract_glyphs(page, alignment, letters)
     glyphs, cropped = doubt_cropped_glyphs(glyphs, written.graph, written.scan)
-    notes = (*written.notes, *_notes(page, alignment, missing), *cropped)
+    notes = (*written.notes, *told, *_notes(page, alignment, missing), *cropped)
     fits = tuple((line.number, line.fit) for line in alignment.lines)
     return TaggedPage(page, glyphs, notes, alignment.poor, missing, fits)
+
+
+def without_foreign_ink(
+    written: WrittenPage, transcript: str, rng: np.random.Generator
+) -> tuple[WrittenPage, NDArray[np.bool_], list[str]]:
+    """The page without ink of another colour than most of it has, if its text fits better so.
+
+    Returns
+    -------
+    The page; (n,) which vertices of its line were left out; sentences to show the user.
+    """
+    foreign = foreign_ink(written.graph, written.scan, written.paper.colour)
+    share = float(foreign.mean()) if len(foreign) else 0.0
+    none = np.zeros(len(foreign), dtype=bool)
+    if share < _LEAST_FOREIGN:
+        return written, none, []
+    ink = written.mask.ink & ~line_alone(written.graph, foreign, written.scan.shape, written.scan.pixel)
+    bare = replace(written, mask=replace(written.mask, ink=ink), text_lines=find_text_lines(ink, written.scan.dpi))
+    source = Path(written.scan.source).name
+    if _fit(bare, transcript, rng) <= _fit(written, transcript, rng):
+        return written, none, [f"{source}: {share:.0%} of its line has ink of another colour, and belongs to its text."]
+    return bare, foreign, [
+        f"{source}: {share:.0%} of its line has ink of another colour, and was left out: the text fits better without "
+        "it. What of it is writing can be labelled with `handout hand edit`."
+    ]  # fmt: skip
 
 
 def with_transcript_lines(written: WrittenPage, transcript: str, rng: np.random.Generator) -> WrittenPage:
@@ -132,7 +163,7 @@ def tag_labelled_page(written: WrittenPage, transcript: str, graphemes_at: Indic
     ----------
     written : WrittenPage
     transcript : str
-    graphemes_at : (n,) int: index of the grapheme of the transcript that each vertex belongs to.
+    graphemes_at : (n,) int: index of the grapheme of the transcript that each vertex belongs to, −1 for none.
 
     Raises
     ------
@@ -149,19 +180,21 @@ def tag_labelled_page(written: WrittenPage, transcript: str, graphemes_at: Indic
 
 def _labelled_alignment(written: WrittenPage, units: Sequence[str], graphemes_at: Indices) -> tuple[Alignment, Indices]:
     """The alignment that labels of vertices amount to, and the letter of each vertex (n,)."""
-    labels, owner = np.unique(graphemes_at, return_inverse=True)
+    named = graphemes_at >= 0
+    labels, owner = np.unique(graphemes_at[named], return_inverse=True)
     nearest = written.text_lines.nearest(written.graph.xy)
     rows: dict[int, list[Letter]] = {}
     for number, at in enumerate(labels.tolist()):
-        vertices = owner == number
+        vertices = np.flatnonzero(named)[owner == number]
         x, line = written.graph.uv[vertices, 0], int(np.bincount(nearest[vertices]).argmax())
         rows.setdefault(line, []).append(Letter(at, units[at], float(x.min()), float(x.max()), 1.0))
     frame = frames(written)
     lines = tuple(AlignedLine(line, frame[line], tuple(row), 1.0) for line, row in sorted(rows.items()))
     alignment = Alignment(lines, method="labels")
     order = {letter.at: number for number, letter in enumerate(alignment.letters)}
-    numbers = np.array([order[at] for at in labels.tolist()], dtype=np.intp)
-    return alignment, numbers[owner]
+    letters = np.full(len(graphemes_at), NOBODY, dtype=np.intp)
+    letters[named] = np.array([order[at] for at in labels.tolist()], dtype=np.intp)[owner]
+    return alignment, letters
 
 
 def hand_of_pages(name: str, pages: Sequence[TaggedPage], title: str = "") -> ScannedHand:
@@ -175,7 +208,7 @@ def hand_of_pages(name: str, pages: Sequence[TaggedPage], title: str = "") -> Sc
     glyphs: list[ScannedGlyph] = []
     for number, tagged in enumerate(pages):
         first = len(glyphs)
-        glyphs += [_renumbered(glyph, number, first) for glyph in tagged.glyphs]
+        glyphs += [renumbered(glyph, number, first) for glyph in tagged.glyphs]
     if not glyphs:
         raise InputError(
             f"{name}: no letter was found on {units.count(len(pages), 'page')}, so there is no hand to keep."
@@ -198,7 +231,7 @@ def pen_of_pages(name: str, pages: Sequence[WrittenPage], title: str = "") -> Sc
     return ScannedHand(name, title or name, scanned_pages, ())
 
 
-def _renumbered(glyph: ScannedGlyph, page: int, first: int) -> ScannedGlyph:
+def renumbered(glyph: ScannedGlyph, page: int, first: int) -> ScannedGlyph:
     """A glyph of one page as one of a hand: its number, and those of its neighbours, begin at `first`."""
     before, after = (number + first if number >= 0 else number for number in (glyph.before, glyph.after))
     return replace(glyph, page=page, before=before, after=after)

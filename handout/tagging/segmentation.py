@@ -16,14 +16,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.alphabet import JUNK, LETTERS, SPACE, fold, state
 from handout.hand.places import graphemes
 from handout.progress import Tell, silent, within
 from handout.tagging import network
-from handout.tagging.alphabet import JUNK, LETTERS, SPACE, fold
-from handout.tagging.decoder import TERMS, Decoded, Reading, Terms, decode, read
-from handout.tagging.line_space import ABOVE, HEIGHT, INKY, X_HEIGHT, Image, describe
+from handout.tagging.decoder import TERMS, Decoded, Held, Reading, Terms, decode, read
+from handout.tagging.line_space import ABOVE, HEIGHT, INKY, X_HEIGHT, Image, column_count, describe
 from handout.tagging.network import LabelledColumns, Network, averaged, joined
-from handout.tagging.synthetic_lines import column_states, sampled_columns, synthetic_lines
+from handout.tagging.synthetic_lines import SHARE, SHARE_OF_SPACE, column_states, sampled_columns, synthetic_lines
 from handout.tagging.synthetic_writers import built_in_hands
 from handout.tagging.transcript import TranscriptLine
 from handout.values import Array
@@ -40,9 +40,12 @@ class Adaptation:
     folds: int = 2  # with one, 93.5 and 93.0 % of two hard pages; with two, 98.4 and 95.6; a second round gains nothing
     copies: int = 4  # of each line of the page, differently distorted; five did no better
     rehearsed: int = 45  # synthetic lines
+    # of the columns, since neighbours are nearly alike: all of them, learned at half the rate, did no better
+    share: float = 0.5
     epochs: int = 2  # the networks start from what they know
-    rate: float = 4e-4  # of learning
+    rate: float = 8e-4  # of learning
     page_weight: float = 2.0  # of a column of the page; a synthetic one has 1
+    known_weight: float = 8.0  # of a column of a letter that a person confirmed; 24 mended no more of a simulated page
     # standard deviations of the distortions of a line
     breadth: float = 0.06  # relative
     height: float = 0.04  # relative
@@ -84,10 +87,15 @@ class PageReader:
         some.features = [self.features[i] for i in lines]
         return some
 
-    def reading(self, line: int, networks: Sequence[Network] | None = None) -> Reading:
-        """What the networks read on a line."""
-        posterior = averaged(networks or self.networks, self.features[line])
-        return read(self.images[line], posterior, self._prior, self._terms)
+    def reading(self, line: int) -> Reading:
+        """What the networks together read on a line."""
+        return self.readings(line, self.networks)[-1]
+
+    def readings(self, line: int, networks: Sequence[Network]) -> list[Reading]:
+        """What each of some networks reads on a line, and last what they read together; one alone counts once."""
+        each = [network.log_posterior(self.features[line]) for network in networks]
+        posteriors = [*each, averaged(each)] if len(each) > 1 else each
+        return [read(self.images[line], posterior, self._prior, self._terms) for posterior in posteriors]
 
     def widths(self, lines: Sequence[TranscriptLine]) -> dict[str, float]:
         """Letter → usual width on this page, pixels of line space, given what is written on its lines."""
@@ -112,37 +120,63 @@ def by_segments(
     tell: Tell = silent,
     *,
     adapting: bool = True,
+    held: Sequence[Mapping[int, Held]] = (),
 ) -> list[list[Decoded]]:
-    """For every line its decodings: the last is the best, the others are by single networks, for comparison."""
+    """For every line its decodings: the last is the best, the others are by single networks, for comparison.
+
+    held : what is known of the places of letters, for every line; letters that must be where they are teach, too.
+    """
     tell(0.0, "the letters")
     widths = page.widths(lines)
-    best = [decode(page.reading(i), line.letters, widths) for i, line in enumerate(lines)]
-    # networks that have not learned from the page agree less than those that have learned from the same letters
-    single = [_by_each_network(page, i, line, widths, page.networks) for i, line in enumerate(lines)]
+    held = held or [{}] * len(lines)
+    decoded = [_decoded(page, i, line, widths, page.networks, held[i]) for i, line in enumerate(lines)]
     if not adapting or len(lines) < _ADAPTATION.folds:
-        return [
-            [*others, joint] if len(page.networks) > 1 else [joint] for others, joint in zip(single, best, strict=True)
-        ]
+        return decoded
+    best = [of_line[-1] for of_line in decoded]
+    # networks that have not learned from the page agree less than those that have learned from the same letters
+    single = [of_line[: len(page.networks)] for of_line in decoded]
     fold = folds(len(lines))
     rehearsed = rehearsal([line.text for line in lines], rng)
+    known = _known_columns(page, lines, best, held, rng)
     for half in range(_ADAPTATION.folds):
         learning = within(within(tell, _FOUND, 1.0), half / _ADAPTATION.folds, (half + 1) / _ADAPTATION.folds)
         others = np.flatnonzero(fold != half).tolist()
         letters = [spans(lines[i], best[i]) for i in others]
         learned = page_columns([page.images[i] for i in others], letters, rng)
-        networks = adapted(page.networks, learned, rehearsed, rng, learning)
+        networks = adapted(page.networks, learned, rehearsed, rng, learning, known)
         for i in np.flatnonzero(fold == half).tolist():
-            if len(networks) > 1:
-                single[i] += _by_each_network(page, i, lines[i], widths, networks)
-            single[i].append(decode(page.reading(i, networks), lines[i].letters, widths))
+            single[i] += _decoded(page, i, lines[i], widths, networks, held[i])
     return single
 
 
-def _by_each_network(
-    page: PageReader, number: int, line: TranscriptLine, widths: Mapping[str, float], networks: Sequence[Network]
+def _decoded(
+    page: PageReader,
+    number: int,
+    line: TranscriptLine,
+    widths: Mapping[str, float],
+    networks: Sequence[Network],
+    held: Mapping[int, Held],
 ) -> list[Decoded]:
-    """A line of the page decoded from what each network reads alone."""
-    return [decode(page.reading(number, [network]), line.letters, widths) for network in networks]
+    """A line of the page decoded from what each network reads alone, and last from what they read together."""
+    return [decode(reading, line.letters, widths, held) for reading in page.readings(number, networks)]
+
+
+def _known_columns(
+    page: PageReader,
+    lines: Sequence[TranscriptLine],
+    decoded: Sequence[Decoded],
+    held: Sequence[Mapping[int, Held]],
+    rng: np.random.Generator,
+) -> LabelledColumns | None:
+    """Columns of the letters that must be where they are: the truth, from which both folds learn."""
+    known = [[(line.letters[k], float(one.left[k]), float(one.right[k])) for k, hold in of_line.items()
+              if np.isinf(hold.gain)] for line, one, of_line in zip(lines, decoded, held, strict=True)]  # fmt: skip
+    with_known = [i for i, spans_ in enumerate(known) if spans_]
+    if not with_known:
+        return None
+    columns = page_columns([page.images[i] for i in with_known], [known[i] for i in with_known], rng)
+    of_letters = columns.states != state(SPACE)
+    return LabelledColumns(columns.features[of_letters], columns.states[of_letters])
 
 
 def confidence(decodings: Sequence[Decoded]) -> Array:
@@ -167,7 +201,8 @@ def rehearsal(text: Sequence[str], rng: np.random.Generator) -> LabelledColumns:
     plain = ["".join(fold(unit) for unit in graphemes(line)).replace(JUNK, "").strip() for line in text]
     sentences = [line for line in plain if line] or ["a"]
     lines = synthetic_lines(built_in_hands(), sentences, _ADAPTATION.rehearsed, rng)
-    return joined([sampled_columns(line, rng) for line in lines])
+    share = _ADAPTATION.share
+    return joined([sampled_columns(line, rng, share * SHARE, share * SHARE_OF_SPACE) for line in lines])
 
 
 def page_columns(images: Sequence[Image], spans: Sequence[Spans], rng: np.random.Generator) -> LabelledColumns:
@@ -176,9 +211,10 @@ def page_columns(images: Sequence[Image], spans: Sequence[Spans], rng: np.random
     for image, letters in zip(images, spans, strict=True):
         for _ in range(_ADAPTATION.copies):
             distorted, breadth = _distorted(image, rng)
-            features = describe(distorted)
             scaled = [(letter, left * breadth, right * breadth) for letter, left, right in letters]
-            parts.append(LabelledColumns(features, column_states(scaled, len(features))))
+            states = column_states(scaled, column_count(distorted))
+            chosen = np.flatnonzero(rng.random(len(states)) < _ADAPTATION.share)
+            parts.append(LabelledColumns(describe(distorted, chosen), states[chosen]))
     return joined(parts)
 
 
@@ -199,11 +235,13 @@ def adapted(
     rehearsed: LabelledColumns,
     rng: np.random.Generator,
     tell: Tell = silent,
+    known: LabelledColumns | None = None,
 ) -> tuple[Network, ...]:
-    """Copies of the networks, trained further on columns of the page and of synthetic lines."""
-    columns = joined([page, rehearsed])
+    """Copies of the networks, trained further on columns of the page, of known letters and of synthetic lines."""
+    columns = joined([page, rehearsed] if known is None else [page, rehearsed, known])
     weights = np.ones(len(columns), dtype=np.float32)
     weights[: len(page)] = _ADAPTATION.page_weight
+    weights[len(page) + len(rehearsed) :] = _ADAPTATION.known_weight
     weights /= weights.mean()
     copies = []
     for number, shipped in enumerate(networks):

@@ -13,14 +13,14 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.motion.trace import trace
-from handout.tagging.alphabet import JUNK, SPACE, THIRDS, fold, state
-from handout.tagging.line_space import ABOVE, HEIGHT, STEP, X_HEIGHT, Image, describe
+from handout.alphabet import JUNK, SPACE, THIRDS, fold, state
+from handout.motion.trace import trace, written
+from handout.tagging.line_space import ABOVE, HEIGHT, STEP, X_HEIGHT, Image, column_count, describe
 from handout.tagging.network import LabelledColumns
 from handout.tagging.synthetic_writers import WriterHabits, random_habits, random_writer, texts
-from handout.values import Array, Hand, Line, Manuscript, Page, Placed, Stroke
+from handout.values import Array, Hand, Indices, Line, Manuscript, Page, Placed, Stroke
 from handout.writing.compose import compose
-from handout.writing.drawn_line_writer import slurred
+from handout.writing.drawn_words import slurred
 from handout.writing.layout import Layout
 from handout.writing.variation import warp
 
@@ -34,7 +34,7 @@ _LED_INTO = frozenset("tiuwpjrsnmvylhbfkT")  # letters that people begin with a 
 _STRIKES_OUT = 0.25  # share of writers who strike words out …
 _STRUCK = 0.06  # … and of the words that they strike out
 # of a line's columns that are learned from: neighbours are nearly alike, and space is frequent and easy
-_SHARE, _SHARE_OF_SPACE = 0.75, 0.3
+SHARE, SHARE_OF_SPACE = 0.75, 0.3
 Box = tuple[str, int, float, float]  # letter, word, left, right
 
 
@@ -66,17 +66,45 @@ def write_lines(
 
     struck : strike out a word now and then.
     """
+    lines, strokes, _ = _written(text, hand, habits, rng)
+    return [_draw(line, of_line, habits, rng, struck) for line, of_line in zip(lines, strokes, strict=True) if of_line]
+
+
+def habitual_strokes(
+    text: str, hand: Hand, habits: WriterHabits, rng: np.random.Generator, engine: str = "optimal-control"
+) -> Iterator[tuple[str, list[Array], list[Indices]]]:
+    """The words of `text`: the strokes of each in the order of writing (upright, x-heights, y up), and of every sample
+    the letter of the word that it writes."""
+    for line, strokes, letters in zip(*_written(text, hand, habits, rng, engine), strict=True):
+        if not strokes:
+            continue
+        paths = [line.upright(stroke.xy) for stroke in strokes]
+        bent = np.split(_bent(np.vstack(paths), habits, rng), _ends_of(paths)[:-1])
+        for word, placed in groupby(line.line.placed, key=lambda unit: unit.word):
+            at = {unit.at: unit.glyph.letter for unit in placed}
+            own = [k for k, stroke in enumerate(strokes) if stroke.word == word]
+            numbers = np.array(sorted(at))
+            of = [np.searchsorted(numbers, letters[k]) for k in own]
+            yield "".join(at.values()), [bent[k] for k in own], of
+
+
+def _written(
+    text: str, hand: Hand, habits: WriterHabits, rng: np.random.Generator, engine: str = "optimal-control"
+) -> tuple[list[_HabitualLine], list[list[Stroke]], list[list[Indices]]]:
+    """The lines of a text with a writer's habits, the strokes of each, and the letter in the text of every sample."""
     layout = Layout(_PAGE, x_height=_MM, jitter=float(rng.uniform(0.8, 1.7)))
     manuscript, *_ = compose(text, hand, layout, rng, fallback=True)
     lines = [_HabitualLine(line, hand, habits, rng) for line in manuscript.lines]
     changed = Manuscript(tuple(line.line for line in lines), manuscript.page, manuscript.x_height)
     hurried = replace(hand, smooth=min(hand.smooth * habits.haste, 0.5))
-    drawing = trace(changed, hurried, rng)
+    drawing = trace(changed, hurried, rng, engine)
     owner = {placed.word: number for number, line in enumerate(changed.lines) for placed in line.placed}
     strokes: list[list[Stroke]] = [[] for _ in lines]
-    for stroke in drawing.strokes:
+    letters: list[list[Indices]] = [[] for _ in lines]
+    for stroke, of in zip(drawing.strokes, written(changed, hurried), strict=True):
         strokes[owner[stroke.word]].append(stroke)
-    return [_draw(line, of_line, habits, rng, struck) for line, of_line in zip(lines, strokes, strict=True) if of_line]
+        letters[owner[stroke.word]].append(of)
+    return lines, strokes, letters
 
 
 class _HabitualLine:
@@ -243,13 +271,12 @@ def synthetic_lines(
 
 
 def sampled_columns(
-    line: SyntheticLine, rng: np.random.Generator, share: float = _SHARE, share_of_space: float = _SHARE_OF_SPACE
+    line: SyntheticLine, rng: np.random.Generator, share: float = SHARE, share_of_space: float = SHARE_OF_SPACE
 ) -> LabelledColumns:
     """A random share of the columns of a line, and another share of its columns of space, with their states."""
-    features = describe(line.image)
-    states = column_states([(s.letter, s.left, s.right) for s in line.spans], len(features))
-    chosen = rng.random(len(states)) < np.where(states == state(SPACE), share_of_space, share)
-    return LabelledColumns(features[chosen], states[chosen])
+    states = column_states([(s.letter, s.left, s.right) for s in line.spans], column_count(line.image))
+    chosen = np.flatnonzero(rng.random(len(states)) < np.where(states == state(SPACE), share_of_space, share))
+    return LabelledColumns(describe(line.image, chosen), states[chosen])
 
 
 def column_states(spans: Sequence[tuple[str, float, float]], columns: int) -> NDArray[np.intp]:

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+from handout.alphabet import JUNK, SPACE, fold, struck_out
 from handout.errors import InputError
 from handout.hand.places import graphemes
-from handout.tagging.alphabet import JUNK, SPACE, fold, struck_out
 
 
 @dataclass(frozen=True)

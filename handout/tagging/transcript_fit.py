@@ -7,9 +7,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from handout.alphabet import JUNK, SPACE
 from handout.errors import InputError
 from handout.tagging import network
-from handout.tagging.alphabet import JUNK, SPACE
 from handout.tagging.decoder import Decoded, Reading, decode, in_a_row
 from handout.tagging.line_space import STEP, Strip
 from handout.tagging.segmentation import PageReader, page_scale
@@ -34,18 +34,18 @@ def assigned_to_lines(
     count = len(reader.images)
     fits: list[float] = []
     if len(lines) == count:
-        fits = _fits(reader, lines, rng)
+        fits = line_fits(reader, lines, rng)
         if sum(of_line < POOR for of_line in fits) <= _MOST_POOR:
             return list(lines), fits
     readings = [reader.reading(i) for i in range(count)]
     rebroken = broken_freely(readings, lines, reader.widths(_evenly_broken(lines, count)))
-    refits = _fits(reader, rebroken, rng)
+    refits = line_fits(reader, rebroken, rng)
     if len(lines) == count and float(np.median(fits)) > float(np.median(refits)):
         return list(lines), fits
     return rebroken, refits
 
 
-def _fits(reader: PageReader, lines: Sequence[TranscriptLine], rng: np.random.Generator) -> list[float]:
+def line_fits(reader: PageReader, lines: Sequence[TranscriptLine], rng: np.random.Generator) -> list[float]:
     widths = reader.widths(lines)
     fits = []
     for i, line in enumerate(lines):

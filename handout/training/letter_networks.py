@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.alphabet import JUNK, LETTERS, SPACE, THIRDS
 from handout.errors import InputError
 from handout.hand import library
 from handout.prompting import corpus
 from handout.tagging import network
-from handout.tagging.alphabet import JUNK, LETTERS, SPACE, THIRDS
 from handout.tagging.line_space import COUNT, X_HEIGHT
 from handout.tagging.network import LabelledColumns, joined
 from handout.tagging.synthetic_lines import SyntheticLine, sampled_columns, synthetic_lines

@@ -1,6 +1,7 @@
 """Makes the scanned hands that ship: the simulated author copies a prompt, and the ordinary pipeline reads the scans.
 
-Simulated devices stand in for pen, paper and scanner; the truth about the pages is not used.
+Simulated devices stand in for pen, paper and scanner.  Ink, line and lines of writing are what the pipeline finds;
+whose ink is whose is known, so that these hands have no wrong letters.
 `python -m handout.training.scanned_hands -o FOLDER` makes them anew.
 """
 
@@ -25,7 +26,8 @@ from handout.prompting import corpus, prompt_pages, sentence_choice
 from handout.simulated.author import page_score
 from handout.simulated.author.simulate import Desk, simulate_pages
 from handout.simulated.author.truth import Simulated
-from handout.tagging.page_tagging import TaggedPage, hand_of_pages, tag_page
+from handout.tagging.page_tagging import TaggedPage, hand_of_pages, tag_labelled_page
+from handout.training.glyph_vetting import known
 from handout.values import Hand
 from handout.writing.layout import Layout
 
@@ -83,9 +85,9 @@ def scans(recipe: Recipe, seed: int, dpi: float = 300.0) -> Iterator[Simulated]:
     yield from simulate_pages(prompt(recipe, hand), hand, Desk(recipe.pen, layout=_LAYOUT, dpi=dpi), rng=rng)
 
 
-def read_back(simulated: Simulated, source: str, rng: np.random.Generator) -> TaggedPage:
-    """A simulated page read as a user's scan is."""
-    return tag_page(page_score.read(simulated, source), page_score.transcript(simulated), rng=rng)
+def read_back(simulated: Simulated, source: str) -> TaggedPage:
+    """A simulated page read as a user's scan is, its letters taken from what is known of it."""
+    return tag_labelled_page(*known(simulated, page_score.read(simulated, source)))
 
 
 def ship(recipe: Recipe, seed: int, dpi: float = 300.0, scans_to: Path | None = None) -> Shipped:
@@ -100,7 +102,7 @@ def ship(recipe: Recipe, seed: int, dpi: float = 300.0, scans_to: Path | None = 
         source = f"{recipe.name}-{number}.png"
         if scans_to is not None:
             _keep(simulated, scans_to / source)
-        read.append(read_back(simulated, source, np.random.default_rng([seed, number])))
+        read.append(read_back(simulated, source))
         scores.append(page_score.score(simulated.truth, read[-1]))
         _say(f"{source}: {_scores_line(scores[-1])}; {len(read[-1].glyphs)} letters, {len(read[-1].missing)} not found")
         for note in read[-1].notes:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
 from handout.hand.scanned import ScannedHand
 from handout.values import Hand, Manuscript
-from handout.writing.drawn_line_writer import DrawnLineWriter
+from handout.writing.choosing import Chooser, Prices, choices
+from handout.writing.drawn_words import DrawnHandwriting
 from handout.writing.layout import Layout
-from handout.writing.line_breaking import fitted_rows, rows_of
-from handout.writing.line_writer import LineWriter, W
-from handout.writing.sheets import Sheet, paginate
+from handout.writing.pages import Handwriting, Sheet, paginate, rows_on_pages
 from handout.writing.slips import slip
 from handout.writing.text import Piece, paragraphs_of
 
@@ -26,6 +26,7 @@ def compose(
     pages: int | None = None,
     fallback: bool = False,
     slips: float = 0.0,
+    prices: Prices | None = None,
 ) -> list[Manuscript]:
     """Write `text` in `hand`, without ink and without time.
 
@@ -43,6 +44,10 @@ def compose(
         Accept borrowed forms for characters that the hand lacks.
     slips : float
         How many words in 100 are begun wrongly, struck out and written again, 0 to 100; which, is told in `about`.
+    prices : Prices, optional
+        What glyphs cost besides, from whoever has read what was written and has it written again: with the same seed
+        chance falls alike, so that words of which no glyph is priced stay as they are, unless glyphs that others take
+        now have become dear by that.
 
     Returns
     -------
@@ -55,7 +60,7 @@ def compose(
     DoesNotFit
         More text than the pages hold; the message says by how much.
     """
-    sheets = each_page(text, hand, layout, rng, pages=pages, fallback=fallback, slips=slips)
+    sheets = each_page(text, hand, layout, rng, pages=pages, fallback=fallback, slips=slips, prices=prices)
     return [sheet.manuscript for sheet in sheets]
 
 
@@ -68,35 +73,30 @@ def each_page(
     pages: int | None = None,
     fallback: bool = False,
     slips: float = 0.0,
+    prices: Prices | None = None,
 ) -> Iterator[Sheet]:
     """The same, one page when it is asked for, with the generator that `motion.trace` is to go on with.
 
-    In a drawn hand no more is written for a page than it takes, unless `pages` or `layout.fit` ask how much there is;
-    the glyphs of a scanned one are chosen for the whole text.  All characters are checked before the first page.
+    No more is written for a page than it takes, a word at a time in a drawn hand, a paragraph in a scanned one, unless
+    `pages` or `layout.fit` ask how much there is.  All characters are checked before the first page.
     """
+    # streams of their own for slips and for what is struck out: with slips and without, all else is written alike
+    slip_stream = rng.spawn(1)[0] if slips else None
+    streams = (rng, rng.spawn(1)[0])
+    handwriting = _handwriting(hand, streams, layout.jitter)
+    paragraphs: Iterable[Sequence[Piece]] = paragraphs_of(text, handwriting.repertoire, fallback=fallback)
+    if slip_stream is not None:
+        paragraphs = slip(paragraphs, slips, slip_stream)
+    choosers = [Chooser(handwriting.stock, stream, min(layout.jitter, 1.0), prices) for stream in streams]
+    words = (handwriting.set_paragraph(chosen) for chosen in choices(paragraphs, choosers))
+    layout, rows = rows_on_pages(words, handwriting.pitch, layout, pages)
+    return paginate(rows, handwriting, layout, rng)
+
+
+def _handwriting(hand: Hand | ScannedHand, streams: Sequence[np.random.Generator], jitter: float) -> Handwriting[Any]:
+    """How a hand writes: nothing behind this asks which kind it is."""
     if isinstance(hand, Hand):
-        return _each(text, DrawnLineWriter(hand, rng, layout.jitter), layout, rng, pages, fallback, slips)
-    from handout.writing.scanned.line_writer import ScannedLineWriter
+        return DrawnHandwriting(hand, streams, jitter)
+    from handout.writing.scanned_words import ScannedHandwriting
 
-    return _each(text, ScannedLineWriter(hand, rng, layout.jitter), layout, rng, pages, fallback, slips)
-
-
-def _each(
-    text: str,
-    writer: LineWriter[W],
-    layout: Layout,
-    rng: np.random.Generator,
-    pages: int | None,
-    fallback: bool,
-    slips: float,
-) -> Iterator[Sheet]:
-    paragraphs: Iterable[Sequence[Piece]] = paragraphs_of(text, writer.repertoire, fallback=fallback)
-    if slips:
-        # a stream of their own: with slips and without, the words are written alike
-        paragraphs = slip(paragraphs, slips, rng.spawn(1)[0])
-    written = writer.paragraphs(paragraphs)
-    limit = pages or (1 if layout.fit else None)
-    if limit is None:
-        return paginate(rows_of(written, layout), writer, layout, rng)
-    layout, rows = fitted_rows([(indent, list(units)) for indent, units in written], writer.pitch, layout, limit)
-    return paginate(rows, writer, layout, rng)
+    return ScannedHandwriting(hand, streams[0].spawn(1)[0], jitter)  # choosing goes on as if nothing were set

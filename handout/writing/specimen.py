@@ -7,10 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from handout.values import Array, Glyph, Hand, Line, Manuscript, Page, Placed
+from handout.writing.choosing import Chooser, choices
 from handout.writing.compose import compose
-from handout.writing.drawn_line_writer import DrawnLineWriter, WordWriter
+from handout.writing.drawn_words import DrawnHandwriting
 from handout.writing.layout import Layout
-from handout.writing.text import Letter, spell
+from handout.writing.text import paragraphs_of
 
 _PITCH = 4.2  # x-heights from one row of forms to the next
 _BETWEEN_FORMS, _BETWEEN_LETTERS = 0.55, 1.3  # x-heights
@@ -49,16 +50,16 @@ def forms(hand: Hand) -> Iterator[tuple[Glyph, ...]]:
 
 def single_letter(letter: str, hand: Hand, rng: np.random.Generator, x_height: float) -> Manuscript:
     """One letter alone as the hand writes it, on a level baseline; `x_height` in mm."""
-    writer = DrawnLineWriter(hand, rng, 1.0)
-    word = WordWriter(hand, rng, 1.0).word(
-        [unit for unit in spell(letter, writer.repertoire) if isinstance(unit, Letter)]
-    )
+    handwriting = DrawnHandwriting(hand, (rng, rng), 1.0)
+    pieces = paragraphs_of(letter, handwriting.repertoire)
+    (words,) = choices(pieces, [Chooser(handwriting.stock, rng)])
+    (unit,) = handwriting.set_paragraph(words)
     side = 10 * x_height  # room on all sides
 
     def to_page(points: Array) -> Array:
         return np.column_stack([points[:, 0] + side, side - points[:, 1]])
 
-    placed = tuple(writer.place([word], [0.0], x_height, to_page))
+    placed = tuple(handwriting.place([unit.word], [0.0], x_height, to_page))
     return Manuscript((Line(letter, placed, side),), Page(2 * side, 2 * side), x_height, {"hand": hand.name})
 
 

@@ -133,7 +133,7 @@ def test_the_pages_of_a_job_keep_the_rules_that_were_measured(photo):
     from handout.pipeline import job_pages
     from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
     from handout.pipeline.writing import on_lined_paper, prepare
-    from handout.writing.baseline_model import Ruling
+    from handout.writing.layout import Ruling
 
     writing, sheet, picture = WritingOptions(seed=4), SheetOptions("A5"), PictureOptions(paper="sheet.jpg")
     task = on_lined_paper(prepare(writing, sheet, picture), writing, sheet, picture)

@@ -38,7 +38,8 @@ def test_read_and_check(call, small_scan, told):
 
 
 def test_check_says_what_there_is_little_of(call, kept):
-    out, err = call("hand", "check", kept)
+    out, err = call("hand", "check", kept, "--doubts", "worst.png")
+    assert Image.open("worst.png").width > 1000
     assert "* v " in out and "17 of 17 fewer than 8 times" in err
     assert call("hand", "check", kept, "--quiet") == ("", "")
 
@@ -46,18 +47,31 @@ def test_check_says_what_there_is_little_of(call, kept):
 def test_edit_keeps_what_was_found(call, kept, small_hand):
     number = int(small_hand.of("j")[0])
     at = small_hand.pages[0].graph.uv[small_hand.glyphs[number].vertices[9]].tolist()
-    Path("c.json").write_text(json.dumps({"corrections": [{"do": "label", "page": 0, "at": at, "text": "J"}]}))
+    Path("c.json").write_text(json.dumps({"corrections": [{"do": "confirm", "page": 0, "at": at, "text": "j"}]}))
     before = Path(kept).read_bytes()
-    out, _ = call("hand", "edit", kept, "c.json", "-o", "other.hand", "--json")
+    out, _ = call("hand", "edit", kept, "c.json", "-o", "other.hand", "--no-learning", "--json")
     assert json.loads(out)["corrections"] == 1 and Path(kept).read_bytes() == before
-    assert file.load(Path("other.hand")).letters["J"] == 1
+    assert [g.letter for g in file.load(Path("other.hand")).glyphs if g.confirmed] == ["j"]
     Path("d.json").write_text(json.dumps([{"do": "remove", "page": 0, "at": at}]))
-    call("hand", "edit", "other.hand", "d.json")
-    assert len(file.read(Path("other.hand"))[1]) == 2 and "J" not in file.load(Path("other.hand")).letters
+    _, err = call("hand", "edit", "other.hand", "d.json", "--no-learning")
+    assert "1 correction made, 2 in all; no other letter changed" in err
+    assert "j" not in file.load(Path("other.hand")).letters
     whole = Path("other.hand").read_bytes()
     Path("d.json").write_text(json.dumps([{"do": "remove", "page": 0, "at": [1, 400]}]))
     _, err = call("hand", "edit", "other.hand", "d.json", code=2)
     assert "Correction 1 (remove, page 0)" in err and Path("other.hand").read_bytes() == whole
+    _, err = call("hand", "edit", "other.hand", "--undo")
+    assert "1 correction in force; 1 entry can be made again" in err and "j" in file.load(Path("other.hand")).letters
+    out, err = call("hand", "edit", "other.hand", "--history", "--json")
+    assert [entry["in_force"] for entry in json.loads(out)["journal"]] == [True, False]
+    assert "2 (taken back): remove; no other" in err
+    call("hand", "edit", "other.hand", "--redo")
+    assert Path("other.hand").read_bytes() == whole
+    _, err = call("hand", "edit", "other.hand", "--redo", code=2)
+    assert "nothing to be made again" in err
+    call("hand", "edit", kept, "other.hand", "-o", "replayed.hand", "--no-learning")
+    assert len(file.journal(Path("replayed.hand")).corrections) == 2
+    call("hand", "edit", kept, "--undo", "--redo", code=2)
 
 
 def test_the_letters_of_a_text_are_lent_where_they_are_shown_too(call, kept):

@@ -17,8 +17,12 @@ def printed(device):
 def inked(page_pixels):
     """The different colours (n, 3) uint8 of a page, and which of them each pixel (h, w) has."""
     packed = page_pixels.astype(np.uint32) @ np.array([65536, 256, 1], dtype=np.uint32)
-    codes, back = np.unique(packed, return_inverse=True)
-    return np.stack([codes >> 16, codes >> 8 & 255, codes & 255], axis=-1).astype(np.uint8), back.reshape(packed.shape)
+    seen = np.zeros(1 << 24, dtype=bool)
+    seen[packed] = True
+    codes = np.flatnonzero(seen)
+    number = np.zeros(len(seen), dtype=np.intp)
+    number[codes] = np.arange(len(codes))
+    return np.stack([codes >> 16, codes >> 8 & 255, codes & 255], axis=-1).astype(np.uint8), number[packed]
 
 
 def paper(page_pixels):

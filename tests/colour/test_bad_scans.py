@@ -1,6 +1,7 @@
 """Every bad scan is made from a good one, and named rightly."""
 
 import re
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -15,16 +16,21 @@ from handout.colour.reading import Scan, read
 # they rest on scans that take seconds to make
 pytestmark = pytest.mark.slow
 
-DPI = 150.0
+DPI = 100.0
 PAGE = chart("A4").pages[0]
-PIXELS = render(PAGE, 300)
-COLOURS, BACK = inked(PIXELS)
+
+
+@lru_cache(maxsize=1)
+def sent():
+    """The different colours of the page as it is sent to the printer, and which of them each pixel has."""
+    return inked(render(PAGE, 300))
 
 
 @pytest.fixture(scope="module")
 def sheet():
     """The printed page."""
-    return paper(PIXELS)
+    colours, back = sent()
+    return printed(colours / 255).astype(np.float32)[back]
 
 
 @pytest.fixture(scope="module")
@@ -51,8 +57,9 @@ def only(reading, code, severity):
 
 def reprinted(change, **how):
     """A scan of the chart printed by a printer that gets other colours: change((n, 3) device 0–1) → (n, 3)."""
-    sent = np.rint(np.clip(change(COLOURS / 255), 0, 1) * 255)
-    return scanned(printed(sent / 255).astype(np.float32)[BACK], DPI, **how)[0]
+    colours, back = sent()
+    got = np.rint(np.clip(change(colours / 255), 0, 1) * 255)
+    return scanned(printed(got / 255).astype(np.float32)[back], DPI, **how)[0]
 
 
 def blended(pixels, mask, colour):
@@ -62,6 +69,8 @@ def blended(pixels, mask, colour):
 
 
 def spot(shape, at, sigma):
+    """A round blot in a picture (h, w), 1 in its middle; sigma in pixels of 150 dpi."""
+    sigma = sigma * DPI / 150
     y, x = np.ogrid[: shape[0], : shape[1]]
     return np.exp(-((x - at[0]) ** 2 + (y - at[1]) ** 2) / (2 * sigma**2))
 
@@ -174,7 +183,7 @@ def test_crumpled(sheet):
 @pytest.mark.parametrize(("quality", "severity"), [(15, "refuse"), (60, "warn"), (92, None)])
 def test_jpeg(tmp_path, good, quality, severity):
     path = tmp_path / "scan.jpg"
-    Image.fromarray(good[0]).save(path, quality=quality, dpi=(150, 150))
+    Image.fromarray(good[0]).save(path, quality=quality, dpi=(DPI, DPI))
     reading = read([path])
     assert codes(reading).get("jpeg") == severity
     if severity:
@@ -184,7 +193,7 @@ def test_jpeg(tmp_path, good, quality, severity):
 
 def test_jpeg_saved_again_as_png(tmp_path, good):
     path = tmp_path / "scan.jpg"
-    Image.fromarray(good[0]).save(path, quality=45, dpi=(150, 150))
+    Image.fromarray(good[0]).save(path, quality=45, dpi=(DPI, DPI))
     only(of(np.asarray(Image.open(path))), "jpeg", "warn")
 
 
@@ -229,14 +238,14 @@ def test_settings_other_than_the_handwriting(good):
 def test_grey(good, tmp_path):
     grey = cv2.cvtColor(good[0], cv2.COLOR_RGB2GRAY)
     only(of(np.repeat(grey[..., None], 3, axis=2)), "grey", "refuse")
-    Image.fromarray(grey).save(tmp_path / "grey.png", dpi=(150, 150))
+    Image.fromarray(grey).save(tmp_path / "grey.png", dpi=(DPI, DPI))
     assert "grey" in only(read([tmp_path / "grey.png"]), "grey", "refuse").sentence
 
 
 @pytest.mark.parametrize("suffix", ["png", "tif"])
 def test_one_bit(good, tmp_path, suffix):
     path = tmp_path / f"line.{suffix}"
-    Image.fromarray(good[0]).convert("1", dither=Image.Dither.NONE).save(path, dpi=(150, 150))
+    Image.fromarray(good[0]).convert("1", dither=Image.Dither.NONE).save(path, dpi=(DPI, DPI))
     assert "black and white only" in only(read([path]), "grey", "refuse").sentence
 
 
@@ -265,7 +274,7 @@ def test_dust(good):
 
 def test_fold(good):
     ends = good[1](np.array([[5.0, 120.0], [205.0, 123.0]]))
-    line = cv2.line(np.zeros(good[0].shape[:2]), *(tuple(map(int, end)) for end in ends), 1.0, 22)
+    line = cv2.line(np.zeros(good[0].shape[:2]), *(tuple(map(int, end)) for end in ends), 1.0, round(3.7 * DPI / 25.4))
     finding = only(of(blended(good[0], 0.35 * line, (0.1, 0.1, 0.1))), "blemish", "warn")
     assert "fold" in finding.sentence
     assert len(finding.patches) >= 8
@@ -273,7 +282,8 @@ def test_fold(good):
 
 def test_covered_quarter(good):
     pixels = good[0].copy()
-    pixels[700:1000, 500:900] = 240
+    y, x = (slice(round(a * DPI / 25.4), round(b * DPI / 25.4)) for a, b in ((118, 169), (85, 152)))  # mm
+    pixels[y, x] = 240
     assert "look unlike" in only(of(pixels), "blemish", "refuse").sentence
 
 

@@ -5,7 +5,7 @@ import pytest
 from formula_printers import dull, identical, scanned
 
 from handout.colour.models import fit
-from handout.colour.table import ColourTable, apply, apply_page, build
+from handout.colour.table import ColourTable, apply, build
 from handout.errors import InputError
 from handout.values import Raster
 
@@ -78,22 +78,6 @@ def test_another_paper_is_another_mixture(table: ColourTable) -> None:
 def test_an_empty_page_stays(table: ColourTable) -> None:
     raster = Raster(np.zeros((5, 4, 4), dtype=np.float32), 300)
     np.testing.assert_array_equal(apply(raster, table).rgba, raster.rgba)
-    white = np.full((5, 4, 3), 255, dtype=np.uint8)
-    np.testing.assert_array_equal(apply_page(white, table), white)
-
-
-def test_flat_pages_are_looked_up_alike_however_much_is_inked(table: ColourTable) -> None:
-    page = np.full((50, 50, 3), 255, dtype=np.uint8)
-    colours = np.rint(255 * dull(RNG.random((50, 10, 3)))).astype(np.uint8)
-    page[:, :10] = colours
-    few = apply_page(page, table)
-    np.testing.assert_array_equal(few[:, 10:], 255)
-    exact = 255 * table(colours.reshape(-1, 3) / 255)
-    assert np.abs(few[:, :10].reshape(-1, 3) - exact).max() < 0.51
-    all_of_it = apply_page(np.tile(colours, (1, 5, 1)), table)[:, :10]
-    # Pillow interpolates along other lines within a cell
-    assert np.abs(all_of_it.astype(int) - few[:, :10]).max() <= 6
-    assert np.abs(all_of_it.astype(int) - few[:, :10]).mean() < 0.7
 
 
 def test_other_forms_are_refused(table: ColourTable) -> None:
@@ -101,7 +85,3 @@ def test_other_forms_are_refused(table: ColourTable) -> None:
         apply(ink(), table, paper=(255, 250, 240))
     with pytest.raises(InputError, match="paper must be scanned RGB"):
         apply(ink(), table, paper=0.9)
-    with pytest.raises(InputError, match="of uint8, not"):
-        apply_page(np.zeros((4, 4, 3), dtype=np.float32), table)  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="of uint8, not"):
-        apply_page(np.zeros((4, 4), dtype=np.uint8), table)

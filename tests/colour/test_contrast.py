@@ -1,6 +1,7 @@
 """An S-shaped contrast curve on the scan of a chart: seen where one is, and nothing else is taken for one."""
 
 import itertools
+from functools import partial
 
 import numpy as np
 import pytest
@@ -13,8 +14,8 @@ from handout.simulated.printer import PAPERS, Flatbed, Inkjet, Measured
 LEVELS = np.rint(np.linspace(0, 255, 8)) / 255
 CUBE = np.array(list(itertools.product(LEVELS, repeat=3)))
 # a measured press was not used to make the method, nor were other factors of Yule and Nielsen
-PRINTERS = {name: Inkjet(name) for name in PAPERS} | {
-    "measured": Measured(), "no spreading": Inkjet(n=1.0), "much": Inkjet(n=8.0, gain=0.05),
+PRINTERS = {name: partial(Inkjet, name) for name in PAPERS} | {
+    "measured": Measured, "no spreading": partial(Inkjet, n=1.0), "much": partial(Inkjet, n=8.0, gain=0.05),
 }  # fmt: skip
 OTHER_SETTINGS = [{}, {"gamma": 2.2 / 0.75}, {"gamma": 1.6}, {"srgb": True}, {"black": -0.02, "white": 1.05}]
 
@@ -27,8 +28,9 @@ def seen(printer, **settings):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", PRINTERS)
 def test_a_contrast_is_seen_and_how_strong_it_is(name):
+    printer = PRINTERS[name]()
     weak, strong, dark = (
-        chart_contrast(CUBE, seen(PRINTERS[name], **settings))
+        chart_contrast(CUBE, seen(printer, **settings))
         for settings in ({"contrast": 0.35}, {"contrast": 0.6}, {"contrast": 0.6, "gamma": 2.2 / 0.75})
     )
     assert 0.1 <= weak <= strong + 0.03 and weak <= 0.22 and 0.17 <= strong <= 0.28 and 0.17 <= dark <= 0.28
@@ -37,7 +39,8 @@ def test_a_contrast_is_seen_and_how_strong_it_is(name):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", PRINTERS)
 def test_nothing_else_is_taken_for_one(name):
-    assert [chart_contrast(CUBE, seen(PRINTERS[name], **settings)) for settings in OTHER_SETTINGS] == [0.0] * 5
+    printer = PRINTERS[name]()
+    assert [chart_contrast(CUBE, seen(printer, **settings)) for settings in OTHER_SETTINGS] == [0.0] * 5
 
 
 def test_a_driver_that_mixes_inks_into_ramps_tells_nothing():

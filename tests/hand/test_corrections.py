@@ -2,26 +2,38 @@
 
 from itertools import pairwise
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout.errors import InputError
+from handout.hand import corrections as made_by
 from handout.hand.corrections import (
+    Confirm,
     Corrections,
+    Cut,
+    Join,
     Label,
     Link,
     Merge,
+    Outline,
+    Paint,
     Placing,
     Remove,
+    Rule,
     Split,
     Unlink,
-    apply,
     read_corrections,
 )
 from handout.hand.ligatures import LigatureFinder
 from handout.hand.scanned import NOBODY
+
+
+def apply(hand, corrections):
+    """Letters may be called what the transcript has not, so that a name tells which glyph is meant."""
+    return made_by.apply(hand, corrections, strict=False)
 
 
 def at(hand, number):
@@ -225,3 +237,116 @@ def test_corrections_are_read_from_json():
     ):
         with pytest.raises(InputError, match=r"x\.json"):
             read_corrections(wrong, "x.json")
+
+
+def strictly(hand, *corrections):
+    return consistent(made_by.apply(hand, corrections))
+
+
+def box(hand, numbers, by=2.0):
+    """A rectangle around some glyphs."""
+    uv = np.concatenate([hand.pages[0].graph.uv[hand.glyphs[i].vertices] for i in numbers])
+    (left, top), (right, bottom) = uv.min(axis=0) - by, uv.max(axis=0) + by
+    return ((left, top), (right, top), (right, bottom), (left, bottom))
+
+
+def test_confirmed_letters_are_sure(small_hand):
+    v = word(small_hand, "even")[1]
+    hand = strictly(small_hand, Confirm(page=0, at=at(small_hand, v), text="v"))
+    assert [i for i, g in enumerate(hand.glyphs) if g.confirmed] == [v] and hand.glyphs[v].confidence == 1
+    for wrong, says in (
+        (Confirm(page=0, at=at(small_hand, v), text="w"), "is called 'v', not 'w'"),
+        (Confirm(page=0, at=(5.0, 400.0)), "no letter within 1 mm"),
+        (Label(page=0, at=at(small_hand, v), text="q"), "line 1, “an even line, this”, has no 'q'"),
+        (Outline(page=0, within=box(small_hand, [v]), text="q"), "has no 'q'"),
+        (Outline(page=0, within=((1, 1), (4, 1), (1, 4)), text="v"), "no writing inside"),
+        (Outline(page=0, within=((1, 1), (4, 1)), text="v"), "make no polygon"),
+    ):
+        with pytest.raises(InputError, match=says):
+            strictly(small_hand, wrong)
+
+
+def test_a_name_takes_its_letter_of_the_transcript(small_hand):
+    """Ink that is named is that letter of the text; what was taken for it has no name any more."""
+    e, v, _ = word(small_hand, "eve")
+    hand = strictly(small_hand, Label(page=0, at=at(small_hand, e), text="v"))
+    assert (hand.glyphs[e].letter, hand.glyphs[e].at) == ("v", small_hand.glyphs[v].at)
+    assert (hand.glyphs[v].letter, hand.glyphs[v].at) == ("", NOBODY)
+    whole = strictly(small_hand, Outline(page=0, within=box(small_hand, [v]), text="v"))
+    (number,) = whole.of("v")
+    assert whole.glyphs[number].at == small_hand.glyphs[v].at and whole.glyphs[number].confirmed
+    # a letter left of one that is confirmed comes before it in the text
+    with pytest.raises(InputError, match="has no 'h'"):
+        strictly(small_hand, Confirm(page=0, at=at(small_hand, v)), Label(page=0, at=at(small_hand, e), text="h"))
+
+
+def test_removed_ink_is_dismissed_until_it_is_named(small_hand):
+    v = word(small_hand, "even")[1]
+    spot = at(small_hand, v)
+    gone = strictly(small_hand, Remove(page=0, at=spot))
+    assert np.array_equal(gone.pages[0].dismissed, small_hand.glyphs[v].vertices)
+    back = strictly(small_hand, Remove(page=0, at=spot), Label(page=0, at=spot, text="v"))
+    assert not len(back.pages[0].dismissed) and back.glyphs[int(back.of("v")[0])].at == small_hand.glyphs[v].at
+
+
+def test_ink_is_painted_over_and_drawn(small_hand):
+    page, v = small_hand.pages[0], word(small_hand, "even")[1]
+    hand = strictly(small_hand, Paint(page=0, to="paper", polygon=box(small_hand, [v], 4.0)))
+    assert "v" not in hand.letters and len(hand.pages[0].graph) < len(page.graph)
+    assert hand.pages[0].texture.rgba[..., 3].astype(int).sum() < page.texture.rgba[..., 3].astype(int).sum()
+    places = ((3.0, 5.0), (40.0, 5.0))  # outside the box of the ink that is there
+    drawn = strictly(small_hand, Paint(page=0, to="ink", stroke=places, width=6.0))
+    new = drawn.pages[0]
+    assert len(new.graph) > len(page.graph) and new.on_paper()[5, 20].sum() < page.on_paper()[5, 20].sum()
+    assert np.array_equal(new.on_paper()[100:], page.on_paper()[100:])
+    for wrong, says in (
+        (Paint(page=0, to="paper", stroke=((3.0, 3.0), (9.0, 3.0)), width=3.0), "there is no ink"),
+        (Paint(page=0, to="paper", stroke=((-3.0, 3.0),), width=3.0), "off the page"),
+        (Paint(page=0, to="paper", stroke=((3.0, 3.0),), width=1e4), "wide is outside 1 to"),
+        (Paint(page=0, to="paper", stroke=((3.0, 3.0),)), "a stroke with its width, or a polygon"),
+        (Paint(page=0, to="ink", polygon=((3, 3), (9, 3), (9, 9))), "a letter needs the pen's line"),
+        (Rule(page=0, a=(3.0, 3.0), b=(90.0, 3.0), width=4.0), "no stroke runs along there"),
+        (Cut(page=0, a=(3.0, 3.0), b=(9.0, 3.0)), "crosses no stroke"),
+    ):
+        with pytest.raises(InputError, match=says):
+            strictly(small_hand, wrong)
+
+
+def test_a_rule_goes_with_its_likes_and_leaves_the_letters(small_hand):
+    page = small_hand.pages[0]
+    width = page.shape[1] - 20.0
+    rules = [Paint(page=0, to="ink", stroke=((10.0, y), (width, y)), width=3.0)
+             for y in (float(page.base(line, 200.0)) + 25 for line in range(3))]  # fmt: skip
+    ruled = strictly(small_hand, *rules)
+    (a, b), *_ = [rule.stroke for rule in rules]
+    bare, notes, _ = made_by.applied(ruled, [Rule(page=0, a=a, b=b, width=6.0)])
+    assert notes == ("2 rules like the one that was corrected went with it.",)
+    assert abs(len(bare.pages[0].graph) - len(page.graph)) < 0.01 * len(page.graph)
+    assert bare.letters == small_hand.letters
+    alpha = [hand.pages[0].on_paper().astype(float) for hand in (bare, small_hand, ruled)]
+    assert np.abs(alpha[0] - alpha[1]).mean() < 0.1 * np.abs(alpha[2] - alpha[1]).mean()
+
+
+def test_strokes_are_cut_and_joined(small_hand):
+    e = word(small_hand, "eve")[0]
+    way = small_hand.glyphs[e].ligatures[0].path
+    uv = small_hand.pages[0].graph.uv
+    parting = int(np.flatnonzero(~np.isin(way, small_hand.glyphs[e].vertices))[0])
+    middle, along = uv[way[parting - 1 : parting + 1]].mean(axis=0), uv[way[parting]] - uv[way[parting - 1]]
+    across = 4 * np.array([-along[1], along[0]]) / np.linalg.norm(along)
+    apart = strictly(small_hand, Cut(page=0, a=tuple(middle - across), b=tuple(middle + across)))
+    assert not apart.glyphs[e].ligatures and apart.letters == small_hand.letters
+    ends = [tuple(uv[v].tolist()) for v in way[parting - 1 : parting + 1]]
+    again = strictly(apart, Join(page=0, at=ends[0], other=ends[1]))
+    assert again.glyphs[e].ligatures
+    with pytest.raises(InputError, match="hangs together already"):
+        strictly(small_hand, Join(page=0, at=ends[0], other=ends[0]))
+    with pytest.raises(InputError, match="strokes within 3 mm are joined"):
+        strictly(small_hand, Join(page=0, at=ends[0], other=at(small_hand, 20)))
+
+
+def test_every_correction_is_json(small_hand):
+    made = (Paint(page=0, to="ink", stroke=((1.0, 2.0),), width=2.0), Rule(page=0, a=(1, 2), b=(3, 4), width=2.0),
+            Outline(page=0, within=((1, 2), (3, 4), (5, 6)), text="a"), Confirm(page=1, at=(1, 2)),
+            Cut(page=0, a=(1, 2), b=(3, 4)), Join(page=0, at=(1, 2), other=(3, 4)))  # fmt: skip
+    assert read_corrections(msgspec.json.encode(Corrections(made)), "x.json") == made

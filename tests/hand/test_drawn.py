@@ -89,7 +89,7 @@ def test_numbers_have_bounds(tmp_path):
 def test_built_in_hands_are_complete(name):
     made = load(name)
     assert [c for c in ASCII + TYPOGRAPHIC if c not in made.glyphs] == []
-    from handout.writing.drawn_line_writer import repertoire
+    from handout.writing.drawn_words import repertoire
     from handout.writing.text import normalise, spell
 
     assert len(list(spell(normalise("".join(ACCENTED)), repertoire(made)))) == len(ACCENTED)
@@ -109,12 +109,12 @@ def test_frequent_letters_have_several_forms():
 
 @pytest.mark.slow
 def test_weight_says_how_often_a_form_is_written(tmp_path):
-    from handout.writing.choice import Chooser
     from handout.writing.text import Letter
+    from tests.writing.lines_of_glyphs import Forms
 
     line = '{{ width = 1, pen = "0,0 1,{}", weight = {} }}'
     made = hand(tmp_path, f"a = [{line.format(0, 1)}, {line.format(1, 9)}]\nb = [{line.format(0, 1)}]")
-    chooser = Chooser(made, np.random.default_rng(1))
+    chooser = Forms(made, np.random.default_rng(1))
     forms = []
     for _ in range(300):
         forms += [chooser.word([Letter("a", (), 0)])[0].form]

@@ -6,12 +6,13 @@ import struct
 import zipfile
 import zlib
 
+import msgspec
 import numpy as np
 import pytest
 
 from handout.errors import InputError
 from handout.hand import file
-from handout.hand.corrections import Label, Remove
+from handout.hand.corrections import Corrections, Entry, Label, Paint, Remove, apply
 
 
 @pytest.fixture(scope="module")
@@ -109,17 +110,45 @@ def test_a_picture_larger_than_it_says_is_never_unpacked(whole, tmp_path, part, 
         file.check(path)
 
 
-def test_corrections_are_kept_apart(small_hand, tmp_path):
-    path = tmp_path / "a.hand"
-    number = int(small_hand.of("j")[0])
-    at = tuple(small_hand.pages[0].graph.uv[small_hand.glyphs[number].vertices[5]])
-    file.save(small_hand, path, [Label(page=0, at=at, text="J")])
-    found, made = file.read(path)
-    assert found.letters["j"] == 1 and len(made) == 1
-    assert "j" not in file.load(path).letters and file.load(path).letters["J"] == 1
-    with pytest.raises(InputError, match="Correction 1"):
-        file.save(small_hand, path, [Remove(page=0, at=(1.0, 1.0))])
-    assert file.load(path).letters["J"] == 1, "the file is as it was"
+def spot(hand, letter):
+    return tuple(hand.pages[0].graph.uv[hand.glyphs[int(hand.of(letter)[0])].vertices[5]].tolist())
+
+
+def test_entries_of_the_journal_are_undone_and_made_again(small_hand, tmp_path):
+    path, copy = tmp_path / "a.hand", tmp_path / "b.hand"
+    file.save(small_hand, path)
+    whole = path.read_bytes()
+    steps = [[Remove(page=0, at=spot(small_hand, "j"))], [Paint(0, to="ink", stroke=((3, 4), (60, 4)), width=6.0)]]
+    hands = [file.load(path)]
+    for number, made in enumerate(steps):
+        hands.append(apply(hands[-1], made))
+        file.record(path, copy if number else path, hands[-2], hands[-1], Entry(tuple(made)))
+    assert "j" not in file.load(copy).letters and len(file.journal(copy).corrections) == 2
+    for made, hand in ((1, hands[1]), (0, hands[0]), (2, hands[2])):
+        assert file.rewind(copy, copy, made).made == made
+        back = file.check(copy)
+        assert back.letters == hand.letters and np.array_equal(back.pages[0].texture.rgba, hand.pages[0].texture.rgba)
+        assert len(back.pages[0].graph) == len(hand.pages[0].graph)
+        assert np.array_equal(back.pages[0].dismissed, hand.pages[0].dismissed)
+    with pytest.raises(InputError, match="nothing to be made again"):
+        file.rewind(copy, copy, 3)
+    file.rewind(copy, copy, 0)
+    file.record(copy, copy, file.load(copy), hands[1], Entry(tuple(steps[0])))
+    assert len(file.journal(copy).entries) == 1, "what was undone is forgotten"
+    assert {name for name in zipfile.ZipFile(copy).namelist() if name.startswith("corrections/2")} == set()
+    file.rewind(path, path, 0)
+    with zipfile.ZipFile(io.BytesIO(whole)) as one, zipfile.ZipFile(path) as other:
+        assert all(one.read(name) == other.read(name) for name in one.namelist() if name != "corrections.json")
+
+
+def test_corrections_of_an_earlier_program_are_made(whole, small_hand, tmp_path):
+    earlier = Corrections((Label(page=0, at=spot(small_hand, "j"), text="J"),))
+    path = rewritten(whole, tmp_path / "a.hand", {"corrections.json": msgspec.json.encode(earlier)})
+    hand = file.load(path)
+    assert "j" not in hand.letters and hand.letters["J"] == 1
+    made = Entry((Remove(page=0, at=spot(small_hand, "j")),))
+    file.record(path, path, hand, apply(hand, made.corrections), made)
+    assert "J" not in file.load(path).letters and len(file.journal(path).corrections) == 2
 
 
 @pytest.mark.parametrize(

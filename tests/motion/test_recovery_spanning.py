@@ -1,4 +1,4 @@
-"""Bars over several letters, and strokes that go to and fro between two."""
+"""Bars over several letters."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -9,7 +9,6 @@ from inked import line, strokes
 
 from handout.motion.recovery.crossbars import WordCrossbars
 from handout.motion.recovery.letter_tracing import trace_letter
-from handout.motion.recovery.placed_strokes import PlacedGlyph, PlacedStroke, merge_interleaved_strokes, orient_loop
 from handout.values import LineGraph
 
 T, H = (0.0, 1.1), (1.0, 1.15)
@@ -73,53 +72,3 @@ def test_a_bar_known_from_the_word_is_no_part_of_the_letter_it_crosses():
     assert made.delayed == (False, True)
     assert over[[0, -1]] == pytest.approx(np.array([LEFT, (0.3, 1.12)]))
     assert body[0] == pytest.approx((0, 2)) and body[-1] == pytest.approx((0.7, 0))
-
-
-def glyph(xy, chains, entries, strokes):
-    graph = LineGraph(np.array(xy, dtype=float), np.ones(len(xy)), np.ones(len(xy)), np.zeros((len(xy), 2)), [[0, 1]])
-    chains = [np.array(chain, dtype=np.intp) for chain in chains]
-    laid = [PlacedStroke(np.array(own, dtype=np.intp), late, begin, end) for own, late, begin, end in strokes]
-    return PlacedGlyph(SimpleNamespace(), graph, entries, chains, None, laid)
-
-
-def pair(over):
-    """A t whose body has a bit of the loop of the h after it, which is given the way up on its left or its right."""
-    # t: comes up to the crossing 2, and on by way 0 (left) or 1 (right); the bit comes back and goes on by way 2
-    t = glyph(
-        [(0, 2), (0, 8), (3, 4), (2, 2), (4, 2), (2, 8), (4, 8)],
-        [(2, 3), (2, 4), (5, 6)],
-        0,
-        [((0, 1, 2, 3), False, None, 0), ((6, 5, 2, 4), True, 2, 1)],
-    )
-    h = glyph(
-        [(2, 2), (2.5, 0), (4, 2), (4, 8), (6, 8)],
-        [(1, 0), (1, 2), (4, 3)],
-        3,
-        [((4, 3), False, None, 2), (over, False, over[0] // 2, over[-1] // 2)],
-    )
-    return t, h
-
-
-@pytest.mark.parametrize("over", [(0, 1, 2), (2, 1, 0)])
-def test_strokes_to_and_fro_between_two_letters_are_put_together(over):
-    t, h = pair(over)
-    merge_interleaved_strokes(t, h, {0: 0, 1: 1, 2: 2})
-    assert len(t.strokes) == 1 and len(h.strokes) == 1
-    (whole,) = h.strokes
-    assert whole.begin == 0 and whole.end is None and not whole.delayed
-    assert [list(own) for _, own in whole.then] == [[4, 2, 5, 6], [4]]
-    assert [g is t for g, _ in whole.then] == [True, False]
-
-
-def test_a_loop_over_two_letters_goes_up_on_its_right():
-    t, h = pair((0, 1, 2))
-    merge_interleaved_strokes(t, h, {0: 0, 1: 1, 2: 2})
-    parts = [(t, t.strokes[0].vertices), (h, h.strokes[0].vertices[1:]), *h.strokes[0].then]
-    before = np.concatenate([g.graph.xy[own] for g, own in parts])
-    after = np.concatenate([g.graph.xy[own] for g, own in orient_loop(parts)])
-    assert len(before) == len(after)
-    assert after[[0, 1, -1]] == pytest.approx(before[[0, 1, -1]])
-    top = int(after[:, 1].argmin())
-    assert after[top - 1, 0] > after[top + 1, 0]
-    again = np.concatenate([g.graph.xy[own] for g, own in orient_loop(orient_loop(parts))])
-    assert again == pytest.approx(after)

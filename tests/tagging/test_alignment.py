@@ -6,11 +6,11 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
+from handout.alphabet import SPACE
 from handout.errors import InputError
 from handout.hand import library
 from handout.tagging import network, segmentation, transcript_fit
 from handout.tagging.alignment import align_strips
-from handout.tagging.alphabet import SPACE
 from handout.tagging.decoder import decode
 from handout.tagging.line_space import X_HEIGHT, Frame, Strip
 from handout.tagging.segmentation import Adaptation, PageReader, by_segments, confidence
@@ -161,7 +161,7 @@ def test_what_is_compared_for_confidence_is_every_network_alone(monkeypatch):
     lines = read_transcript("\n".join(texts[:2]))
     once = by_segments(some, lines, np.random.default_rng(1), adapting=False)
     assert [len(each) for each in once] == [3, 3]
-    alone = decode(some.reading(0, [nets[1]]), lines[0].letters, some.widths(lines))
+    alone = decode(some.readings(0, [nets[1]])[0], lines[0].letters, some.widths(lines))
     assert np.array_equal(once[0][1].left, alone.left)
     both = by_segments(some, lines, np.random.default_rng(1))
     assert [len(each) for each in both] == [5, 5]

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from handout.tagging.alphabet import JUNK, LETTERS, SPACE, THIRDS, state
+from handout.alphabet import JUNK, LETTERS, SPACE, THIRDS, state
 from handout.tagging.decoder import BAR, TERMS, Reading, decode, in_a_row, read
 from handout.tagging.line_space import ABOVE, HEIGHT, STEP
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from handout.alphabet import LETTERS, THIRDS
 from handout.errors import InputError
 from handout.tagging import network
-from handout.tagging.alphabet import LETTERS, THIRDS
 from handout.tagging.line_space import COUNT
 
 STATES = len(LETTERS) * THIRDS
@@ -40,7 +40,9 @@ def test_probabilities_sum_to_one_and_average(learned):
     features = toy(np.random.default_rng(5), 20).features
     each = [np.exp(one.log_posterior(features)) for one in learned]
     assert each[0].sum(axis=1) == pytest.approx(np.ones(20), abs=1e-5)
-    assert np.exp(network.averaged(learned, features)) == pytest.approx((each[0] + each[1]) / 2, abs=1e-6)
+    assert np.exp(network.averaged([one.log_posterior(features) for one in learned])) == pytest.approx(
+        (each[0] + each[1]) / 2, abs=1e-6
+    )
 
 
 def test_gradients_are_those_of_the_loss(monkeypatch):

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from handout.alphabet import JUNK, LETTERS, SPACE, state
 from handout.hand import library
 from handout.prompting import corpus
-from handout.tagging.alphabet import JUNK, LETTERS, SPACE, state
 from handout.tagging.line_space import ABOVE, HEIGHT, INKY, STEP, X_HEIGHT
 from handout.tagging.synthetic_lines import column_states, sampled_columns, write_lines
 from handout.tagging.synthetic_writers import random_habits, random_writer, texts

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from handout.alphabet import INDEX, JUNK, LETTERS, SPACE, fold
 from handout.errors import InputError
 from handout.hand.places import graphemes
-from handout.tagging.alphabet import INDEX, JUNK, LETTERS, SPACE, fold
 from handout.tagging.transcript import in_one_line, read_transcript
 
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from handout.alphabet import INDEX
 from handout.errors import InputError
 from handout.hand import library
 from handout.tagging import network
-from handout.tagging.alphabet import INDEX
 from handout.tagging.synthetic_lines import synthetic_lines
 from handout.training import letter_networks
 from handout.training.letter_networks import read_sentences, usual_widths

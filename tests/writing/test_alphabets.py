@@ -9,9 +9,9 @@ from handout.errors import MissingCharacters
 from handout.hand.diacritics import DOTLESS, decomposed, recomposed
 from handout.hand.library import load
 from handout.page_sizes import page
-from handout.writing.accents import accented
 from handout.writing.compose import compose
-from handout.writing.drawn_line_writer import repertoire
+from handout.writing.drawn_forms import accented
+from handout.writing.drawn_words import repertoire
 from handout.writing.layout import Layout
 from handout.writing.text import LEFT_OUT, Repertoire, borrow, borrowed, normalise, spell
 

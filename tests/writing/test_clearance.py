@@ -1,13 +1,15 @@
 """The room between letters, in words of many seeds: signs keep off, bars strike nothing through, dots stay clear."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from handout.hand.library import load
 from handout.values import Glyph
-from handout.writing.clearance import clear_dots, is_bar
-from handout.writing.drawn_line_writer import WordWriter, repertoire
-from handout.writing.text import normalise, spell
+from handout.writing.drawn_words import clear_dots, is_bar, repertoire
+from handout.writing.text import paragraphs_of
+from tests.writing.lines_of_glyphs import drawn_units
 
 HANDS = ("house-joined", "house-quick", "house-print")
 SEEDS = 20
@@ -34,9 +36,11 @@ BARRED = ("boot.", "but", "it.", "to", "left", "that's", "not", "lot", "(it)", "
 def words(name, texts, seeds):
     hand = load(name)
     for seed in range(seeds):
-        writer = WordWriter(hand, np.random.default_rng(seed), 1.0)
-        for text in texts:
-            yield text, writer.word(list(spell(normalise(text), repertoire(hand))))
+        (pieces,) = paragraphs_of(" ".join(texts), repertoire(hand))
+        for text, unit in zip(texts, drawn_units(hand, pieces, seed), strict=True):
+            placed = unit.word.glyphs
+            glyphs, strokes = [each.glyph for each in placed], [each.strokes for each in placed]
+            yield text, SimpleNamespace(glyphs=glyphs, strokes=strokes, spelt=unit.word.spelt)
 
 
 def evenly(stroke):

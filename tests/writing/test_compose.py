@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from handout.errors import DoesNotFit, InputError
 from handout.hand.library import load
 from handout.page_sizes import page
-from handout.writing.choice import Chooser
-from handout.writing.clearance import joined
 from handout.writing.compose import compose
+from handout.writing.drawn_words import joined
 from handout.writing.layout import Layout
 from handout.writing.text import Letter
+from tests.writing.lines_of_glyphs import Forms
 
 JOINED, QUICK, PRINT = (load(f"house-{name}") for name in ("joined", "quick", "print"))
 LONG = "Dear Ada, thank you for the lovely letter, it arrived on Monday and made us all laugh. " * 4
@@ -76,7 +76,7 @@ def test_jitter_zero_is_the_ideal_form():
 
 def test_the_same_form_is_not_used_twice_running():
     rng = np.random.default_rng(3)
-    chooser = Chooser(JOINED, rng)
+    chooser = Forms(JOINED, rng)
     twins = 0
     for _ in range(100):
         a, b = chooser.word([Letter("l", (), 0), Letter("l", (), 1)])
@@ -86,7 +86,7 @@ def test_the_same_form_is_not_used_twice_running():
 
 def test_joined_letters_meet_in_kind():
     rng = np.random.default_rng(4)
-    chooser = Chooser(JOINED, rng)
+    chooser = Forms(JOINED, rng)
     for word in ("over", "women", "because", "orange", "waving", "bread", "love"):
         glyphs = chooser.word([Letter(c, (), i) for i, c in enumerate(word)])
         for a, b in pairwise(glyphs):
@@ -109,10 +109,10 @@ def test_a_capital_that_joins_is_joined_and_one_that_does_not_is_not():
     joining = replace(k, exit="low", places=frozenset({"start", "middle"}))
     hand = replace(JOINED, glyphs={**JOINED.glyphs, "K": (joining,)})
     word = [Letter(c, (), i) for i, c in enumerate("Ka")]
-    assert any(joined(*Chooser(hand, rng).word(word)) for _ in range(20))
+    assert any(joined(*Forms(hand, rng).word(word)) for _ in range(20))
     apart = replace(JOINED, glyphs={**JOINED.glyphs, "K": (k,)})
     for _ in range(20):
-        a = Chooser(apart, rng).word(word)[1]
+        a = Forms(apart, rng).word(word)[1]
         assert a.entry == "lifted"
 
 

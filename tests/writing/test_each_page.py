@@ -9,7 +9,7 @@ from handout.errors import MissingCharacters
 from handout.hand.library import load
 from handout.page_sizes import page
 from handout.writing.compose import compose, each_page
-from handout.writing.drawn_line_writer import WordWriter
+from handout.writing.drawn_words import WordWriter
 from handout.writing.layout import Layout
 
 HAND = load("house-print")
@@ -34,7 +34,9 @@ def sheets(text=MANY, slips=0.0, **options):
 @pytest.mark.parametrize("text", [MANY, TEXT * 3], ids=["paragraphs", "one paragraph"])
 def test_the_first_page_waits_for_no_word_behind_it(text, monkeypatch):
     written, word = [], WordWriter.word
-    monkeypatch.setattr(WordWriter, "word", lambda self, letters: written.append(letters) or word(self, letters))
+    monkeypatch.setattr(
+        WordWriter, "word", lambda self, forms, letters: written.append(letters) or word(self, forms, letters)
+    )
     made = sheets(text)
     first = next(made)
     on_it = sum(len({placed.word for placed in line.placed}) for line in first.manuscript.lines)

@@ -12,10 +12,10 @@ from handout.hand.library import load
 from handout.motion.trace import trace
 from handout.page_sizes import page
 from handout.writing.compose import compose
-from handout.writing.drawn_line_writer import DrawnLineWriter
 from handout.writing.layout import Layout
 from handout.writing.slips import StrikeThrough, Struck, slip
 from handout.writing.text import Repertoire, normalise, paragraphs_of, spelt
+from tests.writing.lines_of_glyphs import drawn_units
 
 HAND = load("house-joined")
 TEXT = "Dear Ada, thank you for the lovely letter which arrived on Monday morning and made everybody laugh. " * 3
@@ -96,9 +96,7 @@ def test_a_rate_out_of_bounds_is_refused(rate):
 
 def test_the_other_words_are_written_as_they_would_be_without():
     plain, wrong = paragraphs(TEXT), slipped(TEXT, 20.0)
-    ((_, lazily),) = DrawnLineWriter(HAND, np.random.default_rng(3), 1.0).paragraphs(plain)
-    ((_, others),) = DrawnLineWriter(HAND, np.random.default_rng(3), 1.0).paragraphs(wrong)
-    units, more = list(lazily), list(others)
+    units, more = drawn_units(HAND, plain[0], 3), drawn_units(HAND, wrong[0], 3)
     kept = [u for u, piece in zip(more, [p for p in wrong[0] if not isinstance(p, int)], strict=True)
             if not isinstance(piece, Struck)]  # fmt: skip
     assert len(more) > len(kept) == len(units)
@@ -106,8 +104,8 @@ def test_the_other_words_are_written_as_they_would_be_without():
         assert a.gap == b.gap
         assert all(
             (s == t).all()
-            for g, h in zip(a.word.strokes, b.word.strokes, strict=True)
-            for s, t in zip(g, h, strict=True)
+            for g, h in zip(a.word.glyphs, b.word.glyphs, strict=True)
+            for s, t in zip(g.strokes, h.strokes, strict=True)
         )
 
 

@@ -3,7 +3,7 @@
 from types import SimpleNamespace
 from typing import Any
 
-from handout.writing.line_breaking import LEAST_GAP, _squeezed, extent
+from handout.writing.pages import LEAST_GAP, _squeezed, extent
 
 
 def _units(gaps: list[float]) -> list[Any]:

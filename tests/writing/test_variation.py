@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout.values import Glyph
-from handout.writing.clearance import missing_room
-from handout.writing.drawn_line_writer import slurred
+from handout.writing.drawn_words import missing_room, slurred
 from handout.writing.variation import LETTER_MEMORY, TREMOR, USUAL, Drift, tremor, walk, warp
 
 

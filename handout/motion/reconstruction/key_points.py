@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import find_peaks
 
+from handout.peaks import peaks
 from handout.values import Array
 
 SAMPLES = 200  # of a trace, as many as its extent is divided into
@@ -39,12 +39,12 @@ def find(xy: Array, *, cusps: bool = True) -> KeyPoints:
     """
     turning = _smoothed_turning(xy)
     edge = WINDOW // 4
-    peaks, _ = find_peaks(turning, prominence=_PROMINENCE, distance=_APART)
-    peaks = peaks[(peaks > edge) & (peaks < len(xy) - edge)]
+    turns = peaks(turning, prominence=_PROMINENCE, apart=_APART)
+    turns = turns[(turns > edge) & (turns < len(xy) - edge)]
     if not cusps:
-        return KeyPoints(np.concatenate([[0], peaks, [len(xy) - 1]]).astype(np.intp), turning)
-    more = [cusp for cusp in _cusps(xy) if not (np.abs(peaks - cusp) <= 8).any() and 3 < cusp < len(xy) - 4]
-    index = np.unique(np.concatenate([[0], peaks, more, [len(xy) - 1]])).astype(np.intp)
+        return KeyPoints(np.concatenate([[0], turns, [len(xy) - 1]]).astype(np.intp), turning)
+    more = [cusp for cusp in _cusps(xy) if not (np.abs(turns - cusp) <= 8).any() and 3 < cusp < len(xy) - 4]
+    index = np.unique(np.concatenate([[0], turns, more, [len(xy) - 1]])).astype(np.intp)
     return KeyPoints(_cut_where_bent(xy, index), turning)
 
 
@@ -62,8 +62,8 @@ def _cusps(xy: Array) -> Index:
         return np.zeros(0, dtype=np.intp)
     chord = (xy[_NEAR:] - xy[:-_NEAR]) @ np.array([1.0, 1j])
     turn = 1 - np.cos(np.angle(chord[_NEAR:] * np.conj(chord[:-_NEAR])))
-    peaks, _ = find_peaks(turn, height=1 - np.cos(_CUSP), distance=8)
-    return np.asarray(peaks + _NEAR)
+    cusps = peaks(turn, prominence=0.0, apart=8)
+    return np.asarray(cusps[turn[cusps] >= 1 - np.cos(_CUSP)] + _NEAR)
 
 
 def _cut_where_bent(xy: Array, index: Index) -> Index:

@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
-from scipy.signal import find_peaks
 
 from handout.motion import sigma_lognormal_model as lognormal
 from handout.motion.reconstruction.plan import LognormalPlan, from_pulses
 from handout.motion.sigma_lognormal_model import Complex, Pulses
+from handout.peaks import peaks
 from handout.values import Array
 
 ENOUGH = 25.0  # dB, of velocities
@@ -150,7 +150,7 @@ def _moving(pulses: Pulses, t: Array) -> tuple[Complex, Complex]:
 def _first(recording: Recording) -> Array:
     """A stroke for every peak of speed: (k, 4)."""
     t, speed = recording.t, np.abs(recording.velocity)
-    least, _ = find_peaks(-speed, prominence=0.04 * speed.max(), distance=4)
+    least = peaks(-speed, prominence=0.04 * float(speed.max()), apart=4)
     return np.stack(
         [
             _between(recording, int(a), int(b))

@@ -18,8 +18,6 @@ from handout.motion.recovery.placed_strokes import (
     PlacedStroke,
     WordInk,
     goes_on_over_gap,
-    merge_interleaved_strokes,
-    orient_loop,
     place_strokes,
     shared_ligatures,
     without_shared,
@@ -89,8 +87,6 @@ def _word_paths(placed: Sequence[Placed], model: StrokeOrderModel, delays: bool)
     """The paths of one word."""
     glyphs = [place_strokes(glyph, model) for glyph in placed]
     shared: list[dict[int, int]] = [{}, *(shared_ligatures(a, b) for a, b in pairwise(glyphs))]
-    for (a, b), joins in zip(pairwise(glyphs), shared[1:], strict=True):
-        merge_interleaved_strokes(a, b, joins)
     delays = delays or any(glyph.clocks is not None for glyph in glyphs)
     before = [None, *glyphs[:-1]]
     onward = [*(_written_over(b, joins) for b, joins in zip(glyphs[1:], shared[1:], strict=True)), set[int]()]
@@ -134,11 +130,10 @@ class _Written:
         for stroke in strokes:
             part = (glyph, without_shared(glyph, stroke, joins))
             if not entered and self._goes_on(stroke, part, joins, joined_share):
-                parts = [*self.current.parts, part, *stroke.then]
-                self.current, entered = _Movement(orient_loop(parts) if stroke.then else parts, stroke.end), True
+                self.current, entered = _Movement([*self.current.parts, part], stroke.end), True
             else:
                 self.done.append(self.current)
-                self.current = _Movement([part, *stroke.then], stroke.end, stroke.bar)
+                self.current = _Movement([part], stroke.end, stroke.bar)
 
     def _goes_on(self, stroke: PlacedStroke, part: Part, joins: dict[int, int], joined_share: float) -> bool:
         """Whether a stroke is written without a lift after what was written before it."""

@@ -1,9 +1,7 @@
 """The strokes of the glyphs of one placed word, put together where neighbouring glyphs share them.
 
 A placed glyph has the body of its form, vertex by vertex, and ligatures of its own: `place_strokes` lays the strokes of
-the hand's glyph on it.  Where the stem of one letter runs through what the tagger gave to the one before, each has bits
-that begin and end at the other: `merge_interleaved_strokes` makes one stroke of them, and `orient_loop` turns it the
-way that hands write.  `WordInk` finds ways over ink that is there already: who joins letters retraces a stem rather
+the hand's glyph on it.  `WordInk` finds ways over ink that is there already: who joins letters retraces a stem rather
 than lift the pen.
 """
 
@@ -22,7 +20,7 @@ from handout.motion.recovery.ink_gaps import endpoint_of, gap_bridges, log_odds,
 from handout.motion.recovery.network import as_complex
 from handout.motion.recovery.stroke_order import StrokeOrderModel, outwards
 from handout.values import Array, Indices, LineGraph, Placed
-from handout.writing.scanned.forms import Form
+from handout.writing.forms import Form
 
 _SAME = 1e-6  # mm between two places that are one
 _GRAIN = 1e-5  # mm: vertices of a word nearer to one another are one
@@ -37,7 +35,6 @@ class PlacedStroke:
 
     vertices : of the glyph's graph; begin, end : the ligature at whose outer end it begins, ends, or None.
     bar : whether it is a crossbar, delayed or not.
-    then : what follows without a lift in this glyph and the one before, up to its end.
     """
 
     vertices: Indices
@@ -45,7 +42,6 @@ class PlacedStroke:
     begin: int | None
     end: int | None
     bar: bool = False
-    then: list[Part] = field(default_factory=list)
 
 
 @dataclass(eq=False)
@@ -194,110 +190,6 @@ def goes_on_over_gap(first: Part, second: Part, joined_share: float) -> bool:
         for g, chain in ((glyph, before[::-1]), (following, after))
     ]
     return log_odds(ends[0], ends[1], half_width) + prior_log_odds(joined_share) > 0
-
-
-def merge_interleaved_strokes(first: PlacedGlyph, second: PlacedGlyph, shared: dict[int, int]) -> None:
-    """Puts strokes of two neighbours together that lead from one to the other and back, as strokes of the second.
-
-    Parameters
-    ----------
-    shared : see `shared_ligatures`.
-    """
-    bits, entry = _between(first, {out: into for into, out in shared.items()})
-    stroke = None if entry is None or not bits else _beginning_at(second.strokes, entry)
-    if stroke is None or stroke.end not in shared:
-        return
-    chain = _inner(second, stroke.end)
-    merged = _interleaved(first, second, stroke, bits, shared)
-    if not merged:
-        return
-    stroke.vertices = stroke.vertices[: len(stroke.vertices) - chain]
-    stroke.end, stroke.delayed = merged[-1].end, False
-    first.strokes = [s for s in first.strokes if s not in merged]
-    second.strokes = [stroke, *(s for s in second.strokes if s not in merged)]
-
-
-def _between(first: PlacedGlyph, into: dict[int, int]) -> tuple[list[PlacedStroke], int | None]:
-    """The bits of the first glyph that come from the second and go back there, and the ligature into the second.
-
-    The ligature is that of the only stroke that leads from the first to the second; None where there is not one.
-    """
-    leaving = [s for s in first.strokes if s.end in into]
-    leading = [into[s.end] for s in leaving if s.end in into and s.begin not in into and not s.delayed]
-    return [s for s in leaving if s.begin in into], leading[0] if len(leading) == 1 else None
-
-
-def _interleaved(
-    first: PlacedGlyph, second: PlacedGlyph, stroke: PlacedStroke, bits: list[PlacedStroke], shared: dict[int, int]
-) -> list[PlacedStroke]:
-    """A stroke of the second glyph, and in turn the bits of the first and strokes of the second that it goes on in.
-
-    What it goes on in is added to its `then`.  Empty where the pen would be left in mid-ligature.
-    """
-    back = {out: into for into, out in shared.items()}
-    merged = [stroke]
-    while merged[-1].end is not None and merged[-1].end in shared:
-        bit = _beginning_at(bits, shared[merged[-1].end])
-        if bit is None or bit.end is None:
-            return []
-        following = _beginning_at([s for s in second.strokes if s not in merged], back[bit.end])
-        if following is None:
-            return []
-        stroke.then += [(first, bit.vertices), (second, without_shared(second, following, shared))]
-        bits.remove(bit)
-        merged += [bit, following]
-    return merged
-
-
-def _beginning_at(strokes: list[PlacedStroke], ligature: int) -> PlacedStroke | None:
-    """The stroke that begins at a ligature, turned round if it ends there."""
-    for stroke in strokes:
-        if stroke.begin == ligature:
-            return stroke
-    for stroke in strokes:
-        if stroke.end == ligature:
-            stroke.vertices = stroke.vertices[::-1]
-            stroke.begin, stroke.end = stroke.end, stroke.begin
-            return stroke
-    return None
-
-
-def orient_loop(parts: Sequence[Part]) -> list[Part]:
-    """A movement whose loop over two letters goes up on its right, as those of stems do, turned round if it does not.
-
-    Parameters
-    ----------
-    parts : what it has in each glyph, in order; places have y down.
-    """
-    part_of = np.repeat(np.arange(len(parts)), [len(part_vertices) for _, part_vertices in parts])
-    nodes = [(id(glyph), v) for glyph, part_vertices in parts for v in part_vertices.tolist()]
-    loop = _shortest_loop(parts, part_of, nodes)
-    if loop is None:
-        return list(parts)
-    first, last = loop
-    xy = np.concatenate([glyph.graph.xy[part_vertices] for glyph, part_vertices in parts])
-    x, y = xy[first:last].T
-    if float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) <= 0:
-        return list(parts)
-    order = np.concatenate([np.arange(first), np.arange(last, first - 1, -1), np.arange(last + 1, len(nodes))])
-    vertices = np.array([v for _, v in nodes], dtype=np.intp)[order]
-    bounds = np.flatnonzero(np.diff(part_of[order])) + 1
-    starts = zip([0, *bounds], np.split(vertices, bounds), strict=True)
-    return [(parts[int(part_of[order[at]])][0], part_vertices) for at, part_vertices in starts]
-
-
-def _shortest_loop(parts: Sequence[Part], part_of: Indices, nodes: Sequence[tuple[int, int]]) -> tuple[int, int] | None:
-    """First and last place of the shortest loop of a movement over more than one glyph."""
-    place_of: dict[tuple[int, int], int] = {}
-    shortest: tuple[int, int] | None = None
-    for at, node in enumerate(nodes):
-        before = place_of.get(node)
-        place_of[node] = at
-        if before is None or (shortest is not None and at - before >= shortest[1] - shortest[0]):
-            continue
-        if len({id(parts[k][0]) for k in range(part_of[before], part_of[at] + 1)}) > 1:
-            shortest = before, at
-    return shortest
 
 
 class WordInk:

@@ -29,7 +29,7 @@ from handout.motion.recovery.writer_habits import (
     typical_instances,
 )
 from handout.values import POSE, Array, Indices, LineGraph
-from handout.writing.scanned.forms import Connector, Form, Forms
+from handout.writing.forms import Connector, Form, Forms
 
 _BAR = 0.7  # x-heights: no crossbar is lower
 _ALONG = 0.6  # of a ligature that lies in a crossbar

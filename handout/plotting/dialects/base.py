@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, ClassVar, Generic, TypeVar
 
@@ -29,7 +30,7 @@ def distance_to_lines(place: Array, begin: Array, end: Array) -> Array:
     return np.asarray(np.linalg.norm(to - share[:, None] * way, axis=1))
 
 
-class Conversation(Generic[Reply]):
+class Conversation(ABC, Generic[Reply]):
     """A port with a controller behind it that talks in lines.
 
     Parameters
@@ -62,9 +63,9 @@ class Conversation(Generic[Reply]):
             yield replies
             waited += 0.0 if replies else glance
 
+    @abstractmethod
     def ask(self, data: bytes) -> object:
         """Send something and wait until it is answered; each dialect has a way of its own."""
-        raise NotImplementedError
 
     @property
     def glance(self) -> float:

@@ -1,4 +1,4 @@
-"""Plots a job, or the rest of it, part by part; asks for pens and sheets and writes the journal.
+"""Plots a job, or the rest of it, part by part: decides where it goes on, asks for pens and sheets, writes the journal.
 
 The pages of a long text may still be made while the first are drawn: those that are lacking come from a `PageProducer`.
 

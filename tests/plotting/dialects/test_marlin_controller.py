@@ -24,6 +24,7 @@ QUICK = replace(  # so that a short job is over soon
 ROUND = [Move(round(6 - 4 * math.cos(k / 2), 1), round(5 + 4 * math.sin(k / 2), 1), 60000) for k in range(1, 8)]
 JOB = [Pen(False), Move(2, 5, 60000), Pen(True), *ROUND, Pen(False), Move(12, 9, 60000), Pen(True), Pause(0.02)]
 JOB += [Pen(False), Move(0, 0, 60000)]
+SHORT = [Pen(False), Move(2, 5, 60000), Pen(True), Move(4, 5, 60000), Pause(0.02), Pen(False)]  # every kind of line
 
 
 class Watched:
@@ -60,11 +61,11 @@ class Watched:
         return controller
 
 
-def intended():
+def intended(blocks=JOB, least=34):
     watched = Watched()
-    controller = watched.run()
-    lines = len(list(marlin.program(JOB, QUICK)))
-    assert controller.sent == controller.taken == controller.executed == lines >= 34
+    controller = watched.run(blocks)
+    lines = len(list(marlin.program(blocks, QUICK)))
+    assert controller.sent == controller.taken == controller.executed == lines >= least
     assert watched.said == []
     return watched.did, watched.port.faults.written
 
@@ -73,10 +74,10 @@ def intended():
 @pytest.mark.parametrize("fault", ["lost-byte", "flipped-byte", "doubled-byte"])
 def test_a_fault_at_every_byte_changes_nothing_on_the_paper(fault):
     """From the first greeting to the last line: moves and pen are exactly those of a run without a fault."""
-    meant, size = intended()
+    meant, size = intended(SHORT, 15)
     for at in range(size):
         watched = Watched(Options(fault=fault, at=at, bit=at % 8))
-        controller = watched.run()
+        controller = watched.run(SHORT)
         assert watched.did == meant, f"byte {at}"
         assert controller.executed == controller.sent
 

@@ -1,0 +1,240 @@
+"""A page of a hand while it is being corrected: ink painted or taken away, lines cut and joined.
+
+Each function takes a page and gives the new one with where its vertices have gone, (n,) int, −1 for those that are no
+more.  Ink that is painted has a line, along the brush, so that it can be a letter's; its colour and opacity are the
+page's usual ones where the scan had none.
+
+Source: own method.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.hand.scanned import ScannedPage, Texture
+from handout.values import Array, Indices, LineGraph
+
+
+@dataclass(frozen=True)
+class PaintSettings:
+    """Lengths in pixels unless said otherwise; set by eye on real pages."""
+
+    step: float = 1.5  # between the vertices of painted ink: about as far as those of a page
+    touch: float = 1.5  # beyond both half widths, within which an end of painted ink joins a line
+    soft: int = 16  # parts of a pixel in which brushes are placed
+    level: float = 20.0  # degrees by which a stroke may deviate from a rule and still be of it
+    even: float = 0.5  # share of the length of a corrected rule that another row of the page must have to be its like
+    bin: float = 1.0  # mm along a rule within which one stroke is enough
+    around: int = 4  # vertices on either side, between which a stroke's direction is taken
+
+
+_SETTINGS = PaintSettings()
+
+
+class PaintError(Exception):
+    """A page cannot be painted so; its text says why."""
+
+
+def brush(page: ScannedPage, places: Sequence[tuple[float, float]], width: float) -> NDArray[np.uint8]:
+    """(h, w) cover, 0–255, of a brush `width` pixels wide along places of the page's picture."""
+    import cv2
+
+    cover = np.zeros(page.shape, dtype=np.uint8)
+    points = np.rint(np.array(places) * _SETTINGS.soft).astype(np.int32).reshape(-1, 1, 2)
+    thick = max(1, round(width))
+    cv2.polylines(cover, [points], False, 255, thick, cv2.LINE_AA, shift=int(np.log2(_SETTINGS.soft)))
+    return cover
+
+
+def filled(page: ScannedPage, places: Sequence[tuple[float, float]]) -> NDArray[np.uint8]:
+    """(h, w) 255 inside a polygon of the page's picture."""
+    import cv2
+
+    cover = np.zeros(page.shape, dtype=np.uint8)
+    cv2.fillPoly(cover, [np.rint(np.array(places)).astype(np.int32).reshape(-1, 1, 2)], 255)
+    return cover
+
+
+def as_paper(page: ScannedPage, cover: NDArray[np.uint8]) -> tuple[ScannedPage, Indices]:
+    """The page without the ink under `cover`.
+
+    Raises
+    ------
+    PaintError
+        There is none.
+    """
+    x, y = page.texture.corner
+    height, width = page.texture.shape
+    here = cover[y : y + height, x : x + width] > 0
+    column, row = np.rint(page.graph.uv).astype(np.intp).T
+    column, row = column.clip(0, page.shape[1] - 1), row.clip(0, page.shape[0] - 1)
+    gone = cover[row, column] > 0
+    if not gone.any() and not (page.texture.rgba[:, :, 3][here] > 0).any():
+        raise PaintError("there is no ink")
+    return _without(replace(page, texture=_cleared(page.texture, here)), gone)
+
+
+def as_ink(page: ScannedPage, places: Sequence[tuple[float, float]], width: float) -> tuple[ScannedPage, Indices]:
+    """The page with ink along `places`, `width` pixels wide."""
+    way = np.array(places, dtype=np.float64)
+    if len(way) < 2:
+        way = np.array([way[0], way[0] + 0.5])
+    far = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(way, axis=0), axis=1))]
+    count = max(2, int(np.ceil(far[-1] / _SETTINGS.step)) + 1)
+    uv = np.column_stack([np.interp(np.linspace(0, far[-1], count), far, way[:, k]) for k in (0, 1)])
+    return _with_line(replace(page, texture=_inked(page, brush(page, places, width))), uv, width / 2)
+
+
+def without_rule(
+    page: ScannedPage, a: tuple[float, float], b: tuple[float, float], width: float
+) -> tuple[ScannedPage, Indices, int]:
+    """The page without a printed rule from `a` to `b` that was taken for ink, and without its likes on other rows.
+
+    Strokes that cross it stay.  The third value is how many rules went.
+
+    Raises
+    ------
+    PaintError
+        No stroke runs along there.
+    """
+    start, along = np.array(a), np.array(b) - np.array(a)
+    length = float(np.linalg.norm(along))
+    if length < width:
+        raise PaintError("a rule is longer than it is wide")
+    along /= length
+    uv = page.graph.uv
+    away = (uv - start) @ np.array([-along[1], along[0]])
+    place = (uv - start) @ along
+    level = np.abs(_directions(page.graph) @ along) > np.cos(np.radians(_SETTINGS.level))
+    on = level & (np.abs(away) <= width / 2) & (place >= -width) & (place <= length + width)
+    least = _covered(place[on], page.pixel)
+    if not least:
+        raise PaintError("no stroke runs along there")
+    rows = np.rint(away / width).astype(int)
+    likes = {0}
+    for row in set(rows[level].tolist()) - {0}:
+        if _covered(place[level & (rows == row)], page.pixel) >= _SETTINGS.even * least:
+            likes.add(row)
+    gone = on | (level & np.isin(rows, sorted(likes - {0})))
+    cover = line_alone(page.graph, gone, page.shape, page.pixel)
+    x, y = page.texture.corner
+    height, wide = page.texture.shape
+    page = replace(page, texture=_cleared(page.texture, cover[y : y + height, x : x + wide]))
+    changed, number = _without(page, gone)
+    return changed, number, len(likes)
+
+
+def line_alone(graph: LineGraph, some: NDArray[np.bool_], shape: tuple[int, int], pixel: float) -> NDArray[np.bool_]:
+    """(h, w) where the line of some vertices (n,) lies, a little wider than it was found, and no other's.
+
+    shape : (height, width) of the picture, pixels; pixel : mm, its side.
+    """
+    return _discs(graph, some, shape, pixel) & ~_discs(graph, ~some, shape, pixel)
+
+
+def cut(page: ScannedPage, edges: NDArray[np.bool_]) -> ScannedPage:
+    """The page with some edges (m,) of its graph taken away."""
+    return replace(page, graph=replace(page.graph, edges=page.graph.edges[~edges]))
+
+
+def joined(page: ScannedPage, one: int, other: int) -> ScannedPage:
+    """The page with an edge between two vertices."""
+    return replace(page, graph=replace(page.graph, edges=np.vstack([page.graph.edges, [sorted((one, other))]])))
+
+
+def _without(page: ScannedPage, gone: NDArray[np.bool_]) -> tuple[ScannedPage, Indices]:
+    graph, kept = page.graph, np.flatnonzero(~gone)
+    number = np.full(len(graph), -1, dtype=np.intp)
+    number[kept] = np.arange(len(kept))
+    edges = number[graph.edges]
+    left = LineGraph(
+        graph.xy[kept], graph.radius[kept], graph.density[kept], graph.uv[kept], edges[(edges >= 0).all(axis=1)]
+    )
+    dismissed = number[page.dismissed]
+    return replace(page, graph=left, dismissed=dismissed[dismissed >= 0]), number
+
+
+def _with_line(page: ScannedPage, uv: Array, radius: float) -> tuple[ScannedPage, Indices]:
+    graph, count = page.graph, len(page.graph)
+    edges = [graph.edges, np.column_stack([np.arange(len(uv) - 1), np.arange(1, len(uv))]) + count]
+    for end in (0, len(uv) - 1):
+        away = np.linalg.norm(graph.uv - uv[end], axis=1) - graph.radius / page.pixel
+        if len(away) and away.min() <= radius + _SETTINGS.touch:
+            edges.append(np.array([[int(away.argmin()), count + end]]))
+    drawn = LineGraph(
+        np.vstack([graph.xy, (uv + 0.5) * page.pixel]),
+        np.r_[graph.radius, np.full(len(uv), radius * page.pixel)],
+        np.r_[graph.density, np.ones(len(uv))],
+        np.vstack([graph.uv, uv]),
+        np.vstack(edges),
+    )
+    return replace(page, graph=drawn), np.arange(count)
+
+
+def _cleared(texture: Texture, here: NDArray[np.bool_]) -> Texture:
+    """The texture without what lies where `here` (h, w) says."""
+    pixels = texture.rgba.copy()
+    pixels[here] = 0
+    return Texture(texture.corner, texture.shape, lambda: pixels)
+
+
+def _inked(page: ScannedPage, cover: NDArray[np.uint8]) -> Texture:
+    """The texture with ink under `cover` (h, w of the page), its box wide enough for that."""
+    texture = page.texture
+    rows, columns = np.nonzero(cover)
+    (x, y), (height, width) = texture.corner, texture.shape
+    left, top = min(x, int(columns.min())), min(y, int(rows.min()))
+    right, bottom = max(x + width, int(columns.max()) + 1), max(y + height, int(rows.max()) + 1)
+    pixels = np.zeros((bottom - top, right - left, 4), dtype=np.uint8)
+    pixels[y - top : y - top + height, x - left : x - left + width] = texture.rgba
+    colour, opacity = _usual_ink(page)
+    alpha = (cover[top:bottom, left:right] * (opacity / 255)).astype(np.uint8)
+    new = alpha > pixels[:, :, 3]
+    pixels[new & (pixels[:, :, 3] == 0), :3] = colour
+    pixels[:, :, 3] = np.maximum(pixels[:, :, 3], alpha)
+    return Texture((left, top), pixels.shape[:2], lambda: pixels)
+
+
+def _usual_ink(page: ScannedPage) -> tuple[NDArray[np.uint8], float]:
+    """Colour (3,) and opacity, 0–255, of the middle of strokes; black where there are none."""
+    x, y = page.texture.corner
+    height, width = page.texture.shape
+    column, row = np.rint(page.graph.uv - (x, y)).astype(np.intp).T
+    inside = (column >= 0) & (row >= 0) & (column < width) & (row < height)
+    middle = page.texture.rgba[row[inside], column[inside]]
+    middle = middle[middle[:, 3] > 0]
+    if not len(middle):
+        return np.zeros(3, dtype=np.uint8), 255.0
+    return np.median(middle[:, :3], axis=0).astype(np.uint8), float(np.median(middle[:, 3]))
+
+
+def _discs(graph: LineGraph, some: NDArray[np.bool_], shape: tuple[int, int], pixel: float) -> NDArray[np.bool_]:
+    """(h, w) where the line of some vertices (n,) lies, a little wider than it was found."""
+    import cv2
+
+    cover = np.zeros(shape, dtype=np.uint8)
+    radius = graph.radius[some] / pixel + _SETTINGS.touch
+    for (u, v), r in zip(np.rint(graph.uv[some]).astype(int).tolist(), radius.tolist(), strict=True):
+        cv2.circle(cover, (u, v), max(1, round(r)), 1, -1)
+    return cover.astype(bool)
+
+
+def _covered(place: Array, pixel: float) -> int:
+    """How many bins along a rule have a stroke."""
+    return len(np.unique(np.floor(place * pixel / _SETTINGS.bin)))
+
+
+def _directions(graph: LineGraph) -> Array:
+    """(n, 2) unit: the direction of the line at every vertex, between those some edges away on both sides."""
+    from handout.branching import branches
+
+    directions = np.zeros((len(graph), 2))
+    for path in branches(graph.edges, len(graph)):
+        at = np.arange(len(path))
+        ahead, behind = (np.clip(at + by, 0, len(path) - 1) for by in (_SETTINGS.around, -_SETTINGS.around))
+        directions[path] = graph.uv[path[ahead]] - graph.uv[path[behind]]
+    return np.asarray(directions / np.maximum(np.linalg.norm(directions, axis=1), 1e-9)[:, None])

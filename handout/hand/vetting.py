@@ -1,0 +1,79 @@
+"""Whether each glyph of a scanned hand is what it is called: sure, doubtful or refused.
+
+Two kinds of evidence make one probability: how sure the reading was of the glyph's place (`ScannedGlyph.confidence`),
+and how much its shape is like its siblings' (`outlier_score`).
+
+Source: own method.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.hand import outlier_score
+from handout.hand.glyph_features import glyph_features
+from handout.hand.scanned import ScannedHand
+from handout.values import Array, Indices
+
+Verdict = Literal["sure", "doubtful", "refused"]
+SURE, REFUSED = 0.8, 0.55  # least probability of the one, and greatest of the other; set on simulated pages kept apart
+_CERTAIN = 0.02  # of confidences: nearer to 0 or 1 than this none is believed
+
+
+@dataclass(frozen=True, eq=False)
+class Vetting:
+    """What is thought of the glyphs of a hand.
+
+    probability : (n,) that each is what it is called; 0 for one without a name, or without any
+        confidence, 1 for one that a person has confirmed.
+    """
+
+    probability: Array
+
+    @property
+    def refused(self) -> NDArray[np.bool_]:
+        """(n,): glyphs that are not to be written while another stands."""
+        return np.asarray(self.probability < REFUSED)
+
+    @property
+    def sure(self) -> NDArray[np.bool_]:
+        """(n,): glyphs of which there is no doubt."""
+        return np.asarray(self.probability >= SURE)
+
+    def verdict(self, number: int) -> Verdict:
+        """What a glyph is."""
+        return "sure" if self.sure[number] else "refused" if self.refused[number] else "doubtful"
+
+    @property
+    def worst_first(self) -> Indices:
+        """The glyphs that are not sure, the least probable first."""
+        order = np.argsort(self.probability, kind="stable")
+        return np.asarray(order[~self.sure[order]], dtype=np.intp)
+
+
+@lru_cache(maxsize=2)
+def vet(hand: ScannedHand) -> Vetting:
+    """Judge every glyph of a hand, with its stubs and marks."""
+    model = outlier_score.shipped()
+    score = model.score(glyph_features(hand), [glyph.letter for glyph in hand.glyphs])
+    confidence = np.array([glyph.confidence for glyph in hand.glyphs])
+    probability = calibrated(model.calibration, score, confidence)
+    named = np.array([bool(glyph.letter) for glyph in hand.glyphs], dtype=bool)
+    confirmed = np.array([glyph.confirmed for glyph in hand.glyphs], dtype=bool)
+    return Vetting(np.where(confirmed, 1.0, np.where(named & (confidence > 0), probability, 0.0)))
+
+
+def calibrated(calibration: Array, score: Array, confidence: Array) -> Array:
+    """(n,): the probability that glyphs of some score and confidence (n,) are right."""
+    return np.asarray(1 / (1 + np.exp(-np.clip(calibration_terms(score, confidence) @ calibration, -50, 50))))
+
+
+def calibration_terms(score: Array, confidence: Array) -> Array:
+    """(n, 3): what a calibration weighs."""
+    trust = np.clip(confidence, _CERTAIN, 1 - _CERTAIN)
+    return np.column_stack([np.ones(len(score)), score, np.log(trust / (1 - trust))])

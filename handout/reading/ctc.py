@@ -1,0 +1,227 @@
+"""Connectionist temporal classification: texts from the posteriors of columns or points that carry no borders.
+
+A network says of every step which label it sees, or none (the blank).  A text is read where its labels come in order,
+each over any number of steps; equal neighbours need a blank between them.
+
+Source: Graves, Fernández, Gomez and Schmidhuber 2006 (forward and backward variables, best path); the prefix beam
+search after Hannun, Maas, Jurafsky and Ng 2014.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from handout.values import Array, Indices
+
+BLANK = 0  # the label that stands for none
+_NEVER = -np.inf
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """A text that the steps may be read as.
+
+    labels : of its letters, none of them `BLANK`.
+    log_probability : of all ways together in which the steps give it, as far as the search kept them.
+    """
+
+    labels: tuple[int, ...]
+    log_probability: float
+
+
+def log_probability(log_posteriors: Array, labels: Sequence[int]) -> float:
+    """The natural logarithm of the probability that the steps (n, classes) read as `labels`.
+
+    Minus infinity where the steps are too few for them.
+
+    Raises
+    ------
+    ValueError
+        A label is the blank, or not a class.
+    """
+    states = _states(labels, log_posteriors.shape[1])
+    if len(log_posteriors) == 0:
+        return _NEVER if labels else 0.0
+    last = _forward(log_posteriors[:, states], _skips(states))[-1]
+    return float(np.logaddexp.reduce(last[-2:]))
+
+
+def occupancies(log_posteriors: Array, labels: Sequence[int]) -> Array:
+    """(n, letters): the probability that a step belongs to each letter, given that all of them read as `labels`.
+
+    All zero where the steps cannot be read so.
+    """
+    states = _states(labels, log_posteriors.shape[1])
+    if len(log_posteriors) == 0 or not labels:
+        return np.zeros((len(log_posteriors), len(labels)))
+    seen = log_posteriors[:, states]
+    skips = _skips(states)
+    # backward is forward of the reversed steps; a state may be skipped to where it may be skipped from in reverse
+    ahead = _forward(seen, skips)
+    behind = _forward(seen[::-1, ::-1], _skips(states[::-1]))[::-1, ::-1]
+    with np.errstate(invalid="ignore"):
+        both = ahead + behind - seen
+    total = np.logaddexp.reduce(ahead[-1, -2:])
+    if not np.isfinite(total):
+        return np.zeros((len(log_posteriors), len(labels)))
+    return np.asarray(np.exp(np.where(np.isnan(both), _NEVER, both)[:, 1::2] - total))
+
+
+def substitutions(log_posteriors: Array, labels: Sequence[int]) -> Array:
+    """(letters, classes): log probability of the text with one letter replaced by each class, the others as they are.
+
+    The blank as replacement stands for the text without the letter.  Source: own method, from the same variables.
+    """
+    states = _states(labels, log_posteriors.shape[1])
+    count, classes = len(labels), log_posteriors.shape[1]
+    if len(log_posteriors) == 0 or not labels:
+        return np.full((count, classes), _NEVER)
+    seen = log_posteriors[:, states]
+    ahead = _forward(seen, _skips(states))
+    behind = _forward(seen[::-1, ::-1], _skips(states[::-1]))[::-1, ::-1]
+    at, every = np.arange(count) * 2 + 1, np.arange(classes)
+    # a neighbour that equals the replacement is parted from it by a blank
+    unlike_before = np.array([every != (labels[k - 1] if k else -1) for k in range(count)])
+    unlike_after = np.array([every != (labels[k + 1] if k + 1 < count else -1) for k in range(count)])
+    run, total = np.full((count, classes), _NEVER), np.full((count, classes), _NEVER)
+    for step, row in enumerate(log_posteriors):
+        if step:
+            letter = np.where(at > 1, ahead[step - 1, at - 2], _NEVER)
+            run = np.logaddexp(run, ahead[step - 1, at - 1][:, None])
+            run = np.where(unlike_before, np.logaddexp(run, letter[:, None]), run)
+        else:
+            run[0] = 0.0
+        run = run + row
+        if step + 1 < len(log_posteriors):
+            letter = np.where(at + 2 < len(states), behind[step + 1, np.minimum(at + 2, len(states) - 1)], _NEVER)
+            leave = np.logaddexp(behind[step + 1, at + 1][:, None], np.where(unlike_after, letter[:, None], _NEVER))
+        else:
+            leave = np.where(at == len(states) - 2, 0.0, _NEVER)[:, None]
+        total = np.logaddexp(total, run + leave)
+    total[:, BLANK] = [_without(k, labels, ahead, behind) for k in range(count)]
+    return total
+
+
+def _without(number: int, labels: Sequence[int], ahead: Array, behind: Array) -> float:
+    """Log probability of the text without a letter: ways that leave the letter before it for what follows it."""
+    last, after = number + 1 == len(labels), 2 * number + 2
+    onward = behind[:, after]
+    if not last and (number == 0 or labels[number - 1] != labels[number + 1]):
+        onward = np.logaddexp(onward, behind[:, after + 1])
+    if number == 0:
+        return float(onward[0])
+    before = ahead[:, after - 3]
+    ways = np.logaddexp.reduce(before[:-1] + onward[1:]) if len(before) > 1 else _NEVER
+    return float(np.logaddexp(ways, before[-1]) if last else ways)
+
+
+def alignment(log_posteriors: Array, labels: Sequence[int]) -> Indices:
+    """(letters, 2) int: first step and the one after the last of each letter, on the best way through the steps.
+
+    Raises
+    ------
+    ValueError
+        The steps are too few for the labels.
+    """
+    states = _states(labels, log_posteriors.shape[1])
+    if not labels:
+        return np.zeros((0, 2), dtype=np.intp)
+    seen, skips = log_posteriors[:, states], _skips(states)
+    count = len(states)
+    score = np.full(count, _NEVER)
+    came_from = np.zeros((len(seen), count), dtype=np.intp)
+    for step, row in enumerate(seen):
+        if step == 0:
+            score[:2] = row[:2]
+            continue
+        moves = np.full((3, count), _NEVER)
+        moves[0], moves[1, 1:] = score, score[:-1]
+        moves[2, 2:] = np.where(skips[2:], score[:-2], _NEVER)
+        best = moves.argmax(axis=0)
+        came_from[step] = best
+        score = moves[best, np.arange(count)] + row
+    state = count - 1 - int(score[-2] >= score[-1]) if len(seen) else 0
+    if len(seen) == 0 or not np.isfinite(score[state]):
+        raise ValueError(f"{len(seen)} steps are too few for {len(labels)} letters")
+    way = np.empty(len(seen), dtype=np.intp)
+    for step in range(len(seen) - 1, -1, -1):
+        way[step] = state
+        state -= int(came_from[step, state])
+    letters = np.arange(len(labels)) * 2 + 1
+    return np.column_stack([np.searchsorted(way, letters, "left"), np.searchsorted(way, letters, "right")])
+
+
+def greedy(log_posteriors: Array) -> tuple[int, ...]:
+    """The labels of the best path: the likeliest class of every step, repetitions and blanks left out."""
+    best = log_posteriors.argmax(axis=1)
+    changed = np.append(True, best[1:] != best[:-1]) if len(best) else np.zeros(0, bool)
+    return tuple(int(label) for label in best[changed & (best != BLANK)])
+
+
+def beams(log_posteriors: Array, width: int = 8, least: float = 1e-3) -> list[Hypothesis]:
+    """The likeliest texts, best first: a beam search over prefixes.
+
+    Parameters
+    ----------
+    width : prefixes that are kept at each step.
+    least : classes less likely than that at a step are not looked at there.
+    """
+    # of each prefix: log probability of ending in a blank, and in its last label
+    kept: dict[tuple[int, ...], tuple[float, float]] = {(): (0.0, _NEVER)}
+    for row in np.asarray(log_posteriors, dtype=np.float64):
+        kept = _widened(kept, row, np.nonzero(np.exp(row) > least)[0].tolist())
+        kept = dict(sorted(kept.items(), key=lambda item: -np.logaddexp(*item[1]))[:width])
+    found = [Hypothesis(prefix, float(np.logaddexp(*ends))) for prefix, ends in kept.items()]
+    return [hypothesis for hypothesis in found if hypothesis.log_probability > _NEVER]
+
+
+def _widened(
+    kept: dict[tuple[int, ...], tuple[float, float]], row: Array, classes: Sequence[int]
+) -> dict[tuple[int, ...], tuple[float, float]]:
+    """The prefixes after one step more: each stays as it is, or gains one of the classes."""
+    grown: dict[tuple[int, ...], tuple[float, float]] = {}
+
+    def add(prefix: tuple[int, ...], blank: float, label: float) -> None:
+        had = grown.get(prefix, (_NEVER, _NEVER))
+        grown[prefix] = (float(np.logaddexp(had[0], blank)), float(np.logaddexp(had[1], label)))
+
+    for prefix, (blank, label) in kept.items():
+        either = float(np.logaddexp(blank, label))
+        add(prefix, either + row[BLANK], label + row[prefix[-1]] if prefix else _NEVER)
+        for number in classes:
+            if number != BLANK:
+                before = blank if prefix and prefix[-1] == number else either
+                add((*prefix, number), _NEVER, before + row[number])
+    return grown
+
+
+def _states(labels: Sequence[int], classes: int) -> Indices:
+    """Blanks around and between the labels."""
+    if any(not BLANK < label < classes for label in labels):
+        raise ValueError(f"labels are 1 … {classes - 1}, got {list(labels)}")
+    states = np.full(2 * len(labels) + 1, BLANK, dtype=np.intp)
+    states[1::2] = labels
+    return states
+
+
+def _skips(states: Indices) -> Array:
+    """(states,) bool: whether a state can be come to from the one before last: a letter, unlike the letter before."""
+    skips = np.zeros(len(states), dtype=bool)
+    skips[3::2] = states[3::2] != states[1:-2:2]
+    return skips
+
+
+def _forward(seen: Array, skips: Array) -> Array:
+    """(n, states): log probability of the steps so far, over all ways that end in each state."""
+    score = np.full(seen.shape, _NEVER)
+    score[0, :2] = seen[0, :2]
+    for step in range(1, len(seen)):
+        before = score[step - 1]
+        reached = before.copy()
+        reached[1:] = np.logaddexp(before[1:], before[:-1])
+        reached[2:] = np.where(skips[2:], np.logaddexp(reached[2:], before[:-2]), reached[2:])
+        score[step] = reached + seen[step]
+    return score

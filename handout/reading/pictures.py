@@ -1,0 +1,289 @@
+"""Reads words as pictures: what stands there, letter by letter, and how likely it is what it should be.
+
+A small convolutional network gives the posteriors of letters for every second column of word space; `ctc` makes texts
+of them.  It sees a letter and half of its neighbours and knows no words, so that "loocs" is read as that.  Letters
+that nobody tells apart without the word around them (l, I and 1; s and S) count as one where a text is judged.
+
+Source: own method; the network learned from drawn hands and fonts alone (`training.picture_reader`).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.alphabet import JUNK, fold
+from handout.errors import InputError
+from handout.reading import ctc
+from handout.reading.word_space import MARGIN, normalised
+from handout.values import Array
+
+Floats = NDArray[np.float32]
+NETWORK = Path(__file__).parent / "networks" / "pictures.npz"
+STEP = 2  # columns of word space a step of the network
+# told apart by nothing but size, if at all; the first of each stands for them
+ALIKE = ("cC", "kK", "oO0", "pP", "sS", "uU", "vV", "wW", "xX", "zZ", "lI1|", "-–", "'`")
+_CERTAIN = 0.5  # a text with that probability is the likeliest: no search is needed
+_BEAM = 6  # prefixes kept where other texts are looked for: more change no verdict in 500 words
+
+
+@dataclass(frozen=True)
+class Letter:
+    """One letter of a text in its place in a picture.
+
+    left, right : where it is seen, columns of word space.
+    probability : that this letter stands there and no other, the rest of the text being right.
+    reads_as : the likeliest letter; "" for none at all.
+    """
+
+    letter: str
+    left: float
+    right: float
+    probability: float
+    reads_as: str
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Whether a picture reads as a text.
+
+    probability : that it does, letters alike counted as one.
+    reads_as : the likeliest text; `text` itself where nothing is likelier.
+    other : its probability, or that of `text`.
+    """
+
+    text: str
+    probability: float
+    reads_as: str
+    other: float
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether a reader would rather see another text."""
+        return self.reads_as != self.text
+
+
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """A picture that was looked at.
+
+    logits : (steps, classes) of the network, every `STEP` columns; class 0 is no letter.
+    letters : of the classes from 1 on.
+    temperature : by which the logits are divided, so that probabilities mean what they say.
+    """
+
+    logits: Array
+    letters: str
+    temperature: float
+
+    @cached_property
+    def log_posteriors(self) -> Array:
+        """(steps, classes), natural logarithms."""
+        scaled = np.asarray(self.logits, dtype=np.float64) / self.temperature
+        return np.asarray(scaled - np.logaddexp.reduce(scaled, axis=1, keepdims=True))
+
+    @cached_property
+    def _grouped(self) -> tuple[Array, str]:
+        """Log posteriors of groups of letters that look alike, and the letter that stands for each."""
+        names = _stand_ins(self.letters)
+        groups = "".join(dict.fromkeys(names))
+        of = np.array([0] + [groups.index(name) + 1 for name in names])
+        order = np.argsort(of, kind="stable")
+        starts = np.searchsorted(of[order], np.arange(len(groups) + 1))
+        return np.logaddexp.reduceat(self.log_posteriors[:, order], starts, axis=1), groups
+
+    @cached_property
+    def best(self) -> tuple[str, float]:
+        """The likeliest text and its probability, of letters as they look."""
+        found = ctc.beams(self.log_posteriors, _BEAM)
+        return _spelt(found[0].labels, self.letters), float(np.exp(found[0].log_probability))
+
+    @property
+    def text(self) -> str:
+        """The likeliest text."""
+        return self.best[0]
+
+    @property
+    def probability(self) -> float:
+        """Of that text."""
+        return self.best[1]
+
+    def log_probability(self, text: str) -> float:
+        """Natural logarithm of the probability that the picture reads as `text`, letters alike counted as one."""
+        logs, groups = self._grouped
+        return ctc.log_probability(logs, _labels(text, groups))
+
+    def verdict(self, text: str) -> Verdict:
+        """Whether it reads as `text`, and as what else."""
+        logs, groups = self._grouped
+        labels = _labels(text, groups)
+        probability = float(np.exp(ctc.log_probability(logs, labels)))
+        if probability >= _CERTAIN:
+            return Verdict(text, probability, text, probability)
+        best = ctc.beams(logs, _BEAM)[0]
+        other = float(np.exp(best.log_probability))
+        if best.labels == labels or other <= probability:
+            return Verdict(text, probability, text, probability)
+        return Verdict(text, probability, _as_seen(best.labels, groups, text), other)
+
+    def spans(self, text: str) -> tuple[Letter, ...]:
+        """Every letter of `text` with its place, and what is seen there.
+
+        Raises
+        ------
+        ValueError
+            The picture is too narrow for the text.
+        """
+        logs, groups = self._grouped
+        labels = _labels(text, groups)
+        borders = ctc.alignment(logs, labels) * STEP - MARGIN
+        each = ctc.substitutions(logs, labels)
+        shares = np.exp(each - np.logaddexp.reduce(each, axis=1, keepdims=True))
+        names = ["", *groups]
+        return tuple(
+            Letter(
+                letter,
+                float(left),
+                float(right),
+                float(share[label]),
+                letter if share.argmax() == label else names[int(share.argmax())],
+            )
+            for letter, (left, right), share, label in zip(text, borders, shares, labels, strict=True)
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Reader:
+    """A network that reads pictures.
+
+    stem : weights (size · size · in, out) and biases of the layers over rows and columns.
+    columns : the same of those over columns: the first and the last over one alone, the others over three.
+    dilations : of those between.
+    letters, temperature : as `Reading` has them.
+    """
+
+    stem: tuple[tuple[Floats, Floats], ...]
+    columns: tuple[tuple[Floats, Floats], ...]
+    dilations: tuple[int, ...]
+    letters: str
+    temperature: float
+
+    def read(self, picture: Array) -> Reading:
+        """What stands in a density picture (HEIGHT, w) in word space, `MARGIN` columns of paper added at either end.
+
+        Raises
+        ------
+        ValueError
+            The picture has another height.
+        """
+        return Reading(self._logits(normalised(picture)).astype(np.float64), self.letters, self.temperature)
+
+    def log_probability(self, picture: Array, text: str) -> float:
+        """See `Reading.log_probability`."""
+        return self.read(picture).log_probability(text)
+
+    def reads_as(self, picture: Array, text: str) -> Verdict:
+        """See `Reading.verdict`."""
+        return self.read(picture).verdict(text)
+
+    def with_temperature(self, temperature: float) -> Reader:
+        """The same network, more sure of itself, or less."""
+        return replace(self, temperature=temperature)
+
+    def _logits(self, picture: Floats) -> Floats:
+        x = np.pad(picture, ((0, 0), (MARGIN, MARGIN)))[:, :, None]
+        for number, (weight, bias) in enumerate(self.stem):
+            x = _over_rows(x, weight, bias, (2, 2) if number == 0 else (2, 1))
+        y = x.transpose(1, 2, 0).reshape(x.shape[1], -1)
+        (first, *between, last) = self.columns
+        y = np.maximum(y @ first[0] + first[1], 0)
+        for (weight, bias), dilation in zip(between, self.dilations, strict=True):
+            padded = np.pad(y, ((dilation, dilation), (0, 0)))
+            beside = np.hstack([padded[k * dilation : k * dilation + len(y)] for k in range(3)])
+            y = y + np.maximum(beside @ weight + bias, 0)
+        return np.asarray(y @ last[0] + last[1], dtype=np.float32)
+
+
+def _over_rows(x: Floats, weight: Floats, bias: Floats, stride: tuple[int, int]) -> Floats:
+    """(rows, columns, in) → (rows, columns, out): a convolution of odd size with paper around, negatives cut off."""
+    size, (down, along) = math.isqrt(len(weight) // x.shape[2]), stride
+    rows, columns = -(-x.shape[0] // down), -(-x.shape[1] // along)
+    padded = np.pad(x, ((size // 2, size // 2), (size // 2, size // 2), (0, 0)))
+    seen = np.concatenate(
+        [
+            padded[i : i + (rows - 1) * down + 1 : down, j : j + (columns - 1) * along + 1 : along]
+            for i in range(size)
+            for j in range(size)
+        ],
+        axis=2,
+    )
+    out = seen.reshape(rows * columns, -1) @ weight + bias
+    return np.asarray(np.maximum(out, 0).reshape(rows, columns, len(bias)))
+
+
+def _stand_ins(letters: str) -> list[str]:
+    """The letter that stands for each."""
+    stands_for = {letter: group[0] for group in ALIKE for letter in group}
+    return [stands_for.get(letter, letter) for letter in letters]
+
+
+def known(text: str) -> bool:
+    """Whether every character of a text is a letter that is read, or looks like one."""
+    return JUNK not in map(fold, text)
+
+
+def _labels(text: str, groups: str) -> tuple[int, ...]:
+    """Classes of a text's letters; a character that the network does not know is read as what it looks like.
+
+    Raises
+    ------
+    ValueError
+        It looks like none.
+    """
+    seen = _stand_ins("".join(map(fold, text)))
+    if JUNK in seen:
+        raise ValueError(f"{text[seen.index(JUNK)]!r} is no letter that is read")
+    return tuple(groups.index(letter) + 1 for letter in seen)
+
+
+def _spelt(labels: tuple[int, ...], letters: str) -> str:
+    return "".join(letters[label - 1] for label in labels)
+
+
+def _as_seen(labels: tuple[int, ...], groups: str, text: str) -> str:
+    """The letters that were seen; one that looks like a letter of `text` in its place is written as there."""
+    seen, wanted = _spelt(labels, groups), "".join(_stand_ins("".join(map(fold, text))))
+    same = len(seen) == len(wanted)
+    return "".join(text[k] if same and letter == wanted[k] else letter for k, letter in enumerate(seen))
+
+
+@lru_cache(maxsize=2)
+def load(path: Path = NETWORK) -> Reader:
+    """The reader that ships, or one that was trained.
+
+    Raises
+    ------
+    InputError
+        The file is missing or is none.
+    """
+    try:
+        with np.load(path) as file:
+            count = sum(name.startswith("w") for name in file.files)
+            layers = [(file[f"w{k}"], file[f"b{k}"].astype(np.float32)) for k in range(count)]
+            dilations, letters = tuple(map(int, file["dilations"])), str(file["alphabet"])
+            temperature = float(file["temperature"])
+    except (OSError, KeyError, ValueError) as error:
+        raise InputError(f"{path} is no reader of pictures: {error}.") from error
+    stem = tuple((_matrix(weight), bias) for weight, bias in layers if weight.ndim == 4)
+    columns = tuple((_matrix(weight), bias) for weight, bias in layers if weight.ndim == 3)
+    return Reader(stem, columns, dilations, letters, temperature)
+
+
+def _matrix(weight: NDArray[np.float16]) -> Floats:
+    """(size · in, out) float32 of weights (out, in, *size), as they are multiplied with."""
+    return np.ascontiguousarray(np.moveaxis(weight, (0, 1), (-1, -2)).reshape(-1, len(weight)), dtype=np.float32)

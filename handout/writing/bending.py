@@ -1,0 +1,220 @@
+"""Bends a glyph a little each time it is written, within the range over which its author's own letters vary.
+
+A bend is the sum of an affine map, a smooth warp and small shifts around the glyph's targets (the points its strokes
+aim at).  All three map the plane, so strokes stay smooth and ligatures follow their glyph; line widths do not change.
+
+Source: own method; seed 000, §6.2 for the need; seed 002, §3.3 for the targets.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
+from scipy.special import ndtr, ndtri
+
+from handout.hand.measures import body_sizes, mean_x_height
+from handout.hand.scanned import ScannedHand
+from handout.values import Array, Indices
+from handout.writing.forms import Form, Forms
+
+_SHARE = 0.7  # standard deviation of a bend over that of the letter's instances
+_WARP = 1.5  # size of the warp over the usual difference in shape between two instances
+_WAVES = 3
+_MISSED = 0.8  # shift of targets over the usual difference in shape; never more than _FARTHEST
+_WORST = 2.0  # deviations
+_FARTHEST = 0.06  # x-heights
+_AROUND = 0.4  # x-heights: reach of a target's shift
+_AWAY = 0.15  # weight of no shift, against those of the targets
+_ENOUGH = 5  # instances from which on a letter's range is measured
+_SUREST = 10  # per cent of the letters
+_PRIOR = 4.0  # instances that the deviation common to all letters counts as
+_TRIES = (1.0, 0.7, 0.5)
+
+
+@dataclass(frozen=True, eq=False)
+class Spread:
+    """How much the instances of each letter vary.
+
+    size : (n, 4) float, of every glyph: logarithms of width, height and aspect, and slant.
+    deviation : (n, 4) float: usual deviation of its letter.
+    low, high : (n, 4) float: range of its letter; it always includes the glyph itself.
+    warp : line space: usual distance of the strokes of two instances when their boxes are laid over each other.
+    x_height : line space.
+    """
+
+    size: Array
+    deviation: Array
+    low: Array
+    high: Array
+    warp: float
+    x_height: float
+
+
+@dataclass(frozen=True, eq=False)
+class Bend:
+    """A smooth map of the plane about a glyph's centre.
+
+    affine : (2, 2) float.
+    foot : height of the point on the axis of the centre that stays where it is.
+    waves : (k, 2) float: wave vectors, rad; pushes : (k, 2) float: displacements; phases : (k,).
+    targets : (m, 2) float: places that are shifted; misses : (m, 2) float: the shifts; around : their reach.
+    """
+
+    affine: Array
+    foot: float
+    waves: Array
+    pushes: Array
+    phases: Array
+    targets: Array
+    misses: Array
+    around: float
+
+    def __call__(self, xy: Array) -> Array:
+        """Where places (n, 2) go."""
+        from_foot = xy - (0.0, self.foot)
+        moved = xy + from_foot @ (self.affine - np.eye(2)).T
+        moved = moved + np.sin(xy @ self.waves.T + self.phases) @ self.pushes
+        near = np.exp(-cdist(xy, self.targets, "sqeuclidean") / (2 * self.around**2))
+        return np.asarray(moved + near @ self.misses / (near.sum(axis=1) + _AWAY)[:, None])
+
+    def scaled(self, share: float) -> Bend:
+        """The bend, `share` times as strong."""
+        affine = np.eye(2) + share * (self.affine - np.eye(2))
+        return replace(self, affine=affine, pushes=share * self.pushes, misses=share * self.misses)
+
+
+def unbent() -> Bend:
+    """The bend that leaves everything where it is."""
+    none = np.zeros((0, 2))
+    return Bend(np.eye(2), 0.0, none, none, np.zeros(0), none, none, 1.0)
+
+
+def bend(
+    form: Form, number: int, spread: Spread, height: float, drift: Array, rng: np.random.Generator, variation: float
+) -> Bend:
+    """A bend of a glyph within its author's own spread for the letter.
+
+    Parameters
+    ----------
+    drift : (3,): width, height and slant of the writing here, in deviations of the letter's.
+    height : of the glyph's centre over its baseline; letters grow and lean from the baseline.
+    variation : 0 none, 1 usual; the author's range bounds it however great it is.
+    """
+    directions = rng.uniform(0, 2 * np.pi, (3, _WAVES))
+    # a normal cut off at its worst, so that no two targets are missed alike
+    missed = ndtri(rng.uniform(ndtr(-_WORST), ndtr(_WORST), form.targets.shape))
+    if variation == 0:
+        return unbent()
+    reach = min(variation * _MISSED * spread.warp, _FARTHEST * spread.x_height)
+    low, high = spread.low[number] - 1e-9, spread.high[number] + 1e-9
+    # a glyph at the edge of its letter's range can only be bent back into it: the other way, or without the affine part
+    for affine, side in ((1.0, 1.0), (-1.0, -1.0), (0.0, 1.0), (0.0, -1.0)):
+        full = _warped(_affine(number, spread, affine * variation * drift), -height, directions, spread, variation)
+        full = replace(full, pushes=side * full.pushes, targets=form.targets, misses=side * reach * missed)
+        for share in _TRIES:
+            tried = full.scaled(share)
+            then = measure(tried(form.xy), form.radius, spread.x_height)
+            if ((then >= low) & (then <= high)).all():
+                return tried
+    return unbent()
+
+
+def _affine(number: int, spread: Spread, normal: Array) -> Array:
+    """(2, 2): width, height and slant changed by so many of their deviations, within their ranges."""
+    size, step = spread.size[number], np.zeros(4)
+    step[[0, 1, 3]] = _SHARE * normal * spread.deviation[number][[0, 1, 3]]
+    low, high = spread.low[number] - size, spread.high[number] - size
+    step = np.clip(step, low, high)
+    # width gives way where the two together would make a shape that the letter never has
+    aspect = np.clip(step[0] - step[1], low[2], high[2])
+    wide, tall = np.exp([step[1] + aspect, step[1]])
+    return np.array([[wide, tall * (size[3] + step[3]) - wide * size[3]], [0.0, tall]])
+
+
+def _warped(affine: Array, foot: float, directions: Array, spread: Spread, variation: float) -> Bend:
+    """The affine map and the warp: waves longer than an x-height, none steep enough to fold the plane."""
+    length = 2 * np.pi / (spread.x_height * np.array([2.0, 2.6, 3.4]))
+    waves = length[:, None] * np.column_stack([np.cos(directions[0]), np.sin(directions[0])])
+    reach = min(variation * _WARP * spread.warp, 0.1 * spread.x_height) / _WAVES
+    pushes = reach * np.column_stack([np.cos(directions[1]), np.sin(directions[1])])
+    none = np.zeros((0, 2))
+    return Bend(affine, foot, waves, pushes, directions[2], none, none, _AROUND * spread.x_height)
+
+
+def spread(forms: Forms) -> Spread:
+    """How much a hand's letters vary, from their instances."""
+    hand = forms.hand
+    x_height = mean_x_height(hand)
+    size = body_sizes(forms.bodies.xy, forms.bodies.radius, forms.bodies.first, x_height)
+    groups = [hand.of(letter) for letter in hand.letters]
+    common = _common_deviation(size, groups, _unjoined(hand))
+    deviation, low, high = np.tile(common, (len(size), 1)), size - common, size + common
+    for numbers in groups:
+        middle = np.median(size[numbers], axis=0)
+        # letters whose ends were read wrongly are far off: medians do not see them
+        rough = 1.4826 * np.median(np.abs(size[numbers] - middle), axis=0)
+        usual = np.sqrt((len(numbers) * rough**2 + _PRIOR * common**2) / (len(numbers) + _PRIOR))
+        deviation[numbers] = np.clip(rough, common / 2, common)
+        if len(numbers) >= _ENOUGH:
+            # slips of the pen and of the reading lie outside twice the usual
+            low[numbers] = np.maximum(size[numbers].min(axis=0), middle - 2 * usual)
+            high[numbers] = np.minimum(size[numbers].max(axis=0), middle + 2 * usual)
+    return Spread(
+        size, deviation, np.minimum(low, size), np.maximum(high, size), _shape_difference(forms, groups), x_height
+    )
+
+
+def measure(xy: Array, radius: Array, x_height: float) -> Array:
+    """(4,): logarithms of width, height and aspect of a body, and its slant; 0 for one too low to have any."""
+    return np.asarray(body_sizes(xy, radius, np.array([0, len(xy)]), x_height)[0])
+
+
+def _common_deviation(size: Array, groups: Sequence[Indices], free: NDArray[np.bool_]) -> Array:
+    """(4,) the deviation within a letter that all letters have in common.
+
+    Among letters that stand free it is the median.  Instances of joined letters vary mostly in where they were cut
+    apart, which the author did not do: among those a low percentile is taken, from letters with the surest ends.
+    """
+    alone = [size[group[free[group]]] for group in groups]
+    samples, share = [sizes for sizes in alone if len(sizes) >= _ENOUGH], 50.0
+    if len(samples) < _ENOUGH:
+        samples, share = [size[group] for group in groups if len(group) >= _ENOUGH], _SUREST
+    if not samples:
+        return np.array([0.1, 0.06, 0.1, 0.06])
+    rough = [1.4826 * np.median(np.abs(sample - np.median(sample, axis=0)), axis=0) for sample in samples]
+    return np.asarray(np.percentile(rough, share, axis=0)) + 1e-3
+
+
+def _unjoined(hand: ScannedHand) -> NDArray[np.bool_]:
+    """(n,): which glyphs are joined to no other."""
+    joined = np.zeros(len(hand.glyphs), dtype=bool)
+    for number, glyph in enumerate(hand.glyphs):
+        if glyph.ligatures:
+            joined[[number, glyph.after]] = True
+    return ~joined
+
+
+def _shape_difference(forms: Forms, groups: Sequence[Indices]) -> float:
+    """How far the strokes of two instances of a letter lie apart, boxes laid over each other; line space."""
+    first, count = forms.bodies.first[:-1], np.diff(forms.bodies.first)
+    low = np.minimum.reduceat(forms.bodies.xy, first)
+    sides = np.maximum(np.maximum.reduceat(forms.bodies.xy, first) - low, 1e-3)
+    boxed = np.split((forms.bodies.xy - np.repeat(low, count, axis=0)) / np.repeat(sides, count, axis=0), first[1:])
+    pairs = [pair for numbers in groups if len(numbers) >= _ENOUGH for pair in pairwise(numbers.tolist())]
+    if not pairs:
+        return 0.01
+    away = np.sqrt(np.concatenate([cdist(boxed[i], boxed[j], "sqeuclidean").min(axis=0) for i, j in pairs]))
+    first_glyphs, second_glyphs = np.array(pairs).T
+    return float(np.median(_medians(away, count[second_glyphs]) * sides[first_glyphs].mean(axis=1)))
+
+
+def _medians(values: Array, count: Indices) -> Array:
+    """(n,): of so many values each, one behind the other."""
+    first = np.cumsum(count) - count
+    ranked = np.concatenate([np.sort(group) for group in np.split(values, first[1:])])
+    return np.asarray((ranked[first + (count - 1) // 2] + ranked[first + count // 2]) / 2)

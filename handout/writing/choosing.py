@@ -1,0 +1,222 @@
+"""Which glyphs write a text: one search for every kind of hand, perturbed so that no two come out alike.
+
+A `GlyphStock` says which glyphs of a hand may be written for each letter of a word, and what they cost: drawn hands
+`drawn_forms`, scanned ones `glyph_index`.  `Chooser` takes the cheapest sequence: what each glyph costs in its place,
+what one costs after another, chance, and how lately and how often each was written before.  `Prices` come from
+outside: whoever reads what was written makes glyphs and pairs dear that read as something else, and has the text
+chosen again; chance then falls as it fell before, so that all other words stay as they are as far as they may.
+
+Source: seed 000, §6.2 (perturb-and-MAP; the cost of writing a glyph again is this project's).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Protocol
+
+import numpy as np
+
+from handout.values import Array, Indices
+from handout.writing.slips import Struck
+from handout.writing.text import Letter, Piece
+
+_TRIES = 16  # times that a word is solved for having a glyph twice; real words are done after one or two
+
+
+def viterbi(unary: Sequence[Array], steps: Sequence[Array]) -> list[int]:
+    """The cheapest sequence of states.
+
+    Parameters
+    ----------
+    unary : n of (kᵢ,) float: costs of the states of each place.
+    steps : n − 1 of (kᵢ, kᵢ₊₁) float: costs of going from each state of a place to each of the next.
+
+    Returns
+    -------
+    n numbers of states; among equals the first.
+    """
+    best, back = unary[0], list[Indices]()
+    for costs, step in zip(unary[1:], steps, strict=True):
+        total = best[:, None] + step
+        origin = total.argmin(axis=0)
+        back.append(origin)
+        best = total[origin, np.arange(len(costs))] + costs
+    path = [int(best.argmin())]
+    for origin in reversed(back):
+        path.append(int(origin[path[-1]]))
+    return path[::-1]
+
+
+def fading_cost(age: Array, weight: float, forgotten: float) -> Array:
+    """(k,): of using something again, from `weight` at once evenly down to 0 when `forgotten`: for many instances."""
+    return np.asarray(weight * np.maximum(0.0, 1.0 - age / forgotten))
+
+
+def halving_cost(age: Array, weight: float, half_life: float) -> Array:
+    """(k,): the same, halved every `half_life`, never 0: for few forms, of which the least recent is the best."""
+    return np.asarray(weight * 0.5 ** (age / half_life))
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """Glyphs that may stand in one place.
+
+    numbers : (k,) int.
+    cost : (k,) float.
+    """
+
+    numbers: Indices
+    cost: Array
+
+
+@dataclass(frozen=True)
+class Prices:
+    """What glyphs cost besides, ≥ 0, as a reader of the writing finds; inf forbids where anything else may stand.
+
+    glyphs : (place of a letter in the text, number of a glyph) → cost of that glyph for that letter.
+    pairs : (number, number) → cost of one glyph right before another, in one word.
+    """
+
+    glyphs: Mapping[tuple[int, int], float] = field(default_factory=dict)
+    pairs: Mapping[tuple[int, int], float] = field(default_factory=dict)
+
+
+class GlyphStock(Protocol):
+    """The glyphs of a hand, told apart by numbers, and what choosing among them costs.
+
+    chance : scale of the perturbation at variation 1.
+    twice : cost of a glyph that comes again in one word, by which the word is chosen anew; 0: it may.
+    kind : (n,) int: what of each glyph is remembered as written, 0 up to `kinds`.
+    """
+
+    @property
+    def chance(self) -> float: ...
+    @property
+    def twice(self) -> float: ...
+    @property
+    def kind(self) -> Indices: ...
+    def candidates(self, letters: Sequence[Letter], rng: np.random.Generator | None) -> list[Candidates]:
+        """The glyphs for each letter of a word; where `rng` is None they are always the same."""
+
+    def steps(self, first: Indices, second: Indices, *, varied: bool) -> Array:
+        """(k, l): costs of each of `first` right before each of `second`."""
+
+    def between_words(self, last: int, first: Indices, *, parted: bool) -> Array:
+        """(k,): costs of beginning a word after the glyph `last`, with or without a space between."""
+
+    def ending(self, last: Indices) -> Array:
+        """(k,): costs of ending a word."""
+
+    def repetition(self, age: Array, times: Array) -> Array:
+        """(k,): costs of writing what was last written `age` letters ago, and `times` in all."""
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """A word with the glyphs that write it, and what they were chosen from.
+
+    spaces : before it.
+    numbers : (n,) int: its glyphs.
+    candidates, chance, again : n, of each letter; what chance, and having been written before, added to the costs (k,).
+    """
+
+    letters: Sequence[Letter]
+    spaces: int
+    numbers: Indices
+    candidates: Sequence[Candidates]
+    chance: Sequence[Array]
+    again: Sequence[Array]
+
+
+class Chooser:
+    """Chooses the glyphs of one text, word by word; remembers what it used.
+
+    Parameters
+    ----------
+    variation : 0: the glyphs that go together best, always the same.  1: as the author varies.
+    """
+
+    def __init__(
+        self, stock: GlyphStock, rng: np.random.Generator, variation: float = 1.0, prices: Prices | None = None
+    ) -> None:
+        self._stock, self._rng, self._variation, self._prices = stock, rng, variation, prices or Prices()
+        kinds = int(stock.kind.max(initial=-1)) + 1
+        self._last, self._times, self._written = np.full(kinds, -np.inf), np.zeros(kinds), 0
+        self._before: int | None = None
+
+    def word(self, letters: Sequence[Letter], spaces: int = 1) -> Choice:
+        """The glyphs for the letters of one word (with its punctuation), `spaces` after the one before."""
+        stock, rng = self._stock, self._rng
+        candidates = stock.candidates(letters, rng if self._variation else None)
+        chance = [np.zeros(len(each.numbers)) for each in candidates]
+        again = list(chance)
+        if self._variation:
+            scale = self._variation * stock.chance
+            chance = [scale * np.log(-np.log(rng.uniform(1e-12, 1.0, len(each.numbers)))) for each in candidates]
+            again = [self._repetition(each.numbers, ahead) for ahead, each in enumerate(candidates)]
+        unary = [each.cost + more for each, more in zip(candidates, chance, strict=True)]
+        if self._before is not None:
+            unary[0] = unary[0] + stock.between_words(self._before, candidates[0].numbers, parted=spaces > 0)
+        unary[-1] = unary[-1] + stock.ending(candidates[-1].numbers)
+        numbers = self._cheapest(letters, candidates, unary, again)
+        self._remember(numbers)
+        return Choice(letters, spaces, numbers, candidates, chance, again)
+
+    def _cheapest(
+        self, letters: Sequence[Letter], candidates: Sequence[Candidates], unary: list[Array], again: list[Array]
+    ) -> Indices:
+        """The glyphs of a word; one that comes twice is made dear in its later places, in `again`, and all is solved
+        anew."""
+        if self._prices.glyphs:
+            for i, (letter, each) in enumerate(zip(letters, candidates, strict=True)):
+                priced = [self._prices.glyphs.get((letter.at, number), 0.0) for number in each.numbers.tolist()]
+                unary[i] = unary[i] + priced
+        varied = self._variation > 0
+        steps = [self._steps(a.numbers, b.numbers, varied) for a, b in pairwise(candidates)]
+        for _ in range(_TRIES):
+            path = viterbi([costs + more for costs, more in zip(unary, again, strict=True)], steps)
+            numbers = np.array([each.numbers[k] for each, k in zip(candidates, path, strict=True)], dtype=np.intp)
+            repeated = np.setdiff1d(np.arange(len(numbers)), np.unique(numbers, return_index=True)[1])
+            if not (len(repeated) and varied and self._stock.twice):
+                break
+            for i in repeated:
+                again[i][path[i]] += self._stock.twice
+        return numbers
+
+    def _steps(self, first: Indices, second: Indices, varied: bool) -> Array:
+        costs = self._stock.steps(first, second, varied=varied)
+        if self._prices.pairs:
+            prices = [[self._prices.pairs.get((a, b), 0.0) for b in second.tolist()] for a in first.tolist()]
+            costs = costs + np.array(prices)
+        return costs
+
+    def _repetition(self, numbers: Indices, ahead: int) -> Array:
+        kind = self._stock.kind[numbers]
+        return self._stock.repetition(self._written + ahead - self._last[kind], self._times[kind])
+
+    def _remember(self, numbers: Indices) -> None:
+        kind = self._stock.kind[numbers]
+        self._last[kind] = self._written + np.arange(len(kind))
+        np.add.at(self._times, kind, 1)
+        self._written += len(kind)
+        self._before = int(numbers[-1])
+
+
+def choices(paragraphs: Iterable[Sequence[Piece]], choosers: Sequence[Chooser]) -> Iterator[Iterator[Choice]]:
+    """The words of a text with their glyphs, paragraph after paragraph, each chosen when it is asked for.
+
+    choosers : that of the text, and that of the words in it that are struck out.
+    """
+    return (_chosen(pieces, choosers) for pieces in paragraphs)
+
+
+def _chosen(pieces: Sequence[Piece], choosers: Sequence[Chooser]) -> Iterator[Choice]:
+    spaces = 0
+    for piece in pieces:
+        if isinstance(piece, int):
+            spaces = piece
+        else:
+            yield choosers[isinstance(piece, Struck)].word(piece, spaces)
+            spaces = 0

@@ -1,0 +1,377 @@
+"""Words of a drawn hand: forms set side by side, out of each other's way, and given life.
+
+Word space is letter space (x-height 1, baseline 0, y up) with the word's first letter at x = 0, slanted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import pairwise
+
+import numpy as np
+
+from handout.hand.diacritics import DOTLESS
+from handout.hand.letter_classes import CROSSED
+from handout.values import Array, Glyph, Hand, Placed
+from handout.writing import variation as varying
+from handout.writing.choosing import Choice
+from handout.writing.drawn_forms import DrawnForms, accented
+from handout.writing.layout import USUAL_BASELINES
+from handout.writing.pages import ToPage, Unit, Word, wide_gap
+from handout.writing.slips import Struck, intended_word
+from handout.writing.text import Letter, Repertoire, spelt
+from handout.writing.variation import USUAL, Drift, Variation, walk, warp
+
+LEAST_ROOM = 0.13  # between two letters that are not joined, at any height
+_SIGN_ROOM = 0.34  # between a sign such as + or @ and a letter, which it must not become a part of
+_MARK_ROOM = 0.08  # between a letter and punctuation, which stands near
+_MARKS = frozenset(".,;:!?'\"‘’“”‚„…()[]{}«»‹›-–—_/\\|^`´°¡¿*·•ª™")
+_HEIGHTS, _SEEN = np.arange(-0.9, 2.4, 0.15), 0.2  # where distances are taken, and over what reach
+_WIDEST_DOT = 0.45  # a stroke that is wider, and lies, is a bar; set by eye
+_DOT_ROOM = 0.29  # from a dot or an accent to another letter's line: two half lines, and paper that is seen between
+_SIDEWAYS, _UPWARDS = np.arange(-0.45, 0.28, 0.03), np.arange(-0.12, 0.4, 0.03)  # where it still is its letter's
+_MOVES = np.array([(x, y) for x in _SIDEWAYS for y in _UPWARDS])
+_MOVES = _MOVES[np.argsort(np.hypot(_MOVES[:, 0], 1.3 * _MOVES[:, 1]), kind="stable")]  # the least first
+_OVER = 0.2  # a bar that passes nearer over a letter strikes it through
+_TIE = 0.14  # a bar crosses its stem by as much at least
+_FLIGHT = (0.9, 0.3)  # beyond its stem at most, or as this share of its word
+_MEANT = 0.2  # a bar that was drawn to run so far into its neighbour is meant to
+
+
+def joined(left: Glyph, right: Glyph) -> bool:
+    """Whether the pen stays down between two neighbours."""
+    return left.exit != "lifted" and right.entry != "lifted"
+
+
+def missing_room(left: Glyph, right: Glyph, width: float, breadth: float = 1.0) -> float:
+    """How much further apart two letters that are not joined must stand than `width`, so that each reads as itself.
+
+    breadth : of the left one as it is written, 1 as it was drawn; told apart only where one of them is a sign.
+    """
+    if joined(left, right):
+        return 0.0
+    # the one bar of tt or ft was drawn for where the other letter stands
+    if (right.letter in left.before or left.letter in right.after) and (_barred(left) or _barred(right)):
+        return 0.0
+    grown = 1.0 if left.letter.isalnum() and right.letter.isalnum() else max(breadth, 1.0)
+    room = width + _edges(right)[0] - grown * _edges(left)[1]
+    return max(0.0, _least_room(left.letter, right.letter) - float(room.min()))
+
+
+def _least_room(left: str, right: str) -> float:
+    if left.isalnum() and right.isalnum():
+        return LEAST_ROOM
+    return _MARK_ROOM if left in _MARKS or right in _MARKS else _SIGN_ROOM
+
+
+def _barred(glyph: Glyph) -> bool:
+    """Whether one of its strokes, delayed or not, is a bar."""
+    return any(is_bar(stroke) for stroke in glyph.strokes)
+
+
+def is_bar(stroke: Array) -> bool:
+    """Whether a stroke lies rather than stands, and is longer than a dot."""
+    return bool(np.ptp(stroke[:, 0]) > max(_WIDEST_DOT, 2 * np.ptp(stroke[:, 1])))
+
+
+@lru_cache(maxsize=4096)
+def _edges(glyph: Glyph) -> tuple[Array, Array]:
+    """Leftmost and rightmost x of a letter at some heights, without its delayed strokes; ±inf where it has nothing."""
+    ways = [_evenly(stroke) for stroke in glyph.parted(glyph.strokes)[0]]
+    left, right = np.full(len(_HEIGHTS), np.inf), np.full(len(_HEIGHTS), -np.inf)
+    if ways:
+        xy = np.vstack(ways)
+        near = np.abs(xy[:, 1, None] - _HEIGHTS) < _SEEN
+        left = np.where(near, xy[:, :1], np.inf).min(axis=0)
+        right = np.where(near, xy[:, :1], -np.inf).max(axis=0)
+    return left, right
+
+
+def _evenly(stroke: Array) -> Array:
+    """Places along the straight ways between the points of a stroke."""
+    at = np.linspace(0, len(stroke) - 1, 8 * len(stroke))
+    return np.column_stack([np.interp(at, np.arange(len(stroke)), axis) for axis in stroke.T])
+
+
+def bound_bars(glyphs: Sequence[Glyph], strokes: Sequence[list[Array]]) -> None:
+    """Shorten the bars of t and f that would strike through other letters of their word, or fly far beyond its ends.
+
+    Parameters
+    ----------
+    strokes : of each glyph, (n, 2) in the word's space; bars are replaced where they change.
+    """
+    if not any(glyph.letter in CROSSED for glyph in glyphs):
+        return
+    ink = [_ink(glyph, letter_strokes) for glyph, letter_strokes in zip(glyphs, strokes, strict=True)]
+    whole = np.vstack(ink)
+    most = max(_FLIGHT[0], _FLIGHT[1] * float(np.ptp(whole[:, 0])))
+    beside = [None, *glyphs, None]
+    for i, glyph in enumerate(glyphs):
+        for k, drawn in enumerate(glyph.strokes):
+            if glyph.letter in CROSSED and is_bar(strokes[i][k]):
+                left, right = _meant(glyph, beside[i], beside[i + 2], drawn)
+                before, after = ink[: max(i - left, 0)], ink[i + 1 + right :]
+                limits = (np.inf if left else most, np.inf if right else most)
+                strokes[i][k] = _within(strokes[i][k], ink[i], before, after, limits)
+
+
+def _ink(glyph: Glyph, strokes: Sequence[Array]) -> Array:
+    """(n, 2): places along the strokes of a letter, the bars of t and f left out."""
+    crossed = glyph.letter in CROSSED
+    return np.vstack([_evenly(stroke) for stroke in strokes if not (crossed and is_bar(stroke))])
+
+
+def _meant(glyph: Glyph, before: Glyph | None, after: Glyph | None, bar: Array) -> tuple[bool, bool]:
+    """Whether a bar was drawn to run into the letter before, and into the one behind."""
+    left = before is not None and before.letter in glyph.after and float(bar[:, 0].min()) < -_MEANT
+    right = after is not None and after.letter in glyph.before and float(bar[:, 0].max()) > glyph.width + _MEANT
+    return left, right
+
+
+def _within(
+    bar: Array, letter: Array, before: Sequence[Array], after: Sequence[Array], most: tuple[float, float]
+) -> Array:
+    """A bar between the letters before and behind that it would touch, not more than `most` beyond its stem."""
+    stem = _stem(letter, float(np.median(bar[:, 1])))
+    right = _reach(bar, stem, after, most[1])
+    # the same to the left, seen in a mirror
+    mirror = np.array([-1.0, 1.0])
+    left = _reach(bar * mirror, -stem, [ink * mirror for ink in before], most[0])
+    if left == right == 1.0:
+        return bar
+    offset = bar[:, 0] - stem
+    return np.column_stack([stem + np.where(offset > 0, offset * right, offset * left), bar[:, 1]])
+
+
+def _reach(bar: Array, stem: float, ink: Sequence[Array], most: float) -> float:
+    """What share of a bar right of its stem is left when it keeps away from ink on that side."""
+    drawn = float(bar[:, 0].max()) - stem
+    if drawn <= _TIE:
+        return 1.0
+    order = np.argsort(bar[:, 0])
+    wall = np.inf
+    if ink:
+        xy = np.vstack(ink)
+        over = np.abs(xy[:, 1] - np.interp(xy[:, 0], bar[order, 0], bar[order, 1])) < _OVER
+        wall = float(xy[over & (xy[:, 0] > stem), 0].min(initial=np.inf))
+    return max(min(drawn, wall - LEAST_ROOM - stem, most), _TIE) / drawn
+
+
+def _stem(letter: Array, y: float) -> float:
+    """Where a letter's stem is at a height, x: the leftmost place near it."""
+    away = np.abs(letter[:, 1] - y)
+    near = letter[away <= max(0.1, float(away.min()))]
+    return float(np.median(near[:, 0]))
+
+
+def clear_dots(glyphs: Sequence[Glyph], strokes: Sequence[list[Array]]) -> None:
+    """Move the dots and accents that would touch other letters of their word to the nearest place that is clear.
+
+    Parameters
+    ----------
+    strokes : of each glyph, (n, 2) in the word's space; dots and accents are replaced where they move.
+    """
+    for i, glyph in enumerate(glyphs):
+        if dots := _dots(glyph, strokes[i]):
+            beside = [stroke for near in (*strokes[max(i - 2, 0) : i], *strokes[i + 1 : i + 3]) for stroke in near]
+            move = _move(np.vstack([_evenly(strokes[i][k]) for k in dots]), beside)
+            for k in dots if move.any() else ():
+                strokes[i][k] = strokes[i][k] + move
+
+
+def _dots(glyph: Glyph, strokes: Sequence[Array]) -> list[int]:
+    """Which strokes of a letter are its dots or accent: delayed strokes that lie wholly above the rest."""
+    if not any(glyph.delayed) or all(glyph.delayed):
+        return []
+    top = max(float(stroke[:, 1].max()) for stroke in glyph.parted(strokes)[0])
+    return [k for k, delayed in enumerate(glyph.delayed) if delayed and float(strokes[k][:, 1].min()) > top]
+
+
+def _move(mark: Array, others: Sequence[Array]) -> Array:
+    """(2,): the least way to a place where a mark has room; where none has enough, to the one that has most."""
+    from scipy.spatial import KDTree
+
+    if not others:
+        return np.zeros(2)
+    tree = KDTree(np.vstack([_evenly(stroke) for stroke in others]))
+    if float(tree.query(mark)[0].min()) >= _DOT_ROOM:
+        return np.zeros(2)
+    room = tree.query(mark + _MOVES[:, None])[0].min(axis=1)
+    wanted = min(_DOT_ROOM, float(room.max()))
+    return np.asarray(_MOVES[int(np.argmax(room >= wanted))])
+
+
+_MOST_SLURRED = 0.3  # beyond it nobody reads the word
+_CAPITALS = 0.12  # x-heights between two capitals, besides their widths
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedGlyph:
+    """A glyph with its strokes in word space, and whether it is joined to the one before."""
+
+    glyph: Glyph
+    strokes: tuple[Array, ...]
+    joined: bool
+
+    def moved(self, x: float) -> PlannedGlyph:
+        """See `pages.SetGlyph`."""
+        return replace(self, strokes=tuple(stroke + np.array([x, 0.0]) for stroke in self.strokes))
+
+
+class WordWriter:
+    """Writes the words of one text, one after the other; its slant and size drift from word to word."""
+
+    def __init__(self, hand: Hand, rng: np.random.Generator, jitter: float) -> None:
+        self._hand, self.rng = hand, rng
+        self._vary: Variation = varying.USUAL.scaled(jitter * hand.variation)
+        self._slant = Drift(self._vary.slant, varying.SLANT_MEMORY, rng)
+        self._slow_slant = Drift(self._vary.slow_slant, varying.SLOW_MEMORY, rng)
+        self._slow_breadth = Drift(self._vary.slow_breadth, varying.SLOW_MEMORY, rng)
+        self._rise = Drift(self._vary.word_rise, varying.RISE_MEMORY, rng)
+        self._size = Drift(self._vary.size, varying.SIZE_MEMORY, rng)
+
+    def word(self, forms: Sequence[Glyph], letters: Sequence[Letter]) -> Word[PlannedGlyph]:
+        """The forms that were chosen for the letters of a word, set side by side."""
+        glyphs = [
+            accented(glyph, letter.marks, self._hand, self.rng) if letter.marks else glyph
+            for glyph, letter in zip(forms, letters, strict=True)
+        ]
+        flat, width = self._set(glyphs)
+        flat += warp(flat, self.rng, self._vary.warp, 1.6, 3.4) + warp(flat, self.rng, self._vary.warp_fine, 0.7, 1.6)
+        slant = self._hand.slant + self._slant.next() + self._slow_slant.next()
+        size = 1.0 + self._size.next()
+        flat = size * (flat + slant * flat[:, 1:] * (1.0, 0.0)) + np.array([0.0, self._rise.next()])
+        strokes = _unflatten(flat, glyphs)
+        joins = (False, *(joined(a, b) for a, b in pairwise(glyphs)))
+        return Word(
+            glyphs=tuple(map(PlannedGlyph, glyphs, strokes, joins)),
+            extents=np.array(
+                [(min(s[:, 0].min() for s in each), max(s[:, 0].max() for s in each)) for each in strokes]
+            ),
+            at=tuple(letter.at for letter in letters),
+            spelt=tuple(spelt(letter) for letter in letters),
+            advance=size * width,
+            left=float(flat[:, 0].min()),
+            right=max(float(flat[flat[:, 1] > -0.2, 0].max(initial=0.0)), size * width - 0.2),
+        )
+
+    def _set(self, glyphs: Sequence[Glyph]) -> tuple[Array, float]:
+        """All points of the glyphs side by side, (n, 2), and the advance of the whole."""
+        n, rng, vary = len(glyphs), self.rng, self._vary
+        shapes = self._shapes(n)
+        widths = _advances(glyphs) * shapes[:, 0, 0] + rng.normal(0.0, vary.gap, n)
+        pairs = zip(pairwise(glyphs), widths, shapes[:, 0, 0], strict=False)
+        widths[:-1] += [missing_room(a, b, width, breadth) for (a, b), width, breadth in pairs]
+        starts = np.column_stack([np.concatenate([[0.0], np.cumsum(widths)[:-1]]), walk(rng, n, vary.rise)])
+        points = list[list[Array]]()
+        for glyph, shape, start, share in zip(glyphs, shapes, starts, self._slurs(n), strict=True):
+            points.append([])
+            for stroke, delayed in zip(glyph.strokes, glyph.delayed, strict=True):
+                placed = slurred(stroke, share) @ shape
+                if delayed:
+                    placed = placed + self._flight()
+                points[-1].append(placed + start)
+        bound_bars(glyphs, points)
+        clear_dots(glyphs, points)
+        return np.vstack([stroke for strokes in points for stroke in strokes]), float(widths.sum())
+
+    def _flight(self) -> Array:
+        """Where a dot, bar or accent lands, away from its place."""
+        vary = self._vary
+        return self.rng.normal([vary.late_right, 0.0], [vary.late_x, vary.late_y])
+
+    def _slurs(self, n: int) -> Array:
+        """(n,): by what share the pen falls short of each letter's points; the first letters are written with care."""
+        settled = np.minimum((np.arange(n) + 0.5) / 4, 1.0)
+        return np.asarray(np.minimum(np.abs(walk(self.rng, n, self._vary.slur)) * settled, _MOST_SLURRED))
+
+    def _shapes(self, n: int) -> Array:
+        """(n, 2, 2): for each letter the matrix that makes it broader or narrower, taller or shorter, and leans it.
+
+        In a hurried hand the letters of a word grow flatter towards its end.
+        """
+        vary, rng = self._vary, self.rng
+        fading = 1.0 - self._hand.fading * np.minimum(np.arange(n) / 6, 1.0)
+        shapes = np.zeros((n, 2, 2))
+        shapes[:, 0, 0] = np.exp(self._slow_breadth.next() + rng.normal(0.0, vary.breadth, n))
+        shapes[:, 1, 1] = np.exp(walk(rng, n, vary.height)) * fading
+        shapes[:, 1, 0] = rng.normal(0.0, vary.shear, n)
+        return shapes
+
+
+def slurred(stroke: Array, share: float) -> Array:
+    """The points (n, 2) of a stroke, each moved by a share of the way to the middle of its neighbours, both ends kept.
+
+    This is how a hand that turns back before it has arrived falls short: a row of arches becomes a zigzag, a loop
+    closes, while a straight way stays what it is.
+    """
+    if len(stroke) < 3:
+        return stroke
+    short = stroke.copy()
+    short[1:-1] += share * ((stroke[:-2] + stroke[2:]) / 2 - stroke[1:-1])
+    return short
+
+
+def _extent(strokes: Sequence[Array]) -> tuple[float, float]:
+    x = np.concatenate([stroke[:, 0] for stroke in strokes])
+    return float(x.min()), float(x.max())
+
+
+def _advances(glyphs: Sequence[Glyph]) -> Array:
+    """How far each glyph is from the next; capitals among themselves stand further apart than before small letters."""
+    letters = [glyph.letter for glyph in glyphs]
+    capitals = [a.isupper() and b.isupper() for a, b in pairwise(letters)] + [False]
+    return np.array([glyph.width for glyph in glyphs]) + _CAPITALS * np.array(capitals)
+
+
+def _unflatten(flat: Array, glyphs: Sequence[Glyph]) -> tuple[tuple[Array, ...], ...]:
+    sizes = [len(stroke) for glyph in glyphs for stroke in glyph.strokes]
+    pieces = iter(np.split(flat, np.cumsum(sizes)[:-1]))
+    return tuple(tuple(next(pieces) for _ in glyph.strokes) for glyph in glyphs)
+
+
+def repertoire(hand: Hand) -> Repertoire:
+    """What a drawn hand can write."""
+    return Repertoire(hand.name, frozenset(hand.glyphs), frozenset(hand.marks) | {DOTLESS})
+
+
+class DrawnHandwriting:
+    """Writes one text in a drawn hand, a word when it is asked for, once, whatever the lines will be.
+
+    Parameters
+    ----------
+    streams : the generators of the text, and of what in it is struck out: all else stays as it is without.
+    jitter : scale of all variation.
+    """
+
+    def __init__(self, hand: Hand, streams: Sequence[np.random.Generator], jitter: float) -> None:
+        self._hand, self._jitter = hand, jitter
+        self.name, self.pitch, self.repertoire = hand.name, hand.pitch, repertoire(hand)
+        self.baseline_model, self.stock = USUAL_BASELINES, DrawnForms(hand)
+        self._writers = [WordWriter(hand, rng, jitter) for rng in streams]
+
+    def set_paragraph(self, words: Iterable[Choice]) -> Iterator[Unit[PlannedGlyph]]:
+        """See `pages.Handwriting`."""
+        for choice in words:
+            writer = self._writers[isinstance(choice.letters, Struck)]
+            word = writer.word([self.stock.glyphs[number] for number in choice.numbers], choice.letters)
+            yield Unit(word, self._gap(choice.spaces, writer.rng), intended_word(choice.letters))
+
+    def _gap(self, spaces: int, rng: np.random.Generator) -> float:
+        if not spaces:
+            return 0.0
+        usual = self._hand.word_space
+        # a writer has one habit of spacing: neither a closed gap nor one that reads as two
+        slack = rng.normal(0.0, USUAL.word_gap * self._jitter)
+        return wide_gap(usual, spaces) + min(max(slack, -0.28 * usual), 0.5 * usual)
+
+    def place(
+        self, words: Sequence[Word[PlannedGlyph]], starts: Sequence[float], scale: float, to_page: ToPage
+    ) -> Iterator[Placed]:
+        """See `pages.Handwriting`."""
+        for number, (word, start) in enumerate(zip(words, starts, strict=True)):
+            for i, (each, at) in enumerate(zip(word.glyphs, word.at, strict=True)):
+                strokes = tuple(to_page(stroke * scale + (start, 0.0)) for stroke in each.strokes)
+                yield Placed(each.glyph, strokes, each.joined and i > 0, number, at)

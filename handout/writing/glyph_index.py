@@ -1,0 +1,443 @@
+"""The glyphs of a scanned hand, indexed once for choosing among them, and everything that a choice costs.
+
+The cost of a sequence of glyphs is the sum of four terms; `choosing` looks for the cheapest.  To add a cost, add its
+weight to `ChoiceWeights`, and add it up in one of these:
+
+- `intrinsic_cost` of a glyph, whatever is written: doubt that it is what it is called (`hand.vetting`), or no body
+- `GlyphIndex.candidates`: of a glyph for a letter in its place
+- `TransitionCosts.cost` of a glyph after another
+- `GlyphIndex.repetition` of a glyph that was written before
+
+The transitions are measured, not learnt.  The paper learns from a hand's ligatures what those that were not written
+would have cost, by a forest of regression trees on what glyphs look like (seed 000, §6.2; Xiong et al. 2012).  On
+ligatures of glyphs that it has not seen such a forest tells nothing: on two real pages its guesses correlate by .05 to
+.07 with the truth, and err as much as the mean does, whether grown by scikit-learn, by OpenCV or here.  Where a letter
+shows no ligature, what counts is that the two look alike.
+
+`neighbours` finds which glyphs stood side by side on the pages, `residuals` measures how far each glyph departs from
+the median of its letter.  Arrays are indexed by the numbers of the glyphs; lengths are in line space.
+
+Source: seed 000, §6.2, §6.3 (perturb-and-MAP; the residuals and the cost of writing a glyph again are this project's).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.hand.measures import body_sizes
+from handout.hand.places import PLACES, Place, places
+from handout.hand.scanned import NOBODY, ScannedHand
+from handout.hand.vetting import SURE, Vetting, vet
+from handout.values import Array, Indices, readonly, readonly_indices
+from handout.writing.choosing import Candidates, fading_cost
+from handout.writing.forms import along, ways
+from handout.writing.text import Letter, spelt
+
+
+@dataclass(frozen=True)
+class ChoiceWeights:
+    """What each term counts; all are set by eye on texts written with scanned hands, unless said otherwise."""
+
+    # of a glyph
+    doubtful: float = 1.5  # for each unit of the logarithm of how improbable it is that it is what it is called
+    most: float = 6.0  # of that
+    broken: float = 3.0  # without a body
+    # of a glyph for a letter
+    elsewhere: float = 0.5  # from another place in its word
+    # of a glyph after another
+    fit: float = 32.0  # for each unit that a ligature lies from where it should; less, and joins have humps
+    unseen: float = 0.3  # where one of the two was not joined: what does not meet is not seen
+    # for each letter of a pair, where neither was joined: as far as those letters mostly are.  With it letters join as
+    # often as the author's do
+    lifted: float = 2.0
+    # a deviation between two residuals.  Of the variance of height, slant, width and darkness .07, .06, .10, .10 lie
+    # then between words (the author's own: .09, .04, .14, .15; four hands).  Twice that is nearer to the author's, and
+    # takes the hinge ratio of a half page from 1.38 to 1.47: fewer glyphs are written
+    unlike: float = 0.5
+    unmatched: float = 0.4  # each ligature of one glyph, beyond the first, that meets none of the other's
+    loose: float = 5.0  # a ligature that meets none, in a word: the pen would have gone on, and lifts
+    cut: float = 3.0  # a ligature that is cut for a word to end, or begin, there
+    between_words: float = 0.5  # share of the cost that is left between words
+    # of a glyph that was written before
+    again: float = 5.0  # that was the last one written
+    forgotten: float = 400.0  # letters after which it is as good as new
+    often: float = 0.3  # for each time that it was written more often than the least written that would do
+    # Scale of the perturbation at variation 1.  Measured on three hands of one page each: two texts of one wording have
+    # the same glyph in a fifth of all places, in an eighth of those where the hand has 25 glyphs of the letter or more.
+    # With 0.8 that is a twentieth, and ligatures lie a quarter further from where they should
+    noise: float = 0.3
+
+
+WEIGHTS = ChoiceWeights()
+
+
+def intrinsic_cost(vetting: Vetting, bodies: Sequence[Indices]) -> Array:
+    """(n,) float ≥ 0: of writing each glyph at all, given its body, which may be empty."""
+    doubt = -WEIGHTS.doubtful * np.log(np.clip(vetting.probability / SURE, 1e-9, 1.0))
+    empty = np.array([not len(body) for body in bodies], dtype=bool)
+    return np.asarray(np.minimum(doubt, WEIGHTS.most) + WEIGHTS.broken * empty)
+
+
+class TransitionCosts:
+    """The costs of all pairs of a hand's glyphs, each worked out when it is first asked for.
+
+    Parameters
+    ----------
+    exits, entries : (n, k, p, 2) float; residual : (n, 4) float; after : (n,) int; leaving, entered : (n,) float: see
+        `GlyphIndex`.
+    """
+
+    def __init__(
+        self, exits: Array, entries: Array, residual: Array, after: Indices, leaving: Array, entered: Array
+    ) -> None:
+        self._exits, self._entries, self._leaving, self._entered = exits, entries, leaving, entered
+        self._residual, self._after = residual, after
+        self._exit_count, self._entry_count = ((~np.isnan(ways[:, :, 0, 0])).sum(axis=1) for ways in (exits, entries))
+        self.has_exit, self.has_entry = self._exit_count > 0, self._entry_count > 0
+        self._costs = np.full((len(after), len(after)), np.nan, dtype=np.float32)
+
+    def cost(self, first: Indices, second: Indices, parted: bool) -> Array:
+        """(k, l) float ≥ 0: of each of `first` (k,) before each of `second` (l,), with or without a space between."""
+        costs = self._costs[first[:, None], second]
+        if np.isnan(costs).any():
+            row, column = np.nonzero(np.isnan(costs))
+            costs[row, column] = self._of_pairs(first[row], second[column])
+            self._costs[first[:, None], second] = costs
+        cost = costs.astype(np.float64)
+        if parted:
+            return np.asarray(
+                WEIGHTS.between_words * cost + self.cut(first)[:, None] + WEIGHTS.cut * self.has_entry[second]
+            )
+        loose = self.has_exit[first][:, None] != self.has_entry[second]
+        apart = ~self.has_exit[first][:, None] & ~self.has_entry[second] & (self._after[first][:, None] != second)
+        lifted = self._leaving[first][:, None] * self._entered[second]
+        return np.asarray(cost + WEIGHTS.loose * loose + WEIGHTS.lifted * lifted * apart)
+
+    def cut(self, last: Indices) -> Array:
+        """(k,) float ≥ 0: of ending a word with each of some glyphs (k,), whose ligatures then lead nowhere."""
+        return np.asarray(WEIGHTS.cut * self.has_exit[last])
+
+    def _of_pairs(self, first: Indices, second: Indices) -> Array:
+        """(m,) float: of pairs."""
+        joined = self.has_exit[first] & self.has_entry[second]
+        cost = np.full(len(first), WEIGHTS.unseen)
+        cost[joined] = WEIGHTS.fit * mismatch(self._exits[first[joined]], self._entries[second[joined]])
+        cost[joined] += WEIGHTS.unmatched * np.abs(self._exit_count[first[joined]] - self._entry_count[second[joined]])
+        cost += WEIGHTS.unlike * np.abs(self._residual[first] - self._residual[second]).mean(axis=1)
+        cost[self._after[first] == second] = 0.0
+        return cost
+
+
+def mismatch(exits: Array, entries: Array) -> Array:
+    """(…): how far the ligature out of one glyph lies from the one into another; inf where either has none.
+
+    The two may be moved along the line, as the letters will be, but not up or down: both stand on one baseline.  Their
+    mean distance is then what the way between the letters must be bent by.  (The paper compares first and last points
+    under any shift; a way out of an o, which is high, then meets one into an n that begins low.)  Of several ligatures
+    the best two count.
+
+    Parameters
+    ----------
+    exits, entries : (…, k, p, 2) float, line space: places along ligatures, nan for none.
+    """
+    away = exits[..., :, None, :, :] - entries[..., None, :, :, :]
+    away[..., 0] -= away[..., 0].mean(axis=-1, keepdims=True)
+    mean = np.hypot(away[..., 0], away[..., 1]).mean(axis=-1)
+    return np.asarray(np.where(np.isnan(mean), np.inf, mean).min(axis=(-2, -1)))
+
+
+@dataclass(frozen=True, eq=False)
+class Neighbours:
+    """The neighbours of every glyph on its line of the source.
+
+    before, after : (n,) int: number of the glyph on either side, −1 for none.
+    parted : (n,) bool: whether a space precedes the glyph.
+    """
+
+    before: Indices
+    after: Indices
+    parted: NDArray[np.bool_]
+
+    def pairs(self, parted: bool) -> Indices:
+        """(m, 2) int: all pairs with a space between them, or all without."""
+        second = np.flatnonzero((self.before != NOBODY) & (self.parted == parted))
+        return np.column_stack([self.before[second], second])
+
+    def closes(self, second: Indices) -> NDArray[np.bool_]:
+        """(n,) whether the words that begin with the glyphs `second` (n,) are the last of their lines."""
+        last = second.copy()
+        for _ in range(len(self.after)):
+            following = self.after[last]
+            on = (following != NOBODY) & ~self.parted[following]
+            if not on.any():
+                break
+            last = np.where(on, following, last)
+        return np.asarray(self.after[last] == NOBODY)
+
+
+def neighbours(hand: ScannedHand, x: Array) -> Neighbours:
+    """The neighbours of a hand's glyphs, whose centres are at `x` (n,) on their lines."""
+    before = np.array([glyph.before for glyph in hand.glyphs], dtype=np.intp)
+    after = np.array([glyph.after for glyph in hand.glyphs], dtype=np.intp)
+    parted = np.zeros(len(before), dtype=bool)
+    for first, second in _spaces(hand, x):
+        after[first], before[second], parted[second] = second, first, True
+    for array in (before, after, parted):
+        array.flags.writeable = False
+    return Neighbours(before, after, parted)
+
+
+def _spaces(hand: ScannedHand, x: Array) -> Iterator[tuple[int, int]]:
+    """Pairs of the last glyph of a word and the first of the next, where both are on one line of a written page.
+
+    A page of letters that the hand was lent has no transcript, and what lies between those letters is nobody's habit.
+    """
+    starts: dict[tuple[int, int], list[int]] = {}
+    for number, glyph in enumerate(hand.glyphs):
+        if glyph.before == NOBODY and glyph.letter and hand.pages[glyph.page].transcript:
+            starts.setdefault((glyph.page, glyph.line), []).append(number)
+    for heads in starts.values():
+        heads.sort(key=lambda number: x[number])
+        for head, following in pairwise(heads):
+            last = head
+            while hand.glyphs[last].after != NOBODY:
+                last = hand.glyphs[last].after
+            # a word in which a letter was not found is in two pieces without a space between them
+            apart = hand.glyphs[head].word != hand.glyphs[following].word or hand.glyphs[head].at < 0
+            if apart and x[last] < x[following]:
+                yield last, following
+
+
+_FEW = 4  # glyphs of a letter, below which there is no median to compare with
+_MOST_APART = 2.5  # deviations at most: a glyph further off was misread
+
+
+def residuals(hand: ScannedHand, bodies: Sequence[Indices]) -> Array:
+    """(n, 4) float: height, slant, log thickness and density of bodies less their letter's median, in deviations.
+
+    0 for letters with fewer than `_FEW` glyphs.
+    """
+    if not bodies:
+        return readonly(np.zeros((0, 4)), 0, 4)
+    size = np.array([len(body) for body in bodies])
+    of, first = np.repeat(np.arange(len(size)), size), np.concatenate([[0], np.cumsum(size)])
+    vertices = np.concatenate(list(bodies))
+    graphs = [(hand.pages[glyph.page].graph, hand.pages[glyph.page].pitch) for glyph in hand.glyphs]
+    both = list(zip(bodies, graphs, strict=True))
+    radius = np.concatenate([graph.radius[body] / pitch for body, (graph, pitch) in both])
+    density = np.concatenate([graph.density[body] for body, (graph, _) in both])
+    _, height, _, slant = body_sizes(hand.placed(of, vertices), radius, first, 1 / hand.pitch).T
+    begin = first[:-1]
+    thick, dark = np.add.reduceat(radius, begin) / size, np.add.reduceat(density, begin) / size
+    features = np.stack([height, slant, np.log(thick), dark], axis=1)
+    departures = np.zeros_like(features)
+    for letter in hand.letters:
+        numbers = hand.of(letter)
+        if len(numbers) >= _FEW:
+            departures[numbers] = features[numbers] - np.median(features[numbers], axis=0)
+    compared = departures[np.abs(departures).sum(axis=1) > 0]
+    usual = 1.4826 * np.median(np.abs(compared), axis=0) + 1e-9 if len(compared) else np.ones(4)
+    return readonly(np.clip(departures / usual, -_MOST_APART, _MOST_APART), len(size), 4)
+
+
+_PLACES = 8  # along a ligature, at which two are compared
+
+
+@dataclass(frozen=True, eq=False)
+class GlyphIndex:
+    """The glyphs of a hand with all that choosing among them needs.
+
+    letters : (n) letter of each glyph; "" for one without a name.
+    places : (n,) int: its place in its word, index in `hand.places.PLACES`.
+    before, after : (n,) int: the glyphs beside it in its word, −1 for none.
+    exits, entries : (n, k, 8, 2) float: places along each ligature to the glyph after, and from the one before, over
+        the baseline; nan where there are fewer.
+    residual : (n, 4) float: see `residuals`.
+    leaving, entered : (n,) float, 0–1: how often its letter is joined to the one after, and to the one before.
+    intrinsic_cost : (n,) float: 0 for a sure one with a body.
+    refused : (n,) bool: not to be written while another stands.
+    """
+
+    hand: ScannedHand
+    letters: tuple[str, ...]
+    places: Indices
+    before: Indices
+    after: Indices
+    exits: Array
+    entries: Array
+    residual: Array
+    leaving: Array
+    entered: Array
+    intrinsic_cost: Array
+    refused: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.letters)
+
+    @cached_property
+    def _of(self) -> dict[tuple[str, int], Indices]:
+        numbers_of: dict[tuple[str, int], list[int]] = {}
+        for number, key in enumerate(zip(self.letters, self.places.tolist(), strict=True)):
+            numbers_of.setdefault(key, []).append(number)
+        return {key: readonly_indices(numbers, None) for key, numbers in numbers_of.items()}
+
+    def of(self, letter: str, place: Place | None = None) -> Indices:
+        """(m,) int: the glyphs of a letter, of one place or of all, rising."""
+        kinds = range(len(PLACES)) if place is None else (PLACES.index(place),)
+        groups = [self._of[letter, kind] for kind in kinds if (letter, kind) in self._of]
+        return readonly_indices(np.sort(np.concatenate(groups)) if groups else np.zeros(0), None)
+
+    @cached_property
+    def transitions(self) -> TransitionCosts:
+        """The costs of writing one glyph after another."""
+        return TransitionCosts(self.exits, self.entries, self.residual, self.after, self.leaving, self.entered)
+
+    @property
+    def chance(self) -> float:
+        """See `choosing.GlyphStock`."""
+        return WEIGHTS.noise
+
+    @property
+    def twice(self) -> float:
+        """See `choosing.GlyphStock`."""
+        return WEIGHTS.again
+
+    @cached_property
+    def kind(self) -> Indices:
+        """See `choosing.GlyphStock`: each is remembered for itself."""
+        return readonly_indices(np.arange(len(self)), None)
+
+    def candidates(self, letters: Sequence[Letter], rng: np.random.Generator | None) -> list[Candidates]:
+        """See `choosing.GlyphStock`; where a hand has many, others are drawn each time."""
+        graphemes = [spelt(letter) for letter in letters]
+        each = [self.all_candidates(*target) for target in zip(graphemes, places(graphemes), strict=True)]
+        if rng is None:
+            return [
+                _subset(candidates, np.arange(min(len(candidates.numbers), _MOST_CANDIDATES))) for candidates in each
+            ]
+        return [_sampled(candidates, rng) for candidates in each]
+
+    def all_candidates(self, letter: str, place: Place) -> Candidates:
+        """All glyphs that might do for a letter in its place, the best first."""
+        numbers = self.of(letter, place)
+        if (self.intrinsic_cost[numbers] < WEIGHTS.elsewhere).sum() < _ENOUGH:
+            numbers = self.of(letter)
+        standing = numbers[~self.refused[numbers]]
+        numbers = standing if len(standing) else numbers
+        cost = self.intrinsic_cost[numbers] + WEIGHTS.elsewhere * (self.places[numbers] != PLACES.index(place))
+        order = np.argsort(cost, kind="stable")
+        return Candidates(readonly_indices(numbers[order], None), readonly(cost[order], None))
+
+    def steps(self, first: Indices, second: Indices, *, varied: bool) -> Array:
+        """See `choosing.GlyphStock`."""
+        return self.transitions.cost(first, second, parted=False)
+
+    def between_words(self, last: int, first: Indices, *, parted: bool) -> Array:
+        """See `choosing.GlyphStock`."""
+        return np.asarray(self.transitions.cost(np.array([last]), first, parted)[0])
+
+    def ending(self, last: Indices) -> Array:
+        """See `choosing.GlyphStock`."""
+        return self.transitions.cut(last)
+
+    def repetition(self, age: Array, times: Array) -> Array:
+        """See `choosing.GlyphStock`."""
+        often = WEIGHTS.often * (times - times.min(initial=np.inf))
+        return np.asarray(fading_cost(age, WEIGHTS.again, WEIGHTS.forgotten) + often)
+
+
+_ENOUGH = 8  # exact matches from which on no others are asked
+_MOST_CANDIDATES = 64  # of a place: time
+_DRAWN = 24  # the same where a hand has more good ones than that: other ones each time, or the same few would be taken
+
+
+def _sampled(candidates: Candidates, rng: np.random.Generator) -> Candidates:
+    good = int(np.searchsorted(candidates.cost, candidates.cost[0] + WEIGHTS.elsewhere))
+    if good <= _MOST_CANDIDATES:
+        return _best(candidates)
+    return _subset(candidates, rng.choice(good, _DRAWN, replace=False))
+
+
+def _best(candidates: Candidates) -> Candidates:
+    return _subset(candidates, np.arange(min(len(candidates.numbers), _MOST_CANDIDATES)))
+
+
+def _subset(candidates: Candidates, which: Indices) -> Candidates:
+    rising = which[np.argsort(candidates.numbers[which])]
+    return Candidates(readonly_indices(candidates.numbers[rising], None), readonly(candidates.cost[rising], None))
+
+
+def index_glyphs(hand: ScannedHand) -> GlyphIndex:
+    """The index of a hand's glyphs."""
+    glyphs, count = hand.glyphs, len(hand.glyphs)
+    inner = _inner(hand)
+    bodies = [glyph.vertices[~inner[glyph.page][glyph.vertices]] for glyph in glyphs]
+    whole = [body if len(body) else glyph.vertices for body, glyph in zip(bodies, glyphs, strict=True)]
+    exits, entries = _ligatures(hand)
+    vetting = vet(hand)
+    return GlyphIndex(
+        hand,
+        tuple(glyph.letter for glyph in glyphs),
+        readonly_indices([PLACES.index(glyph.place) for glyph in glyphs], count),
+        readonly_indices([glyph.before for glyph in glyphs], count),
+        readonly_indices([glyph.after for glyph in glyphs], count),
+        exits,
+        entries,
+        residuals(hand, whole),
+        *_joined_shares(hand),
+        readonly(intrinsic_cost(vetting, bodies), count),
+        vetting.refused,
+    )
+
+
+def _joined_shares(hand: ScannedHand) -> tuple[Array, Array]:
+    """Twice (n,): what share of each glyph's letter is joined to the letter after it, and to the one before, in words.
+
+    A letter with few pairs is taken for as joined as all are.
+    """
+    joined = np.array([bool(glyph.ligatures) for glyph in hand.glyphs], dtype=bool)
+    first = np.array([n for n, glyph in enumerate(hand.glyphs) if glyph.after != NOBODY], dtype=np.intp)
+    second = np.array([hand.glyphs[n].after for n in first], dtype=np.intp)
+    usual = float(joined[first].mean()) if len(first) else 0.0
+    letters, number = np.unique([glyph.letter for glyph in hand.glyphs], return_inverse=True)
+    shares = []
+    for side in (first, second):
+        pairs = np.bincount(number[side], minlength=len(letters))
+        met = np.bincount(number[side], weights=joined[first], minlength=len(letters))
+        shares.append(readonly(((met + _PRIOR * usual) / (pairs + _PRIOR))[number], None))
+    return shares[0], shares[1]
+
+
+_PRIOR = 3.0  # pairs that all letters together count for
+
+
+def _inner(hand: ScannedHand) -> list[NDArray[np.bool_]]:
+    """For each page, which vertices lie inside a ligature."""
+    inner = [np.zeros(len(page.graph), dtype=bool) for page in hand.pages]
+    for glyph in hand.glyphs:
+        for way in glyph.ligatures:
+            inner[glyph.page][way.path[1:-1]] = True
+    return inner
+
+
+def _ligatures(hand: ScannedHand) -> tuple[Array, Array]:
+    """Places along the ligatures of each glyph to the next, and along those from the one before."""
+    paths_of = ways(hand)
+    most = max((len(paths) for paths in paths_of.values()), default=0)
+    exits = np.full((len(hand.glyphs), max(1, most), _PLACES, 2), np.nan)
+    entries = exits.copy()
+    each = [(number, k, path) for number, paths in paths_of.items() for k, path in enumerate(paths)]
+    size = np.array([len(path) for _, _, path in each], dtype=np.intp)
+    of = np.repeat(np.array([number for number, _, _ in each], dtype=np.intp), size)
+    places = hand.placed(of, np.concatenate([np.zeros(0, dtype=np.intp), *(path for _, _, path in each)]))
+    for (number, k, _), way in zip(each, np.split(places, np.cumsum(size)[:-1]), strict=False):
+        exits[number, k] = entries[hand.glyphs[number].after, k] = along(way, _PLACES)
+    for array in (exits, entries):
+        array.flags.writeable = False
+    return exits, entries

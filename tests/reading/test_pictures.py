@@ -1,0 +1,118 @@
+"""The reader of pictures: what it reads, what it doubts, and that probabilities hang together."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from handout.errors import InputError
+from handout.hand import library
+from handout.hand.word_pictures import own_words, picture_of
+from handout.reading import ctc, pictures
+from handout.reading.word_space import HEIGHT, normalised
+
+
+@pytest.fixture(scope="module")
+def hand():
+    return library.find("house-print-fountain")
+
+
+@pytest.fixture(scope="module")
+def words(hand):
+    return [word for word in own_words(hand) if len(word.text) > 2 and word.text.isalpha()][:40]
+
+
+@pytest.fixture(scope="module")
+def readings(words):
+    reader = pictures.load()
+    return [(word.text, reader.read(word.picture)) for word in words]
+
+
+def test_plain_writing_is_read(readings):
+    right = [reading.verdict(text).reads_as == text for text, reading in readings]
+    assert np.mean(right) > 0.8
+
+
+def test_a_wrong_letter_is_doubted(readings):
+    """A reader that guesses from the words of a language would not mind a letter that it expects."""
+    better = []
+    for text, reading in readings:
+        wrong = text[:1] + ("k" if text[1] != "k" else "o") + text[2:]
+        better.append(reading.log_probability(text) > reading.log_probability(wrong))
+    assert np.mean(better) > 0.95
+
+
+def test_the_wrong_letter_is_named(readings):
+    named = []
+    for text, reading in readings:
+        if reading.verdict(text).probability < 0.5:
+            continue
+        wrong = text[:1] + ("k" if text[1] != "k" else "o") + text[2:]
+        letters = reading.spans(wrong)
+        worst = min(range(len(letters)), key=lambda k: letters[k].probability)
+        named.append(worst == 1 and letters[1].reads_as == text[1])
+    assert np.mean(named) > 0.9
+
+
+def test_verdicts_and_letters_agree(readings):
+    for text, reading in readings:
+        verdict = reading.verdict(text)
+        assert 0 <= verdict.probability <= verdict.other <= 1
+        assert verdict.doubtful == (verdict.probability < verdict.other)
+        spans = reading.spans(text)
+        assert "".join(letter.letter for letter in spans) == text
+        assert all(a.right <= b.left for a, b in pairwise(spans))
+
+
+def test_letters_alike_count_as_one(readings):
+    text, reading = readings[0]
+    assert reading.log_probability(text.replace("s", "S")) == reading.log_probability(text)
+    assert reading.verdict("Il1|").probability == reading.verdict("llll").probability
+
+
+def test_temperature_leaves_the_likeliest_path_as_it_is(words):
+    sure, unsure = pictures.load(), pictures.load().with_temperature(3.0)
+    for word in words[:5]:
+        a, b = sure.read(word.picture), unsure.read(word.picture)
+        assert ctc.greedy(a.log_posteriors) == ctc.greedy(b.log_posteriors)
+        assert b.log_posteriors.max() < a.log_posteriors.max()
+
+
+def test_ink_is_read_alike_pale_or_dark(words):
+    reader = pictures.load()
+    for word in words[:5]:
+        pale = reader.read(0.5 * np.maximum(word.picture, 0.0))
+        assert pale.log_probability(word.text) == pytest.approx(
+            reader.read(word.picture).log_probability(word.text), abs=0.7
+        )
+
+
+def test_a_picture_of_the_wrong_height_is_refused():
+    with pytest.raises(ValueError, match="expected"):
+        pictures.load().read(np.zeros((HEIGHT + 1, 20)))
+
+
+def test_blank_paper_reads_as_nothing():
+    assert pictures.load().read(np.zeros((HEIGHT, 30))).text == ""
+    assert not normalised(np.zeros((HEIGHT, 3))).any()
+
+
+def test_what_is_no_letter_is_refused(readings):
+    with pytest.raises(ValueError, match="no letter"):
+        readings[0][1].log_probability("漢")
+
+
+def test_a_file_that_is_no_reader_is_named(tmp_path):
+    path = tmp_path / "no.npz"
+    path.write_bytes(b"no")
+    with pytest.raises(InputError, match="no reader"):
+        pictures.load(path)
+
+
+def test_a_word_brings_its_own_ink_alone(hand, words):
+    """Two halves of a word have between them the ink of the whole."""
+    word = next(word for word in words if len(word.text) >= 6)
+    halves = [picture_of(hand, word.glyphs[:3]), picture_of(hand, word.glyphs[3:])]
+    whole = word.picture.sum()
+    assert sum(half.sum() for half in halves) == pytest.approx(whole, rel=0.1)
+    assert all(half.shape[0] == HEIGHT and half.sum() < 0.9 * whole for half in halves)

@@ -1,0 +1,62 @@
+"""Ink that was given to the wrong neighbour comes back; what no letter had stays nobody's."""
+
+import numpy as np
+import pytest
+
+from handout.tagging.ink_exchange import NOBODY, SETTINGS, InkExchange, exchanged
+
+
+@pytest.fixture(scope="module")
+def shared(small_hand):
+    letter = np.full(len(small_hand.pages[0].graph), NOBODY)
+    for number, glyph in enumerate(small_hand.glyphs):
+        letter[glyph.vertices] = number
+    names = [glyph.letter for glyph in small_hand.glyphs]
+    return small_hand.pages[0], letter, names, np.array([glyph.line for glyph in small_hand.glyphs])
+
+
+def test_a_stem_that_its_neighbour_took_comes_back(shared, small_hand):
+    sheet, letter, names, lines = shared
+    giver = next(
+        i for i in small_hand.of("n").tolist() if min(small_hand.glyphs[i].before, small_hand.glyphs[i].after) >= 0
+    )
+    held = frozenset({small_hand.glyphs[giver].after})
+    settled = InkExchange(sheet, letter, names, lines, held)
+    settled.settle()
+    taken = settled.letter.copy()
+    own = np.flatnonzero(taken == giver)
+    x = sheet.graph.uv[own, 0]
+    lost = own[x < np.median(x)]
+    taken[lost] = small_hand.glyphs[giver].before
+    exchange = InkExchange(sheet, taken, names, lines, held)
+    assert exchange.settle() > 0
+    assert (exchange.letter[lost] == giver).mean() > 0.5
+
+
+def test_nothing_is_lost_and_each_letter_keeps_its_share(shared):
+    sheet, letter, names, lines = shared
+    held = frozenset(range(0, len(names), 3))
+    exchange = InkExchange(sheet, letter, names, lines, held)
+    exchange.settle()
+    assert all(np.array_equal(exchange.letter == i, letter == i) for i in held)
+    assert np.array_equal(exchange.letter == NOBODY, letter == NOBODY)
+    kept = np.bincount(exchange.letter[exchange.letter >= 0], minlength=len(names))
+    assert (kept > 0).all()
+    again = InkExchange(sheet, letter, names, lines, held)
+    again.settle()
+    assert np.array_equal(again.letter, exchange.letter)
+
+
+def test_without_a_known_letter_nothing_is_exchanged(shared):
+    sheet, letter, names, lines = shared
+    exchange = InkExchange(sheet, letter, names, lines, frozenset())
+    assert exchange.settle() == 0
+    assert np.array_equal(exchange.letter, letter)
+
+
+def test_a_page_of_few_letters_is_left_alone(shared, small_page):
+    from handout.tagging.alignment import Alignment
+
+    sheet, letter, _, _ = shared
+    assert len(letter) and SETTINGS.least > 44
+    assert exchanged(sheet, Alignment(()), letter, frozenset()) is letter

@@ -1,0 +1,45 @@
+"""Glyphs set side by side step by step: of a scanned hand as `ScannedHandwriting` does it, and words of a drawn one."""
+
+import numpy as np
+
+from handout.writing import joining
+from handout.writing.choosing import Chooser, choices
+from handout.writing.drawn_forms import DrawnForms
+from handout.writing.drawn_words import DrawnHandwriting
+
+
+class Forms:
+    """The forms that a drawn hand writes words with."""
+
+    def __init__(self, hand, rng):
+        self.stock = DrawnForms(hand)
+        self.chooser = Chooser(self.stock, rng)
+
+    def word(self, letters):
+        return [self.stock.glyphs[number] for number in self.chooser.word(letters).numbers]
+
+
+def drawn_units(hand, paragraph, seed):
+    """The units of one paragraph of pieces."""
+    streams = np.random.default_rng(seed), np.random.default_rng(seed + 1)
+    handwriting = DrawnHandwriting(hand, streams, 1.0)
+    (words,) = choices([paragraph], [Chooser(handwriting.stock, rng) for rng in streams])
+    return list(handwriting.set_paragraph(words))
+
+
+def gaps(model, numbers, new_word, rng, variation=1.0):
+    return model.spacing.between(np.asarray(numbers, dtype=int), np.asarray(new_word, dtype=bool), rng, variation)
+
+
+def heights(model, numbers, new_word, rng, variation=1.0):
+    return model.heights.heights_of(np.asarray(numbers), np.asarray(new_word), rng, variation)
+
+
+def bent(model, numbers, rng, variation=1.0):
+    return model.bends(np.asarray(numbers), rng, variation)
+
+
+def set_line(model, numbers, x, y, new_word, bends):
+    forms = [model.forms[int(number)] for number in numbers]
+    centres = np.column_stack([x, y])
+    return joining.set_line(forms, bends, centres, [bool(apart) for apart in new_word], model.spread.x_height)
