@@ -23,14 +23,20 @@ _TOGETHER = (
 )  # fmt: skip
 
 
-@pytest.hookimpl(tryfirst=True)  # before xdist, which reads the marks in the same hook
-def pytest_collection_modifyitems(items):
-    """Tests that share fixtures are given to one process (``--dist loadgroup``)."""
-    for item in items:
-        place = item.path.relative_to(Path(__file__).parent).as_posix()
-        group = next((name for name in _TOGETHER if place.startswith(name)), None)
-        if group is not None:
-            item.add_marker(pytest.mark.xdist_group(group))
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """Tests that share fixtures are given to one process, every other test to whichever is free.
+
+    The marks of ``--dist loadgroup`` would say the same, but pytest-xdist 3.8 writes them into a field that pytest 9
+    does not read.
+    """
+    from xdist.scheduler import LoadScopeScheduling
+
+    class Together(LoadScopeScheduling):
+        def _split_scope(self, nodeid):
+            return next((name for name in _TOGETHER if nodeid.startswith("tests/" + name)), nodeid)
+
+    return Together(config, log) if config.getvalue("dist") != "no" else None
 
 
 WRITTEN = "an even line, this\nof ten minute hens\nand it jumped off"

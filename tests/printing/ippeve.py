@@ -6,7 +6,7 @@ import signal
 import socket
 import subprocess
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 _PATH = os.pathsep.join([os.environ.get("PATH", ""), "/usr/sbin", "/usr/local/sbin"])
@@ -106,7 +106,8 @@ def services(folder: Path):
         yield
     finally:
         for process in reversed(running):
-            os.killpg(process.pid, signal.SIGTERM)
+            with suppress(ProcessLookupError):  # it ended by itself; the others are still to be ended
+                os.killpg(process.pid, signal.SIGTERM)
             process.wait()
 
 
