@@ -118,7 +118,7 @@ def as_written(hand: ScannedHand) -> Manuscript:
     return Manuscript(tuple(found), Page(scan.shape[1] * scan.pixel, scan.shape[0] * scan.pixel), scan.x_height)
 
 
-def traced(hand: ScannedHand, recover: Recover, hands: tuple[str, ...] = HANDS, late: str = "") -> list[Array]:
+def traced(hand: ScannedHand, recover: Recover, hands: tuple[str, ...] = HANDS, late: str = "letter") -> list[Array]:
     """The paths of a hand's own first page; `late` as in `pen_paths`."""
     stroke_order.stroke_order_model.cache_clear()
     if recover is ours:
@@ -151,7 +151,7 @@ def simulated(name: str, *, kept_out: bool = False) -> tuple[ScannedHand, list[A
 
 
 def judged(
-    hand: ScannedHand, true: Sequence[Array], words: Sequence[int], hands: tuple[str, ...] = HANDS, late: str = ""
+    hand: ScannedHand, true: Sequence[Array], words: Sequence[int], hands: tuple[str, ...] = HANDS, late: str = "letter"
 ) -> dict[str, Tally]:
     """Every method on a hand's own page."""
     seen = hand.pages[0].graph.uv * hand.pages[0].pixel
