@@ -8,7 +8,7 @@ from handout import units
 from handout.errors import InputError
 from handout.hand import library
 from handout.inking.papers import PAPERS, Paper
-from handout.inking.pen import PENS, Pen, usual
+from handout.inking.pen import PENS, Pen, brushes, is_brush, usual
 from handout.pipeline.options import PictureOptions, millimetres
 from handout.sinks import Look
 from handout.sinks import check_outputs as check_outputs
@@ -33,9 +33,15 @@ def pen(picture: PictureOptions) -> Pen:
     name = picture.pen or "ballpoint"
     if is_scanned(name):
         return usual("ballpoint", colour=picture.ink)
+    width = None if picture.pen_width is None else millimetres(picture.pen_width, "pen width")
+    if is_brush(name):
+        from handout.inking.brush.brushes import find
+
+        brush = find(name)
+        return usual(name, brush.width if width is None else width, picture.ink or brush.colour)
     if name not in PENS:
-        raise InputError(f"pen: {name!r} is not one of {', '.join(PENS)}.")
-    return usual(name, None if picture.pen_width is None else millimetres(picture.pen_width, "pen width"), picture.ink)
+        raise InputError(f"pen: {name!r} is not one of {', '.join((*PENS, *brushes()))}, nor a .brush file.")
+    return usual(name, width, picture.ink)
 
 
 def is_scanned(name: str) -> bool:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from handout.inking.brush.photographs import Found
 from handout.summary import one_line
-from handout.values import Array
+from handout.values import Array, Indices
 
 SPAN = 1.25  # half widths on either side of the spine
 SEGMENTS = 8  # in a width
@@ -26,6 +26,7 @@ _MOST_ROWS = 240  # of a ribbon: a width of 192 pixels
 _FAINT = 0.02  # of a column's cover: less is paper before or after the stroke
 _EDGE = 0.15  # of the paper covered, smoothed: where the stroke's edge is
 _STEADY = 0.35  # widths: deviation of the Gaussian by which a spine moves to the middle of its edges
+_PIECE = 2.0  # widths of one parabola of a spine
 _INK = 0.5  # covered so far, a pixel shows its ink's own colour
 
 _Pixels = NDArray[np.float32]
@@ -88,7 +89,9 @@ class Ribbon:
     @cached_property
     def widths(self) -> Array:
         """(n + 1, 2): from the spine to either edge at the borders, in half widths."""
-        return _edges(self.borders[..., 3].T) * SPAN
+        step = self.columns
+        alpha = np.pad(self.rgba[..., 3] / np.float32(255), ((0, 0), (step // 2, step)))
+        return _edges(alpha[:, : (len(self) + 1) * step].reshape(len(alpha), len(self) + 1, step).mean(axis=2)) * SPAN
 
     def mirrored(self) -> Ribbon:
         """The same stroke with its sides exchanged."""
@@ -154,9 +157,20 @@ def _centred(found: Found) -> tuple[Array, float]:
         aside = np.interp(np.arange(len(spine)), core, aside[core])
         aside = gaussian_filter1d(aside, _STEADY * 2 * half, mode="nearest")
         half = float(np.median(sides[core].sum(axis=1))) / 2
-        spine = spine + aside[:, None] * _normals(spine)
-        spine = _spaced(gaussian_filter1d(spine, 0.2 * half, axis=0, mode="nearest"), 1.0)
+        spine = _spaced(_fair(spine + aside[:, None] * _normals(spine), core, half), 1.0)
     return spine, half
+
+
+def _fair(line: Array, core: Indices, half: float) -> Array:
+    """The line as a brush goes: a parabola, or in a long stroke parabolas of two widths each; straight past `core`."""
+    from scipy.interpolate import make_lsq_spline
+
+    first, last = float(core[0]), float(core[-1])
+    knots = np.linspace(first, last, max(2, round((last - first) / (_PIECE * 2 * half)) + 1))
+    spline = make_lsq_spline(core, line[core], np.concatenate([knots[:1], knots[:1], knots, knots[-1:], knots[-1:]]), 2)
+    at = np.arange(len(line), dtype=np.float64)
+    inside = np.clip(at, first, last)
+    return np.asarray(spline(inside) + spline.derivative()(inside) * (at - inside)[:, None])
 
 
 def _normals(line: Array) -> Array:
