@@ -56,4 +56,6 @@ def show(brush: str, output: Path, seed: int, console: Console) -> None:
     from handout.pipeline.brushes import show
 
     result = show(brush, output, seed)
-    console.report(result, f"Wrote {result.file}: {units.count(len(result.strokes), 'stroke')}, and what is made of them.")
+    console.report(
+        result, f"Wrote {result.file}: {units.count(len(result.strokes), 'stroke')}, and what is made of them."
+    )

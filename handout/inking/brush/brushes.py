@@ -25,10 +25,10 @@ from handout.inking.pen import BRUSH_FILE, brushes, check_width
 from handout.scanning.picture_files import read_picture
 from handout.summary import one_line
 
-_FORMAT = 1
+_FORMAT = 1  # of the file; older programs refuse newer ones
 _WIDTH = 0.8  # mm: usual width of a brush's line, broad for letters of 2.5 mm and still read; set by eye
 _MOST_RIBBONS = 60  # their borders make a table of some thousand rows
-_MOST_PIXELS = 4_000_000  # of a ribbon
+_MOST_PIXELS = 4_000_000  # of a ribbon: a stroke of 100 widths
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +136,9 @@ def load(path: Path) -> Brush:
             raise InputError(f"{path} is not a brush; handout brush learn makes one of photographs of strokes.")
         facts = archive.json("brush.json", _File)
         if facts.format != _FORMAT:
-            raise InputError(f"{path} is of format {facts.format}, which this program does not know; it knows {_FORMAT}.")
+            raise InputError(
+                f"{path} is of format {facts.format}, which this program does not know; it knows {_FORMAT}."
+            )
         if not 0 < len(facts.ribbons) <= _MOST_RIBBONS:
             raise InputError(f"{path} cannot be used: it holds {len(facts.ribbons)} strokes, not 1 to {_MOST_RIBBONS}.")
         check_width(facts.width)
@@ -149,7 +151,7 @@ def load(path: Path) -> Brush:
 
 def _checked(rgba: NDArray[np.uint8], bend: list[float], path: Path) -> Ribbon:
     count = len(bend)
-    fits = count > 1 and rgba.shape[1] % count == 0 and 8 * SEGMENTS < 10 * len(rgba) and np.isfinite(bend).all()
+    fits = count > 1 and rgba.shape[1] % count == 0 and 10 * len(rgba) > 8 * SEGMENTS and np.isfinite(bend).all()
     if not fits or not (rgba[..., 3] > 127).any():
         raise InputError(f"{path} cannot be used: a stroke of it does not fit its segments, or has no ink.")
     return Ribbon(rgba, np.array(bend))
@@ -166,7 +168,9 @@ def find(name: str) -> Brush:
     path = Path(name) if name.endswith(BRUSH_FILE) else brushes().get(name, Path(name))
     if not path.is_file():
         known = ", ".join(brushes())
-        raise InputError(f"{name}: there is no such brush; there are {known}, and files that handout brush learn makes.")
+        raise InputError(
+            f"{name}: there is no such brush; there are {known}, and files that handout brush learn makes."
+        )
     return _loaded(path.resolve(), path.stat().st_mtime_ns)
 
 

@@ -9,7 +9,6 @@ Source: seed 004, §3.3 and §3.4; the mesh and its parts: own method.
 
 from __future__ import annotations
 
-
 from dataclasses import dataclass
 from functools import cache, cached_property
 
@@ -248,15 +247,15 @@ def _sampled(picture: _Pixels, x: _Pixels, y: _Pixels) -> _Pixels:
 
     side = 1 << 14  # cv2.remap takes no rows of more than 32,767
     count = -(-len(x) // side) * side
-    grid = [np.resize(values, count).reshape(-1, side) for values in (x, y)]
-    ink = cv2.remap(picture, *grid, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    at_x, at_y = (np.resize(values, count).reshape(-1, side) for values in (x, y))
+    ink = cv2.remap(picture, at_x, at_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(ink.reshape(-1, 4)[: len(x)])
 
 
 def _places(
     at: Indices, quad: NDArray[np.int32], width: int, line: Array, sides: Array, reach: Array
 ) -> tuple[_Pixels, _Pixels]:
-    """Where pixels (n,), numbered in rows of `width`, lie: along the line, and −1 to 1 across it as far as `reach` (m,).
+    """Where pixels (n,), numbered in rows of `width`, lie: along the line, and across it in shares of `reach` (m,).
 
     How far along its quadrilateral a pixel lies follows from its distances from both ends of it, so that neighbours
     agree on the edge that they share.
@@ -290,5 +289,3 @@ def bends(line: Array) -> Array:
     """(m,): by how much a line turns in each of its pieces, rad a width, of places (m + 1, 2) an eighth apart."""
     turn = _turns(line)
     return np.asarray((turn[1:] + turn[:-1]) / 2 * SEGMENTS)
-
-

@@ -26,8 +26,9 @@ _FEWEST = 14  # pixels: no narrower stroke shows how its brush paints
 _CONTRAST = 0.15  # of the light: what the ink must at least take away
 _CLOSED, _OPENED = 0.3, 0.33  # half widths: gaps between streaks, and what is too thin to be a stroke
 _THINNER = 0.35  # of the widest stroke's half width: what is narrower is a number or a note
+_FILLED = 0.4  # of a stroke's shape that is ink: less is writing.  Seen: dry strokes from 0.63, writing up to 0.23
 _BRANCH = 1.0  # widths beside the longest way through a stroke: more is a second stroke
-_BLOB = 0.8  # widths: what is shorter has no direction
+_BLOB = 1.3  # widths: what is shorter has no direction
 _FORKED = 0.55  # widths from either end, where a middle line runs into the corners
 _CALM = 0.35  # widths: deviation of the Gaussian that smooths the spine
 
@@ -73,16 +74,18 @@ def find_strokes(rgb: NDArray[np.uint8], source: str) -> Photograph:
 
     light = _evenly_lit(rgb)
     scale = min(1.0, _COARSE / max(light.shape[:2]))
-    small = cv2.resize(light, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    bodies, half = _bodies(_dark(small), source, scale)
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(bodies.astype(np.uint8))
+    size = (max(1, round(light.shape[1] * scale)), max(1, round(light.shape[0] * scale)))
+    small = np.asarray(cv2.resize(light, size, interpolation=cv2.INTER_AREA), dtype=np.float32)
+    bodies, ink, half = _bodies(_dark(small), source, scale)
+    count, labelled, stats, _ = cv2.connectedComponentsWithStats(bodies.astype(np.uint8))
+    labels = np.asarray(labelled, dtype=np.int32)
     frames = _frames(_dark(small), bodies, half)
     clear = cv2.resize(frames.astype(np.uint8), light.shape[1::-1], interpolation=cv2.INTER_NEAREST).astype(bool)
     order = sorted(range(1, count), key=lambda k: int(stats[k, cv2.CC_STAT_TOP]))
     strokes, reasons = list[Found](), list[str]()
     for label in order:
-        inside = _distance(labels == label)
-        if inside.max() < _THINNER * half:
+        body = labels == label
+        if _distance(body).max() < _THINNER * half or ink[body].mean() < _FILLED:
             continue
         x, y = int(stats[label, cv2.CC_STAT_LEFT] / scale), int(stats[label, cv2.CC_STAT_TOP] / scale)
         found = _stroke(light, clear, labels, label, scale)
@@ -143,8 +146,8 @@ def _disc(radius: float) -> NDArray[np.uint8]:
     return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)), dtype=np.uint8)
 
 
-def _bodies(dark: _Pixels, source: str, scale: float) -> tuple[_Mask, float]:
-    """The strokes of a coarse picture as smooth shapes, and half the width of the widest, pixels."""
+def _bodies(dark: _Pixels, source: str, scale: float) -> tuple[_Mask, _Mask, float]:
+    """The strokes of a coarse picture as smooth shapes, its ink, and half the width of the widest, pixels."""
     import cv2
 
     grey = np.asarray(np.clip(dark * 255, 0, 255), dtype=np.uint8)
@@ -169,7 +172,7 @@ def _bodies(dark: _Pixels, source: str, scale: float) -> tuple[_Mask, float]:
             f"shows from {_FEWEST} pixels; photograph it closer."
         )
     opened = cv2.morphologyEx(body.astype(np.uint8), cv2.MORPH_OPEN, _disc(_OPENED * half))
-    return np.asarray(opened, dtype=bool), half
+    return np.asarray(opened, dtype=bool), ink, half
 
 
 def _frames(dark: _Pixels, bodies: _Mask, half: float) -> _Mask:
@@ -179,8 +182,10 @@ def _frames(dark: _Pixels, bodies: _Mask, half: float) -> _Mask:
     near = cv2.dilate(bodies.astype(np.uint8), _disc(0.08 * half)).astype(bool)
     thin = ((dark > _CONTRAST) & ~near).astype(np.uint8)
     length = max(5, round(1.6 * half))
-    lines = [cv2.morphologyEx(thin, cv2.MORPH_OPEN, np.ones(s, np.uint8)) for s in ((1, length), (length, 1))]
-    return np.asarray(cv2.dilate(lines[0] | lines[1], np.ones((3, 3), np.uint8)), dtype=bool)
+    level, upright = (
+        cv2.morphologyEx(thin, cv2.MORPH_OPEN, np.ones(side, np.uint8)) for side in ((1, length), (length, 1))
+    )
+    return np.asarray(cv2.dilate(np.maximum(level, upright), np.ones((3, 3), np.uint8)) > 0)
 
 
 def _stroke(light: _Pixels, clear: _Mask, labels: NDArray[np.int32], label: int, scale: float) -> Found | str:
@@ -201,10 +206,9 @@ def _stroke(light: _Pixels, clear: _Mask, labels: NDArray[np.int32], label: int,
     low = np.floor(np.maximum([x.min() - reach, y.min() - reach], 0) / scale).astype(int)
     high = np.ceil(np.array([x.max() + reach, y.max() + reach]) / scale).astype(int) + 1
     window = np.s_[low[1] : high[1], low[0] : high[0]]
-    near = cv2.dilate(body.astype(np.uint8), _disc(0.45 * width))
     others = ((labels > 0) & ~body).astype(np.uint8)
-    near &= 1 - cv2.dilate(others, _disc(0.1 * width))
-    own = cv2.resize(near, light.shape[1::-1], interpolation=cv2.INTER_LINEAR)[window] > 0
+    near = np.asarray(cv2.dilate(body.astype(np.uint8), _disc(0.45 * width))) > cv2.dilate(others, _disc(0.1 * width))
+    own = cv2.resize(near.astype(np.uint8), light.shape[1::-1], interpolation=cv2.INTER_LINEAR)[window] > 0
     part = light[window]
     density = _density(part, cv2.resize(body.astype(np.uint8), light.shape[1::-1])[window] > 0)
     density = np.where(own & ~clear[window], density, 0)
@@ -233,7 +237,7 @@ def _longest_way(body: _Mask) -> Array | str:
     xy, edges = skeleton(body)
     if not len(edges):
         y, x = np.nonzero(body)
-        return np.stack([x, y], axis=1).mean(axis=0, keepdims=True)
+        return np.asarray(np.stack([x, y], axis=1).mean(axis=0, keepdims=True))
     length = np.linalg.norm(xy[edges[:, 0]] - xy[edges[:, 1]], axis=1)
     graph = coo_matrix((length, tuple(edges.T)), shape=(len(xy), len(xy)))
     away = dijkstra(graph, directed=False, indices=0)
@@ -247,7 +251,7 @@ def _longest_way(body: _Mask) -> Array | str:
     width = 2 * float(np.median(_distance(body)[tuple(np.rint(xy[way]).astype(int).T[::-1])]))
     if _beside(graph, np.array(way)) > _BRANCH * width:
         return "crosses itself or another: photograph strokes that lie apart"
-    return xy[way]
+    return np.asarray(xy[way])
 
 
 def _beside(graph: object, way: Indices) -> float:
@@ -284,10 +288,9 @@ def _smooth_spine(way: Array, body: _Mask) -> tuple[Array, float]:
     far = np.arange(1, round(1.6 * width))[:, None]
     line = np.concatenate([line[0] + far[::-1] * out[0], line, line[-1] + far * out[1]])
     rows = np.rint(line).astype(int)
-    fits = ((rows >= 0) & (rows < body.shape[::-1])).all(axis=1)
-    inside = fits.copy()
-    inside[fits] = body[tuple(rows[fits].T[::-1])]
-    return (line if inside.sum() >= _BLOB * width else np.zeros((0, 2))), width
+    fits = np.all((rows >= 0) & (rows < body.shape[::-1]), axis=1)
+    inside = body[tuple(rows[fits].T[::-1])]
+    return (line if np.count_nonzero(inside) >= _BLOB * width else np.zeros((0, 2))), width
 
 
 def _resampled(line: Array, step: float = 1.0) -> Array:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,7 +57,7 @@ class Ribbon:
     @cached_property
     def premultiplied(self) -> _Pixels:
         """(rows, columns, 4) float32, 0–1."""
-        ink = self.rgba.astype(np.float32) / 255
+        ink = self.rgba.astype(np.float32) / np.float32(255)
         ink[..., :3] *= ink[..., 3:]
         return ink
 
@@ -98,12 +99,12 @@ class Ribbon:
         return Ribbon(np.ascontiguousarray(self.rgba[::-1]), -self.bend)
 
 
-def _edges(cover: NDArray[np.floating]) -> Array:
+def _edges(cover: NDArray[np.floating[Any]]) -> Array:
     """(n, 2): share of the rows from the middle to the first and to the last that is covered, of (rows, n)."""
     rows = len(cover)
-    ink = cover > _EDGE
+    ink = np.asarray(cover > _EDGE)
     some = ink.any(axis=0)
-    first, last = ink.argmax(axis=0), rows - ink[::-1].argmax(axis=0)
+    first, last = ink.argmax(axis=0), rows - np.flipud(ink).argmax(axis=0)
     sides = np.stack([1 - 2 * first / rows, 2 * last / rows - 1], axis=1)
     return np.asarray(np.where(some[:, None], sides, 0.0))
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ from handout.values import Array, Indices
 from handout.writing.choosing import fading_cost
 
 Method = Literal["optimal", "two-pass"]
+_Costs = NDArray[np.floating[Any]]  # float32 in fact, for speed
 
 _NEAR = 1.0  # widths from an end within which the distance from it matters, a Gaussian's deviation
 _END, _BEND, _COVER, _STREAKS = 1.0, 0.1, 1.5, 1.0  # weights of what a segment costs
@@ -39,7 +40,7 @@ _LENGTH = 2.0  # how much rather a stroke is guided by one of its own length
 _WET = 3.5 * SEGMENTS  # segments: much shorter strokes are rather guided by those that cover well from the start
 _ALIKE = (0.15, 2.5)  # in cover, in streaks: segments that differ by less from what a guide asks for can follow it
 _FADING = 0.7  # of how lately a guide was followed, a stroke
-_TRIES = 3  # times that a stroke is solved for what comes again
+_TRIES, _SOFT_TRIES = 10, 2  # times that a stroke is solved for what comes again: at once, and at all
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,14 +59,15 @@ class Target:
 class _Borders:
     """The costs (n, n) of borders as steps of a chain, each place of which has the same states."""
 
-    def __init__(self, costs: NDArray[np.float32]) -> None:
+    def __init__(self, costs: _Costs) -> None:
         self._costs, self._total = costs, np.empty_like(costs)
 
-    def totals(self, costs: NDArray[np.float32]) -> NDArray[np.float32]:
+    def totals(self, costs: _Costs) -> Array:
         """As `chains.Step`."""
-        return np.asarray(np.add(self._costs, costs[:, None], out=self._total).min(axis=0))
+        least: Array = np.add(self._costs, costs[:, None], out=self._total).min(axis=0)
+        return least
 
-    def origin(self, costs: NDArray[np.float32], state: int) -> int:
+    def origin(self, costs: _Costs, state: int) -> int:
         """As `chains.Step`."""
         return int((costs + self._costs[:, state]).argmin())
 
@@ -165,14 +167,14 @@ class Library:
         m = len(target.bend)
         length = np.array([len(each) for each in self.ribbons])[self.ribbon]
         at = np.arange(m)[:, None]
-        cost = np.zeros((m, len(self.place)))
+        cost: Array = np.zeros((m, len(self.place)))
+        reach = min(_NEAR * SEGMENTS, m / 3)
         for wanted, have in ((at, self.place), (m - 1 - at, length - 1 - self.place)):
-            reach = min(_NEAR * SEGMENTS, m / 3)
             cost += _END * np.exp(-((wanted / reach) ** 2) / 2) * ((wanted - have) / reach) ** 2
         wanted_of = (target.bend, target.cover, target.streaks)
         weights = (_BEND, _COVER, _STREAKS)
-        for weight, wanted, have, scale in zip(weights, wanted_of, self._features, self._scales, strict=True):
-            cost += weight * ((wanted[:, None] - have) / scale) ** 2
+        for weight, asked, feature, scale in zip(weights, wanted_of, self._features, self._scales, strict=True):
+            cost += weight * ((asked[:, None] - feature) / scale) ** 2
         return cost
 
     def energy(self, row: Indices, costs: Array) -> float:
@@ -185,13 +187,14 @@ class Library:
             return two_pass(costs, self.borders)
         costs = costs.astype(np.float32)
         steps = [self._steps] * (len(costs) - 1)
-        for _ in range(_TRIES):
+        for attempt in range(_TRIES):
             row = np.array(viterbi(list(costs), steps), dtype=np.intp)
             age = repeated(self.same[row])
             again = np.flatnonzero(age < _SEEN)
-            if not len(again):
+            if not len(again) or (attempt >= _SOFT_TRIES and age[again].min() > WITHIN):
                 break
-            costs[again, row[again]] += fading_cost(age[again], _AGAIN, _SEEN)
+            dear = fading_cost(age[again].astype(np.float64), _AGAIN, _SEEN)
+            costs[again] += (self.same == self.same[row[again]][:, None]) * dear[:, None].astype(np.float32)
         return row
 
 
@@ -210,9 +213,7 @@ class Chooser:
         near = np.exp(-_LENGTH * np.abs(np.log(len(bend) / lengths)) - self._guided)
         targets = [library.target(bend, guide) for guide in library.ribbons]
         cover, streaks = (np.array([getattr(each, name).mean() for each in targets]) for name in ("cover", "streaks"))
-        apart = np.hypot(
-            (library.cover - cover[:, None]) / _ALIKE[0], (library.streaks - streaks[:, None]) / _ALIKE[1]
-        )
+        apart = np.hypot((library.cover - cover[:, None]) / _ALIKE[0], (library.streaks - streaks[:, None]) / _ALIKE[1])
         near *= cover ** ((_WET / len(bend)) ** 2) * np.minimum(1, (apart < 1).sum(axis=1) / 2 / len(bend))
         guide = int(rng.choice(len(lengths), p=near / near.sum()))
         self._guided *= _FADING
@@ -241,7 +242,7 @@ def two_pass(costs: Array, borders: Array) -> Indices:
 
 
 def repeated(same: Indices) -> Indices:
-    """(m,): how many places before each of a row the same came last; as many as there are numbers where it never did."""
+    """(m,): how many places before each of a row the same came last; more than any where it never did."""
     last, age = dict[int, int](), np.full(len(same), np.iinfo(np.intp).max)
     for at, one in enumerate(same.tolist()):
         age[at] = at - last.get(one, -len(age) - _FORGOTTEN)
