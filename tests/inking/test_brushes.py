@@ -10,6 +10,7 @@ from brushes import paper, stroke
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from handout.chains import viterbi
 from handout.errors import InputError
 from handout.inking import pens
 from handout.inking.brush import brushes, canvas, painting
@@ -105,10 +106,9 @@ def test_no_row_of_segments_is_cheaper(brush, seed, places, kept):
     some = rng.choice(len(library.place), kept, replace=False)
     costs = np.full((places, len(library.place)), 1e6)
     costs[:, some] = rng.uniform(0, 10, (places, kept))
-    steps = [library._steps] * (places - 1)
-    row = np.array(painting.viterbi(list(costs.astype(np.float32)), steps))
+    row = np.array(viterbi(list(costs), [library.borders] * (places - 1)))
     best = min(library.energy(np.array(each), costs) for each in product(some, repeat=places))
-    assert library.energy(row, costs) == pytest.approx(best, rel=1e-4)
+    assert library.energy(row, costs) == pytest.approx(best, rel=1e-9)
     assert best <= library.energy(two_pass(costs, library.borders), costs) + 1e-6
 
 
@@ -119,6 +119,16 @@ def test_segments_that_follow_each_other_cost_nothing_between(brush):
     borders = borders.copy()
     borders[on, on + 1] = 1
     assert borders.min() > 0
+
+
+def test_what_comes_again_costs_no_more_than_it_must(brush):
+    library, rng = brush.library, np.random.default_rng(3)
+    for _ in range(5):
+        costs = rng.uniform(0, 3, (40, len(library.place)))
+        exact = library.energy(np.array(viterbi(list(costs), [library.borders] * 39)), costs)
+        row = library.row(costs)
+        assert exact <= min(library.energy(each, costs) for each in (row, library.row(costs, "two-pass"))) + 1e-6
+        assert (repeated(library.same[row]) > WITHIN).all()
 
 
 def test_a_long_stroke_repeats_nothing_soon(brush):

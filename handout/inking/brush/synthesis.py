@@ -3,8 +3,8 @@
 What a segment costs in its place: how far from head and tail it was painted, how its spine bent, and how much of the
 paper it covers in how many streaks, against those of a *guide*, one of the ribbons laid out over the whole stroke.  So
 a stroke runs dry as a real one does; without it the cheapest rows are solid ink, whose borders all fit.  What one
-costs after another: how their ink and their edges differ at the border.  The row is found exactly; the two passes of
-the seed are there to be compared with.
+costs after another: how their ink and their edges differ at the border.  The row is found exactly but for what comes again, which every survivor of the search has
+to pay for; the two passes of the seed are there to be compared with.
 
 Source: seed 004, eq. 1–10 (each pair of neighbours counted once); the guide, the costs of repeating: own method.
 """
@@ -32,7 +32,7 @@ _END, _BEND, _COVER, _STREAKS = 1.0, 0.1, 1.5, 1.0  # weights of what a segment 
 _COLOUR, _WIDTH = 6.0, 3.0  # weights of what a border costs
 _CUT = 0.3  # of any border that is not a ribbon's own
 WITHIN = 8  # segments within which nothing should come again
-_AGAIN = 4.0  # cost of a segment that does
+_AGAIN = 8.0  # cost of a segment at once after itself
 _SEEN = 32  # segments until a stroke may show one again at no cost
 _LATELY, _FORGOTTEN = 0.6, 96  # cost of one that the strokes before have just used; segments until it is as new
 _CHANCE = 0.1  # of the perturbation by which two strokes differ
@@ -40,7 +40,6 @@ _LENGTH = 2.0  # how much rather a stroke is guided by one of its own length
 _WET = 3.5 * SEGMENTS  # segments: much shorter strokes are rather guided by those that cover well from the start
 _ALIKE = (0.15, 2.5)  # in cover, in streaks: segments that differ by less from what a guide asks for can follow it
 _FADING = 0.7  # of how lately a guide was followed, a stroke
-_TRIES, _SOFT_TRIES = 10, 2  # times that a stroke is solved for what comes again: at once, and at all
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,20 +55,34 @@ class Target:
     streaks: Array
 
 
-class _Borders:
-    """The costs (n, n) of borders as steps of a chain, each place of which has the same states."""
+class _Walk:
+    """The steps of a stroke, in which every survivor remembers what it showed: what it shows again costs.
 
-    def __init__(self, costs: _Costs) -> None:
-        self._costs, self._total = costs, np.empty_like(costs)
+    One chain is solved with it, from its beginning; the costs of borders are (n, n), of numbers `same` (n,).
+    """
+
+    def __init__(self, borders: _Costs, same: Indices) -> None:
+        self._after, self._same = np.ascontiguousarray(borders.T), same
+        self._again = np.zeros((int(same.max()) + 1, len(same)), np.float32)
+        self._again[same, np.arange(len(same))] = _AGAIN
+        self._origins = list[Indices]()
 
     def totals(self, costs: _Costs) -> Array:
         """As `chains.Step`."""
-        least: Array = np.add(self._costs, costs[:, None], out=self._total).min(axis=0)
+        total = self._again[self._same]
+        total += self._after
+        total += costs
+        origin = total.argmin(axis=1)
+        self._origins.append(origin)
+        least: Array = total[np.arange(len(origin)), origin]
+        self._again = self._again[:, origin] - np.float32(_AGAIN / _SEEN)
+        np.maximum(self._again, 0, out=self._again)
+        self._again[self._same, np.arange(len(origin))] = _AGAIN
         return least
 
     def origin(self, costs: _Costs, state: int) -> int:
-        """As `chains.Step`."""
-        return int((costs + self._costs[:, state]).argmin())
+        """As `chains.Step`; asked from the last place to the first."""
+        return int(self._origins.pop()[state])
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,13 +154,7 @@ class Library:
         cost += _CUT
         on = np.flatnonzero(np.diff(self.ribbon) == 0)
         cost[on, on + 1] = 0
-        back = self.place[:, None] - self.place[None]
-        again = (self.ribbon[:, None] // 2 == self.ribbon[None] // 2) & (back >= 0) & (back < WITHIN)
-        return np.asarray(cost + _AGAIN * again)
-
-    @cached_property
-    def _steps(self) -> _Borders:
-        return _Borders(self.borders.astype(np.float32))
+        return np.asarray(cost)
 
     def target(self, bend: Array, guide: Ribbon) -> Target:
         """What is wanted of a stroke of so many bends (m,): its ends as the guide's ends, the rest stretched."""
@@ -182,20 +189,11 @@ class Library:
         return float(costs[np.arange(len(row)), row].sum() + self.borders[row[:-1], row[1:]].sum())
 
     def row(self, costs: Array, method: Method = "optimal") -> Indices:
-        """(m,): the segments of a stroke, of which none comes again soon where that can be."""
+        """(m,): the segments of a stroke: the cheapest, among which what came lately costs more, or by two passes."""
         if method == "two-pass":
             return two_pass(costs, self.borders)
-        costs = costs.astype(np.float32)
-        steps = [self._steps] * (len(costs) - 1)
-        for attempt in range(_TRIES):
-            row = np.array(viterbi(list(costs), steps), dtype=np.intp)
-            age = repeated(self.same[row])
-            again = np.flatnonzero(age < _SEEN)
-            if not len(again) or (attempt >= _SOFT_TRIES and age[again].min() > WITHIN):
-                break
-            dear = fading_cost(age[again].astype(np.float64), _AGAIN, _SEEN)
-            costs[again] += (self.same == self.same[row[again]][:, None]) * dear[:, None].astype(np.float32)
-        return row
+        walk = _Walk(self.borders.astype(np.float32), self.same)
+        return np.array(viterbi(list(costs.astype(np.float32)), [walk] * (len(costs) - 1)), dtype=np.intp)
 
 
 class Chooser:
