@@ -3,8 +3,8 @@
 What a segment costs in its place: how far from head and tail it was painted, how its spine bent, and how much of the
 paper it covers in how many streaks, against those of a *guide*, one of the ribbons laid out over the whole stroke.  So
 a stroke runs dry as a real one does; without it the cheapest rows are solid ink, whose borders all fit.  What one
-costs after another: how their ink and their edges differ at the border.  The row is found exactly but for what comes again, which every survivor of the search has
-to pay for; the two passes of the seed are there to be compared with.
+costs after another: how their ink and their edges differ at the border.  The row is found exactly but for what comes
+again, which every survivor of the search has to pay for; the two passes of the seed are there to be compared with.
 
 Source: seed 004, eq. 1–10 (each pair of neighbours counted once); the guide, the costs of repeating: own method.
 """
