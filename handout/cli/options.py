@@ -66,8 +66,8 @@ _PICTURE = (
     click.option(
         "--pen",
         help=f"What the ink looks like, in PNG files and prints: {', '.join(PENS)}, by default ballpoint; "
-        "dry-brush, marker, sumi, crayon, or a .brush file. A scanned hand has its own; another .hand file lends it that "
-        "of its pages.",
+        "dry-brush, marker, sumi, crayon, or a .brush file. A scanned hand has its own; another .hand file lends it "
+        "that of its pages.",
     ),
     click.option("--pen-width", help="Width of the line, in pictures; default: the pen's own, plain 0.3mm."),
     click.option(

@@ -333,9 +333,10 @@ def _in_colour(drawing: Drawing, task: WritingTask) -> Drawing:
         return drawing
     # without a colour of their own, strokes have that of the pen that pictures are drawn with
     colour = ink_colours(task.pen_hand).colours[0] if task.pen_hand and not task.coloured else ""
-    # a pen makes its own width, not that of the pen on the scanned pages
-    own = {"width": None} if task.traced else {}
-    return replace(drawing, strokes=tuple(replace(stroke, colour=colour, **own) for stroke in drawing.strokes))
+    strokes = tuple(replace(stroke, colour=colour) for stroke in drawing.strokes)
+    if task.traced:  # a pen makes its own width, not that of the pen on the scanned pages
+        strokes = tuple(replace(stroke, width=None) for stroke in strokes)
+    return replace(drawing, strokes=strokes)
 
 
 def not_followed(task: WritingTask, picture: PictureOptions, ink_shown: bool) -> list[str]:
