@@ -22,7 +22,7 @@ from handout.inking.brush.photographs import find_strokes
 from handout.inking.brush.ribbon import straightened
 from handout.values import Array
 
-_ROWS = 120  # of pixels across a ribbon that ships
+_ROWS = 100  # of pixels across a ribbon that ships
 _HALF = 64  # pixels: half width of a simulated stroke
 _STROKES = 5  # of a brush
 _LONG = (3.0, 6.0)  # widths: the shortest and the longest

@@ -102,8 +102,8 @@ class Ribbon:
 def _edges(cover: NDArray[np.floating[Any]]) -> Array:
     """(n, 2): share of the rows from the middle to the first and to the last that is covered, of (rows, n)."""
     rows = len(cover)
-    ink: NDArray[np.bool_] = np.greater(cover, _EDGE)
-    some = ink.any(axis=0)
+    ink = np.asarray(cover > _EDGE)
+    some = np.asarray(ink.any(axis=0))
     first, last = ink.argmax(axis=0), rows - np.flipud(ink).argmax(axis=0)
     sides = np.stack([1 - 2 * first / rows, 2 * last / rows - 1], axis=1)
     return np.asarray(np.where(some[:, None], sides, 0.0))
