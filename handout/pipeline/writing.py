@@ -258,7 +258,7 @@ def set_pages(
 
 
 def _reread(
-    compose: Callable[[Prices], Iterator[Sheet]], hand: ScannedHand, author: ScannedHand, task: WritingTask
+    compose: Callable[..., Iterator[Sheet]], hand: ScannedHand, author: ScannedHand, task: WritingTask
 ) -> Iterator[Sheet]:
     """The pages of a text in a scanned hand, each with the words of it that read as others.
 
@@ -271,7 +271,7 @@ def _reread(
 
     # without variation the best glyphs are wanted, always the same: what reads badly is only told
     tries = None if task.layout.jitter else 0
-    sheets, doubts = reread(lambda prices: list(compose(prices)), hand, author, tries)
+    sheets, doubts = reread(lambda prices: list(compose(prices=prices)), hand, author, tries)
     if doubts and task.strict:
         named = ", ".join(f"{doubt.word} as {doubt.reads_as or 'nothing'}" for doubt in doubts[:_MOST_NAMED])
         more = f" and {len(doubts) - _MOST_NAMED} more" if len(doubts) > _MOST_NAMED else ""
