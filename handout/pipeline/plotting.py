@@ -282,7 +282,7 @@ def _machine(plotting: PlotOptions, port: str | None) -> Plotter:
 def _task(request: PlotRequest) -> WritingTask:
     """The options of writing, checked; a text goes on the lines of its paper."""
     task = prepare(request.writing, request.sheet, request.picture)
-    if request.source.drawing is not None:
+    if request.source.drawing is not None or request.picture.paper == "none":
         return task
     return on_lined_paper(task, request.writing, request.sheet, request.picture)
 
