@@ -20,7 +20,7 @@ from handout.page_sizes import margins, page
 from handout.pipeline import programs
 from handout.pipeline.lined_paper import LinedPaper, lined_paper, page_name
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions, millimetres, pace, seed_of
-from handout.pipeline.results import SILENT, Facts, Listener, Tally
+from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.progress import Tell, silent, within
 from handout.sinks import OF_INK, Look, write_drawings
 from handout.sinks import check_outputs as check_outputs
@@ -78,7 +78,7 @@ class WritingTask:
 
 
 @dataclass(frozen=True)
-class Written:
+class Written(Result):
     """What `write` made: see `Tally` for the figures.
 
     files : in the order of the outputs, pages in order.
@@ -89,11 +89,9 @@ class Written:
     seed: int
     hand: str
     files: tuple[Path, ...]
-    notes: tuple[str, ...] = ()
     paper: Facts | None = None
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         return {
             **self.tally.facts(self.seed, self.hand, self.files),
             **({"notes": list(self.notes)} if self.notes else {}),
@@ -146,7 +144,7 @@ def drawings(
 def written(tally: Tally, task: WritingTask, files: Sequence[Path], notes: tuple[str, ...] = ()) -> Written:
     """The result of a task."""
     paper = dict(task.paper.facts) if task.paper is not None and task.paper.facts else None
-    return Written(tally, task.seed, task.hand.name, tuple(files), notes, paper)
+    return Written(tally, task.seed, task.hand.name, tuple(files), paper, notes=notes)
 
 
 def prepare(
