@@ -32,7 +32,6 @@ from handout.writing.text import Borrowed
 if TYPE_CHECKING:
     from handout.hand.drawn import Hand
     from handout.hand.scanned import ScannedHand
-    from handout.writing.choosing import Prices
     from handout.writing.pages import Sheet
 
 _WRITTEN = 0.35  # of the work on a page, when its strokes are known and it is yet to be drawn; measured, for PNG
@@ -255,7 +254,7 @@ def set_pages(
 
 
 def _reread(
-    compose: Callable[[Prices], Iterator[Sheet]], hand: ScannedHand, author: ScannedHand, task: WritingTask
+    compose: Callable[..., Iterator[Sheet]], hand: ScannedHand, author: ScannedHand, task: WritingTask
 ) -> Iterator[Sheet]:
     """The pages of a text in a scanned hand, each with the words of it that read as others.
 
@@ -268,7 +267,7 @@ def _reread(
 
     # without variation the best glyphs are wanted, always the same: what reads badly is only told
     tries = None if task.layout.jitter else 0
-    sheets, doubts = reread(lambda prices: list(compose(prices)), hand, author, tries)
+    sheets, doubts = reread(lambda prices: list(compose(prices=prices)), hand, author, tries)
     if doubts and task.strict:
         named = ", ".join(f"{doubt.word} as {doubt.reads_as or 'nothing'}" for doubt in doubts[:_MOST_NAMED])
         more = f" and {len(doubts) - _MOST_NAMED} more" if len(doubts) > _MOST_NAMED else ""
