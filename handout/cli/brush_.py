@@ -36,9 +36,9 @@ def learn(photographs: tuple[Path, ...], output: Path, width: str | None, title:
 
     with console.working():
         result = learn(photographs, output, width=width, title=title)
-    lengths = ", ".join(f"{length:g}" for length in result.strokes)
+    lengths = ", ".join(f"{length:g}" for length in result.lengths_in_widths)
     console.report(
-        result, f"Wrote {result.file}: {units.count(len(result.strokes), 'stroke')}, {lengths} times as long as wide."
+        result, f"Wrote {result.file}: {units.count(result.strokes, 'stroke')}, {lengths} times as long as wide."
     )
 
 
@@ -56,6 +56,4 @@ def show(brush: str, output: Path, seed: int, console: Console) -> None:
     from handout.pipeline.brushes import show
 
     result = show(brush, output, seed)
-    console.report(
-        result, f"Wrote {result.file}: {units.count(len(result.strokes), 'stroke')}, and what is made of them."
-    )
+    console.report(result, f"Wrote {result.file}: {units.count(result.strokes, 'stroke')}, and what is made of them.")

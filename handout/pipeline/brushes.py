@@ -14,32 +14,22 @@ from handout.inking.brush import brushes, sheet
 from handout.inking.brush.ribbon import SEGMENTS
 from handout.inking.pen import BRUSH_FILE, PENS
 from handout.pipeline.options import Length, millimetres
-from handout.pipeline.results import Facts
+from handout.pipeline.results import Result
 from handout.sinks.png import to_png
 
 
-@dataclass(frozen=True)
-class BrushReport:
-    """A brush that was learned or shown.
+@dataclass(frozen=True, kw_only=True)
+class BrushReport(Result):
+    """A brush that was learned or shown; its notes are on strokes that were left out.
 
-    strokes : widths long, each; width : mm, usual; notes : on strokes that were left out.
+    lengths_in_widths : of its strokes; width_mm : usual for its line.
     """
 
     file: Path
-    strokes: tuple[float, ...]
-    width: float
+    strokes: int
+    lengths_in_widths: tuple[float, ...]
+    width_mm: float
     colour: str
-    notes: tuple[str, ...] = ()
-
-    def facts(self) -> Facts:
-        """What ``--json`` prints."""
-        return {
-            "file": str(self.file),
-            "strokes": len(self.strokes),
-            "lengths_in_widths": list(self.strokes),
-            "width_mm": self.width,
-            "colour": self.colour,
-        }
 
 
 def learn(
@@ -89,4 +79,11 @@ def show(name: str, output: str | Path, seed: int = 1) -> BrushReport:
 
 def _report(path: Path, brush: brushes.Brush, notes: tuple[str, ...]) -> BrushReport:
     lengths = tuple(round(len(ribbon) / SEGMENTS, 1) for ribbon in brush.ribbons)
-    return BrushReport(path, lengths, brush.width, brush.colour, notes)
+    return BrushReport(
+        file=path,
+        strokes=len(lengths),
+        lengths_in_widths=lengths,
+        width_mm=brush.width,
+        colour=brush.colour,
+        notes=notes,
+    )
