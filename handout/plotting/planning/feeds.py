@@ -1,11 +1,11 @@
 """Which feed to give each segment so that the machine's own planner moves the pen as the hand did.
 
 The mean speed of a segment is the wrong feed: GRBL enters a block no faster than the slower of two neighbours' feeds,
-so every change of speed comes late.  Here the planner is run in advance (`lookahead`), and each feed is raised where
-its segment would take too long and lowered where it would be over too soon.  Where the machine cannot keep up whatever
-its feed, the time is made up before and after, as far as neighbours have speed to spare: so each feed also follows
-what the stretches around its segment take, short ones and long ones.  What is left then is a true stretch.  A stroke
-that asks for much more than the machine has is not hurried where it could be: its time is lost, its speeds are kept.
+so every change of speed comes late.  Here the planner is run in advance (`lookahead`), and a feed is raised where its
+segment would take too long and lowered where it would take too little time.  Where no feed lets the machine keep up,
+the lost time is made up in the segments before and after, as far as they have speed to spare: each feed is also
+corrected by the common error of short and long stretches around its segment.  A stroke that takes far longer on the
+machine is not hurried elsewhere to make up for it: its time is lost, but its speeds are the hand's.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ class FeedSettings:
     step_around: float = 0.3  # the same where the stretches around it count as well
     # segments, and the share of their common error; in all below 2
     around: tuple[tuple[int, float], ...] = ((5, 0.2), (15, 0.3), (45, 0.4), (135, 0.3))
-    # a stroke that takes longer by the first is hurried, by the second it is not, less in between
+    # share by which a stroke takes too long: up to the first it is hurried, from the second not, less in between
     lost: tuple[float, float] = (0.02, 0.04)
     headroom: float = 1.6  # a feed above this multiple of the wanted speed only makes the motion rough
     least: float = 1 / 60  # mm/s: F1, the slowest a GRBL runs
-    instant: float = 1e-9
+    instant: float = 1e-9  # s; keeps logarithms finite
     spare_turn: float = 2**0.5  # GRBL lets a diagonal move take that much more than an axis alone; so may a curve
 
 
@@ -103,20 +103,16 @@ def fit(lines: Blocks, wanted: Array, feed: Array, draws: Flags, most: Array, qu
         took = run(lines, feed, queue).duration[rows]
         if number == SETTINGS.first:
             late = strokes.whole(took) / strokes.whole(strokes.wanted) - 1.0
-            hurry, least, since = (
-                np.clip((SETTINGS.lost[1] - late) / (SETTINGS.lost[1] - SETTINGS.lost[0]), 0.0, 1.0),
-                np.inf,
-                0,
-            )
+            hurried, given_up = SETTINGS.lost
+            hurry, least, since = np.clip((given_up - late) / (given_up - hurried), 0.0, 1.0), np.inf, 0
         error = strokes.error(took)
         since = 0 if error < 0.998 * least else since + 1
         if error < least and number >= SETTINGS.first:
             best, least = feed.copy(), error
         if since > SETTINGS.patience and number > SETTINGS.first:
             break
-        gain = (SETTINGS.step + (SETTINGS.step_around - SETTINGS.step) * hurry) * np.log(
-            np.maximum(took, SETTINGS.instant) / strokes.wanted
-        )
+        step = SETTINGS.step + (SETTINGS.step_around - SETTINGS.step) * hurry
+        gain = step * np.log(np.maximum(took, SETTINGS.instant) / strokes.wanted)
         if number >= SETTINGS.first:
             for width, share, whole in spans:
                 gain += hurry * share * np.log(np.maximum(strokes.around(took, width), SETTINGS.instant) / whole)

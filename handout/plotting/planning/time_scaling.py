@@ -1,9 +1,9 @@
-"""Time given to a path where a machine cannot keep the hand's: locally, and as little as its limits ask for.
+"""A path slowed down where the machine cannot follow the hand, there alone and by no more than its limits require.
 
-Every sample of the path gets a greatest speed: the hand's own, or less where the path turns so fast that turning alone
-takes more than the machine's acceleration, or where a motor would have to step too fast.  From these the speeds that
-acceleration and braking allow are found in one pass each way, and every piece of the path takes as much longer as it
-became slower.  Where the hand stays within the limits nothing changes.
+Every sample of the path gets a greatest speed: the hand's own, or less where turning alone would take more than the
+machine's acceleration, or where a motor would have to step too fast.  One pass in each direction lowers these to what
+acceleration and braking allow; every piece of the path then takes as much longer as it became slower.  Where the hand
+stays within the limits nothing changes.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from handout.values import Array
 class ScalingSettings:
     """What is taken for a corner, a straight line or a piece of a motion."""
 
-    sampled: float = 0.012  # s; samples nearer than this are those of a motion, others the ends of straight lines
-    bent: float = 0.15  # mm·rad; a turn by more, on so long a piece, is a corner and is not rounded off
-    even: float = 0.3  # of the speed of one piece; a slower neighbour makes a stop of what is not
-    speck: float = 0.1  # mm; shorter pieces are always those of a motion
-    straight: float = 0.02  # rad; a turn by less is none
-    steepest: float = 2.0  # times the length of a piece; more would swing the curve out
-    piece: float = 0.3  # mm; straight lines are cut into such pieces, within which speed may change
-    pieces: int = 4000  # of one straight line at most
-    tiny: float = 1e-9
+    sample_gap: float = 0.012  # s; samples no further apart are those of a motion, others the ends of straight lines
+    corner_bend: float = 0.15  # mm·rad; where turn times length is more, there is a corner, which is not rounded off
+    speed_ratio: float = 0.3  # of neighbouring pieces; where it is less, the hand stops between them
+    shortest_line: float = 0.1  # mm; shorter pieces are always those of a motion
+    straight_turn: float = 0.02  # rad; a lesser turn is none
+    steepest: float = 2.0  # slope at an end of a piece, of its length; more would swing the curve out
+    line_piece: float = 0.3  # mm; straight lines are cut into such pieces, between which speed may change
+    most_pieces: int = 4000  # of one straight line at most
+    tiny: float = 1e-9  # keeps divisions by 0 away
 
 
 SETTINGS = ScalingSettings()
@@ -105,11 +105,11 @@ def smoothed(trajectory: Trajectory) -> TimedCurve:
     turn = _turn(chord)
     smooth = np.zeros(len(trajectory.t), dtype=bool)
     both = np.maximum(length[1:], length[:-1])
-    sampled = np.maximum(gap[1:], gap[:-1]) <= SETTINGS.sampled
+    sampled = np.maximum(gap[1:], gap[:-1]) <= SETTINGS.sample_gap
     speed = np.hypot(*chord.T)
-    even = np.minimum(speed[1:], speed[:-1]) > SETTINGS.even * np.maximum(speed[1:], speed[:-1])
-    smooth[1:-1] = (sampled & (turn * both <= SETTINGS.bent) & (even | (both <= SETTINGS.speck))) | (
-        even & (turn <= SETTINGS.straight)
+    even = np.minimum(speed[1:], speed[:-1]) > SETTINGS.speed_ratio * np.maximum(speed[1:], speed[:-1])
+    smooth[1:-1] = (sampled & (turn * both <= SETTINGS.corner_bend) & (even | (both <= SETTINGS.shortest_line))) | (
+        even & (turn <= SETTINGS.straight_turn)
     )
     smooth[1:-1] &= (trajectory.stroke[2:] == trajectory.stroke[1:-1]) & (
         trajectory.stroke[:-2] == trajectory.stroke[1:-1]
@@ -178,9 +178,9 @@ def _cut_lines(trajectory: Trajectory) -> Trajectory:
     gap, chord = _chords(trajectory)
     length = gap * np.hypot(*chord.T)
     line = (trajectory.stroke[1:] == trajectory.stroke[:-1]) & (
-        (gap > SETTINGS.sampled) | (length > 8 * SETTINGS.piece)
+        (gap > SETTINGS.sample_gap) | (length > 8 * SETTINGS.line_piece)
     )
-    pieces = np.where(line, np.clip(np.ceil(length / SETTINGS.piece), 1, SETTINGS.pieces), 1).astype(int)
+    pieces = np.where(line, np.clip(np.ceil(length / SETTINGS.line_piece), 1, SETTINGS.most_pieces), 1).astype(int)
     start = np.repeat(np.arange(len(gap)), pieces)
     count = np.arange(len(start)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
     t = np.append(trajectory.t[start] + gap[start] * count / pieces[start], trajectory.t[-1:])

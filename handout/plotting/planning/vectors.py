@@ -1,9 +1,9 @@
 """Planning for plotters that draw vectors: every line from its start to its end at one speed for the whole stroke.
 
-Such a plotter takes no times.  It is told a velocity before a stroke (VS) and draws each vector of it as a trapezoid of
-that velocity, each axis within its own limits; where two vectors meet it slows down as its profile says, to a stand
-with ``junction_deviation = "0mm"``.  So the timing of the hand is lost within a stroke; what can be kept is the time
-of each stroke as a whole, and that is what its velocity is chosen for.
+Such a plotter takes no times.  It is told a velocity before a stroke (VS) and draws each of its vectors with a
+trapezoid of speed up to that velocity, each axis within its own limits; between two vectors it slows down as its
+profile says, to rest with ``junction_deviation = "0mm"``.  So the timing of the hand is lost within a stroke; the
+velocity is chosen so that each stroke as a whole takes the hand's time.
 
 Source: Hewlett-Packard, HP 7470A manual (VS: of horizontal or vertical moves with the pen down, rounded to
 0.38 cm/s).  How corners are taken is in no manual; a stand at each is what the profiles assume.
