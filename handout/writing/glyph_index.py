@@ -57,13 +57,15 @@ class ChoiceWeights:
     unseen: float = 0.3  # where one of the two was not joined: what does not meet is not seen
     # for each letter of a pair, where neither was joined: as far as those letters mostly are.  With it letters join as
     # often as the author's do
-    lifted: float = 5.0
+    lifted: float = 2.0
     # a deviation between two residuals.  Of the variance of height, slant, width and darkness .07, .06, .10, .10 lie
     # then between words (the author's own: .09, .04, .14, .15; four hands).  Twice that is nearer to the author's, and
     # takes the hinge ratio of a half page from 1.38 to 1.47: fewer glyphs are written
     unlike: float = 0.5
     unmatched: float = 0.4  # each ligature of one glyph, beyond the first, that meets none of the other's
-    loose: float = 5.0  # a ligature that meets none, in a word: the pen would have gone on, and lifts
+    # a ligature that meets none, in a word: the pen would have gone on, and lifts.  2 % of the pairs of two joined
+    # hands, 5 % with 5
+    loose: float = 8.0
     cut: float = 3.0  # a ligature that is cut for a word to end, or begin, there
     between_words: float = 0.5  # share of the cost that is left between words
     # of a glyph that was written before
