@@ -48,7 +48,7 @@ class ChoiceWeights:
     # times the probability that it is not what it is called.  Of 1000 letters of new text in three hands, 49 glyphs
     # that are wrong by eye were 26, 56 and 57 with a cost that spared doubtful ones, 3, 20 and 20 with this; a glyph is
     # then written a sixth more often
-    doubtful: float = 40.0
+    doubtful: float = 30.0
     broken: float = 3.0  # without a body
     # of a glyph for a letter
     elsewhere: float = 0.5  # from another place in its word
