@@ -45,10 +45,10 @@ class ChoiceWeights:
     """What each term counts; all are set by eye on texts written with scanned hands, unless said otherwise."""
 
     # of a glyph
-    # times the probability that it is not what it is called.  Of 1000 letters of new text in three hands, 49 glyphs
-    # that are wrong by eye were 26, 56 and 57 with a cost that spared doubtful ones, 3, 20 and 20 with this; a glyph is
-    # then written a sixth more often
-    doubtful: float = 30.0
+    # times the probability that it is not what it is called.  Of 1000 letters of new text in three hands, glyphs that
+    # are wrong by eye (49 of 1036) were 24, 50 and 52 with a cost that spared doubtful ones, 4, 19 and 20 with this; a
+    # glyph is then written 5.1 times where it was 4.4
+    doubtful: float = 35.0
     broken: float = 3.0  # without a body
     # of a glyph for a letter
     elsewhere: float = 0.5  # from another place in its word
@@ -63,9 +63,9 @@ class ChoiceWeights:
     # takes the hinge ratio of a half page from 1.38 to 1.47: fewer glyphs are written
     unlike: float = 0.5
     unmatched: float = 0.4  # each ligature of one glyph, beyond the first, that meets none of the other's
-    # a ligature that meets none, in a word: the pen would have gone on, and lifts.  2 % of the pairs of two joined
-    # hands, 5 % with 5
-    loose: float = 8.0
+    # a ligature that meets none, in a word: the pen would have gone on, and lifts.  3 and 4 % of the pairs of two
+    # joined hands
+    loose: float = 6.0
     cut: float = 3.0  # a ligature that is cut for a word to end, or begin, there
     between_words: float = 0.5  # share of the cost that is left between words
     # of a glyph that was written before
