@@ -84,8 +84,7 @@ class Reading:
     @cached_property
     def log_posteriors(self) -> Array:
         """(steps, classes), natural logarithms."""
-        scaled = np.asarray(self.logits, dtype=np.float64) / self.temperature
-        return np.asarray(scaled - np.logaddexp.reduce(scaled, axis=1, keepdims=True))
+        return ctc.log_softmax(np.asarray(self.logits, dtype=np.float64) / self.temperature)
 
     @cached_property
     def _grouped(self) -> tuple[Array, str]:
@@ -181,7 +180,16 @@ class Reader:
         ValueError
             The picture has another height.
         """
-        return Reading(self._logits(normalised(picture)).astype(np.float64), self.letters, self.temperature)
+        return self.reading(self.features(picture))
+
+    def reading(self, features: Floats) -> Reading:
+        """What is read from the features of a picture's steps."""
+        weight, bias = self.columns[-1]
+        return Reading((features @ weight + bias).astype(np.float64), self.letters, self.temperature)
+
+    def labels(self, text: str) -> tuple[int, ...]:
+        """Classes of a text's letters, each told from those that look alike."""
+        return tuple(self.letters.index(fold(letter)) + 1 for letter in text)
 
     def log_probability(self, picture: Array, text: str) -> float:
         """See `Reading.log_probability`."""
@@ -195,18 +203,19 @@ class Reader:
         """The same network, more sure of itself, or less."""
         return replace(self, temperature=temperature)
 
-    def _logits(self, picture: Floats) -> Floats:
-        x = np.pad(picture, ((0, 0), (MARGIN, MARGIN)))[:, :, None]
+    def features(self, picture: Array) -> Floats:
+        """(steps, channels): what the last layer is given of a picture; raises as `read`."""
+        x = np.pad(normalised(picture), ((0, 0), (MARGIN, MARGIN)))[:, :, None]
         for number, (weight, bias) in enumerate(self.stem):
             x = _over_rows(x, weight, bias, (2, 2) if number == 0 else (2, 1))
         y = x.transpose(1, 2, 0).reshape(x.shape[1], -1)
-        (first, *between, last) = self.columns
+        first, *between, _ = self.columns
         y = np.maximum(y @ first[0] + first[1], 0)
         for (weight, bias), dilation in zip(between, self.dilations, strict=True):
             padded = np.pad(y, ((dilation, dilation), (0, 0)))
             beside = np.hstack([padded[k * dilation : k * dilation + len(y)] for k in range(3)])
             y = y + np.maximum(beside @ weight + bias, 0)
-        return np.asarray(y @ last[0] + last[1], dtype=np.float32)
+        return np.asarray(y, dtype=np.float32)
 
 
 def _over_rows(x: Floats, weight: Floats, bias: Floats, stride: tuple[int, int]) -> Floats:

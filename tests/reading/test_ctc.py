@@ -74,7 +74,7 @@ def test_occupancies_are_shares_of_all_ways_that_read_so(seed):
             if label != ctc.BLANK:
                 counted[step, letter] += share
         total += share
-    np.testing.assert_allclose(ctc.occupancies(logs, text), counted / total, atol=1e-9)
+    np.testing.assert_allclose(ctc.occupancies([logs], [text])[0], counted / total, atol=1e-9)
 
 
 @settings(max_examples=25, deadline=None)
@@ -103,7 +103,7 @@ def test_no_text_and_too_few_steps():
     assert ctc.log_probability(logs, ()) == pytest.approx(logs[:, 0].sum())
     assert ctc.alignment(logs, ()).shape == (0, 2)
     assert ctc.log_probability(logs, (1, 1)) == -np.inf
-    assert not ctc.occupancies(logs, (1, 1)).any()
+    assert not ctc.occupancies([logs], [(1, 1)])[0].any()
     with pytest.raises(ValueError, match="too few"):
         ctc.alignment(logs, (1, 1))
 
