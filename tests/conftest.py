@@ -1,7 +1,6 @@
 """What several rooms test with: one small page, written by the simulated author and scanned, made once a run."""
 
 import os
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest

@@ -16,6 +16,7 @@ GROUND = {
     "values",
     "alphabet",
     "branching",
+    "chains",
     "hues",
     "peaks",
     "page_sizes",

@@ -14,10 +14,8 @@ from handout import atomic, units
 from handout.errors import InputError
 from handout.motion.styles.style import Style, checked, find
 from handout.page_sizes import page
-from handout.pipeline import pictures
-from handout.pipeline.options import PictureOptions, StyleOptions
+from handout.pipeline.options import PictureOptions, StyleOptions, seed_of
 from handout.pipeline.results import Facts
-from handout.pipeline.writing import seed_of
 from handout.sinks import Look, check_outputs, write_drawings
 from handout.sources import read_drawing
 from handout.tables import Angle
@@ -140,7 +138,7 @@ def style_of(styling: StyleOptions) -> Style:
 
 def _look(picture: PictureOptions) -> Look:
     """How pictures look: a style brings its own widths, so that an even ink is the usual one."""
-    return pictures.look(replace(picture, pen=picture.pen or "plain"))
+    return replace(picture, pen=picture.pen or "plain").look()
 
 
 @dataclass(frozen=True)

@@ -19,14 +19,14 @@ from handout.errors import InputError
 from handout.hand import file, library, report
 from handout.hand.corrections import Change as Change
 from handout.hand.corrections import Entry, Journal, read_corrections
+from handout.hand.drawn import Hand
 from handout.hand.report import LEAST as LEAST
-from handout.pipeline import pictures, writing
+from handout.pipeline import writing
 from handout.pipeline.inputs import hand_path
-from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
+from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions, seed_of
 from handout.pipeline.results import SILENT, Facts, Listener, Tally
 from handout.prompting.coverage import Lack, lacks
 from handout.sinks import check_outputs, write_drawings
-from handout.values import Hand
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
@@ -427,15 +427,14 @@ def _show_drawn(
     from handout.writing.specimen import specimen
 
     check_outputs(outputs)
-    look = pictures.look(picture)
     task = writing.prepare(replace(writing_options, hand=name), SheetOptions("A4"), picture)
     hand = task.hand
-    assert isinstance(hand, Hand)
+    assert hand.pages is None
     text = _SPECIMEN.format(name=hand.name, title=hand.title)
     rng = np.random.default_rng(task.seed)
     sheet = specimen(hand, text, rng, width=_SPECIMEN_WIDTH, x_height=_ENLARGED * task.layout.x_height)
     drawing = writing.draw(sheet, task, rng, {"title": f"Specimen of {hand.name}"})
-    look = replace(look, pen=replace(look.pen, width=_ENLARGED * look.pen.width))
+    look = replace(task.look, pen=replace(task.look.pen, width=_ENLARGED * task.look.pen.width))
     files = write_drawings([drawing], outputs, look)
     listed = _listed(hand)
     tally = Tally.of([sheet], [drawing])
@@ -462,12 +461,11 @@ def _choices(
     hand: ScannedHand, text: str, writing_options: WritingOptions, files: tuple[Path, ...]
 ) -> tuple[NDArray[np.uint8], ShownHand]:
     """Which letters of a hand would write a text: a picture, and why in words."""
-    from handout.hand.scanned import ScannedHand
     from handout.writing.explaining import choices_sheet, explain, reasons
 
-    seed = writing.seed_of(writing_options.seed)
+    seed = seed_of(writing_options.seed)
     completed, letters = complete_hand(hand, text, fallback=writing_options.fallback, seed=seed)
-    assert isinstance(completed, ScannedHand)
+    assert completed.pages is not None
     hand = completed
     borrowed = [writing.letter_facts(letter) for letter in letters]
     explained = explain(hand, text, np.random.default_rng([seed]), writing_options.jitter)

@@ -13,12 +13,11 @@ from handout import profiles
 from handout.errors import InputError
 from handout.inking.pen import usual
 from handout.page_sizes import page as page_of
-from handout.pipeline.options import Length, millimetres
+from handout.pipeline.options import Length, millimetres, seed_of
 from handout.pipeline.plot_request import HeightOptions, Operator
 from handout.pipeline.plotting import Unattended, machine, plot_drawing, usual_device
 from handout.pipeline.programs import Programs
 from handout.pipeline.results import SILENT, Facts, Listener
-from handout.pipeline.writing import seed_of
 from handout.plotting import open_port, plan
 from handout.plotting.dialect import Controller
 from handout.plotting.driving import driver

@@ -11,11 +11,11 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from handout import atomic, profiles, units
 from handout.errors import DeviceError, InputError
-from handout.pipeline import job_pages, pictures
+from handout.pipeline import job_pages
 from handout.pipeline.inputs import Source
 from handout.pipeline.lined_paper import page_name
 from handout.pipeline.options import Length, millimetres
@@ -40,9 +40,6 @@ from handout.plotting.setup.pen_heights import replaced
 from handout.profiles import Plotter
 from handout.sinks import check_outputs, write_drawings
 from handout.values import Drawing, Manuscript
-
-if TYPE_CHECKING:
-    pass
 
 # s that a plotter may stand on hold where nobody is asked: long enough for somebody at the machine to look at the pen
 _UNWATCHED = 120.0
@@ -195,7 +192,7 @@ def preview(
     """Write what would be plotted to files; `port` : that it would be plotted at, for the usual device of that."""
     paths = [Path(name) for name in outputs]
     check_outputs(paths)
-    account, look = _ReportFile(report), pictures.look(request.picture)
+    account = _ReportFile(report)
     profile, source = _machine(request.plotting, port), request.source
     task = _task(request)
     if source.drawing is None:
@@ -207,7 +204,7 @@ def preview(
     drawings = [laid_out(drawing, profile, request.plotting.layers, request.plotting.order) for drawing in drawings]
     plans = [plan(drawing, profile, speed="fast" if task.fast else 1.0) for drawing in drawings]
     listener.note(*task.paper_notes)
-    look = dataclasses.replace(task.on_paper(look), show_travel=show_travel)
+    look = dataclasses.replace(task.look, show_travel=show_travel)
     files = write_drawings(drawings, paths, look)
     account.planned(plans)
     result = written(Tally.of(pages, drawings), task, files, task.paper_notes)

@@ -18,35 +18,12 @@ from typing import Protocol
 
 import numpy as np
 
+from handout.chains import viterbi
 from handout.values import Array, Indices
 from handout.writing.slips import Struck
 from handout.writing.text import Letter, Piece
 
 _TRIES = 16  # times that a word is solved for having a glyph twice; real words are done after one or two
-
-
-def viterbi(unary: Sequence[Array], steps: Sequence[Array]) -> list[int]:
-    """The cheapest sequence of states.
-
-    Parameters
-    ----------
-    unary : n of (kᵢ,) float: costs of the states of each place.
-    steps : n − 1 of (kᵢ, kᵢ₊₁) float: costs of going from each state of a place to each of the next.
-
-    Returns
-    -------
-    n numbers of states; among equals the first.
-    """
-    best, back = unary[0], list[Indices]()
-    for costs, step in zip(unary[1:], steps, strict=True):
-        total = best[:, None] + step
-        origin = total.argmin(axis=0)
-        back.append(origin)
-        best = total[origin, np.arange(len(costs))] + costs
-    path = [int(best.argmin())]
-    for origin in reversed(back):
-        path.append(int(origin[path[-1]]))
-    return path[::-1]
 
 
 def fading_cost(age: Array, weight: float, forgotten: float) -> Array:

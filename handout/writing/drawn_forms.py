@@ -11,8 +11,9 @@ from dataclasses import replace
 import numpy as np
 
 from handout.hand.diacritics import APOSTROPHE, BAR, BELOW, DOTLESS, NOT_ABOVE, OGONEK, STROKE_HEIGHT, THROUGH
+from handout.hand.drawn import Hand
 from handout.hand.letter_classes import STEM_AT_LEFT
-from handout.values import Array, Glyph, Hand, Indices, readonly, readonly_indices
+from handout.values import Array, Glyph, Indices, readonly, readonly_indices
 from handout.writing.choosing import Candidates, halving_cost
 from handout.writing.text import Letter
 

@@ -26,7 +26,7 @@ from handout.writing.layout import author_baselines
 from handout.writing.pages import ToPage, Unit, Word, wide_gap
 from handout.writing.slips import intended_word
 from handout.writing.spacing import WORDS, HeightModel, SpacingModel, height_model, resolve_collisions, spacing_model
-from handout.writing.text import Repertoire, spelt
+from handout.writing.text import spelt
 from handout.writing.variation import walk
 
 
@@ -114,7 +114,7 @@ class ScannedHandwriting:
         self._hand, self._rng, self._variation = hand, rng, variation
         self.stock, self._model = _learnt(hand)
         self.name, self.pitch, self.baseline_model = hand.name, hand.pitch, author_baselines(hand)
-        self.repertoire = Repertoire(hand.name, frozenset(hand.letters), frozenset())
+        self.repertoire = hand.repertoire
         self._space = float(self._model.spacing.gaps.mean[WORDS]) * hand.pitch  # the usual gap between words, x-heights
 
     def set_paragraph(self, words: Iterable[Choice]) -> Iterator[Unit[InkGlyph]]:
