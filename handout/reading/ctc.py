@@ -47,11 +47,19 @@ def log_probability(log_posteriors: Array, labels: Sequence[int]) -> float:
     ValueError
         A label is the blank, or not a class.
     """
-    states = _states(labels, log_posteriors.shape[1])
-    if len(log_posteriors) == 0:
-        return _NEVER if labels else 0.0
-    last = _forward(log_posteriors[:, states], _skips(states))[-1]
-    return float(np.logaddexp.reduce(last[-2:]))
+    return float(log_probabilities([log_posteriors], [labels])[0])
+
+
+def log_probabilities(log_posteriors: Sequence[Array], labels: Sequence[Sequence[int]]) -> Array:
+    """(n,) `log_probability` of some texts, all at once."""
+    states = [_states(own, logs.shape[1]) for logs, own in zip(log_posteriors, labels, strict=True)]
+    seen = [logs[:, own] for logs, own in zip(log_posteriors, states, strict=True)]
+    scores = _forward_of(seen, states)
+    empty = [_NEVER if own else 0.0 for own in labels]
+    ends = [
+        np.logaddexp.reduce(score[-1, -2:]) if len(score) else none for score, none in zip(scores, empty, strict=True)
+    ]
+    return np.array(ends, dtype=np.float64)
 
 
 def occupancies(log_posteriors: Sequence[Array], labels: Sequence[Sequence[int]]) -> list[Array]:

@@ -10,6 +10,7 @@ Source: own method; the network learned from drawn hands and fonts alone (`train
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -87,7 +88,7 @@ class Reading:
         return ctc.log_softmax(np.asarray(self.logits, dtype=np.float64) / self.temperature)
 
     @cached_property
-    def _grouped(self) -> tuple[Array, str]:
+    def grouped(self) -> tuple[Array, str]:
         """Log posteriors of groups of letters that look alike, and the letter that stands for each."""
         names = _stand_ins(self.letters)
         groups = "".join(dict.fromkeys(names))
@@ -114,12 +115,21 @@ class Reading:
 
     def log_probability(self, text: str) -> float:
         """Natural logarithm of the probability that the picture reads as `text`, letters alike counted as one."""
-        logs, groups = self._grouped
-        return ctc.log_probability(logs, _labels(text, groups))
+        return float(log_probabilities([self], [text])[0])
+
+    def labels(self, text: str) -> tuple[int, ...]:
+        """Groups of a text's letters.
+
+        Raises
+        ------
+        ValueError
+            One of them is no letter that is read.
+        """
+        return _labels(text, self.grouped[1])
 
     def verdict(self, text: str) -> Verdict:
         """Whether it reads as `text`, and as what else."""
-        logs, groups = self._grouped
+        logs, groups = self.grouped
         labels = _labels(text, groups)
         probability = float(np.exp(ctc.log_probability(logs, labels)))
         if probability >= _CERTAIN:
@@ -130,6 +140,14 @@ class Reading:
             return Verdict(text, probability, text, probability)
         return Verdict(text, probability, _as_seen(best.labels, groups, text), other)
 
+    def rivals(self, text: str, count: int) -> list[str]:
+        """Of each letter of `text` the likeliest others in its place."""
+        logs, groups = self.grouped
+        labels = _labels(text, groups)
+        each = ctc.substitutions(logs, labels)
+        each[:, ctc.BLANK] = each[np.arange(len(labels)), labels] = -np.inf
+        return ["".join(groups[label - 1] for label in row) for row in np.argsort(-each, axis=1)[:, :count].tolist()]
+
     def spans(self, text: str) -> tuple[Letter, ...]:
         """Every letter of `text` with its place, and what is seen there.
 
@@ -138,7 +156,7 @@ class Reading:
         ValueError
             The picture is too narrow for the text.
         """
-        logs, groups = self._grouped
+        logs, groups = self.grouped
         labels = _labels(text, groups)
         borders = ctc.alignment(logs, labels) * STEP - MARGIN
         each = ctc.substitutions(logs, labels)
@@ -239,6 +257,17 @@ def _stand_ins(letters: str) -> list[str]:
     """The letter that stands for each."""
     stands_for = {letter: group[0] for group in ALIKE for letter in group}
     return [stands_for.get(letter, letter) for letter in letters]
+
+
+def alike(one: str, other: str) -> bool:
+    """Whether two texts look the same, letter by letter."""
+    return _stand_ins("".join(map(fold, one))) == _stand_ins("".join(map(fold, other)))
+
+
+def log_probabilities(readings: Sequence[Reading], texts: Sequence[str]) -> Array:
+    """(n,) `Reading.log_probability` of some readings, all at once."""
+    labels = [reading.labels(text) for reading, text in zip(readings, texts, strict=True)]
+    return ctc.log_probabilities([reading.grouped[0] for reading in readings], labels)
 
 
 def known(text: str) -> bool:

@@ -232,7 +232,7 @@ class FontWriter:
 
     def shaped(self, text: str) -> tuple[Image, float]:
         """The text as the font joins its letters (where Pillow has Raqm), and the row of its baseline."""
-        mask, (left, top) = self._font.getmask2(text, anchor="ls")
+        mask, (_, top) = self._font.getmask2(text, anchor="ls")
         base, margin = round(_FONT_ABOVE * _FONT_X), 2 * _FONT_X
         width, height = mask.size
         canvas = np.zeros((base + round(_FONT_BELOW * _FONT_X), width + 2 * margin), np.uint8)
@@ -331,7 +331,9 @@ def _another_pen(source: Source, rng: np.random.Generator) -> Image:
     """The word with a thicker or thinner line, its narrow loops filled now and then."""
     picture = source.picture
     if rng.random() < _FILLED:
-        narrow = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(rng.uniform(0.04, 0.1) * source.x_height) + 1,) * 2)
+        narrow = cv2.getStructuringElement(
+            cv2.MORPH_ELLIPSE, (2 * round(rng.uniform(0.04, 0.1) * source.x_height) + 1,) * 2
+        )
         picture = np.asarray(cv2.morphologyEx(picture, cv2.MORPH_CLOSE, narrow), np.uint8)
     wanted = float(rng.uniform(0.05, 0.2)) * source.x_height
     change = float(np.clip(wanted - source.pen, -0.5 * source.pen, 0.2 * source.x_height))
