@@ -24,7 +24,7 @@ from handout.hand.report import LEAST as LEAST
 from handout.pipeline import writing
 from handout.pipeline.inputs import hand_path
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions, seed_of
-from handout.pipeline.results import SILENT, Facts, Listener, Tally
+from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.prompting.coverage import Lack, lacks
 from handout.sinks import check_outputs, write_drawings
 
@@ -48,7 +48,7 @@ _SPECIMEN_WIDTH = 420.0  # mm, that of a sheet of A3
 
 
 @dataclass(frozen=True)
-class CheckedHand:
+class CheckedHand(Result):
     """What a scanned hand holds.
 
     lacking, supply : letters of a text that the hand lacks, and how it would come by them; None without a text.
@@ -58,7 +58,6 @@ class CheckedHand:
     files: tuple[Path, ...]
     lacking: Sequence[Lack] | None = None
     supply: Sequence[Outlook] = ()
-    notes: tuple[str, ...] = ()
 
     @property
     def doubtful(self) -> int:
@@ -80,7 +79,6 @@ class CheckedHand:
         return report.table(self.hand)
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         facts: Facts = {**report.facts(self.hand), "files": [str(path) for path in self.files]}
         if self.lacking is None:
             return facts
@@ -138,17 +136,15 @@ def _write_png(path: Path, pixels: NDArray[np.uint8], dpi: float) -> None:
 
 
 @dataclass(frozen=True)
-class KeptHand:
+class KeptHand(Result):
     """A hand in a file, and what else is told of it (`details`, for ``--json``)."""
 
     path: Path
     name: str | None = None
     details: Mapping[str, int | float] = field(default_factory=dict)
     letters: int = 0
-    notes: tuple[str, ...] = ()
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         return {
             **({} if self.name is None else {"name": self.name}),
             "files": [str(self.path)],
@@ -157,7 +153,7 @@ class KeptHand:
 
 
 @dataclass(frozen=True)
-class EditedHand:
+class EditedHand(Result):
     """A hand that was corrected, or whose journal of corrections was looked at or turned back.
 
     path : its file.
@@ -169,7 +165,6 @@ class EditedHand:
     journal: Journal
     made: int = 0
     glyphs: int = 0
-    notes: tuple[str, ...] = ()
 
     @property
     def changes(self) -> tuple[Change, ...]:
@@ -177,7 +172,6 @@ class EditedHand:
         return self.journal.entries[self.journal.made - 1].changes if self.made else ()
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         entries = [
             {
                 "corrections": msgspec.to_builtins(entry.corrections, enc_hook=float),
@@ -231,7 +225,7 @@ def edit_hand(
     atomic.check_writable(path)
     corrected = correct(hand, new, learning=learning, tell=listener.progress)
     journal = file.record(source, path, hand, corrected.hand, Entry(new, corrected.changes))
-    return EditedHand(path, journal, len(new), len(corrected.hand.glyphs), corrected.notes)
+    return EditedHand(path, journal, len(new), len(corrected.hand.glyphs), notes=corrected.notes)
 
 
 def _edited(name: str, output: str | Path | None) -> tuple[Path, Path]:
@@ -340,15 +334,13 @@ class ListedHand:
 
 
 @dataclass(frozen=True)
-class HandList:
+class HandList(Result):
     """The hands that are known by name, drawn ones and scanned ones."""
 
     drawn: Sequence[ListedHand]
     scanned: Sequence[ListedHand]
-    notes: tuple[str, ...] = ()
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         return {
             "hands": [hand.facts() for hand in self.drawn],
             "scanned": [hand.facts() for hand in self.scanned],
@@ -381,7 +373,7 @@ def _listed_scan(name: str, path: Path) -> ListedHand:
 
 
 @dataclass(frozen=True)
-class ShownHand:
+class ShownHand(Result):
     """A picture of a hand's letters.
 
     forms : of a drawn hand; hand : a scanned one; reasons : of letters that would write a text, why each was taken.
@@ -394,10 +386,8 @@ class ShownHand:
     forms: int = 0
     hand: ScannedHand | None = None
     reasons: Sequence[str] = ()
-    notes: tuple[str, ...] = ()
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         return {**self.found, "files": [str(path) for path in self.files]}
 
 

@@ -21,7 +21,7 @@ from handout.pipeline.lined_paper import page_name
 from handout.pipeline.options import Length, millimetres
 from handout.pipeline.plot_jobs import JobState, outlook
 from handout.pipeline.plot_request import AttendanceOptions, Operator, PlotOptions, PlotRequest
-from handout.pipeline.results import SILENT, Facts, Listener, Tally
+from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.pipeline.writing import STROKES, WritingTask, draw_pages, on_lined_paper, prepare, written
 from handout.plotting import fit_to_bed, open_port, plan
 from handout.plotting.connections import is_simulated as is_simulated
@@ -81,7 +81,7 @@ class Unattended:
 
 
 @dataclass(frozen=True)
-class Plotted:
+class Plotted(Result):
     """What was plotted.
 
     written : of `plot`, what is on the sheets; of `resume` None; job : as it stands now; reports : of its parts.
@@ -90,7 +90,6 @@ class Plotted:
     job: Job
     reports: tuple[Report, ...]
     written: Facts | None = None
-    notes: tuple[str, ...] = ()
     tally: Tally | None = None
     seed: int | None = None
 
@@ -110,7 +109,6 @@ class Plotted:
         return plot_report.sentence(self.reports)
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         executed: Facts = {
             "planned_s": round(sum(report.announced_s for report in self.reports), 2),
             "executed_s": self.executed_s,
@@ -124,7 +122,7 @@ class Plotted:
 
 
 @dataclass(frozen=True)
-class Previewed:
+class Previewed(Result):
     """What was written instead of plotting; planned_s : s that plotting would take."""
 
     written: Facts
@@ -133,10 +131,8 @@ class Previewed:
     stretched: float
     tally: Tally
     seed: int
-    notes: tuple[str, ...] = ()
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         return {**self.written, "planned_s": round(self.planned_s, 2), "stretched": self.stretched}
 
 
@@ -177,7 +173,7 @@ def plot(
     job = load(job.folder)
     tally = sum((Tally(**counts) for counts in job.told), Tally())
     result = written(tally, task, (), task.paper_notes)
-    return Plotted(job, tuple(reports), result.facts(), task.paper_notes, tally, task.seed)
+    return Plotted(job, tuple(reports), result.facts(), tally, task.seed, notes=task.paper_notes)
 
 
 def preview(
@@ -210,7 +206,7 @@ def preview(
     result = written(Tally.of(pages, drawings), task, files, task.paper_notes)
     planned_s = sum(planned.duration for planned in plans)
     return Previewed(
-        result.facts(), result.files, planned_s, _stretched(plans), result.tally, task.seed, task.paper_notes
+        result.facts(), result.files, planned_s, _stretched(plans), result.tally, task.seed, notes=task.paper_notes
     )
 
 
@@ -282,7 +278,7 @@ def _machine(plotting: PlotOptions, port: str | None) -> Plotter:
 def _task(request: PlotRequest) -> WritingTask:
     """The options of writing, checked; a text goes on the lines of its paper."""
     task = prepare(request.writing, request.sheet, request.picture)
-    if request.source.drawing is not None:
+    if request.source.drawing is not None or request.picture.paper == "none":
         return task
     return on_lined_paper(task, request.writing, request.sheet, request.picture)
 

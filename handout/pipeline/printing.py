@@ -15,7 +15,7 @@ from handout.errors import InputError
 from handout.hand import library
 from handout.pipeline import writing
 from handout.pipeline.options import PictureOptions, PrintOptions, SheetOptions, WritingOptions, millimetres
-from handout.pipeline.results import SILENT, Facts, Listener, Tally
+from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.pipeline.writing import WritingTask
 from handout.printing import journal, media, printers
 from handout.printing.address_table import Addresses, read_addresses
@@ -40,7 +40,7 @@ _NOT_OF_THE_BATCH = {"dry_run", "resume", "again", "afresh", "page"}
 
 
 @dataclass(frozen=True)
-class Printed:
+class Printed(Result):
     """What became of a table.
 
     destination : the queue or the printer.
@@ -56,10 +56,8 @@ class Printed:
     columns: Facts
     calibration: Facts | None = None
     calibration_note: str = ""
-    notes: tuple[str, ...] = ()
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         report = self.report
         return {
             **self.tally.facts(self.seed, self.hand, report.files),

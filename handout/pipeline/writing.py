@@ -20,7 +20,7 @@ from handout.page_sizes import margins, page
 from handout.pipeline import programs
 from handout.pipeline.lined_paper import LinedPaper, lined_paper, page_name
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions, millimetres, pace, seed_of
-from handout.pipeline.results import SILENT, Facts, Listener, Tally
+from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.progress import Tell, silent, within
 from handout.sinks import OF_INK, Look, write_drawings
 from handout.sinks import check_outputs as check_outputs
@@ -32,7 +32,6 @@ from handout.writing.text import Borrowed
 if TYPE_CHECKING:
     from handout.hand.drawn import Hand
     from handout.hand.scanned import ScannedHand
-    from handout.writing.choosing import Prices
     from handout.writing.pages import Sheet
 
 _WRITTEN = 0.35  # of the work on a page, when its strokes are known and it is yet to be drawn; measured, for PNG
@@ -78,7 +77,7 @@ class WritingTask:
 
 
 @dataclass(frozen=True)
-class Written:
+class Written(Result):
     """What `write` made: see `Tally` for the figures.
 
     files : in the order of the outputs, pages in order.
@@ -89,11 +88,9 @@ class Written:
     seed: int
     hand: str
     files: tuple[Path, ...]
-    notes: tuple[str, ...] = ()
     paper: Facts | None = None
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         return {
             **self.tally.facts(self.seed, self.hand, self.files),
             **({"notes": list(self.notes)} if self.notes else {}),
@@ -126,7 +123,9 @@ def write(
     paths = [Path(name) for name in outputs]
     extra = programs.Programs(device, paths).sinks
     check_outputs(paths, extra)
-    task = on_lined_paper(prepare(writing, sheet, picture), writing, sheet, picture)
+    task = prepare(writing, sheet, picture)
+    if picture.paper != "none":
+        task = on_lined_paper(task, writing, sheet, picture)
     wanted = frozenset[str]().union(*(INK if path.suffix.lower() in OF_INK else STROKES for path in paths))
     pages, drawings = draw_pages(text, task, wanted=wanted, tell=within(listener.progress, 0.0, _WRITTEN))
     files = write_drawings(drawings, paths, task.look, extra=extra, tell=within(listener.progress, _WRITTEN, 1.0))
@@ -144,17 +143,18 @@ def drawings(
 def written(tally: Tally, task: WritingTask, files: Sequence[Path], notes: tuple[str, ...] = ()) -> Written:
     """The result of a task."""
     paper = dict(task.paper.facts) if task.paper is not None and task.paper.facts else None
-    return Written(tally, task.seed, task.hand.name, tuple(files), notes, paper)
+    return Written(tally, task.seed, task.hand.name, tuple(files), paper, notes=notes)
 
 
 def prepare(
     writing: WritingOptions, sheet: SheetOptions = SheetOptions(), picture: PictureOptions = PictureOptions()
 ) -> WritingTask:
     """Check the options, and load the hand that they name."""
+    name = page_name(sheet, picture)
     (fast, factor), seed, look = pace(writing.speed), seed_of(writing.seed), picture.look()
     hand = library.find(writing.hand) if isinstance(writing.hand, str) else writing.hand
     hand = hand.hastened(writing.haste)
-    paper = page(page_name(sheet, picture))
+    paper = page(name)
     layout = Layout(
         page=paper,
         margin=margins(sheet.margin, paper),
@@ -175,7 +175,7 @@ def prepare(
         sheet.pages,
         writing.fallback,
         writing.slips,
-        _pen_hand(picture, hand),
+        None if picture.pen is None else _pen_hand(picture.pen, picture.has_scanned_pen, hand),
         picture.ink is not None,
         strict=writing.strict,
     )
@@ -185,26 +185,22 @@ def on_lined_paper(
     task: WritingTask, writing: WritingOptions, sheet: SheetOptions, picture: PictureOptions
 ) -> WritingTask:
     """The task with its lines on those of the paper."""
-    if picture.paper == "none":
-        return task
     paper = lined_paper(task.layout, task.hand, writing, sheet, picture)
     look = task.look if paper.paper is None else replace(task.look, paper=paper.paper)
     return replace(task, layout=paper.layout, look=look, paper=paper)
 
 
-def _pen_hand(picture: PictureOptions, hand: Hand | ScannedHand) -> ScannedHand | None:
+def _pen_hand(pen: str, scanned: bool, hand: Hand | ScannedHand) -> ScannedHand | None:
     """The scanned hand whose pen is asked for."""
-    if picture.pen is None:
-        return None
-    if hand.pages is None and picture.has_scanned_pen:
-        raise InputError(f"pen: {picture.pen} holds scanned ink, which only scanned hands can be written with.")
+    if hand.pages is None and scanned:
+        raise InputError(f"pen: {pen} holds scanned ink, which only scanned hands can be written with.")
     if hand.pages is None:
         return None
-    if not picture.has_scanned_pen:
+    if not scanned:
         raise InputError(
             f"pen: {hand.name} is a scanned hand, written with its own pen or that of another scanned hand."
         )
-    return file.load(library.scanned_file(picture.pen))
+    return file.load(library.scanned_file(pen))
 
 
 def draw_pages(
@@ -258,7 +254,7 @@ def set_pages(
 
 
 def _reread(
-    compose: Callable[[Prices], Iterator[Sheet]], hand: ScannedHand, author: ScannedHand, task: WritingTask
+    compose: Callable[..., Iterator[Sheet]], hand: ScannedHand, author: ScannedHand, task: WritingTask
 ) -> Iterator[Sheet]:
     """The pages of a text in a scanned hand, each with the words of it that read as others.
 
@@ -271,7 +267,7 @@ def _reread(
 
     # without variation the best glyphs are wanted, always the same: what reads badly is only told
     tries = None if task.layout.jitter else 0
-    sheets, doubts = reread(lambda prices: list(compose(prices)), hand, author, tries)
+    sheets, doubts = reread(lambda prices: list(compose(prices=prices)), hand, author, tries)
     if doubts and task.strict:
         named = ", ".join(f"{doubt.word} as {doubt.reads_as or 'nothing'}" for doubt in doubts[:_MOST_NAMED])
         more = f" and {len(doubts) - _MOST_NAMED} more" if len(doubts) > _MOST_NAMED else ""
