@@ -49,8 +49,8 @@ class RereadingSettings:
     tries: int = 2
     own_words: int = 100
     wrong: float = 0.05
-    again: float = 0.2
-    told: float = 0.5
+    again: float = 0.05
+    told: float = 0.2
     worst: float = 6.0
     right: float = 0.5
     misspelt: float = 2.0
