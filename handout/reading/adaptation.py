@@ -43,7 +43,7 @@ def adapted(
     if not texts:
         return reader
     labels = [reader.labels(text) for text in texts]
-    begun = np.vstack(reader.columns[-1]) / reader.temperature
+    begun = np.asarray(np.vstack(reader.columns[-1]), dtype=np.float64) / reader.temperature
     steps = np.vstack([np.column_stack([one, np.ones(len(one))]) for one in seen]).astype(np.float32)
     borders = np.cumsum([len(one) for one in seen])[:-1]
     weights = begun
