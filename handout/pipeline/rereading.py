@@ -18,6 +18,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from handout.hand.learnt import learnt
 from handout.hand.scanned import ScannedHand
 from handout.hand.vetting import vet
 from handout.hand.word_pictures import own_words
@@ -62,6 +63,11 @@ class RereadingSettings:
 SETTINGS = RereadingSettings()
 _TAKEN_FOR = 5  # other letters that are the likeliest in a letter's place: what is misspelt looks much like it
 _TAIL = 0.16  # of a normal distribution lies so far out that it is a standard deviation off, on either side
+_DIGITS = 4  # of a weight after the point, as it is kept
+_MAKERS = (
+    *("pipeline/rereading.py", "hand/word_pictures.py", "hand/scanned.py", "alphabet.py", "reading/adaptation.py"),
+    *("reading/pictures.py", "reading/ctc.py", "reading/word_space.py", "reading/networks/pictures.npz"),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +128,16 @@ def surprises(readings: Sequence[Reading], words: Sequence[str], settings: Rerea
 
 @lru_cache(maxsize=4)
 def author_reader(hand: ScannedHand, settings: RereadingSettings = SETTINGS) -> AuthorReader:
-    """The reader that knows a hand; it depends on the hand and on what ships alone, so that it can be kept with it."""
+    """The reader that knows a hand."""
+    reader = pictures.load()
+    right, misspelt, spread, *weights = learnt(
+        hand, f"author's reader, {settings}", _MAKERS, None, lambda: _figures(hand, settings)
+    ).tolist()
+    return AuthorReader(reader.with_last_layer(np.array(weights)) if weights else reader, right, misspelt, spread)
+
+
+def _figures(hand: ScannedHand, settings: RereadingSettings) -> Array:
+    """What `AuthorReader` has of a hand's author, and the weights of the reader's last layer where it learns any."""
     reader = pictures.load()
     words = [word for word in own_words(hand) if readable(word.text)][: settings.own_words]
     texts, seen = [word.text for word in words], [reader.features(word.picture) for word in words]
@@ -132,7 +147,8 @@ def author_reader(hand: ScannedHand, settings: RereadingSettings = SETTINGS) -> 
     before = np.array([settings.right, settings.misspelt, settings.spread])
     own = np.array([*means, float(np.hypot(*spreads)) / np.sqrt(2)])
     middle = share * own + (1 - share) * before
-    return AuthorReader(adapted(reader, seen, texts), *map(float, middle))
+    weights = np.vstack(adapted(reader, seen, texts).columns[-1]) if texts else np.zeros(0)
+    return np.concatenate([middle, np.round(weights.ravel().astype(np.float64), _DIGITS)])
 
 
 def _held_out(

@@ -10,7 +10,7 @@ Source: own method; the posteriors of steps given the text as in Graves, Fernán
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -50,8 +50,7 @@ def adapted(
     for _ in range(settings.rounds):
         given = np.split(ctc.log_softmax((steps @ weights.astype(np.float32)).astype(np.float64)), borders)
         weights = begun + _change(begun, weights - begun, steps, _targets(given, labels), settings)
-    last = weights[:-1].astype(np.float32), weights[-1].astype(np.float32)
-    return replace(reader, columns=(*reader.columns[:-1], last), temperature=1.0)
+    return reader.with_last_layer(weights)
 
 
 def _targets(given: Sequence[Array], labels: Sequence[Sequence[int]]) -> Floats:

@@ -221,6 +221,11 @@ class Reader:
         """The same network, more sure of itself, or less."""
         return replace(self, temperature=temperature)
 
+    def with_last_layer(self, weights: Array) -> Reader:
+        """The same network with other weights in the last layer, its biases below them, for a temperature of 1."""
+        last = weights.reshape(-1, len(self.letters) + 1).astype(np.float32)
+        return replace(self, columns=(*self.columns[:-1], (last[:-1], last[-1])), temperature=1.0)
+
     def features(self, picture: Array) -> Floats:
         """(steps, channels): what the last layer is given of a picture; raises as `read`."""
         x = np.pad(normalised(picture), ((0, 0), (MARGIN, MARGIN)))[:, :, None]
