@@ -23,6 +23,7 @@ _VERBS = {
     "hand": "Make hands from scans, list and show them, and make sheets to write one on.",
     "strokes": "Explain recorded or drawn strokes by the movements of a hand, and draw such plans.",
     "restyle": "Draw a drawing in another handstyle.",
+    "pose": "Learn from recordings how a pen is held, and show it.",
     "asemic": "Invent letters that mean nothing, and write them as a tag.",
     "devices": "List, show and check machines.",
     "score": "Measure how far page images look written by a person.",

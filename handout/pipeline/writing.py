@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +20,8 @@ from handout.motion.trace import trace
 from handout.page_sizes import page
 from handout.pipeline import pictures, programs
 from handout.pipeline.lined_paper import LinedPaper, lined_paper, page_name
-from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions, millimetres
+from handout.pipeline.options import PictureOptions, PoseOptions, SheetOptions, WritingOptions, millimetres
+from handout.pipeline.poses import pose_model, with_pose
 from handout.pipeline.results import SILENT, Facts, Listener, Tally
 from handout.progress import Tell, silent, within
 from handout.sinks import OF_INK, Look, check_outputs, write_drawings
@@ -52,6 +53,7 @@ class WritingTask:
     coloured : whether a colour of the ink was given, which the strokes of a scanned hand then have.
     paper : the lined paper that is written on.
     strict : whether words that read as others are an error.
+    pose : how the pen is held.
     """
 
     hand: Hand | ScannedHand
@@ -67,6 +69,7 @@ class WritingTask:
     coloured: bool = False
     paper: LinedPaper | None = None
     strict: bool = False
+    pose: PoseOptions = field(default_factory=PoseOptions)
 
     @property
     def paper_notes(self) -> tuple[str, ...]:
@@ -74,7 +77,8 @@ class WritingTask:
         return () if self.paper is None else self.paper.notes
 
     def on_paper(self, look: Look) -> Look:
-        """How pictures look, with the paper's lines where they are written on."""
+        """How pictures look, with the paper's lines where they are written on, and with the pen held as it is."""
+        look = replace(look, footprint=self.pose.pose is not None)
         return look if self.paper is None or self.paper.paper is None else replace(look, paper=self.paper.paper)
 
 
@@ -180,6 +184,7 @@ def prepare(
         _pen_hand(picture.pen, hand),
         picture.ink is not None,
         strict=writing.strict,
+        pose=_pose(writing),
     )
 
 
@@ -236,6 +241,13 @@ def _pen_hand(pen: str | None, hand: Hand | ScannedHand) -> ScannedHand | None:
             f"pen: {hand.name} is a scanned hand, written with its own pen or that of another scanned hand."
         )
     return file.load(library.scanned_file(pen))
+
+
+def _pose(writing: WritingOptions) -> PoseOptions:
+    """How the pen is held; what cannot be read is refused before anything is written."""
+    if writing.pose is not None:
+        pose_model(writing.pose)
+    return PoseOptions(writing.pose, writing.pose_method)
 
 
 def _speed(speed: str | float) -> tuple[bool, float]:
@@ -362,7 +374,7 @@ def draw(
     if isinstance(task.hand, Hand) or wanted & STROKES:
         speed = task.speed * (_HURRIED if task.fast else 1.0)
         drawing = trace(page, task.hand, rng, task.kinematics, speed=speed, jitter=task.layout.jitter)
-        drawing = _in_colour(drawing, task)
+        drawing = with_pose(_in_colour(drawing, task), task.pose) if drawing.strokes else drawing
     if not isinstance(task.hand, Hand) and wanted & INK:
         from handout.inking.pen_replacement import drawn
 
@@ -384,7 +396,12 @@ def not_followed(task: WritingTask, picture: PictureOptions, ink_shown: bool) ->
     if isinstance(task.hand, Hand):
         return []
     name = task.hand.name
-    notes = [f"--pen-width: lines are as wide as on the pages of {name}."] if picture.pen_width is not None else []
+    notes = []
+    if task.pose.pose is not None and ink_shown:
+        notes.append(
+            f"--pose: the ink of {name} stays as it was scanned in PNG and PDF files; its strokes have the pose."
+        )
+    notes += [f"--pen-width: lines are as wide as on the pages of {name}."] if picture.pen_width is not None else []
     if picture.ink is not None and ink_shown:
         notes.append(
             f"--ink: the ink of {name} stays as it was scanned in PNG and PDF files; strokes, as in SVG, have that "
