@@ -13,7 +13,6 @@ here knows click or a terminal.  Files:
     poses.py      `learn_pose`, `show_pose`, and the pose of what is written or drawn
     scoring.py    `score`, measures of page images
     inputs.py     what is to be written: a text, a file, standard input, or a drawing
-    pictures.py   the pen, the paper and the resolution of pictures
     lined_paper.py   which lines of a paper are written on
     programs.py   files for plotters: how a page becomes one; exporting.py is `export`, which writes nothing else
     plotting.py   `plot`, `preview`, `resume`; plot_request.py has their options, plot_jobs.py the plots that are kept

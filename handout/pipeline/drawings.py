@@ -14,11 +14,9 @@ from handout import atomic, units
 from handout.errors import InputError
 from handout.motion.styles.style import Style, checked, find
 from handout.page_sizes import page
-from handout.pipeline import pictures
-from handout.pipeline.options import PictureOptions, PoseOptions, StyleOptions
+from handout.pipeline.options import PictureOptions, PoseOptions, StyleOptions, seed_of
 from handout.pipeline.poses import with_pose
-from handout.pipeline.results import Facts
-from handout.pipeline.writing import seed_of
+from handout.pipeline.results import Facts, Result
 from handout.sinks import Look, check_outputs, write_drawings
 from handout.sources import read_drawing
 from handout.tables import Angle
@@ -32,7 +30,7 @@ _NOISE = 0.02  # heights of a letter: motor noise at --jitter 1; set by eye
 
 
 @dataclass(frozen=True)
-class Styled:
+class Styled(Result):
     """A drawing in a handstyle.
 
     source : the drawing before, if there was one; losses : sentences on what of it the style cannot show.
@@ -45,7 +43,6 @@ class Styled:
     source: Drawing | None = None
     letters: int = 0
     losses: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
     pose: str = ""
 
     @property
@@ -54,7 +51,6 @@ class Styled:
         return [] if self.source is None else [str(part) for part in self.source.about.get("left_out", [])]
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         count, seconds = len(self.drawing.strokes), round(self.drawing.duration, 2)
         files = [str(path) for path in self.files]
         facts: Facts = {"style": self.style, **({"pose": self.pose} if self.pose else {}), "seed": self.seed}
@@ -149,16 +145,15 @@ def style_of(styling: StyleOptions) -> Style:
 
 def _look(picture: PictureOptions) -> Look:
     """How pictures look: a style brings its own widths, so that an even ink is the usual one."""
-    return pictures.look(replace(picture, pen=picture.pen or "plain"))
+    return replace(picture, pen=picture.pen or "plain").look()
 
 
 @dataclass(frozen=True)
-class FittedStrokes:
+class FittedStrokes(Result):
     """The plans behind the strokes of a drawing."""
 
     page: PlannedPage
     files: tuple[Path, ...]
-    notes: tuple[str, ...] = ()
 
     @property
     def _moved(self) -> list[Fit]:
@@ -186,7 +181,6 @@ class FittedStrokes:
         return round(float(np.median(self.speeds_db)), 2) if self.speeds_db else None
 
     def facts(self) -> Facts:
-        """What ``--json`` prints: counts, and medians of how well the movements are explained."""
         return {
             "movements": len(self.page.fits),
             "dots": len(self.page.fits) - len(self._moved),

@@ -5,6 +5,7 @@ Nothing heavy is imported here: the command reads this file to show its help.
 
 from __future__ import annotations
 
+import secrets
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
@@ -18,8 +19,9 @@ from handout.motion import ENGINES as ENGINES
 from handout.motion import POSE_METHODS as POSE_METHODS
 
 if TYPE_CHECKING:
+    from handout.hand.drawn import Hand
     from handout.hand.scanned import ScannedHand
-    from handout.values import Hand
+    from handout.sinks import Look
 
 Length = str | float  # a length with its unit, such as "2.5mm", or a number of mm
 
@@ -107,6 +109,37 @@ class PictureOptions:
     ink: str | None = None
     paper: str = "none"
     transparent: bool = False
+
+    @property
+    def has_scanned_pen(self) -> bool:
+        """Whether the pen is a scanned hand's: its name, or a .hand file."""
+        from handout.hand import library
+
+        name = self.pen
+        return name is not None and name not in PENS and (name.endswith(".hand") or name in library.scanned())
+
+    def look(self) -> Look:
+        """How pictures look that are asked for so; where a scanned hand lends its ink, strokes are a ballpoint's.
+
+        Raises
+        ------
+        InputError
+            A pen, a colour or a paper that there is not, or both a paper and --transparent.
+        """
+        from handout.inking import papers, pen
+        from handout.sinks import Look
+
+        name, width = self.pen or "ballpoint", self.pen_width
+        if self.has_scanned_pen:
+            strokes = pen.usual("ballpoint", colour=self.ink)
+        elif name in PENS:
+            strokes = pen.usual(name, None if width is None else millimetres(width, "pen width"), self.ink)
+        else:
+            raise InputError(f"pen: {name!r} is not one of {', '.join(PENS)}.")
+        sheet = papers.named(self.paper)
+        if self.transparent and sheet.name != "none":
+            raise InputError("--transparent leaves the paper out and --paper puts it in: give one of them.")
+        return Look(strokes, self.dpi, sheet, self.transparent)
 
 
 @dataclass(frozen=True)
@@ -225,6 +258,24 @@ class PromptOptions:
 def millimetres(length: Length, what: str) -> float:
     """A length in mm; `what` names it in the error message."""
     return units.length(str(length), what)
+
+
+def seed_of(number: int | None) -> int:
+    """The seed that was asked for, or one by chance."""
+    seed = secrets.randbelow(10**6) if number is None else number
+    if seed < 0:
+        raise InputError(f"seed: {seed} is negative; use 0 or more.")
+    return seed
+
+
+def pace(speed: str | float) -> tuple[bool, float]:
+    """Whether the writing is as fast as it goes, and the factor of its pace."""
+    if speed in ("human", "fast"):
+        return speed == "fast", 1.0
+    try:
+        return False, float(speed)
+    except ValueError:
+        raise InputError(f"speed: {speed!r} is neither human, fast, nor a factor such as 1.5.") from None
 
 
 def slip_rate(text: str | None) -> float:

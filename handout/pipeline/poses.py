@@ -19,7 +19,7 @@ from handout.motion.pose.library import PoseLibrary
 from handout.motion.pose.posing import Passes, posed
 from handout.motion.pose.synthesis import PoseModel
 from handout.pipeline.options import PoseOptions
-from handout.pipeline.results import Facts
+from handout.pipeline.results import Facts, Result
 from handout.sources import read_drawing
 from handout.values import Array, Drawing
 
@@ -32,16 +32,14 @@ _THIN, _BOLD = 1.0, 9.0  # pixels of a stroke at no pressure and at full
 _RANGE = (5.0, 95.0)  # percentiles of a channel that its colours range over
 
 
-@dataclass(frozen=True)
-class PoseSheet:
+@dataclass(frozen=True, kw_only=True)
+class PoseSheet(Result):
     """A pose library, as it was learned or loaded, and files made of it."""
 
     library: PoseLibrary
     files: tuple[Path, ...]
-    notes: tuple[str, ...] = ()
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         pose = self.library
         return {
             "title": pose.title,
@@ -82,7 +80,7 @@ def learn_pose(
     learned = library.learn([read_drawing(recording) for recording in recordings], title or path.stem)
     pose = library.levelled(learned.library) if level else learned.library
     atomic.write(path, library.to_bytes(pose))
-    return PoseSheet(pose, (path,), learned.notes)
+    return PoseSheet(library=pose, files=(path,), notes=learned.notes)
 
 
 def find_pose(name: str) -> PoseLibrary:
@@ -150,7 +148,7 @@ def show_pose(name: str, output: str | Path) -> PoseSheet:
     picture, stream = _sheet(pose), io.BytesIO()
     picture.save(stream, "PNG")
     atomic.write(path, stream.getvalue())
-    return PoseSheet(pose, (path,))
+    return PoseSheet(library=pose, files=(path,))
 
 
 def _sheet(pose: PoseLibrary) -> Image.Image:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import secrets
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,25 +14,33 @@ from handout import __version__, units
 from handout.completion.completed_hand import complete_hand
 from handout.errors import InputError
 from handout.hand import file, library
-from handout.hand.drawn import hasten
 from handout.hand.measures import ink_colours
 from handout.motion.trace import trace
-from handout.page_sizes import page
-from handout.pipeline import pictures, programs
+from handout.page_sizes import margins, page
+from handout.pipeline import programs
 from handout.pipeline.lined_paper import LinedPaper, lined_paper, page_name
-from handout.pipeline.options import PictureOptions, PoseOptions, SheetOptions, WritingOptions, millimetres
+from handout.pipeline.options import (
+    PictureOptions,
+    PoseOptions,
+    SheetOptions,
+    WritingOptions,
+    millimetres,
+    pace,
+    seed_of,
+)
 from handout.pipeline.poses import pose_model, with_pose
-from handout.pipeline.results import SILENT, Facts, Listener, Tally
+from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.progress import Tell, silent, within
-from handout.sinks import OF_INK, Look, check_outputs, write_drawings
-from handout.values import Drawing, Hand, Manuscript
+from handout.sinks import OF_INK, Look, write_drawings
+from handout.sinks import check_outputs as check_outputs
+from handout.values import Drawing, Manuscript
 from handout.writing.compose import each_page
 from handout.writing.layout import Layout
 from handout.writing.text import Borrowed
 
 if TYPE_CHECKING:
+    from handout.hand.drawn import Hand
     from handout.hand.scanned import ScannedHand
-    from handout.writing.choosing import Prices
     from handout.writing.pages import Sheet
 
 _WRITTEN = 0.35  # of the work on a page, when its strokes are known and it is yet to be drawn; measured, for PNG
@@ -51,6 +59,7 @@ class WritingTask:
     slips : words in 100 that are begun wrongly.
     pen_hand : the scanned hand whose pen a scanned hand is written with, if not its own.
     coloured : whether a colour of the ink was given, which the strokes of a scanned hand then have.
+    look : of pictures, with the lines of the paper where they are written on.
     paper : the lined paper that is written on.
     strict : whether words that read as others are an error.
     pose : how the pen is held.
@@ -58,6 +67,7 @@ class WritingTask:
 
     hand: Hand | ScannedHand
     layout: Layout
+    look: Look
     seed: int
     kinematics: str
     speed: float
@@ -76,14 +86,9 @@ class WritingTask:
         """What the user is told of the lined paper."""
         return () if self.paper is None else self.paper.notes
 
-    def on_paper(self, look: Look) -> Look:
-        """How pictures look, with the paper's lines where they are written on, and with the pen held as it is."""
-        look = replace(look, footprint=self.pose.pose is not None)
-        return look if self.paper is None or self.paper.paper is None else replace(look, paper=self.paper.paper)
-
 
 @dataclass(frozen=True)
-class Written:
+class Written(Result):
     """What `write` made: see `Tally` for the figures.
 
     files : in the order of the outputs, pages in order.
@@ -94,11 +99,9 @@ class Written:
     seed: int
     hand: str
     files: tuple[Path, ...]
-    notes: tuple[str, ...] = ()
     paper: Facts | None = None
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         return {
             **self.tally.facts(self.seed, self.hand, self.files),
             **({"notes": list(self.notes)} if self.notes else {}),
@@ -131,13 +134,12 @@ def write(
     paths = [Path(name) for name in outputs]
     extra = programs.Programs(device, paths).sinks
     check_outputs(paths, extra)
-    look = pictures.look(picture)
-    task = on_lined_paper(prepare(writing, sheet, picture), writing, sheet, picture)
+    task = prepare(writing, sheet, picture)
+    if picture.paper != "none":
+        task = on_lined_paper(task, writing, sheet, picture)
     wanted = frozenset[str]().union(*(INK if path.suffix.lower() in OF_INK else STROKES for path in paths))
     pages, drawings = draw_pages(text, task, wanted=wanted, tell=within(listener.progress, 0.0, _WRITTEN))
-    files = write_drawings(
-        drawings, paths, task.on_paper(look), extra=extra, tell=within(listener.progress, _WRITTEN, 1.0)
-    )
+    files = write_drawings(drawings, paths, task.look, extra=extra, tell=within(listener.progress, _WRITTEN, 1.0))
     notes = (*not_followed(task, picture, wanted >= INK), *task.paper_notes)
     return written(Tally.of(pages, drawings), task, files, notes)
 
@@ -152,36 +154,43 @@ def drawings(
 def written(tally: Tally, task: WritingTask, files: Sequence[Path], notes: tuple[str, ...] = ()) -> Written:
     """The result of a task."""
     paper = dict(task.paper.facts) if task.paper is not None and task.paper.facts else None
-    return Written(tally, task.seed, task.hand.name, tuple(files), notes, paper)
+    return Written(tally, task.seed, task.hand.name, tuple(files), paper, notes=notes)
 
 
 def prepare(
     writing: WritingOptions, sheet: SheetOptions = SheetOptions(), picture: PictureOptions = PictureOptions()
 ) -> WritingTask:
     """Check the options, and load the hand that they name."""
-    hand = _hand(writing)
-    paper = page(page_name(sheet, picture))
+    name = page_name(sheet, picture)
+    (fast, factor), seed, look = (
+        pace(writing.speed),
+        seed_of(writing.seed),
+        replace(picture.look(), footprint=writing.pose is not None),
+    )
+    hand = library.find(writing.hand) if isinstance(writing.hand, str) else writing.hand
+    hand = hand.hastened(writing.haste)
+    paper = page(name)
     layout = Layout(
         page=paper,
-        margin=margins(sheet.margin, paper.width, paper.height),
+        margin=margins(sheet.margin, paper),
         x_height=hand.x_height if writing.x_height is None else millimetres(writing.x_height, "x-height"),
         line_spacing=millimetres(writing.line_spacing, "line spacing") if writing.line_spacing else None,
         align=writing.align,
         fit=writing.fit,
         jitter=writing.jitter,
     )
-    fast, factor = _speed(writing.speed)
     return WritingTask(
         hand,
         layout,
-        seed_of(writing.seed),
+        look,
+        seed,
         writing.kinematics,
         factor,
         fast,
         sheet.pages,
         writing.fallback,
         writing.slips,
-        _pen_hand(picture.pen, hand),
+        None if picture.pen is None else _pen_hand(picture.pen, picture.has_scanned_pen, hand),
         picture.ink is not None,
         strict=writing.strict,
         pose=_pose(writing),
@@ -193,48 +202,15 @@ def on_lined_paper(
 ) -> WritingTask:
     """The task with its lines on those of the paper."""
     paper = lined_paper(task.layout, task.hand, writing, sheet, picture)
-    return replace(task, layout=paper.layout, paper=paper)
+    look = task.look if paper.paper is None else replace(task.look, paper=paper.paper)
+    return replace(task, layout=paper.layout, look=look, paper=paper)
 
 
-def margins(text: str | None, width: float, height: float) -> tuple[float, float, float, float]:
-    """(top, right, bottom, left) in mm from one, two or four lengths; default: a tenth of the short side."""
-    if text is None:
-        margin = min(20.0, 0.1 * min(width, height))
-        return (margin,) * 4
-    parts = [units.length(part, "margin") for part in text.split(",")]
-    if len(parts) not in (1, 2, 4):
-        raise InputError(f"margin: {text!r} holds {len(parts)} lengths; give one, two or four.")
-    top, right, bottom, left = (parts * 4)[:4]
-    return (top, right, bottom, left)
-
-
-def seed_of(number: int | None) -> int:
-    """The seed that was asked for, or one by chance."""
-    seed = secrets.randbelow(10**6) if number is None else number
-    if seed < 0:
-        raise InputError(f"seed: {seed} is negative; use 0 or more.")
-    return seed
-
-
-def _hand(writing: WritingOptions) -> Hand | ScannedHand:
-    """The hand, with the haste that is asked for."""
-    hand = library.find(writing.hand) if isinstance(writing.hand, str) else writing.hand
-    if isinstance(hand, Hand):
-        return hasten(hand, writing.haste)
-    if writing.haste:
-        name = writing.hand if isinstance(writing.hand, str) else hand.name
-        raise InputError(f"haste: {name} is a scanned hand, which is as hurried as it was written; leave --haste out.")
-    return hand
-
-
-def _pen_hand(pen: str | None, hand: Hand | ScannedHand) -> ScannedHand | None:
+def _pen_hand(pen: str, scanned: bool, hand: Hand | ScannedHand) -> ScannedHand | None:
     """The scanned hand whose pen is asked for."""
-    if pen is None:
-        return None
-    scanned = pictures.is_scanned(pen)
-    if isinstance(hand, Hand):
-        if scanned:
-            raise InputError(f"pen: {pen} holds scanned ink, which only scanned hands can be written with.")
+    if hand.pages is None and scanned:
+        raise InputError(f"pen: {pen} holds scanned ink, which only scanned hands can be written with.")
+    if hand.pages is None:
         return None
     if not scanned:
         raise InputError(
@@ -248,16 +224,6 @@ def _pose(writing: WritingOptions) -> PoseOptions:
     if writing.pose is not None:
         pose_model(writing.pose)
     return PoseOptions(writing.pose, writing.pose_method)
-
-
-def _speed(speed: str | float) -> tuple[bool, float]:
-    """Whether the writing is as fast as it goes, and the factor of its pace."""
-    if speed in ("human", "fast"):
-        return speed == "fast", 1.0
-    try:
-        return False, float(speed)
-    except ValueError:
-        raise InputError(f"speed: {speed!r} is neither human, fast, nor a factor such as 1.5.") from None
 
 
 def draw_pages(
@@ -295,26 +261,23 @@ def set_pages(
     author = task.hand
     hand, lacking = complete_hand(author, text, fallback=task.fallback, seed=task.seed)
     borrowed = [letter_facts(letter) if row is None else {"row": row, **letter_facts(letter)} for letter in lacking]
-
-    def compose(prices: Prices | None = None) -> Iterator[Sheet]:
-        return each_page(
-            text,
-            hand,
-            layout or task.layout,
-            np.random.default_rng(key),
-            pages=task.pages,
-            fallback=task.fallback,
-            slips=task.slips,
-            prices=prices,
-        )
-
-    sheets = compose() if isinstance(author, Hand) or isinstance(hand, Hand) else _reread(compose, hand, author, task)
+    compose = partial(
+        each_page,
+        text,
+        hand,
+        layout or task.layout,
+        key,
+        pages=task.pages,
+        fallback=task.fallback,
+        slips=task.slips,
+    )
+    sheets = compose() if author.pages is None or hand.pages is None else _reread(compose, hand, author, task)
     task = replace(task, hand=hand)
     return task, (_with(sheet, "borrowed", borrowed) for sheet in sheets) if borrowed else sheets
 
 
 def _reread(
-    compose: Callable[[Prices], Iterator[Sheet]], hand: ScannedHand, author: ScannedHand, task: WritingTask
+    compose: Callable[..., Iterator[Sheet]], hand: ScannedHand, author: ScannedHand, task: WritingTask
 ) -> Iterator[Sheet]:
     """The pages of a text in a scanned hand, each with the words of it that read as others.
 
@@ -327,7 +290,7 @@ def _reread(
 
     # without variation the best glyphs are wanted, always the same: what reads badly is only told
     tries = None if task.layout.jitter else 0
-    sheets, doubts = reread(lambda prices: list(compose(prices)), hand, author, tries)
+    sheets, doubts = reread(lambda prices: list(compose(prices=prices)), hand, author, tries)
     if doubts and task.strict:
         named = ", ".join(f"{doubt.word} as {doubt.reads_as or 'nothing'}" for doubt in doubts[:_MOST_NAMED])
         more = f" and {len(doubts) - _MOST_NAMED} more" if len(doubts) > _MOST_NAMED else ""
@@ -371,11 +334,11 @@ def draw(
 ) -> Drawing:
     """A page as timed strokes, or as scanned ink, with what is stored in every output; `wanted` as in `draw_pages`."""
     drawing = Drawing((), page.page, {})
-    if isinstance(task.hand, Hand) or wanted & STROKES:
+    if task.hand.pages is None or wanted & STROKES:
         speed = task.speed * (_HURRIED if task.fast else 1.0)
         drawing = trace(page, task.hand, rng, task.kinematics, speed=speed, jitter=task.layout.jitter)
         drawing = with_pose(_in_colour(drawing, task), task.pose) if drawing.strokes else drawing
-    if not isinstance(task.hand, Hand) and wanted & INK:
+    if task.hand.pages is not None and wanted & INK:
         from handout.inking.pen_replacement import drawn
 
         drawing = replace(drawn(page, task.hand, task.pen_hand), strokes=drawing.strokes)
@@ -393,7 +356,7 @@ def _in_colour(drawing: Drawing, task: WritingTask) -> Drawing:
 
 def not_followed(task: WritingTask, picture: PictureOptions, ink_shown: bool) -> list[str]:
     """Notes on options that a scanned hand does not follow; `ink_shown`: whether its scanned ink itself is shown."""
-    if isinstance(task.hand, Hand):
+    if task.hand.pages is None:
         return []
     name = task.hand.name
     notes = []

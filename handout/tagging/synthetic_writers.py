@@ -15,7 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from handout.hand import library
-from handout.values import Glyph, Hand
+from handout.hand.drawn import Hand
+from handout.values import Glyph
 
 # shares, set so that writers differ about as much as those of five real pages
 _BORROWS = 0.45  # of writers who have letters of a second hand

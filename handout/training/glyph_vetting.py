@@ -18,6 +18,7 @@ from scipy.spatial import cKDTree
 
 from handout.errors import DoesNotFit, InputError
 from handout.hand import library, outlier_score
+from handout.hand.drawn import Hand
 from handout.hand.glyph_features import COUNT, glyph_features
 from handout.hand.outlier_score import ALONE, OutlierModel
 from handout.hand.places import graphemes
@@ -33,7 +34,7 @@ from handout.simulated.author.truth import Simulated
 from handout.tagging.page_tagging import TaggedPage, hand_of_pages, tag_labelled_page, tag_page
 from handout.tagging.synthetic_writers import built_in_hands, random_writer, texts
 from handout.training.spoilt_letters import NOBODY, Spoiler
-from handout.values import Array, Hand, Indices
+from handout.values import Array, Indices
 from handout.writing.layout import Layout
 
 

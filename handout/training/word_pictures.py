@@ -20,13 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout import alphabet
+from handout.hand.drawn import Hand
 from handout.prompting import corpus
 from handout.reading import word_space
 from handout.reading.word_space import ABOVE, HEIGHT, X_HEIGHT
 from handout.tagging import line_space
 from handout.tagging.synthetic_lines import SyntheticLine, write_lines
 from handout.tagging.synthetic_writers import built_in_hands, random_habits, random_writer
-from handout.values import Array, Hand
+from handout.values import Array
 
 Image = NDArray[np.uint8]
 _FONT_X = 36  # pixels: x-height at which letters of fonts are drawn

@@ -45,8 +45,7 @@ class ChoiceWeights:
     """What each term counts; all are set by eye on texts written with scanned hands, unless said otherwise."""
 
     # of a glyph
-    doubtful: float = 1.5  # for each unit of the logarithm of how improbable it is that it is what it is called
-    most: float = 6.0  # of that
+    doubtful: float = 20.0  # times the probability that it is not what it is called
     broken: float = 3.0  # without a body
     # of a glyph for a letter
     elsewhere: float = 0.5  # from another place in its word
@@ -55,7 +54,7 @@ class ChoiceWeights:
     unseen: float = 0.3  # where one of the two was not joined: what does not meet is not seen
     # for each letter of a pair, where neither was joined: as far as those letters mostly are.  With it letters join as
     # often as the author's do
-    lifted: float = 2.0
+    lifted: float = 5.0
     # a deviation between two residuals.  Of the variance of height, slant, width and darkness .07, .06, .10, .10 lie
     # then between words (the author's own: .09, .04, .14, .15; four hands).  Twice that is nearer to the author's, and
     # takes the hinge ratio of a half page from 1.38 to 1.47: fewer glyphs are written
@@ -79,9 +78,8 @@ WEIGHTS = ChoiceWeights()
 
 def intrinsic_cost(vetting: Vetting, bodies: Sequence[Indices]) -> Array:
     """(n,) float ≥ 0: of writing each glyph at all, given its body, which may be empty."""
-    doubt = -WEIGHTS.doubtful * np.log(np.clip(vetting.probability / SURE, 1e-9, 1.0))
     empty = np.array([not len(body) for body in bodies], dtype=bool)
-    return np.asarray(np.minimum(doubt, WEIGHTS.most) + WEIGHTS.broken * empty)
+    return np.asarray(WEIGHTS.doubtful * (1 - vetting.probability) + WEIGHTS.broken * empty)
 
 
 class TransitionCosts:
@@ -326,7 +324,7 @@ class GlyphIndex:
     def all_candidates(self, letter: str, place: Place) -> Candidates:
         """All glyphs that might do for a letter in its place, the best first."""
         numbers = self.of(letter, place)
-        if (self.intrinsic_cost[numbers] < WEIGHTS.elsewhere).sum() < _ENOUGH:
+        if (self.intrinsic_cost[numbers] < WEIGHTS.doubtful * (1 - SURE)).sum() < _ENOUGH:
             numbers = self.of(letter)
         standing = numbers[~self.refused[numbers]]
         numbers = standing if len(standing) else numbers
@@ -406,10 +404,11 @@ def _joined_shares(hand: ScannedHand) -> tuple[Array, Array]:
     second = np.array([hand.glyphs[n].after for n in first], dtype=np.intp)
     usual = float(joined[first].mean()) if len(first) else 0.0
     letters, number = np.unique([glyph.letter for glyph in hand.glyphs], return_inverse=True)
+    small = np.array([glyph.letter.islower() for glyph in hand.glyphs], dtype=bool)
     shares = []
-    for side in (first, second):
-        pairs = np.bincount(number[side], minlength=len(letters))
-        met = np.bincount(number[side], weights=joined[first], minlength=len(letters))
+    for side, counted in ((first, small[second]), (second, small[first])):
+        pairs = np.bincount(number[side], weights=counted, minlength=len(letters))
+        met = np.bincount(number[side], weights=joined[first] & counted, minlength=len(letters))
         shares.append(readonly(((met + _PRIOR * usual) / (pairs + _PRIOR))[number], None))
     return shares[0], shares[1]
 

@@ -348,8 +348,10 @@ def _gaps(forms: Forms, beyond: Sides, neighbours: Neighbours, x: Array) -> Gaps
     of_letter = np.stack(
         [_of_letter(forms, side[kind == LETTERS], letters, float(mean[LETTERS])) for side in (first, second)]
     )
-    alone = letters[[int(i) not in forms.paths for i in first[kind == LETTERS]]]
-    of_lifted = alone if len(alone) >= _ENOUGH else letters
+    small = np.array([glyph.letter.islower() for glyph in forms.hand.glyphs], dtype=bool)
+    within = (small[first] & small[second])[kind == LETTERS]
+    alone = within & [int(i) not in forms.paths for i in first[kind == LETTERS]]
+    of_lifted = letters[alone if alone.sum() >= _ENOUGH else within]
     lifted = float(np.percentile(of_lifted, _LIFTED)) if len(of_lifted) >= _ENOUGH else float(high[LETTERS])
     return Gaps(mean, deviation, low, high, to_right, to_left, words, of_letter, lifted, word, zone)
 
