@@ -1,7 +1,8 @@
 """Whether each glyph of a scanned hand is what it is called: sure, doubtful or refused.
 
-Two kinds of evidence make one probability: how sure the reading was of the glyph's place (`ScannedGlyph.confidence`),
-and how much its shape is like its siblings' (`outlier_score`).
+Three kinds of evidence make one probability: how sure the reading was of the glyph's place
+(`ScannedGlyph.confidence`), how much its shape is like its siblings' (`outlier_score`), and how much those of the
+glyphs beside it are: what one has too much, its neighbour mostly lacks.
 
 Source: own method.
 """
@@ -69,11 +70,14 @@ def vet(hand: ScannedHand) -> Vetting:
 
 
 def calibrated(calibration: Array, score: Array, confidence: Array) -> Array:
-    """(n,): the probability that glyphs of some score and confidence (n,) are right."""
+    """(n,): the probability that glyphs of some score and confidence (n,), in the order of their text, are right."""
     return np.asarray(1 / (1 + np.exp(-np.clip(calibration_terms(score, confidence) @ calibration, -50, 50))))
 
 
 def calibration_terms(score: Array, confidence: Array) -> Array:
-    """(n, 3): what a calibration weighs."""
+    """(n, 4): what a calibration weighs; the glyphs are in the order of their text."""
     trust = np.clip(confidence, _CERTAIN, 1 - _CERTAIN)
-    return np.column_stack([np.ones(len(score)), score, np.log(trust / (1 - trust))])
+    least = score.min(initial=0.0)
+    around = np.concatenate([[least], score, [least]])
+    beside = np.maximum(around[:-2], around[2:])
+    return np.column_stack([np.ones(len(score)), score, np.log(trust / (1 - trust)), beside])

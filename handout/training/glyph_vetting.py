@@ -157,7 +157,7 @@ def gaussians(hands: Sequence[ScannedHand]) -> OutlierModel:
         bias=0.0,
         alone=np.zeros(len(ALONE)),
         alone_bias=0.0,
-        calibration=np.zeros(3),
+        calibration=np.zeros(4),
     )
 
 
@@ -206,10 +206,9 @@ def _slopes(evidence: Array, wrong: Array) -> tuple[Array, float]:
 
 def calibrated_model(model: OutlierModel, samples: Sequence[Sample]) -> OutlierModel:
     """The model with odds that hold on pages that were read."""
-    score = np.concatenate([sample.evidence @ model.weights + model.bias for sample in samples])
-    confidence = np.concatenate([sample.confidence for sample in samples])
+    terms = [calibration_terms(each.evidence @ model.weights + model.bias, each.confidence) for each in samples]
     right = 1.0 - np.concatenate([sample.wrong for sample in samples])
-    return replace(model, calibration=logistic(calibration_terms(score, confidence), right, 1.0))
+    return replace(model, calibration=logistic(np.concatenate(terms), right, 1.0))
 
 
 def ranked(score: Array, wrong: Array) -> float:
