@@ -17,7 +17,6 @@ from pathlib import Path
 
 import numpy as np
 
-from handout import shipped
 from handout.inking.pen import usual
 from handout.motion import POSE_METHODS
 from handout.motion.pose.features import FEATURES, resampled, velocities
@@ -59,7 +58,10 @@ def model(name: str, features: str = "velocities") -> PoseModel:
 
 @dataclass(frozen=True, eq=False)
 class Patches:
-    """shape : (n, d), what patches are compared by; pose : (n, 4, 25), pressure, lean in x and y, rotation; of : (n,) strokes."""
+    """Pieces of strokes.
+
+    shape : (n, d), what they are compared by; pose : (n, 4, 25), pressure, lean in x and y, rotation; of : (n,) strokes.
+    """
 
     shape: Array
     pose: Array
