@@ -60,7 +60,9 @@ def model(name: str, features: str = "velocities") -> PoseModel:
 class Patches:
     """Pieces of strokes.
 
-    shape : (n, d), what they are compared by; pose : (n, 4, 25), pressure, lean in x and y, rotation; of : (n,) strokes.
+    shape : (n, d), what they are compared by.
+    pose : (n, 4, 25), pressure, lean in x and y, rotation.
+    of : (n,) numbers of their strokes.
     """
 
     shape: Array
@@ -298,9 +300,6 @@ def main() -> None:
     if not folder().is_dir():
         print(f"No recordings in {folder()}: name the folder of the data in HANDOUT_DATA.")
         return
-    print(
-        f"{len(shipped.files('poses', '*.pose'))} libraries come with the program; measured on the paper's recordings"
-    )
     distinctiveness()
     synthesis(_TUNED, "set on")
     synthesis(_KEPT_OUT, "kept out")
