@@ -1,7 +1,7 @@
 """Reads CYN files: pages of strokes with all of a pen's pose, as the recordings of seed 001 are kept.
 
 A head of some lines, the number of strokes, and then for each stroke ``stroke`` and its number, the number of its
-samples, and one line a sample: its number, time (s), x and y (0–1 of the tablet, y up), pressure (0–1), rotation of the
+samples, and one line a sample: its number, time (s), x and y (0–1 of the tablet, y down), pressure (0–1), rotation of the
 barrel (degrees), and the tilts along x and y (−1 to 1).  The tilts are taken as shares of a right angle, and the tablet
 as 200 mm wide and high, since the files say neither.
 
@@ -24,7 +24,7 @@ _COLUMNS = 8
 
 
 def from_cyn(data: bytes) -> Drawing:
-    """Read a CYN file; y turned down.
+    """Read a CYN file.
 
     Raises
     ------
@@ -59,7 +59,6 @@ def _strokes(data: bytes) -> Iterator[Array]:
 
 def _raw(table: Array) -> Raw:
     _, t, x, y, pressure, rotation, tilt_x, tilt_y = table.T
-    tilt, azimuth = lean(tilt_x * np.pi / 2, -tilt_y * np.pi / 2)
+    tilt, azimuth = lean(tilt_x * np.pi / 2, tilt_y * np.pi / 2)
     channels = {"pressure": np.clip(pressure, 0.0, 1.0), "tilt": tilt, "azimuth": azimuth}
-    # anticlockwise of a page whose y is up, clockwise of one whose y is down
-    return Raw(np.column_stack([x, -y]) * _SIDE, t, {**channels, "rotation": -np.radians(rotation)})
+    return Raw(np.column_stack([x, y]) * _SIDE, t, {**channels, "rotation": np.radians(rotation)})

@@ -35,12 +35,12 @@ stroke 1
 def test_cyn():
     drawing = from_cyn(CYN.encode())
     first, second = drawing.strokes
-    np.testing.assert_allclose(np.diff(first.xy, axis=0), [[2, 0], [2, -2]], atol=1e-9)
+    np.testing.assert_allclose(np.diff(first.xy, axis=0), [[2, 0], [2, 2]], atol=1e-9)
     np.testing.assert_allclose(first.pressure, [0.2, 0.4, 0.6])
     np.testing.assert_allclose(first.tilt, np.radians(22.5))
     np.testing.assert_allclose(first.azimuth, 0, atol=1e-12)
-    np.testing.assert_allclose(first.rotation, np.radians([0, -10, -20]))
-    np.testing.assert_allclose(second.azimuth, -np.pi / 2)  # leaning up the page
+    np.testing.assert_allclose(first.rotation, np.radians([0, 10, 20]))
+    np.testing.assert_allclose(second.azimuth, np.pi / 2)  # leaning down the page
     assert drawing.timed and second.t[0] == pytest.approx(1.0)
 
 

@@ -33,7 +33,7 @@ _APART = 3  # numbers left free between strokes, so that no step of a segment le
 
 @dataclass(frozen=True)
 class Costs:
-    """What a sequence of library samples costs; the source's figures, but for `feature`.
+    """What a sequence of library samples costs; the source's figures, but for `feature` and `jump`.
 
     feature : of a distance of 1 in the space of features.
     repeat, skip : of taking a library sample twice, or leaving one out.
@@ -45,7 +45,7 @@ class Costs:
     feature: float = 10.0
     repeat: float = 3.0
     skip: float = 3.0
-    jump: float = 50.0
+    jump: float = 100.0
     change: float = 10.0
     short: float = 3.0
     least: int = 12
@@ -72,7 +72,7 @@ class PoseModel:
 
     library: PoseLibrary
     features: str = "velocities"
-    neighbours: int = 20
+    neighbours: int = 32
     costs: Costs = Costs()
 
     @cached_property
