@@ -275,24 +275,26 @@ def _spiral() -> Drawing:
 
 def _matching(known: str, asked: str) -> Drawing:
     """Every other segment in another colour."""
-    unit, colours, strokes = letter_height(page(asked)) / 20, ("#c03020", "#2050c0"), []
+    unit, colours, strokes = letter_height(page(asked)) / 20, ("#c03020", "#2050c0"), list[Stroke]()
     for stroke in page(asked).strokes:
         xy, _ = resampled(stroke.xy, unit)
         parts = segments(model(known).sequence(model(known).nearest(xy)), library(known))
         for number, part in enumerate(parts):
             place = xy[part.start : part.stop + 1] * unit
-            strokes.append(Stroke(np.arange(len(place)) + len(strokes) * 1e3, place, colour=colours[number % 2]))
+            strokes.append(
+                Stroke(np.arange(float(len(place))) + 10_000 * len(strokes), place, colour=colours[number % 2])
+            )
     return Drawing(tuple(strokes), page(asked).page)
 
 
 def _stylised(known: str, asked: str, held: bool) -> Drawing:
     """Velocities of a library added up, held at the anchors or not."""
-    unit, strokes = letter_height(page(asked)) / 20, []
+    unit, strokes = letter_height(page(asked)) / 20, list[Stroke]()
     for stroke in page(asked).strokes:
         xy, _ = resampled(stroke.xy, unit)
         moved = model(known).movement(xy)
         drawn = shaped(xy, moved, anchors(xy)) if held else xy[:1] + np.cumsum(moved, axis=0) - moved[:1]
-        strokes.append(Stroke(np.arange(len(xy)) + len(strokes) * 1e4, drawn * unit))
+        strokes.append(Stroke(np.arange(float(len(xy))) + 10_000 * len(strokes), drawn * unit))
     return Drawing(tuple(strokes), page(asked).page)
 
 

@@ -1,9 +1,9 @@
 """Reads CYN files: pages of strokes with all of a pen's pose, as the recordings of seed 001 are kept.
 
 A head of some lines, the number of strokes, and then for each stroke ``stroke`` and its number, the number of its
-samples, and one line a sample: its number, time (s), x and y (0–1 of the tablet, y down), pressure (0–1), rotation of the
-barrel (degrees), and the tilts along x and y (−1 to 1).  The tilts are taken as shares of a right angle, and the tablet
-as 200 mm wide and high, since the files say neither.
+samples, and one line a sample: its number, time (s), x and y (0–1 of the tablet, y down), pressure (0–1), rotation of
+the barrel (degrees), and the tilts along x and y (−1 to 1).  The tilts are taken as shares of a right angle, and the
+tablet as 200 mm wide and high, since the files say neither.
 
 Source: the files that came with seed 001.
 """
