@@ -21,6 +21,7 @@ _VERBS = {
     "print": "Address envelopes from a table and print them.",
     "calibrate": "Make a printer's colours those of the ink.",
     "hand": "Make hands from scans, list and show them, and make sheets to write one on.",
+    "brush": "Learn a brush from photographs of strokes, for --pen; show it.",
     "strokes": "Explain recorded or drawn strokes by the movements of a hand, and draw such plans.",
     "restyle": "Draw a drawing in another handstyle.",
     "pose": "Learn from recordings how a pen is held, and show it.",

@@ -76,8 +76,9 @@ _PICTURE = (
     click.option("--dpi", type=click.FloatRange(36, 2400), default=300.0, show_default=True, help="Of PNG files."),
     click.option(
         "--pen",
-        help=f"What the ink looks like, in PNG files and prints: {', '.join(PENS)}, by default ballpoint. A scanned "
-        "hand has its own; another .hand file lends it that of its pages.",
+        help=f"What the ink looks like, in PNG files and prints: {', '.join(PENS)}, by default ballpoint; "
+        "dry-brush, marker, sumi, crayon, or a .brush file. A scanned hand has its own; another .hand file lends it "
+        "that of its pages.",
     ),
     click.option("--pen-width", help="Width of the line, in pictures; default: the pen's own, plain 0.3mm."),
     click.option(

@@ -13,6 +13,7 @@ import zipfile
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from hashlib import sha256
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -85,6 +86,7 @@ class Archive:
         if len(infos) > _MOST_MEMBERS:
             raise self._error(f"it holds {len(infos)} parts, more than {_MOST_MEMBERS}")
         self._sizes = {info.filename: info.file_size for info in infos}
+        self._sums = {info.filename: info.CRC for info in infos}
         self._layers: tuple[str, ...] = ()
         if len(self._sizes) < len(infos):
             raise self._error("it holds two parts of one name")
@@ -109,6 +111,11 @@ class Archive:
 
     def _resolved(self, name: str) -> str:
         return next((folder + name for folder in self._layers if folder + name in self._sizes), name)
+
+    def fingerprint(self, names: Sequence[str]) -> str:
+        """A digest of the check sums of some parts: other contents give another."""
+        parts = [(name, self._sizes[self._resolved(name)], self._sums[self._resolved(name)]) for name in sorted(names)]
+        return sha256(repr(parts).encode()).hexdigest()
 
     def read(self, name: str) -> bytes:
         """The bytes of a part."""

@@ -18,11 +18,13 @@ from numpy.typing import NDArray
 
 from handout.hand import outlier_score
 from handout.hand.glyph_features import glyph_features
+from handout.hand.learnt import learnt
 from handout.hand.scanned import ScannedHand
 from handout.values import Array, Indices
 
 Verdict = Literal["sure", "doubtful", "refused"]
 SURE, REFUSED = 0.8, 0.55  # least probability of the one, and greatest of the other; set on simulated pages kept apart
+_MAKERS = ("hand/vetting.py", "hand/outlier_score.py", "hand/glyph_features.py", "hand/scanned.py", "hand/outliers.npz")
 _CERTAIN = 0.02  # of confidences: nearer to 0 or 1 than this none is believed
 
 
@@ -60,13 +62,17 @@ class Vetting:
 @lru_cache(maxsize=2)
 def vet(hand: ScannedHand) -> Vetting:
     """Judge every glyph of a hand, with its stubs and marks."""
+    return Vetting(learnt(hand, "vetting", _MAKERS, len(hand.glyphs), lambda: _probability(hand)))
+
+
+def _probability(hand: ScannedHand) -> Array:
     model = outlier_score.shipped()
     score = model.score(glyph_features(hand), [glyph.letter for glyph in hand.glyphs])
     confidence = np.array([glyph.confidence for glyph in hand.glyphs])
     probability = calibrated(model.calibration, score, confidence)
     named = np.array([bool(glyph.letter) for glyph in hand.glyphs], dtype=bool)
     confirmed = np.array([glyph.confirmed for glyph in hand.glyphs], dtype=bool)
-    return Vetting(np.where(confirmed, 1.0, np.where(named & (confidence > 0), probability, 0.0)))
+    return np.where(confirmed, 1.0, np.where(named & (confidence > 0), probability, 0.0))
 
 
 def calibrated(calibration: Array, score: Array, confidence: Array) -> Array:

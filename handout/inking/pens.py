@@ -19,7 +19,7 @@ from handout.inking import flow, footprints, papers, plain
 from handout.inking.deposit import Ground
 from handout.inking.flow import Flow
 from handout.inking.papers import Tooth, tooth
-from handout.inking.pen import Pen, rgb
+from handout.inking.pen import Pen, is_brush, rgb
 from handout.values import Drawing, Raster
 
 _Pixels = NDArray[np.floating[Any]]
@@ -209,6 +209,11 @@ def passed(
         table = (1 - np.linspace(0, 1, 256)[:, None] * (1 - colour)).astype(np.float32)
         for at in plain.inked(cover):
             yield at, table[cover.reshape(-1)[at]]
+        return
+    if is_brush(pen.model):
+        from handout.inking.brush import brushes, canvas
+
+        yield from canvas.passed(drawing, dpi, brushes.find(pen.model), pen, rng)
         return
     model = _MODELS[pen.model]
     absorbed = -np.log(np.maximum(colour, _DARKEST)).astype(np.float32)

@@ -11,6 +11,7 @@ from handout import atomic
 from handout.errors import InputError
 from handout.hand import file, report, svg_font
 from handout.pipeline.inputs import decoded, hand_path
+from handout.pipeline.kept_hands import learn
 from handout.pipeline.options import ReadingOptions
 from handout.pipeline.results import SILENT, Fact, Facts, Listener, Result
 from handout.progress import within
@@ -101,6 +102,7 @@ def read(
     hand = hand_of_pages(name, pages, options.title or "")
     if path is not None:
         file.save(hand, path)
+        learn(path)
     return ReadHand(hand, path, pages, options.seed)
 
 

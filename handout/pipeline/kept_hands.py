@@ -20,6 +20,7 @@ from handout.hand import file, library, report
 from handout.hand.corrections import Change as Change
 from handout.hand.corrections import Entry, Journal, read_corrections
 from handout.hand.drawn import Hand
+from handout.hand.learnt import known
 from handout.hand.report import LEAST as LEAST
 from handout.pipeline import writing
 from handout.pipeline.inputs import hand_path
@@ -225,7 +226,22 @@ def edit_hand(
     atomic.check_writable(path)
     corrected = correct(hand, new, learning=learning, tell=listener.progress)
     journal = file.record(source, path, hand, corrected.hand, Entry(new, corrected.changes))
+    learn(path)
     return EditedHand(path, journal, len(new), len(corrected.hand.glyphs), notes=corrected.notes)
+
+
+def learn(path: Path) -> None:
+    """Work out what is asked of the hand of a file whenever it is written with, and keep it there."""
+    from handout.pipeline.rereading import level
+    from handout.writing.glyph_index import index_glyphs
+    from handout.writing.scanned_words import layout_model
+
+    hand = file.load(path)
+    if hand.glyphs:
+        level(hand)
+        index_glyphs(hand)
+        layout_model(hand)
+        file.keep_learnt(path, known(hand))
 
 
 def _edited(name: str, output: str | Path | None) -> tuple[Path, Path]:

@@ -96,7 +96,8 @@ class PictureOptions:
     """How writing looks in pictures.
 
     dpi : pixels an inch of PNG files.
-    pen : one of `PENS`, or for a scanned hand another .hand file; None: ballpoint, or a scanned hand's own pen.
+    pen : one of `PENS`, a brush or a .brush file, or for a scanned hand another .hand file; None: ballpoint, or a
+        scanned hand's own pen.
     pen_width : width of the line; None: the pen's own.
     ink : colour of the ink, "#rrggbb" or a name; None: the pen's own.
     paper : "none", "plain", "laid", "ruled", "squared" (with ":8mm", ":8mm,25mm"), or a picture of a sheet.
@@ -132,10 +133,16 @@ class PictureOptions:
         name, width = self.pen or "ballpoint", self.pen_width
         if self.has_scanned_pen:
             strokes = pen.usual("ballpoint", colour=self.ink)
-        elif name in PENS:
-            strokes = pen.usual(name, None if width is None else millimetres(width, "pen width"), self.ink)
+        elif name in PENS or pen.is_brush(name):
+            own: tuple[float | None, str | None] = (None, None)
+            if name not in PENS:
+                from handout.inking.brush.brushes import find
+
+                own = (find(name).width, find(name).colour)
+            strokes = pen.usual(name, own[0] if width is None else millimetres(width, "pen width"), self.ink or own[1])
         else:
-            raise InputError(f"pen: {name!r} is not one of {', '.join(PENS)}.")
+            known = ", ".join((*PENS, *pen.brushes()))
+            raise InputError(f"pen: {name!r} is not one of {known}, nor a .brush or .hand file.")
         sheet = papers.named(self.paper)
         if self.transparent and sheet.name != "none":
             raise InputError("--transparent leaves the paper out and --paper puts it in: give one of them.")

@@ -16,6 +16,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from handout.hand.learnt import learnt
 from handout.hand.scanned import ScannedHand
 from handout.hand.word_pictures import own_words
 from handout.pipeline.results import Facts
@@ -48,6 +49,10 @@ class RereadingSettings:
 
 
 SETTINGS = RereadingSettings()
+_MAKERS = (
+    *("pipeline/rereading.py", "hand/word_pictures.py", "hand/scanned.py", "alphabet.py"),
+    *("reading/pictures.py", "reading/ctc.py", "reading/word_space.py", "reading/networks/pictures.npz"),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +106,16 @@ def surprise(reading: Reading, word: str, settings: RereadingSettings = SETTINGS
 @lru_cache(maxsize=4)
 def level(hand: ScannedHand, settings: RereadingSettings = SETTINGS) -> Level:
     """How surprising the words of a hand's author are, by ridge regression on the counts of their letters."""
+
+    def figures() -> list[float]:
+        own = _own_level(hand, settings)
+        return [own.usual, own.bound, *(part for letter, more in own.letters.items() for part in (ord(letter), more))]
+
+    usual, bound, *each = learnt(hand, f"level, {settings}", _MAKERS, None, figures).tolist()
+    return Level({chr(int(letter)): more for letter, more in zip(each[::2], each[1::2], strict=False)}, usual, bound)
+
+
+def _own_level(hand: ScannedHand, settings: RereadingSettings) -> Level:
     reader = pictures.load()
     words, seen = list[str](), list[float]()
     for word in own_words(hand):
