@@ -16,6 +16,7 @@ from handout.errors import InputError
 from handout.inking.pen import PENS as PENS
 from handout.inking.pen import TEXTURED as TEXTURED
 from handout.motion import ENGINES as ENGINES
+from handout.motion import POSE_METHODS as POSE_METHODS
 
 if TYPE_CHECKING:
     from handout.hand.drawn import Hand
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 Length = str | float  # a length with its unit, such as "2.5mm", or a number of mm
 
 Align = Literal["left", "right", "centre", "ragged"]
+
 COLOUR_METHODS = METHODS  # by which a table is made of patches
 COLOUR_FORMATS = tuple(exports.FORMATS)  # that a calibration can be written as
 ALIGNMENTS: tuple[Align, ...] = get_args(Align)
@@ -47,6 +49,8 @@ class WritingOptions:
     fallback : take similar forms for characters that the hand lacks.
     slips : words in 100 that are begun wrongly and struck out.
     strict : refuse a text of which a word reads as another.
+    pose : a pose library, by its name or the path of a .pose file, that says how the pen is held; None: none.
+    pose_method : one of `POSE_METHODS`.
     """
 
     hand: str | Hand | ScannedHand = "house-joined"
@@ -62,6 +66,8 @@ class WritingOptions:
     fallback: bool = False
     slips: float = 0.0
     strict: bool = False
+    pose: str | None = None
+    pose_method: str = POSE_METHODS[0]
 
 
 @dataclass(frozen=True)
@@ -90,7 +96,8 @@ class PictureOptions:
     """How writing looks in pictures.
 
     dpi : pixels an inch of PNG files.
-    pen : one of `PENS`, or for a scanned hand another .hand file; None: ballpoint, or a scanned hand's own pen.
+    pen : one of `PENS`, a brush or a .brush file, or for a scanned hand another .hand file; None: ballpoint, or a
+        scanned hand's own pen.
     pen_width : width of the line; None: the pen's own.
     ink : colour of the ink, "#rrggbb" or a name; None: the pen's own.
     paper : "none", "plain", "laid", "ruled", "squared" (with ":8mm", ":8mm,25mm"), or a picture of a sheet.
@@ -126,10 +133,16 @@ class PictureOptions:
         name, width = self.pen or "ballpoint", self.pen_width
         if self.has_scanned_pen:
             strokes = pen.usual("ballpoint", colour=self.ink)
-        elif name in PENS:
-            strokes = pen.usual(name, None if width is None else millimetres(width, "pen width"), self.ink)
+        elif name in PENS or pen.is_brush(name):
+            own: tuple[float | None, str | None] = (None, None)
+            if name not in PENS:
+                from handout.inking.brush.brushes import find
+
+                own = (find(name).width, find(name).colour)
+            strokes = pen.usual(name, own[0] if width is None else millimetres(width, "pen width"), self.ink or own[1])
         else:
-            raise InputError(f"pen: {name!r} is not one of {', '.join(PENS)}.")
+            known = ", ".join((*PENS, *pen.brushes()))
+            raise InputError(f"pen: {name!r} is not one of {known}, nor a .brush or .hand file.")
         sheet = papers.named(self.paper)
         if self.transparent and sheet.name != "none":
             raise InputError("--transparent leaves the paper out and --paper puts it in: give one of them.")
@@ -216,11 +229,21 @@ class PrintOptions:
 class StyleOptions:
     """A handstyle, and what is changed of it."""
 
-    style: str = "fast-tag"  # a style's name, or a .toml file
+    style: str | None = None  # a style's name, or a .toml file; None: fast-tag
     smooth: float | None = None  # 0.05 to 1: how much the movement rounds; None: the style's
     shear: str | None = None  # lean of the letters, such as "12deg"; None: the style's
     jitter: float | None = None  # how much the hand varies, 1 as people do; None: the style's
     seed: int | None = None  # same seed, same bytes; None: one by chance
+
+
+@dataclass(frozen=True)
+class PoseOptions:
+    """How a pen is held, after a library of recorded strokes."""
+
+    pose: str | None = None  # a pose library's name, or a .pose file; None: the pen is held as it was
+    method: str = POSE_METHODS[0]  # one of `POSE_METHODS`
+    trajectory: bool = False  # whether the strokes themselves become like those of the library
+    one_pass: bool = False  # with `trajectory`: pose and path both after the path that was drawn
 
 
 @dataclass(frozen=True)

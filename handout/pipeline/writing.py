@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,7 +19,16 @@ from handout.motion.trace import trace
 from handout.page_sizes import margins, page
 from handout.pipeline import programs
 from handout.pipeline.lined_paper import LinedPaper, lined_paper, page_name
-from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions, millimetres, pace, seed_of
+from handout.pipeline.options import (
+    PictureOptions,
+    PoseOptions,
+    SheetOptions,
+    WritingOptions,
+    millimetres,
+    pace,
+    seed_of,
+)
+from handout.pipeline.poses import pose_model, with_pose
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.progress import Tell, silent, within
 from handout.sinks import OF_INK, Look, write_drawings
@@ -49,10 +58,12 @@ class WritingTask:
     fast : whether a plotter goes as fast as it can; `speed` is a factor then.
     slips : words in 100 that are begun wrongly.
     pen_hand : the scanned hand whose pen a scanned hand is written with, if not its own.
+    traced : whether a scanned hand is written with a pen that is no scanned hand's, along its recovered pen paths.
     coloured : whether a colour of the ink was given, which the strokes of a scanned hand then have.
     look : of pictures, with the lines of the paper where they are written on.
     paper : the lined paper that is written on.
     strict : whether words that read as others are an error.
+    pose : how the pen is held.
     """
 
     hand: Hand | ScannedHand
@@ -66,9 +77,11 @@ class WritingTask:
     fallback: bool
     slips: float = 0.0
     pen_hand: ScannedHand | None = None
+    traced: bool = False
     coloured: bool = False
     paper: LinedPaper | None = None
     strict: bool = False
+    pose: PoseOptions = field(default_factory=PoseOptions)
 
     @property
     def paper_notes(self) -> tuple[str, ...]:
@@ -151,7 +164,11 @@ def prepare(
 ) -> WritingTask:
     """Check the options, and load the hand that they name."""
     name = page_name(sheet, picture)
-    (fast, factor), seed, look = pace(writing.speed), seed_of(writing.seed), picture.look()
+    (fast, factor), seed, look = (
+        pace(writing.speed),
+        seed_of(writing.seed),
+        replace(picture.look(), footprint=writing.pose is not None),
+    )
     hand = library.find(writing.hand) if isinstance(writing.hand, str) else writing.hand
     hand = hand.hastened(writing.haste)
     paper = page(name)
@@ -175,9 +192,11 @@ def prepare(
         sheet.pages,
         writing.fallback,
         writing.slips,
-        None if picture.pen is None else _pen_hand(picture.pen, picture.has_scanned_pen, hand),
+        _pen_hand(picture.pen, hand) if picture.pen is not None and picture.has_scanned_pen else None,
+        hand.pages is not None and picture.pen is not None and not picture.has_scanned_pen,
         picture.ink is not None,
         strict=writing.strict,
+        pose=_pose(writing),
     )
 
 
@@ -190,17 +209,18 @@ def on_lined_paper(
     return replace(task, layout=paper.layout, look=look, paper=paper)
 
 
-def _pen_hand(pen: str, scanned: bool, hand: Hand | ScannedHand) -> ScannedHand | None:
+def _pen_hand(pen: str, hand: Hand | ScannedHand) -> ScannedHand:
     """The scanned hand whose pen is asked for."""
-    if hand.pages is None and scanned:
-        raise InputError(f"pen: {pen} holds scanned ink, which only scanned hands can be written with.")
     if hand.pages is None:
-        return None
-    if not scanned:
-        raise InputError(
-            f"pen: {hand.name} is a scanned hand, written with its own pen or that of another scanned hand."
-        )
+        raise InputError(f"pen: {pen} holds scanned ink, which only scanned hands can be written with.")
     return file.load(library.scanned_file(pen))
+
+
+def _pose(writing: WritingOptions) -> PoseOptions:
+    """How the pen is held; what cannot be read is refused before anything is written."""
+    if writing.pose is not None:
+        pose_model(writing.pose)
+    return PoseOptions(writing.pose, writing.pose_method)
 
 
 def draw_pages(
@@ -311,11 +331,11 @@ def draw(
 ) -> Drawing:
     """A page as timed strokes, or as scanned ink, with what is stored in every output; `wanted` as in `draw_pages`."""
     drawing = Drawing((), page.page, {})
-    if task.hand.pages is None or wanted & STROKES:
+    if task.hand.pages is None or task.traced or wanted & STROKES:
         speed = task.speed * (_HURRIED if task.fast else 1.0)
         drawing = trace(page, task.hand, rng, task.kinematics, speed=speed, jitter=task.layout.jitter)
-        drawing = _in_colour(drawing, task)
-    if task.hand.pages is not None and wanted & INK:
+        drawing = with_pose(_in_colour(drawing, task), task.pose) if drawing.strokes else drawing
+    if task.hand.pages is not None and not task.traced and wanted & INK:
         from handout.inking.pen_replacement import drawn
 
         drawing = replace(drawn(page, task.hand, task.pen_hand), strokes=drawing.strokes)
@@ -324,19 +344,27 @@ def draw(
 
 def _in_colour(drawing: Drawing, task: WritingTask) -> Drawing:
     """A drawing in the colour of ink that is asked for, where that is not the hand's own."""
-    if not (task.coloured or task.pen_hand):
+    if not (task.coloured or task.pen_hand or task.traced):
         return drawing
     # without a colour of their own, strokes have that of the pen that pictures are drawn with
     colour = ink_colours(task.pen_hand).colours[0] if task.pen_hand and not task.coloured else ""
-    return replace(drawing, strokes=tuple(replace(stroke, colour=colour) for stroke in drawing.strokes))
+    strokes = tuple(replace(stroke, colour=colour) for stroke in drawing.strokes)
+    if task.traced:  # a pen makes its own width, not that of the pen on the scanned pages
+        strokes = tuple(replace(stroke, width=None) for stroke in strokes)
+    return replace(drawing, strokes=strokes)
 
 
 def not_followed(task: WritingTask, picture: PictureOptions, ink_shown: bool) -> list[str]:
     """Notes on options that a scanned hand does not follow; `ink_shown`: whether its scanned ink itself is shown."""
-    if task.hand.pages is None:
+    if task.hand.pages is None or task.traced:
         return []
     name = task.hand.name
-    notes = [f"--pen-width: lines are as wide as on the pages of {name}."] if picture.pen_width is not None else []
+    notes = []
+    if task.pose.pose is not None and ink_shown:
+        notes.append(
+            f"--pose: the ink of {name} stays as it was scanned in PNG and PDF files; its strokes have the pose."
+        )
+    notes += [f"--pen-width: lines are as wide as on the pages of {name}."] if picture.pen_width is not None else []
     if picture.ink is not None and ink_shown:
         notes.append(
             f"--ink: the ink of {name} stays as it was scanned in PNG and PDF files; strokes, as in SVG, have that "

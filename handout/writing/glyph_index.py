@@ -25,7 +25,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -149,10 +149,18 @@ def mismatch(exits: Array, entries: Array) -> Array:
     ----------
     exits, entries : (…, k, p, 2) float, line space: places along ligatures, nan for none.
     """
-    away = exits[..., :, None, :, :] - entries[..., None, :, :, :]
-    away[..., 0] -= away[..., 0].mean(axis=-1, keepdims=True)
-    mean = np.hypot(away[..., 0], away[..., 1]).mean(axis=-1)
-    return np.asarray(np.where(np.isnan(mean), np.inf, mean).min(axis=(-2, -1)))
+    pairs = np.broadcast_shapes(exits.shape[:-3], entries.shape[:-3])
+    least = np.full(pairs, np.inf)
+    # few glyphs have more than one ligature: only those that there are, are compared
+    for i, j in product(range(exits.shape[-3]), range(entries.shape[-3])):
+        both = exits[..., i, :, :], entries[..., j, :, :]
+        out, into = (np.broadcast_to(ways, (*pairs, *ways.shape[-2:])) for ways in both)
+        there = ~np.isnan(out[..., 0, 0] + into[..., 0, 0])
+        of = ... if there.all() else there
+        away = out[of] - into[of]
+        away[..., 0] -= away[..., 0].mean(axis=-1, keepdims=True)
+        least[of] = np.minimum(least[of], np.hypot(away[..., 0], away[..., 1]).mean(axis=-1))
+    return least
 
 
 @dataclass(frozen=True, eq=False)
