@@ -24,6 +24,7 @@ _VERBS = {
     "brush": "Learn a brush from photographs of strokes, for --pen; show it.",
     "strokes": "Explain recorded or drawn strokes by the movements of a hand, and draw such plans.",
     "restyle": "Draw a drawing in another handstyle.",
+    "pose": "Learn from recordings how a pen is held, and show it.",
     "asemic": "Invent letters that mean nothing, and write them as a tag.",
     "devices": "List, show and check machines.",
     "score": "Measure how far page images look written by a person.",

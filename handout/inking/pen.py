@@ -16,10 +16,12 @@ _USUAL = {
     "fineliner": (0.36, "#2b2c33"),
     "fountain": (0.44, "#34508f"),
     "pencil": (0.44, "#6a6a6e"),
+    "brushpen": (1.1, "#2a2a30"),
+    "chisel": (1.5, "#2f3a63"),
 }
 PENS = tuple(_USUAL)
+TEXTURED = ("ballpoint", "fineliner", "fountain", "pencil")  # what scanned ink is taken for
 BRUSH_FILE = ".brush"  # suffix of files that hold a brush; see inking.brush
-TEXTURED = PENS[1:]  # whose lines look like ink on paper; they are also what scanned ink is taken for
 _HEX = re.compile(r"#(?:[0-9a-fA-F]{3}|[0-9a-fA-F]{6})\Z")
 
 

@@ -16,6 +16,7 @@ from handout.errors import InputError
 from handout.inking.pen import PENS as PENS
 from handout.inking.pen import TEXTURED as TEXTURED
 from handout.motion import ENGINES as ENGINES
+from handout.motion import POSE_METHODS as POSE_METHODS
 
 if TYPE_CHECKING:
     from handout.hand.drawn import Hand
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 Length = str | float  # a length with its unit, such as "2.5mm", or a number of mm
 
 Align = Literal["left", "right", "centre", "ragged"]
+
 COLOUR_METHODS = METHODS  # by which a table is made of patches
 COLOUR_FORMATS = tuple(exports.FORMATS)  # that a calibration can be written as
 ALIGNMENTS: tuple[Align, ...] = get_args(Align)
@@ -47,6 +49,8 @@ class WritingOptions:
     fallback : take similar forms for characters that the hand lacks.
     slips : words in 100 that are begun wrongly and struck out.
     strict : refuse a text of which a word reads as another.
+    pose : a pose library, by its name or the path of a .pose file, that says how the pen is held; None: none.
+    pose_method : one of `POSE_METHODS`.
     """
 
     hand: str | Hand | ScannedHand = "house-joined"
@@ -62,6 +66,8 @@ class WritingOptions:
     fallback: bool = False
     slips: float = 0.0
     strict: bool = False
+    pose: str | None = None
+    pose_method: str = POSE_METHODS[0]
 
 
 @dataclass(frozen=True)
@@ -223,11 +229,21 @@ class PrintOptions:
 class StyleOptions:
     """A handstyle, and what is changed of it."""
 
-    style: str = "fast-tag"  # a style's name, or a .toml file
+    style: str | None = None  # a style's name, or a .toml file; None: fast-tag
     smooth: float | None = None  # 0.05 to 1: how much the movement rounds; None: the style's
     shear: str | None = None  # lean of the letters, such as "12deg"; None: the style's
     jitter: float | None = None  # how much the hand varies, 1 as people do; None: the style's
     seed: int | None = None  # same seed, same bytes; None: one by chance
+
+
+@dataclass(frozen=True)
+class PoseOptions:
+    """How a pen is held, after a library of recorded strokes."""
+
+    pose: str | None = None  # a pose library's name, or a .pose file; None: the pen is held as it was
+    method: str = POSE_METHODS[0]  # one of `POSE_METHODS`
+    trajectory: bool = False  # whether the strokes themselves become like those of the library
+    one_pass: bool = False  # with `trajectory`: pose and path both after the path that was drawn
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,7 +19,16 @@ from handout.motion.trace import trace
 from handout.page_sizes import margins, page
 from handout.pipeline import programs
 from handout.pipeline.lined_paper import LinedPaper, lined_paper, page_name
-from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions, millimetres, pace, seed_of
+from handout.pipeline.options import (
+    PictureOptions,
+    PoseOptions,
+    SheetOptions,
+    WritingOptions,
+    millimetres,
+    pace,
+    seed_of,
+)
+from handout.pipeline.poses import pose_model, with_pose
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.progress import Tell, silent, within
 from handout.sinks import OF_INK, Look, write_drawings
@@ -54,6 +63,7 @@ class WritingTask:
     look : of pictures, with the lines of the paper where they are written on.
     paper : the lined paper that is written on.
     strict : whether words that read as others are an error.
+    pose : how the pen is held.
     """
 
     hand: Hand | ScannedHand
@@ -71,6 +81,7 @@ class WritingTask:
     coloured: bool = False
     paper: LinedPaper | None = None
     strict: bool = False
+    pose: PoseOptions = field(default_factory=PoseOptions)
 
     @property
     def paper_notes(self) -> tuple[str, ...]:
@@ -153,7 +164,11 @@ def prepare(
 ) -> WritingTask:
     """Check the options, and load the hand that they name."""
     name = page_name(sheet, picture)
-    (fast, factor), seed, look = pace(writing.speed), seed_of(writing.seed), picture.look()
+    (fast, factor), seed, look = (
+        pace(writing.speed),
+        seed_of(writing.seed),
+        replace(picture.look(), footprint=writing.pose is not None),
+    )
     hand = library.find(writing.hand) if isinstance(writing.hand, str) else writing.hand
     hand = hand.hastened(writing.haste)
     paper = page(name)
@@ -181,6 +196,7 @@ def prepare(
         hand.pages is not None and picture.pen is not None and not picture.has_scanned_pen,
         picture.ink is not None,
         strict=writing.strict,
+        pose=_pose(writing),
     )
 
 
@@ -198,6 +214,13 @@ def _pen_hand(pen: str, hand: Hand | ScannedHand) -> ScannedHand:
     if hand.pages is None:
         raise InputError(f"pen: {pen} holds scanned ink, which only scanned hands can be written with.")
     return file.load(library.scanned_file(pen))
+
+
+def _pose(writing: WritingOptions) -> PoseOptions:
+    """How the pen is held; what cannot be read is refused before anything is written."""
+    if writing.pose is not None:
+        pose_model(writing.pose)
+    return PoseOptions(writing.pose, writing.pose_method)
 
 
 def draw_pages(
@@ -311,7 +334,7 @@ def draw(
     if task.hand.pages is None or task.traced or wanted & STROKES:
         speed = task.speed * (_HURRIED if task.fast else 1.0)
         drawing = trace(page, task.hand, rng, task.kinematics, speed=speed, jitter=task.layout.jitter)
-        drawing = _in_colour(drawing, task)
+        drawing = with_pose(_in_colour(drawing, task), task.pose) if drawing.strokes else drawing
     if task.hand.pages is not None and not task.traced and wanted & INK:
         from handout.inking.pen_replacement import drawn
 
@@ -336,7 +359,12 @@ def not_followed(task: WritingTask, picture: PictureOptions, ink_shown: bool) ->
     if task.hand.pages is None or task.traced:
         return []
     name = task.hand.name
-    notes = [f"--pen-width: lines are as wide as on the pages of {name}."] if picture.pen_width is not None else []
+    notes = []
+    if task.pose.pose is not None and ink_shown:
+        notes.append(
+            f"--pose: the ink of {name} stays as it was scanned in PNG and PDF files; its strokes have the pose."
+        )
+    notes += [f"--pen-width: lines are as wide as on the pages of {name}."] if picture.pen_width is not None else []
     if picture.ink is not None and ink_shown:
         notes.append(
             f"--ink: the ink of {name} stays as it was scanned in PNG and PDF files; strokes, as in SVG, have that "

@@ -6,10 +6,10 @@ from itertools import product
 import cv2
 import numpy as np
 import pytest
-from brushes import paper, stroke
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from brushes import paper, stroke
 from handout.chains import viterbi
 from handout.errors import InputError
 from handout.inking import pens
