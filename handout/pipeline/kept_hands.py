@@ -232,13 +232,13 @@ def edit_hand(
 
 def learn(path: Path) -> None:
     """Work out what is asked of the hand of a file whenever it is written with, and keep it there."""
-    from handout.pipeline.rereading import level
+    from handout.pipeline.rereading import author_reader
     from handout.writing.glyph_index import index_glyphs
     from handout.writing.scanned_words import layout_model
 
     hand = file.load(path)
     if hand.glyphs:
-        level(hand)
+        author_reader(hand)
         index_glyphs(hand)
         layout_model(hand)
         file.keep_learnt(path, known(hand))
