@@ -15,6 +15,7 @@ import numpy as np
 from benchmarks.reading import TEXT
 from handout.errors import InputError
 from handout.hand.corrections import Outline
+from handout.hand.drawn import Hand
 from handout.hand.library import load
 from handout.hand.scanned import ScannedHand
 from handout.inking.pen import usual
@@ -23,7 +24,7 @@ from handout.simulated.author import ground_truth_score, page_score
 from handout.simulated.author.simulate import Desk, simulate
 from handout.tagging.page_tagging import hand_of_pages, tag_page
 from handout.tagging.relearning import correct
-from handout.values import Hand, Indices
+from handout.values import Indices
 from handout.writing.layout import Layout
 
 COUNTS = (5, 10, 20)

@@ -22,10 +22,11 @@ import numpy as np
 
 from handout.alphabet import fold
 from handout.hand import file, library
+from handout.hand.drawn import Hand
 from handout.hand.scanned import ScannedHand
 from handout.motion.trace import trace
 from handout.reading import pen_paths
-from handout.values import Array, Hand, Page
+from handout.values import Array, Page
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
 

@@ -13,12 +13,13 @@ from pathlib import Path
 
 import numpy as np
 
+from handout.hand.drawn import Hand
 from handout.hand.library import load, names
 from handout.inking.plain import flatten, ink
 from handout.motion.trace import trace
 from handout.page_sizes import page
 from handout.score.repetition import components, repetition
-from handout.values import Drawing, Hand
+from handout.values import Drawing
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
 

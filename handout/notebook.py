@@ -5,6 +5,7 @@ The rooms that draw are imported when something is shown, as `handout` itself do
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -12,7 +13,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from handout.values import Drawing, Hand, Raster
+    from handout.values import Drawing, Raster
 
 _WIDTH = 1000  # pixels, of what is shown
 _DPI = 150.0  # of scanned ink
@@ -34,16 +35,16 @@ def drawing_png(drawing: Drawing) -> bytes | None:
     return None if drawing.ink is None else raster_png(drawing.ink(_DPI))
 
 
-def hand_svg(hand: Hand) -> str | None:
-    """A line in a hand that was drawn; the same every time."""
+def hand_svg(hand: object, letters: Collection[str]) -> str | None:
+    """A line in a hand that was drawn and has some letters; the same every time."""
     pipeline = import_module("handout.pipeline.writing")
     writing = pipeline.WritingOptions(hand=hand, seed=1, x_height=_X_HEIGHT, fit=True)
-    return drawing_svg(pipeline.drawings(_sample(hand), writing, pipeline.SheetOptions(_PAPER, "4mm"))[0])
+    return drawing_svg(pipeline.drawings(_sample(letters), writing, pipeline.SheetOptions(_PAPER, "4mm"))[0])
 
 
-def _sample(hand: Hand) -> str:
-    words = [word for word in _SAMPLE.split() if all(letter in hand.glyphs for letter in word)]
-    return " ".join(words) or "".join(letter for letter in hand.glyphs if len(letter) == 1)[:_LETTERS]
+def _sample(letters: Collection[str]) -> str:
+    words = [word for word in _SAMPLE.split() if all(letter in letters for letter in word)]
+    return " ".join(words) or "".join(letter for letter in letters if len(letter) == 1)[:_LETTERS]
 
 
 def raster_png(raster: Raster) -> bytes:

@@ -109,6 +109,18 @@ def page(name: str) -> Page:
     return Page(width, height, name)
 
 
+def margins(text: str | None, page: Page) -> tuple[float, float, float, float]:
+    """(top, right, bottom, left) in mm from one, two or four lengths; default: a tenth of the short side."""
+    if text is None:
+        margin = min(20.0, 0.1 * min(page.width, page.height))
+        return (margin,) * 4
+    parts = [units.length(part, "margin") for part in text.split(",")]
+    if len(parts) not in (1, 2, 4):
+        raise InputError(f"margin: {text!r} holds {len(parts)} lengths; give one, two or four.")
+    top, right, bottom, left = (parts * 4)[:4]
+    return (top, right, bottom, left)
+
+
 def size_of(page: Page) -> PageSize | None:
     """The standard size of a page, either way up; None for another."""
     short, long = sorted((page.width, page.height))

@@ -1,4 +1,4 @@
-"""Finds the data folders `devices/`, `calibration/` and `styles/`, wherever the program runs from.
+"""Finds the data folders such as `devices/`, `styles/` and `poses/`, wherever the program runs from.
 
 A file of the user's own (in the platform's configuration folder) wins over a shipped one of the same name.
 """

@@ -296,45 +296,6 @@ class Glyph:
 
 
 @dataclass(frozen=True, eq=False)
-class Hand:
-    """How one person writes; read-only.
-
-    glyphs : the forms of every character that has forms of its own.
-    marks : accents by combining character: glyphs relative to the centre of an x-height letter.
-    slant : tangent of the slant.
-    smooth : see ActionPlan.
-    drawn_at : the smoothing at which the points of the glyphs lie on the curve.
-    delayed_after : dots, bars and accents are written after the "word" or after their "letter".
-    interval : s of motor time a point at the hand's own pace.
-    word_space : gap between words, x-heights.
-    pitch : distance of lines, x-heights.
-    x_height : usual height of a small letter, mm.
-    variation : how much the letters of this hand vary, 1 is usual.
-    fading : share of their height that letters lose towards the end of a word, as a hurried hand's do.
-    """
-
-    name: str
-    title: str
-    glyphs: Mapping[str, tuple[Glyph, ...]]
-    marks: Mapping[str, tuple[Glyph, ...]]
-    slant: float
-    smooth: float
-    drawn_at: float
-    delayed_after: str
-    interval: float
-    word_space: float
-    pitch: float
-    x_height: float = 2.5
-    variation: float = 1.0
-    fading: float = 0.0
-
-    __repr__ = one_line
-
-    def _repr_svg_(self) -> str | None:
-        return notebook.hand_svg(self)
-
-
-@dataclass(frozen=True, eq=False)
 class Placed:
     """A glyph with its place on a page.
 

@@ -82,7 +82,7 @@ def index() -> str:
     ]
     for folder in folders:
         name = folder.relative_to(PACKAGE.parent).as_posix()
-        head = said(folder / "__init__.py") if (folder / "__init__.py").is_file() else ""
+        head = said(folder / "__init__.py") if (folder / "__init__.py").is_file() else "Data that the room above loads."
         lines += ["", f"**{name}/** {head}", ""]
         files = sorted(path for path in folder.iterdir() if path.is_file() and not path.name.startswith("__"))
         code = ", ".join(f"`{name}`" for name in defined(folder / "__init__.py"))

@@ -123,6 +123,17 @@ def test_no_files_import_each_other_in_a_circle():
         raise AssertionError(" → ".join(circle.args[1])) from None
 
 
+def test_nothing_asks_for_the_class_of_a_hand():
+    asking = [
+        f"{path.relative_to(PACKAGE)}:{node.lineno}"
+        for path in FILES
+        for node in ast.walk(parsed(path))
+        if isinstance(node, ast.Call) and ast.unparse(node.func) in ("isinstance", "type")
+        if re.search(r"\b(Scanned)?Hand\b", " ".join(map(ast.unparse, node.args[1:])))
+    ]
+    assert asking == []
+
+
 def test_every_source_is_in_the_bibliography():
     """`Source:` names this project's own method, a seed, or a work whose first author or number is listed."""
     listed = BIBLIOGRAPHY.read_text(encoding="utf-8")

@@ -11,9 +11,10 @@ from handout.calibrating.pen_reference import Reference
 from handout.colour import gamut
 from handout.colour.gamut import Reach
 from handout.colour.table import ColourTable
+from handout.hand.drawn import Hand
 from handout.hand.scanned import ScannedHand
 from handout.inking.pen import Pen
-from handout.values import Array, Drawing, Hand, readonly
+from handout.values import Array, Drawing, readonly
 
 USUAL_HAND = "house-joined"  # whose ink is looked at where no hand is named: that of pages without --hand
 
@@ -129,7 +130,7 @@ def paper_of(name: str) -> Array | None:
     from handout.hand.library import find
 
     hand = find(name)
-    if not isinstance(hand, ScannedHand):
+    if hand.pages is None:
         return None
     return np.asarray(np.median([np.median(page.paper, axis=(0, 1)) for page in hand.pages], axis=0) / 255)
 
@@ -145,7 +146,7 @@ def scanned_name(name: str) -> str:
     from handout.hand.library import find
 
     hand = find(name)
-    return hand.name if isinstance(hand, ScannedHand) else ""
+    return "" if hand.pages is None else hand.name
 
 
 def _written(hand: Hand | ScannedHand, rng: np.random.Generator) -> Drawing:
@@ -153,11 +154,10 @@ def _written(hand: Hand | ScannedHand, rng: np.random.Generator) -> Drawing:
     from handout.writing.compose import compose
     from handout.writing.layout import Layout
 
-    letters = {glyph.letter for glyph in hand.glyphs} if isinstance(hand, ScannedHand) else set(hand.glyphs)
-    text = "".join(letter for letter in _TEXT if letter == " " or letter in letters)
+    text = "".join(letter for letter in _TEXT if letter == " " or letter in hand.letters)
     layout = Layout(page(_PAGE), (5.0, 5.0, 5.0, 5.0), x_height=hand.x_height, fit=True)
     manuscript = compose(text, hand, layout, rng, pages=1, fallback=True)[0]
-    if isinstance(hand, ScannedHand):
+    if hand.pages is not None:
         from handout.inking.pen_replacement import drawn
 
         return drawn(manuscript, hand)

@@ -95,7 +95,7 @@ def compared(scribble: Scribble | None, name: str, writer: str = "") -> Referenc
     from handout.hand.library import find
 
     hand = find(name) if name else None
-    if hand is not None and not isinstance(hand, ScannedHand):
+    if hand is not None and hand.pages is None:
         sentence = (
             f"The hand {hand.name} is drawn: there is no scan of its ink, and its pen's colour is taken as it stands."
         )

@@ -1,9 +1,9 @@
-"""A calibration step by step: chart, scan, table, strip, its scan, store.  No terminal: who calls shows and prompts.
+"""A calibration step by step: chart, scan, table, strip, its scan, store.  The caller shows what is asked for.
 
     PRINT ─ print_chart → SCAN ─ take_scans → BUILD ─ build → STRIP ─ print_strip → VERIFY ─ take_strip → STORE
                           ▲ └ refused: says what to do, keeps the pages that were good
 
-A step that fails leaves everything as it was, so that it can be tried again; nothing is stored before the end.
+A step that fails changes nothing, so that it can be tried again; the calibration is stored by the last step only.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ _REQUESTS = {
 
 
 class ScansRefused(InputError):
-    """Scans of which no calibration may be made; `findings` say why."""
+    """Scans that no calibration may be made of; `findings` give the reasons."""
 
     def __init__(self, findings: Sequence[Finding], good_scans: int = 0, report_file: Path | None = None) -> None:
         refusals = " ".join(str(finding) for finding in findings if finding.severity == "refuse")
@@ -63,10 +63,10 @@ class ScansRefused(InputError):
 
 @dataclass(frozen=True)
 class ChartScanned:
-    """What scans showed.
+    """What was found in accepted scans.
 
-    findings : that are no reason to refuse them; missing : pages still missing, as a sentence.
-    reference : what the pen in the chart's frame says; None while pages are missing.
+    findings : warnings; missing : a sentence that names the pages still missing, or "".
+    reference : the comparison of the pen in the chart's frame with the hand; None while pages are missing.
     """
 
     findings: tuple[Finding, ...]
@@ -99,7 +99,7 @@ class Wizard:
     """One calibration of a printer on a paper."""
 
     def __init__(self, task: Task, *, afresh: bool = False) -> None:
-        """Begin, or go on with what was left (`resumed`), unless it is to be done `afresh`.
+        """Begin a calibration, or go on with an unfinished one (`resumed`); `afresh` : begin in any case.
 
         Raises
         ------
@@ -130,7 +130,7 @@ class Wizard:
 
     @property
     def request(self) -> str:
-        """What the user is to do for the next step."""
+        """What the user has to do for the next step."""
         return _REQUESTS[self.step]
 
     @property
@@ -158,16 +158,16 @@ class Wizard:
         else:
             pages.send(pages.chart_pages(self.chart, self.task.profile, self.name), self.task.profile, queue)
             files = ()
-        self._at(Step.SCAN)
+        self.session.go(Step.SCAN)
         return files
 
     def take_scans(self, scans: Sequence[Path]) -> ChartScanned:
-        """Read scans of the chart, with those that were taken before; good ones are kept.
+        """Read scans of the chart together with those that were kept earlier, and keep them if they are good.
 
         Raises
         ------
         ScansRefused
-            Something is wrong with them; what was taken before is still there.
+            Something is wrong with them; scans kept earlier stay kept.
         InputError
             A file that cannot be read.
         """
@@ -189,7 +189,7 @@ class Wizard:
         return ChartScanned(warned, reference=pen)
 
     def build(self, method: str = "forward") -> Calibration:
-        """Build the table of what was measured.
+        """Build the table from the measured patches.
 
         Raises
         ------
@@ -201,7 +201,7 @@ class Wizard:
         built = store.build(self.session.built, patches, state.printer, state.paper, state.scanner, method)
         if self.session.scribble.is_file():
             built.keep_scribble(self.session.scribble, self.writer)
-        self._at(Step.STRIP)
+        self.session.go(Step.STRIP)
         return built
 
     def print_strip(self, out: Path | None = None, queue: Queue | None = None) -> tuple[Path, ...]:
@@ -220,11 +220,11 @@ class Wizard:
         else:
             pages.send(printed, self.task.profile, queue)
             files = ()
-        self._at(Step.VERIFY)
+        self.session.go(Step.VERIFY)
         return files
 
     def take_strip(self, scan: Path) -> Verification:
-        """Read the scan of the strip; what comes next is to store, unless the calibration makes nothing better.
+        """Read the scan of the strip; the next step is to store, unless the calibration improves nothing.
 
         Raises
         ------
@@ -235,11 +235,11 @@ class Wizard:
         """
         verified = verification.verify(store.load(self.session.built), [scan])
         if verified.helps:
-            self._at(Step.STORE)
+            self.session.go(Step.STORE)
         return verified
 
     def store(self) -> Calibration:
-        """Keep the calibration; what was needed on the way is removed.
+        """Store the calibration and delete the files of the session.
 
         Raises
         ------
@@ -257,11 +257,11 @@ class Wizard:
         return stored
 
     def back(self) -> None:
-        """Return to the scan of the chart, without the scans that were taken."""
+        """Return to scanning the chart, and forget the scans that were kept."""
         self.session.forget()
 
     def _read(self, scans: Sequence[Path] = ()) -> Reading:
-        """All scans so far and some more."""
+        """The chart as the kept scans and some more show it."""
         return read([*self.session.scans, *scans], self.chart, self._paper)
 
     def _report(self, reading: Reading, built: Calibration | None = None) -> None:
@@ -276,14 +276,11 @@ class Wizard:
         state = self.session.state
         keywords = {"PRINTER": state.printer, "PAPER": state.paper, "SCANNER": state.scanner}
         cgats.write(self.session.patches, ti3(reading, {name: value for name, value in keywords.items() if value}))
-        self._at(Step.BUILD)
+        self.session.go(Step.BUILD)
 
     def _unprinted(self, name: str, queue: Queue | None) -> Path | None:
-        """Where a page goes that the simulated printer prints; None for other printers."""
+        """The file that stands for a page of the simulated printer; None for other printers."""
         if queue is not None or not self.task.profile.simulated:
             return None
         self.session.go(self.step)
         return self.session.folder / f"{name}.pdf"
-
-    def _at(self, step: Step) -> None:
-        self.session.go(step)

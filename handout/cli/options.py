@@ -13,7 +13,9 @@ from handout.pipeline.options import (
     ALIGNMENTS,
     ENGINES,
     PENS,
+    POSE_METHODS,
     PictureOptions,
+    PoseOptions,
     SheetOptions,
     StyleOptions,
     WritingOptions,
@@ -22,6 +24,14 @@ from handout.pipeline.options import (
 
 _SIDES = "e.g. 15mm, or 20mm,15mm (vertical, horizontal), or four from the top clockwise."
 
+_POSE = "Hold the pen as a pose library suggests: one that comes with the program, or a .pose file."
+_METHOD = "How the pose is put together of the library's strokes."
+_HELD = (
+    click.option("--pose", help=_POSE),
+    click.option(
+        "--pose-method", type=click.Choice(POSE_METHODS), default=POSE_METHODS[0], show_default=True, help=_METHOD
+    ),
+)
 _WRITING = (
     click.option(
         "--hand",
@@ -55,6 +65,7 @@ _WRITING = (
     click.option(
         "--fallback", is_flag=True, help="Take similar forms for characters that the hand lacks, leave out emoji."
     ),
+    *_HELD,
     click.option("--strict", is_flag=True, help="Refuse a text of which a word, as written, reads as another."),
 )
 _CONSOLE = (
@@ -65,8 +76,9 @@ _PICTURE = (
     click.option("--dpi", type=click.FloatRange(36, 2400), default=300.0, show_default=True, help="Of PNG files."),
     click.option(
         "--pen",
-        help=f"What the ink looks like, in PNG files and prints: {', '.join(PENS)}, by default ballpoint. A scanned "
-        "hand has its own; another .hand file lends it that of its pages.",
+        help=f"What the ink looks like, in PNG files and prints: {', '.join(PENS)}, by default ballpoint; "
+        "dry-brush, marker, sumi, crayon, or a .brush file. A scanned hand has its own; another .hand file lends it "
+        "that of its pages.",
     ),
     click.option("--pen-width", help="Width of the line, in pictures; default: the pen's own, plain 0.3mm."),
     click.option(
@@ -142,14 +154,20 @@ manner = bind("writing", WritingOptions, *_WRITING)  # WritingOptions without sl
 writing = bind("writing", WritingOptions, *_WRITING, slips_option)
 picture = bind("picture", PictureOptions, *_PICTURE)
 console = bind("console", Console, *_CONSOLE)
+pose = bind(
+    "posing",
+    PoseOptions,
+    click.option("--pose", help=_POSE),
+    click.option("--method", type=click.Choice(POSE_METHODS), default=POSE_METHODS[0], show_default=True, help=_METHOD),
+    click.option("--trajectory", is_flag=True, help="Draw the strokes, too, as the library's writer draws."),
+    click.option("--one-pass", is_flag=True, help="With --trajectory: hold the pen as the old strokes suggest."),
+)
 style = bind(
     "styling",
     StyleOptions,
     click.option(
         "--style",
-        default="fast-tag",
-        show_default=True,
-        help="fast-tag, calm, blackletter, chancery, scrawl, one of your own, or a .toml file.",
+        help="Default: fast-tag. Or calm, blackletter, chancery, scrawl, one of your own, or a .toml file.",
     ),
     click.option("--smooth", type=float, help="0.05 to 1: how much the movement rounds; default: the style's."),
     click.option("--shear", help="Lean of the letters, such as 12deg; default: the style's."),

@@ -112,46 +112,26 @@ def _say(move: PenMove, console: Console) -> None:
     console.report(move, f"{move.title}: {move.done}{where}.")
 
 
-@command.command("up")
-@_plotter
-@options.console
-def up(plotter: _Plotter, console: Console) -> None:
-    """Lift the pen.
+def _move(name: str, function: str, help_: str) -> None:
+    """Add a command that moves the pen by a function of `pen_setup`."""
 
-    \b
-    handout pen up --device axidraw-v3 --port auto
-    """
-    from handout.pipeline.pen_setup import lift_pen
+    @command.command(name, help=f"{help_}\n\n\b\nhandout pen {name} --device axidraw-v3 --port auto")
+    @_plotter
+    @options.console
+    def move(plotter: _Plotter, console: Console) -> None:
+        from handout.pipeline import pen_setup
 
-    _say(lift_pen(plotter.port, plotter.device, console), console)
+        _say(getattr(pen_setup, function)(plotter.port, plotter.device, console), console)
 
 
-@command.command("down")
-@_plotter
-@options.console
-def down(plotter: _Plotter, console: Console) -> None:
-    """Lower the pen onto the paper, where it stays.
-
-    \b
-    handout pen down --device axidraw-v3 --port auto
-    """
-    from handout.pipeline.pen_setup import lower_pen
-
-    _say(lower_pen(plotter.port, plotter.device, console), console)
-
-
-@command.command("home")
-@_plotter
-@options.console
-def home(plotter: _Plotter, console: Console) -> None:
-    """Lift the pen and go to the machine's zero: by its switches, or as it knows the way.
-
-    \b
-    handout pen home --device axidraw-v3 --port auto
-    """
-    from handout.pipeline.pen_setup import home_pen
-
-    _say(home_pen(plotter.port, plotter.device, console), console)
+_move("up", "lift_pen", "Lift the pen.")
+_move("down", "lower_pen", "Lower the pen onto the paper, where it stays.")
+_move("home", "home_pen", "Lift the pen and go to the machine's zero: by its switches, or as it knows the way.")
+_move(
+    "motors-off",
+    "release_motors",
+    "Take the power from the motors, so that the carriage can be pushed by hand; the machine forgets where it is.",
+)
 
 
 @command.command("jog", context_settings={"ignore_unknown_options": True})  # a distance may be negative
@@ -169,17 +149,3 @@ def jog(x: str, y: str, plotter: _Plotter, console: Console) -> None:
     from handout.pipeline import pen_setup
 
     _say(pen_setup.jog(x, y, plotter.port, plotter.device, console), console)
-
-
-@command.command("motors-off")
-@_plotter
-@options.console
-def motors_off(plotter: _Plotter, console: Console) -> None:
-    """Take the power from the motors, so that the carriage can be pushed by hand; the machine forgets where it is.
-
-    \b
-    handout pen motors-off --device axidraw-v3 --port auto
-    """
-    from handout.pipeline.pen_setup import release_motors
-
-    _say(release_motors(plotter.port, plotter.device, console), console)

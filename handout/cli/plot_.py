@@ -143,7 +143,7 @@ def command(
     if mode.show_travel and not mode.dry_run:
         raise InputError("--show-travel is seen in a preview: give it with --dry-run preview.svg.")
     from handout.pipeline.inputs import read_source
-    from handout.pipeline.pictures import check_outputs
+    from handout.pipeline.writing import check_outputs
 
     check_outputs(mode.dry_run)
     request = PlotRequest(read_source(text, file, console), writing, sheet, picture, plotting)

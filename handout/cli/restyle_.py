@@ -10,7 +10,7 @@ import click
 from handout import units
 from handout.cli import options
 from handout.cli.console import Console
-from handout.pipeline.options import PictureOptions, StyleOptions
+from handout.pipeline.options import PictureOptions, PoseOptions, StyleOptions
 
 if TYPE_CHECKING:
     from handout.pipeline.drawings import Styled
@@ -20,22 +20,32 @@ if TYPE_CHECKING:
 @click.argument("source", metavar="DRAWING", type=click.Path(path_type=Path))
 @click.option("--output", "-o", multiple=True, required=True, type=click.Path(path_type=Path), help="SVG, PNG, PDF …")
 @options.style
+@options.pose
 @options.picture
 @options.console
 def command(
-    source: Path, output: tuple[Path, ...], styling: StyleOptions, picture: PictureOptions, console: Console
+    source: Path,
+    output: tuple[Path, ...],
+    styling: StyleOptions,
+    posing: PoseOptions,
+    picture: PictureOptions,
+    console: Console,
 ) -> None:
-    """Draw DRAWING (SVG, InkML, JSON, UNIPEN, SVC or GML) in another handstyle.
+    """Draw DRAWING (SVG, InkML, JSON, UNIPEN, SVC, CYN, UIM or GML) in another handstyle.
 
     Every line is taken as a letter is: its extremes and corners become targets, which a hand in that style moves
     through. What `handout write` wrote as SVG, InkML or JSON can be restyled too.
 
     \b
     handout restyle drawing.svg -o tag.svg --style fast-tag --seed 1
+    handout restyle drawing.svg -o brushed.png --pose artist.pose --pen brush
+
+    With --pose the pen is held as the strokes of a library were; the drawing itself stays as it is unless a --style, or
+    --trajectory, is asked for.
     """
     from handout.pipeline.drawings import restyle
 
-    result = restyle(source, output, styling, picture)
+    result = restyle(source, output, styling, picture, posing)
     left_out = f" Left out: {', '.join(result.left_out)}." if result.left_out else ""
     count = result.source.about.get("drawings") if result.source is not None else None
     several = f" The file's {count} drawings lie beside and below one another." if count else ""
@@ -45,7 +55,14 @@ def command(
 
 def sentence(result: Styled) -> str:
     """One sentence about a drawing in a handstyle."""
+    strokes = units.count(len(result.drawing.strokes), "stroke")
     return (
-        f"Wrote {', '.join(map(str, result.files))}: {units.count(len(result.drawing.strokes), 'stroke')} in the style "
-        f"{result.style}; {units.duration(round(result.drawing.duration, 2))} of writing; seed {result.seed}."
+        f"Wrote {', '.join(map(str, result.files))}: {strokes} {_manner(result)}; "
+        f"{units.duration(round(result.drawing.duration, 2))} of writing; seed {result.seed}."
     )
+
+
+def _manner(result: Styled) -> str:
+    """How the strokes are drawn and held."""
+    manners = [f"in the style {result.style}"] if result.style else []
+    return " ".join([*manners, f"with the pose of {result.pose}"] if result.pose else manners)

@@ -10,10 +10,9 @@ import numpy as np
 from handout.completion.letters import LetterMaker, Supply
 from handout.completion.specimens import Specimen, add_page
 from handout.errors import InputError
+from handout.hand.drawn import Hand
 from handout.hand.scanned import ScannedHand
-from handout.values import Hand
-from handout.writing.drawn_words import repertoire
-from handout.writing.text import Borrowed, Repertoire, borrow, borrowed, lacking, normalise, spell
+from handout.writing.text import Borrowed, borrow, borrowed, lacking, normalise, spell
 
 
 def complete_hand(
@@ -40,21 +39,21 @@ def complete_hand(
     MissingCharacters
         Some letters are missing still; the message lists them with their places and says what `fallback` would supply.
     """
-    if isinstance(hand, Hand):
-        return hand, borrowed(normalise(text), repertoire(hand)) if fallback else []
+    if hand.pages is None:
+        return hand, borrowed(normalise(text), hand.repertoire) if fallback else []
     if not hand.letters:
         raise InputError(
             f"{hand.name} holds ink without letters: it is a pen to write with, not a hand; give it as --pen, and a "
             "hand with letters as --hand."
         )
     text = normalise(text)
-    places = lacking(text, _repertoire(hand))
+    places = lacking(text, hand.repertoire)
     if not places:
         return hand, []
     needed = tuple(sorted(places))
     completed, supplies = _completed(hand, needed, fallback, seed)
     lendable = _lendable(LetterMaker(hand, np.random.default_rng(0)), needed)
-    spell(text, _repertoire(completed, lendable), fallback=fallback)
+    spell(text, replace(completed.repertoire, lendable=lendable), fallback=fallback)
     return completed, [Borrowed(x, supply.source, supply.of_author, tuple(places[x])) for x, supply in supplies]
 
 
@@ -72,7 +71,7 @@ class Outlook:
 
 def outlook(hand: ScannedHand, text: str) -> tuple[Outlook, ...]:
     """How `complete_hand` would supply each letter of a text that a hand lacks; in the order of the text."""
-    needed = lacking(normalise(text), _repertoire(hand))
+    needed = lacking(normalise(text), hand.repertoire)
     if not needed or not hand.letters:
         return tuple(Outlook(letter, "missing") for letter in needed)
     maker = LetterMaker(hand, np.random.default_rng(0))
@@ -112,8 +111,3 @@ def _lendable(maker: LetterMaker, needed: tuple[str, ...]) -> frozenset[str]:
     """Which of some letters could be lent."""
     all_lent = maker.repertoire
     return frozenset(letter for letter in needed if not lacking(letter, all_lent) or borrow(letter, all_lent, 0))
-
-
-def _repertoire(hand: ScannedHand, lendable: frozenset[str] = frozenset()) -> Repertoire:
-    """What a scanned hand can write, and what it could be lent."""
-    return Repertoire(hand.name, frozenset(hand.letters), frozenset(), lendable)

@@ -15,11 +15,12 @@ import numpy as np
 from handout.completion.specimens import Part, Specimen
 from handout.hand import measures
 from handout.hand.diacritics import NOT_ABOVE
+from handout.hand.drawn import Hand
 from handout.hand.letter_classes import X_HEIGHT
 from handout.hand.library import load
 from handout.hand.scanned import NO_PAGE, ScannedHand
 from handout.motion.trace import trace
-from handout.values import Array, Hand, LineGraph
+from handout.values import Array, LineGraph
 from handout.writing.specimen import single_letter
 
 _STEP = 0.03  # x-heights between vertices of a line that is drawn; .9 pixels at 300 dpi and 2.5 mm

@@ -16,9 +16,10 @@ from handout.completion.drawn_letters import DrawnLetters
 from handout.completion.specimens import Part, Specimen
 from handout.hand.diacritics import BELOW, DOTLESS, NAMES, NOT_ABOVE, OGONEK, STROKE_HEIGHT, THROUGH, decomposed
 from handout.hand.letter_classes import DOTTED, SAME_AS_CAPITAL, STEM_AT_LEFT
+from handout.hand.protocol import Repertoire
 from handout.hand.scanned import NO_PAGE, NOBODY, ScannedHand
 from handout.values import Array, Indices, LineGraph
-from handout.writing.text import LEFT_OUT, PICTURE, Repertoire, borrow, instead
+from handout.writing.text import LEFT_OUT, PICTURE, borrow, instead
 
 _FORMS = 5  # of a letter that is put together: so that it does not repeat at once
 _DOTS = 0.42  # x-heights from one dot of a diaeresis to the other; set by eye

@@ -13,17 +13,21 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
-from typing import Literal
+from typing import ClassVar, Literal
 
 import msgspec
 import numpy as np
 
+from handout import notebook
 from handout.errors import InputError
-from handout.hand.diacritics import NAMES
-from handout.values import Array, Glyph, Hand, readonly
+from handout.hand.diacritics import DOTLESS, NAMES
+from handout.hand.protocol import Repertoire
+from handout.summary import one_line
+from handout.values import Array, Glyph, readonly
 
 _PLACES = frozenset({"start", "middle", "end", "alone"})
 _LAST_PLACES = frozenset({"end", "alone"})
@@ -41,6 +45,81 @@ _BOUNDS = {
 }
 _FAVOUR = 1.0  # of a form drawn for its place in the word over one for any place
 _NEVER = 6.0  # reluctance of a lift that the hand does not make
+
+
+@dataclass(frozen=True, eq=False)
+class Hand:
+    """How one person writes; read-only.
+
+    glyphs : the forms of every character that has forms of its own.
+    marks : accents by combining character: glyphs relative to the centre of an x-height letter.
+    slant : tangent of the slant.
+    smooth : see ActionPlan.
+    drawn_at : the smoothing at which the points of the glyphs lie on the curve.
+    delayed_after : dots, bars and accents are written after the "word" or after their "letter".
+    interval : s of motor time a point at the hand's own pace.
+    word_space : gap between words, x-heights.
+    pitch : distance of lines, x-heights.
+    x_height : usual height of a small letter, mm.
+    variation : how much the letters of this hand vary, 1 is usual.
+    fading : share of their height that letters lose towards the end of a word, as a hurried hand's do.
+    """
+
+    name: str
+    title: str
+    glyphs: Mapping[str, tuple[Glyph, ...]]
+    marks: Mapping[str, tuple[Glyph, ...]]
+    slant: float
+    smooth: float
+    drawn_at: float
+    delayed_after: str
+    interval: float
+    word_space: float
+    pitch: float
+    x_height: float = 2.5
+    variation: float = 1.0
+    fading: float = 0.0
+
+    pages: ClassVar[None] = None
+
+    __repr__ = one_line
+
+    @cached_property
+    def letters(self) -> Mapping[str, int]:
+        """How many glyphs there are of each character."""
+        return {letter: len(glyphs) for letter, glyphs in self.glyphs.items()}
+
+    @cached_property
+    def repertoire(self) -> Repertoire:
+        """What it can write."""
+        return Repertoire(self.name, frozenset(self.glyphs), frozenset(self.marks) | {DOTLESS})
+
+    def x_height_on(self, spacing: float, usual: float) -> float:
+        """See `protocol.AnyHand`."""
+        return usual * spacing
+
+    def hastened(self, haste: float) -> Hand:
+        """See `protocol.AnyHand`."""
+        if not -1 <= haste <= 1:
+            raise InputError(f"haste: {haste:g} is outside -1 (careful) to 1 (hurried).")
+        if haste == 0:
+            return self
+        shape = np.diag(np.exp([_BREADTH * haste, _HEIGHT * haste]))
+        forms = self.glyphs.items()
+        return replace(
+            self,
+            glyphs={letter: tuple(_hastened(g, shape, haste) for g in glyphs) for letter, glyphs in forms},
+            marks={mark: tuple(_hastened(g, shape, 0.0) for g in glyphs) for mark, glyphs in self.marks.items()},
+            smooth=self.smooth + (_SMOOTH if haste > 0 else _SMOOTH_CARE) * haste,
+            interval=self.interval * float(np.exp(-_PACE * haste)),
+            slant=self.slant + _SLANT * haste,
+            word_space=self.word_space * float(np.exp(_BREADTH * haste)),
+            variation=self.variation * float(np.exp(_VARIATION * haste)),
+            fading=max(0.0, self.fading + _FADING * haste),
+        )
+
+    def _repr_svg_(self) -> str | None:
+        return notebook.hand_svg(self, self.letters)
 
 
 class _Form(msgspec.Struct, forbid_unknown_fields=True):
@@ -226,37 +305,6 @@ _VARIATION = 0.35  # of the logarithm
 _FADING = 0.16
 _TRAIL = 0.22  # x-heights that the last stroke of a word reaches further
 _JOINING = 2.0  # added to the reluctance to lift
-
-
-def hasten(hand: Hand, haste: float) -> Hand:
-    """`hand` written with haste.
-
-    Parameters
-    ----------
-    haste : float
-        −1 (careful) to 1 (as fast as it goes); 0 is the hand as it was drawn.
-
-    Raises
-    ------
-    InputError
-        A haste outside −1 to 1.
-    """
-    if not -1 <= haste <= 1:
-        raise InputError(f"haste: {haste:g} is outside -1 (careful) to 1 (hurried).")
-    if haste == 0:
-        return hand
-    shape = np.diag(np.exp([_BREADTH * haste, _HEIGHT * haste]))
-    return replace(
-        hand,
-        glyphs={letter: tuple(_hastened(g, shape, haste) for g in glyphs) for letter, glyphs in hand.glyphs.items()},
-        marks={mark: tuple(_hastened(g, shape, 0.0) for g in glyphs) for mark, glyphs in hand.marks.items()},
-        smooth=hand.smooth + (_SMOOTH if haste > 0 else _SMOOTH_CARE) * haste,
-        interval=hand.interval * float(np.exp(-_PACE * haste)),
-        slant=hand.slant + _SLANT * haste,
-        word_space=hand.word_space * float(np.exp(_BREADTH * haste)),
-        variation=hand.variation * float(np.exp(_VARIATION * haste)),
-        fading=max(0.0, hand.fading + _FADING * haste),
-    )
 
 
 def _hastened(glyph: Glyph, shape: Array, haste: float) -> Glyph:

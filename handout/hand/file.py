@@ -4,6 +4,9 @@ The hand as it was found is in the parts at the top.  Every entry of the journal
 parts that it changed, so that what was learned need not be learned again when the file is read, and any entry can be
 undone and made again: the hand after entry k has of every part the newest of the entries up to k.
 
+What was worked out of the hand is kept with it, beside the parts that it was worked out of (`hand.learnt`): it counts
+for a hand of those parts alone.
+
 Places are kept to 1/16 pixel, radii to 1/256 pixel, densities to 1/100.
 
 Source: seed 000, §5.1.3 for what is kept.
@@ -12,7 +15,7 @@ Source: seed 000, §5.1.3 for what is kept.
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from itertools import accumulate, pairwise
 from pathlib import Path
@@ -24,18 +27,19 @@ from numpy.typing import NDArray
 
 from handout import atomic
 from handout.errors import InputError
+from handout.hand import learnt
 from handout.hand.archive import Archive, Content, content_bytes, pack
 from handout.hand.corrections import AnyCorrection, Entry, Journal, apply, read_corrections
 from handout.hand.places import PLACES
 from handout.hand.scanned import Ligature, ScannedGlyph, ScannedHand, ScannedPage, Texture
-from handout.values import Indices, LineGraph, Moments
+from handout.values import Array, Indices, LineGraph, Moments
 
 FORMAT = 2  # of the file; any other is refused with what to do
 SUFFIX = ".hand"
 _UV, _RADIUS, _DENSITY = 16.0, 256.0, 100.0  # steps a pixel, a pixel, 1
 _MOMENTS = {"times": 1e5, "pressure": 1e3, "tilt": 1e4, "azimuth": 1e4, "rotation": 1e4}  # steps a second, 1, rad
 _MOST_PAPER = 1_000_000  # pixels; what is kept of it has a few thousand
-_JOURNAL, _ENTRIES = "corrections.json", "corrections/"
+_JOURNAL, _ENTRIES, _LEARNT = "corrections.json", "corrections/", "learnt.json"
 _COLUMNS = ("page", "line", "word", "at", "before", "after", "place")
 
 
@@ -63,6 +67,13 @@ class _File(msgspec.Struct, forbid_unknown_fields=True):
     title: str
     pages: list[_Page]
     letters: list[str]
+
+
+class _Learnt(msgspec.Struct):
+    """of : the fingerprint of the parts that the values were worked out of."""
+
+    of: str
+    values: dict[str, list[float]]
 
 
 def save(hand: ScannedHand, path: Path, *, packed: bool = False) -> None:
@@ -110,6 +121,29 @@ def record(source: Path, path: Path, before: ScannedHand, after: ScannedHand, en
     journal = Journal((*kept.entries, entry), kept.made + 1)
     _write(path, pack({**parts, _JOURNAL: _journal_bytes(journal)}))
     return journal
+
+
+def keep_learnt(path: Path, values: Mapping[str, Array]) -> None:
+    """Add to a file what was worked out of the hand that `load` gives of it.
+
+    Raises
+    ------
+    InputError
+        As `load` and `save`.
+    """
+    with Archive(path) as archive:
+        parts: dict[str, Content] = {name: archive.read(name) for name in archive.names}
+        folders = _folders(_journal(archive, path)[0].made)
+        archive.look_in(folders)
+        found = _Learnt(_fingerprint(archive), {name: value.tolist() for name, value in values.items()})
+    parts[("", *folders)[-1] + _LEARNT] = msgspec.json.encode(found)
+    atomic.write(path, pack(parts))
+
+
+def _fingerprint(archive: Archive) -> str:
+    """Of all parts of a hand but its pictures."""
+    parts = (name for name in archive.names if not name.startswith((_ENTRIES, _JOURNAL, _LEARNT)))
+    return archive.fingerprint([name for name in parts if not name.endswith((".png", ".webp"))])
 
 
 def rewind(source: Path, path: Path, made: int) -> Journal:
@@ -241,6 +275,8 @@ def _hand(archive: Archive, path: Path, data: bytes | None) -> ScannedHand:
         hand = ScannedHand(facts.name, facts.title, pages, _glyphs(archive, facts.letters, pages))
     except (ValueError, IndexError, OverflowError) as error:
         raise InputError(f"{path} cannot be used: its parts do not fit together ({error}).") from error
+    if _LEARNT in archive and (found := archive.json(_LEARNT, _Learnt)).of == _fingerprint(archive):
+        learnt.remember(hand, found.values)
     return apply(hand, earlier, strict=False)
 
 

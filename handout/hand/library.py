@@ -9,8 +9,8 @@ from pathlib import Path
 from handout import shipped
 from handout.errors import InputError
 from handout.hand import drawn, file, svg_font
+from handout.hand.drawn import Hand
 from handout.hand.scanned import ScannedHand
-from handout.values import Hand
 
 _FILES = (".toml", ".svg")  # of drawn hands
 _HOUSE = Path(__file__).resolve().parent / "house"

@@ -62,8 +62,8 @@ class OutlierModel:
     anywhere, apart : (d,), (d, d) mean and covariance of all centres: of letters that are not among them.
     weights, bias : (8 + d,), of the evidence: the sum is the logarithm of the odds that a glyph is wrong.
     alone, alone_bias : (2 + d,), the same of what depends on the glyph and its siblings' centre alone (`ALONE`).
-    calibration : (3,): the logarithm of the odds that a glyph is right is the first, the second times the score, and
-        the third times the logarithm of the odds of its confidence.
+    calibration : (4,): the logarithm of the odds that a glyph is right is the first, the second times the score, the
+        third times the logarithm of the odds of its confidence, and the fourth times the greater score of those beside.
     """
 
     middle: Array

@@ -17,7 +17,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from handout import notebook
+from handout.errors import InputError
 from handout.hand.places import Place
+from handout.hand.protocol import Repertoire
 from handout.summary import one_line
 from handout.values import POSE, Array, Indices, LineGraph, Moments, readonly, readonly_indices
 
@@ -25,6 +27,7 @@ NOBODY = -1  # instead of the number of a glyph
 NO_PAGE = -1  # the page of a line that has no ink yet
 _MOST_PIXELS = 400_000_000
 _OVER = 4.0  # pixels beyond the picture that a vertex may lie: hands of earlier programs have such
+_ON_LINES = (0.25, 0.4)  # shares of the distance of lines between which letters keep their own size; set by eye
 DOUBTFUL = 0.5  # confidence under which a letter is worth a look
 
 
@@ -270,6 +273,24 @@ class ScannedHand:
         """How often there is each letter, the commonest first."""
         counts = Counter(glyph.letter for glyph in self.glyphs if glyph.letter)
         return dict(sorted(counts.items(), key=lambda item: (-item[1], item[0])))
+
+    @cached_property
+    def repertoire(self) -> Repertoire:
+        """What it can write."""
+        return Repertoire(self.name, frozenset(self.letters), frozenset())
+
+    def x_height_on(self, spacing: float, usual: float) -> float:
+        """See `protocol.AnyHand`: its own, within bounds."""
+        least, most = _ON_LINES
+        return min(max(self.x_height, least * spacing), most * spacing)
+
+    def hastened(self, haste: float) -> ScannedHand:
+        """See `protocol.AnyHand`."""
+        if haste:
+            raise InputError(
+                f"haste: {self.name} is a scanned hand, which is as hurried as it was written; leave --haste out."
+            )
+        return self
 
     @cached_property
     def _numbers(self) -> Mapping[str, Indices]:

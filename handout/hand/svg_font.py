@@ -19,8 +19,9 @@ import numpy as np
 
 from handout import markup, pathdata
 from handout.errors import InputError
+from handout.hand.drawn import Hand
 from handout.hand.letter_classes import FLAT_FIRST
-from handout.values import Array, Glyph, Hand
+from handout.values import Array, Glyph
 
 _LARGEST = 32 * 2**20  # bytes
 _SMOOTH, _INTERVAL = 0.27, 0.07  # a careful hand

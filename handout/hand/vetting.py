@@ -1,7 +1,8 @@
 """Whether each glyph of a scanned hand is what it is called: sure, doubtful or refused.
 
-Two kinds of evidence make one probability: how sure the reading was of the glyph's place (`ScannedGlyph.confidence`),
-and how much its shape is like its siblings' (`outlier_score`).
+Three kinds of evidence make one probability: how sure the reading was of the glyph's place
+(`ScannedGlyph.confidence`), how much its shape is like its siblings' (`outlier_score`), and how much those of the
+glyphs beside it are: what one has too much, its neighbour mostly lacks.
 
 Source: own method.
 """
@@ -17,11 +18,13 @@ from numpy.typing import NDArray
 
 from handout.hand import outlier_score
 from handout.hand.glyph_features import glyph_features
+from handout.hand.learnt import learnt
 from handout.hand.scanned import ScannedHand
 from handout.values import Array, Indices
 
 Verdict = Literal["sure", "doubtful", "refused"]
 SURE, REFUSED = 0.8, 0.55  # least probability of the one, and greatest of the other; set on simulated pages kept apart
+_MAKERS = ("hand/vetting.py", "hand/outlier_score.py", "hand/glyph_features.py", "hand/scanned.py", "hand/outliers.npz")
 _CERTAIN = 0.02  # of confidences: nearer to 0 or 1 than this none is believed
 
 
@@ -59,21 +62,28 @@ class Vetting:
 @lru_cache(maxsize=2)
 def vet(hand: ScannedHand) -> Vetting:
     """Judge every glyph of a hand, with its stubs and marks."""
+    return Vetting(learnt(hand, "vetting", _MAKERS, len(hand.glyphs), lambda: _probability(hand)))
+
+
+def _probability(hand: ScannedHand) -> Array:
     model = outlier_score.shipped()
     score = model.score(glyph_features(hand), [glyph.letter for glyph in hand.glyphs])
     confidence = np.array([glyph.confidence for glyph in hand.glyphs])
     probability = calibrated(model.calibration, score, confidence)
     named = np.array([bool(glyph.letter) for glyph in hand.glyphs], dtype=bool)
     confirmed = np.array([glyph.confirmed for glyph in hand.glyphs], dtype=bool)
-    return Vetting(np.where(confirmed, 1.0, np.where(named & (confidence > 0), probability, 0.0)))
+    return np.where(confirmed, 1.0, np.where(named & (confidence > 0), probability, 0.0))
 
 
 def calibrated(calibration: Array, score: Array, confidence: Array) -> Array:
-    """(n,): the probability that glyphs of some score and confidence (n,) are right."""
+    """(n,): the probability that glyphs of some score and confidence (n,), in the order of their text, are right."""
     return np.asarray(1 / (1 + np.exp(-np.clip(calibration_terms(score, confidence) @ calibration, -50, 50))))
 
 
 def calibration_terms(score: Array, confidence: Array) -> Array:
-    """(n, 3): what a calibration weighs."""
+    """(n, 4): what a calibration weighs; the glyphs are in the order of their text."""
     trust = np.clip(confidence, _CERTAIN, 1 - _CERTAIN)
-    return np.column_stack([np.ones(len(score)), score, np.log(trust / (1 - trust))])
+    least = score.min(initial=0.0)
+    around = np.concatenate([[least], score, [least]])
+    beside = np.maximum(around[:-2], around[2:])
+    return np.column_stack([np.ones(len(score)), score, np.log(trust / (1 - trust)), beside])

@@ -5,6 +5,7 @@ Drawings:
   ink, with `flow` (what a pen gives along a stroke) and `deposit` (where that lies on the page)
 - `curves`: strokes as Béziers that keep their time; `outline`: a stroke's mark as polygons, and flat nibs
 - `papers`: sheets to show ink on, and their tooth
+- `brush`: lines painted with pieces of photographed strokes
 
 Manuscripts of scanned hands:
 - `texture`: the ink of a page, glyph by glyph, from `source` (where ink is cut from a scan, and how its surroundings

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.inking import curves
+from handout.inking import curves, footprints
 from handout.values import NIB_THICKNESS, Array, Drawing, Stroke
 
 _Floats = NDArray[np.floating[Any]]
@@ -105,6 +105,7 @@ class _Way:
     nib: NDArray[np.complex128]  # mm, half the edge of a flat nib
     since: Array  # mm, from where the stroke began
     left: Array  # mm, to where it ends
+    edge: Array  # rad: how the nib's edge lies, NaN where that is not known
 
 
 def lean(speed: Array) -> Array:
@@ -157,7 +158,8 @@ def _resting(
 
 def _nib(way: _Way, flow: Flow) -> Array:
     """(m,): width over the usual width that a nib with an edge leaves in the direction of each piece."""
-    across = np.abs(np.sin(np.angle(way.b - way.a) - flow.slope))
+    slope = np.where(np.isnan(way.edge), flow.slope, way.edge)
+    across = np.abs(np.sin(np.angle(way.b - way.a) - slope))
     return np.asarray(1 - flow.nib * (1 - across))
 
 
@@ -186,7 +188,9 @@ def _way(stroke: Stroke, curve: curves.Curve) -> tuple[Any, ...]:
         nib = 0.5 * stroke.nib * np.exp(1j * np.interp(middle, stroke.t, np.unwrap(stroke.rotation)))
         width = across(nib, np.diff(place))
     since = (s[:-1] + s[1:]) / 2
-    return place[:-1], place[1:], speed, dwell, press, length, width, nib, since, s[-1] - since
+    turned = stroke.rotation is not None or stroke.azimuth is not None
+    slope = np.interp(middle, stroke.t, footprints.edge(stroke)) if turned else np.full(count, np.nan)
+    return place[:-1], place[1:], speed, dwell, press, length, width, nib, since, s[-1] - since, slope
 
 
 def across(nib: NDArray[np.complex128], way: NDArray[np.complex128]) -> Array:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from handout import units
 from handout.errors import InputError
 from handout.inking import plain
 from handout.values import Array, Page, Raster
@@ -90,6 +91,26 @@ class Paper:
             raise InputError(f"paper: lines {self.pitch:g} mm apart are outside 2 to 100 mm.")
         if self.first is not None and not 0 <= self.first <= 2000:
             raise InputError(f"paper: a first line {self.first:g} mm from the top is outside 0 to 2000 mm.")
+
+
+def named(text: str) -> Paper:
+    """The paper of a name, a name and the distance of its lines (and its first rule), or a file.
+
+    Raises
+    ------
+    InputError
+        A paper that there is not, or a length that is none.
+    """
+    name, colon, pitch = text.partition(":")
+    if colon and name in ("ruled", "squared"):
+        pitch, comma, first = pitch.partition(",")
+        if comma and name == "squared":
+            raise InputError(f"paper: {text!r}: only ruled paper has a first rule; write squared:{pitch}.")
+        top = units.length(first, "first rule of the paper") if comma else None
+        return Paper(name, units.length(pitch, "distance of the paper's lines"), top)
+    if text not in PAPERS and not Path(text).is_file():
+        raise InputError(f"paper: {text!r} is neither a picture nor one of {', '.join(PAPERS)}.")
+    return Paper(text)
 
 
 def under(paper: Paper, about: Mapping[str, Any]) -> Paper:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from pathlib import Path
 
+from handout import shipped
 from handout.errors import InputError
 
 # width of the line, mm, and colour that are usual for a model: `pens` has how its ink looks
@@ -14,9 +16,12 @@ _USUAL = {
     "fineliner": (0.36, "#2b2c33"),
     "fountain": (0.44, "#34508f"),
     "pencil": (0.44, "#6a6a6e"),
+    "brushpen": (1.1, "#2a2a30"),
+    "chisel": (1.5, "#2f3a63"),
 }
 PENS = tuple(_USUAL)
-TEXTURED = PENS[1:]  # whose lines look like ink on paper; they are also what scanned ink is taken for
+TEXTURED = ("ballpoint", "fineliner", "fountain", "pencil")  # what scanned ink is taken for
+BRUSH_FILE = ".brush"  # suffix of files that hold a brush; see inking.brush
 _HEX = re.compile(r"#(?:[0-9a-fA-F]{3}|[0-9a-fA-F]{6})\Z")
 
 
@@ -26,7 +31,7 @@ class Pen:
 
     width : mm, 0.02 to 50.
     colour : ``"#rrggbb"``, of one pass of the pen at usual pressure on white.
-    model : one of `PENS`; only ``plain`` draws a line without texture.
+    model : one of `PENS`, of which only ``plain`` draws a line without texture; or a brush, by name or file.
 
     Raises
     ------
@@ -39,10 +44,20 @@ class Pen:
     model: str = "plain"
 
     def __post_init__(self) -> None:
-        if self.model not in _USUAL:
-            raise InputError(f"pen: {self.model!r} is not known; the pens are {', '.join(PENS)}.")
+        if self.model not in _USUAL and not is_brush(self.model):
+            raise InputError(f"pen: {self.model!r} is not known; the pens are {', '.join((*PENS, *brushes()))}.")
         rgb(self.colour)
         check_width(self.width)
+
+
+def brushes() -> dict[str, Path]:
+    """The files of the shipped brushes and of the user's own, by their names."""
+    return shipped.files("brushes", f"*{BRUSH_FILE}")
+
+
+def is_brush(model: str) -> bool:
+    """Whether a pen of this name is a brush or a file with one."""
+    return model not in _USUAL and (model.endswith(BRUSH_FILE) or model in brushes())
 
 
 def usual(model: str, width: float | None = None, colour: str | None = None) -> Pen:

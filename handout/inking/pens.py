@@ -1,4 +1,4 @@
-"""Pens whose lines look like ink on paper: ballpoint, fineliner, fountain pen, pencil.
+"""Pens whose lines look like ink on paper: ballpoint, fineliner, fountain pen, pencil, brush pen, chisel.
 
 A model says how ink flows along the strokes (`flow`), and how what lies on the paper becomes density: where the
 paper's tooth keeps it off, how sharp its edge is, how much darker the second pass is.  A density of 1 shows the
@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.inking import flow, papers, plain
+from handout.inking import flow, footprints, papers, plain
 from handout.inking.deposit import Ground
 from handout.inking.flow import Flow
 from handout.inking.papers import Tooth, tooth
-from handout.inking.pen import Pen, rgb
+from handout.inking.pen import Pen, is_brush, rgb
 from handout.values import Drawing, Raster
 
 _Pixels = NDArray[np.floating[Any]]
@@ -30,6 +30,7 @@ _FINE_ENOUGH = 1200  # pixels an inch at which nothing is gained by finer ones
 _BAND = 1 << 22  # of these fine pixels worked on at a time
 _GREYING = 0.3  # of the purest colour
 _INK = 0x1A5  # a stream of random numbers of its own
+BY_FOOTPRINT = ("brushpen", "chisel")  # whose width is all the footprint's; that of the others also the flow's
 _DARKEST = 0.02  # no ink is blacker in any channel
 
 
@@ -73,6 +74,13 @@ def _pencil(mass: _Pixels, height: _Pixels) -> _Pixels:
     return np.asarray(held * (1 + np.float32(0.12) * height) * np.float32(1.5) * mass / (1 + np.float32(0.5) * mass))
 
 
+def _wet(mass: _Pixels, height: _Pixels) -> _Pixels:
+    """A broad wet line: full all over, a little darker where more ink lies, dry on the paper's tooth where little."""
+    held = _step(mass - np.float32(0.3) + height * np.float32(0.1), 0.06)
+    shade = np.float32(0.7) + np.float32(0.35) * np.minimum(mass, np.float32(1.3))
+    return np.asarray(held * shade * (1 + height * np.float32(0.04)))
+
+
 _MODELS = {
     "ballpoint": _Model(
         Flow(
@@ -105,6 +113,10 @@ _MODELS = {
         ),
         _pencil,
     ),
+    "brushpen": _Model(
+        Flow(load_pressure=0.25, load_speed=0.2, drift=0.1, patch=0.05, streak=0.22, ragged=0.012), _wet
+    ),
+    "chisel": _Model(Flow(load_pressure=0.2, load_speed=0.2, drift=0.08, patch=0.05, streak=0.08, ragged=0.005), _wet),
 }  # fmt: skip
 
 
@@ -190,11 +202,18 @@ def passed(
     if not drawing.strokes:
         return
     colour = np.asarray(rgb(pen.colour))
+    if pen.model in BY_FOOTPRINT:
+        drawing = footprints.marked(drawing, pen)
     if pen.model == "plain":
         cover = plain.coverage(drawing, dpi, width=pen.width)
         table = (1 - np.linspace(0, 1, 256)[:, None] * (1 - colour)).astype(np.float32)
         for at in plain.inked(cover):
             yield at, table[cover.reshape(-1)[at]]
+        return
+    if is_brush(pen.model):
+        from handout.inking.brush import brushes, canvas
+
+        yield from canvas.passed(drawing, dpi, brushes.find(pen.model), pen, rng)
         return
     model = _MODELS[pen.model]
     absorbed = -np.log(np.maximum(colour, _DARKEST)).astype(np.float32)

@@ -12,7 +12,9 @@ has the time that the pen is in the air, for both.
 - `timing`: speed along paths, time between them.
 - `recovery`: the order and direction in which scanned ink was written.
 - `reconstruction`: plans of lognormal strokes from recorded traces or bare shapes.
+- `pose`: how a pen is held, after a library of recordings.
 - `styles`: drawings in other handstyles, and asemic tags.
 """
 
+POSE_METHODS = ("optimal", "average", "closest")  # how a pose is put together of the strokes of a library
 ENGINES = ("optimal-control", "sigma-lognormal")  # motor engines, each the name of its module, with hyphens

@@ -17,10 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
+from handout.hand.drawn import Hand
 from handout.hand.scanned import ScannedHand
 from handout.motion import ENGINES
 from handout.motion.timing import time_in_air
-from handout.values import ActionPlan, Array, Drawing, Hand, Manuscript, Placed, Stroke
+from handout.values import ActionPlan, Array, Drawing, Manuscript, Placed, Stroke
 from handout.writing.variation import USUAL, tremor
 
 Engine = Callable[[ActionPlan], tuple[Array, Array]]
@@ -87,7 +88,7 @@ def trace(
         raise InputError(f"speed: {speed:g} is outside 0.05 to 50 (1 is the pace of a person).")
     if engine not in ENGINES:
         raise InputError(f"kinematics: {engine!r} is unknown; use {' or '.join(ENGINES)}.")
-    if isinstance(hand, ScannedHand):
+    if hand.pages is not None:
         return _along_ink(manuscript, hand, rng, speed, jitter)
     follow = _engine(engine, hand)
     clock = 0.0

@@ -10,9 +10,9 @@ here knows click or a terminal.  Files:
     prompts.py    `prompt`, sheets to write a hand on
     printing.py   `print_`, envelopes from a table of addresses
     drawings.py   `restyle`, `asemic`, and plans of strokes: `fit_strokes`, `draw_plans`
+    poses.py      `learn_pose`, `show_pose`, and the pose of what is written or drawn
     scoring.py    `score`, measures of page images
     inputs.py     what is to be written: a text, a file, standard input, or a drawing
-    pictures.py   the pen, the paper and the resolution of pictures
     lined_paper.py   which lines of a paper are written on
     programs.py   files for plotters: how a page becomes one; exporting.py is `export`, which writes nothing else
     plotting.py   `plot`, `preview`, `resume`; plot_request.py has their options, plot_jobs.py the plots that are kept
@@ -30,9 +30,10 @@ How a verb is built
 2. The work is one function in the verb's file here, `verb(what, options…, *, listener=SILENT) -> Result`.  It reads
    like a table of contents, and it neither prints nor reads the terminal.  What the user should learn *while* it works
    goes to the `Listener`: `say` for a sentence, `progress` for the share that is done.
-3. What the user should learn *afterwards* is data: a frozen dataclass in the verb's file (or in `results`) with a
-   `facts()` method, which gives the JSON object that ``--json`` prints, and a field `notes`, sentences on what was
-   decided for the user: letters that were lent, parts that were left out, options that were not followed.
+3. What the user should learn *afterwards* is data: a frozen dataclass in the verb's file that extends `results.Result`.
+   `facts()` gives the JSON object that ``--json`` prints (the fields, unless it is overridden); the field `notes` has
+   sentences on what was decided for the user: letters that were lent, parts that were left out, options that were not
+   followed.
 4. `cli/verb_.py` binds and prints, no more; it imports the verb's file when it is called, not before::
 
        @click.command("write")

@@ -24,17 +24,16 @@ from handout.colour.reading import read as read_chart
 from handout.errors import InputError
 from handout.pipeline.guided_calibration import GuidedCalibration, Person
 from handout.pipeline.options import CalibrationOptions, ChartOptions
-from handout.pipeline.results import SILENT, Facts, Listener
+from handout.pipeline.results import SILENT, Facts, Listener, Result
 from handout.printing import charts, printers
 
 
 @dataclass(frozen=True, eq=False)
-class Calibrated:
+class Calibrated(Result):
     """A calibration that was stored, and what the pen in the chart's frame says of the hand."""
 
     calibration: Calibration
     reference: Reference | None = None
-    notes: tuple[str, ...] = ()
 
     def facts(self) -> Facts:
         facts: Facts = self.calibration.facts()
@@ -82,18 +81,13 @@ def calibrate(
 
 
 @dataclass(frozen=True)
-class ChartWritten:
+class ChartWritten(Result):
     """A chart that was printed or written."""
 
     files: tuple[Path, ...]
     jobs: tuple[str, ...]
     pages: int
     dpi: int
-    notes: tuple[str, ...] = ()
-
-    def facts(self) -> Facts:
-        files = list(map(str, self.files))
-        return {"files": files, "jobs": list(self.jobs), "pages": self.pages, "dpi": self.dpi}
 
 
 def print_chart(
@@ -117,13 +111,12 @@ def print_chart(
 
 
 @dataclass(frozen=True, eq=False)
-class ChartRead:
+class ChartRead(Result):
     """A chart whose scans were read into a table of patches."""
 
     reading: Reading
     reference: Reference
     files: tuple[Path, ...]
-    notes: tuple[str, ...] = ()
 
     def facts(self) -> Facts:
         findings = [finding.facts() for finding in self.reading.findings]
@@ -193,12 +186,11 @@ def build_table(
 
 
 @dataclass(frozen=True, eq=False)
-class Verified:
+class Verified(Result):
     """What a scanned verification strip said of a calibration."""
 
     calibration: Calibration
     verification: Verification
-    notes: tuple[str, ...] = ()
 
     def facts(self) -> Facts:
         return self.verification.facts()
@@ -220,13 +212,12 @@ def verify(printer: str, paper: str, scans: Sequence[Path], *, report_file: Path
 
 
 @dataclass(frozen=True, eq=False)
-class StripPrinted:
+class StripPrinted(Result):
     """A verification strip that was printed or written."""
 
     calibration: Calibration
     files: tuple[Path, ...]
     jobs: tuple[str, ...]
-    notes: tuple[str, ...] = ()
 
     def facts(self) -> Facts:
         files = list(map(str, self.files))
@@ -254,11 +245,10 @@ def print_strip(
 
 
 @dataclass(frozen=True, eq=False)
-class Stored:
+class Stored(Result):
     """Stored calibrations, the newest first."""
 
     calibrations: tuple[Calibration, ...] = field(default=())
-    notes: tuple[str, ...] = ()
 
     def facts(self) -> Facts:
         return {"calibrations": [calibration.facts() for calibration in self.calibrations]}
@@ -288,12 +278,11 @@ def stored_calibrations(printer: str = "", paper: str = "") -> Stored:
 
 
 @dataclass(frozen=True, eq=False)
-class Exported:
+class Exported(Result):
     """A calibration that was written for another program."""
 
     calibration: Calibration
     file: Path
-    notes: tuple[str, ...] = ()
 
     def facts(self) -> Facts:
         return {"files": [str(self.file)]}

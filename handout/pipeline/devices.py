@@ -8,7 +8,7 @@ from pathlib import Path
 from handout import profiles, shipped
 from handout.errors import DeviceSilent
 from handout.pipeline.plotting import machine
-from handout.pipeline.results import SILENT, Facts, Listener
+from handout.pipeline.results import SILENT, Facts, Listener, Result
 from handout.plotting import connections, open_port
 from handout.plotting.connections import is_simulated
 from handout.plotting.dialects import dialect
@@ -16,7 +16,7 @@ from handout.plotting.ports import serial_devices as serial_devices
 
 
 @dataclass(frozen=True)
-class Device:
+class Device(Result):
     """A machine that has a profile: its name, "plotter" or "printer", its title, and the file."""
 
     name: str
@@ -24,23 +24,17 @@ class Device:
     title: str
     file: Path
 
-    def facts(self) -> Facts:
-        """What ``--json`` prints."""
-        return {"name": self.name, "kind": self.kind, "title": self.title, "file": str(self.file)}
-
 
 @dataclass(frozen=True)
-class Probe:
+class Probe(Result):
     """Who answered at a port, and its limits by the keys of profiles; none where only its dialect is known."""
 
     port: str
     dialect: str
     firmware: str
     limits: dict[str, float] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         limits: Facts = {"limits": self.limits} if self.limits else {}
         return {"port": self.port, "dialect": self.dialect, "firmware": self.firmware, **limits}
 

@@ -14,10 +14,9 @@ from handout import atomic, units
 from handout.errors import InputError
 from handout.motion.styles.style import Style, checked, find
 from handout.page_sizes import page
-from handout.pipeline import pictures
-from handout.pipeline.options import PictureOptions, StyleOptions
-from handout.pipeline.results import Facts
-from handout.pipeline.writing import seed_of
+from handout.pipeline.options import PictureOptions, PoseOptions, StyleOptions, seed_of
+from handout.pipeline.poses import with_pose
+from handout.pipeline.results import Facts, Result
 from handout.sinks import Look, check_outputs, write_drawings
 from handout.sources import read_drawing
 from handout.tables import Angle
@@ -26,11 +25,12 @@ from handout.values import Drawing
 if TYPE_CHECKING:
     from handout.motion.reconstruction.planned_page import Fit, PlannedPage
 
+_USUAL_STYLE = "fast-tag"
 _NOISE = 0.02  # heights of a letter: motor noise at --jitter 1; set by eye
 
 
 @dataclass(frozen=True)
-class Styled:
+class Styled(Result):
     """A drawing in a handstyle.
 
     source : the drawing before, if there was one; losses : sentences on what of it the style cannot show.
@@ -43,7 +43,7 @@ class Styled:
     source: Drawing | None = None
     letters: int = 0
     losses: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
+    pose: str = ""
 
     @property
     def left_out(self) -> list[str]:
@@ -51,10 +51,9 @@ class Styled:
         return [] if self.source is None else [str(part) for part in self.source.about.get("left_out", [])]
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         count, seconds = len(self.drawing.strokes), round(self.drawing.duration, 2)
         files = [str(path) for path in self.files]
-        facts: Facts = {"style": self.style, "seed": self.seed}
+        facts: Facts = {"style": self.style, **({"pose": self.pose} if self.pose else {}), "seed": self.seed}
         if self.source is None:
             return {**facts, "letters": self.letters, "strokes": count, "duration_s": seconds, "files": files}
         return {
@@ -73,8 +72,11 @@ def restyle(
     outputs: Sequence[str | Path],
     styling: StyleOptions = StyleOptions(),
     picture: PictureOptions = PictureOptions(),
+    posing: PoseOptions = PoseOptions(),
 ) -> Styled:
-    """Draw a drawing (SVG, InkML, JSON, UNIPEN, SVC or GML) in another handstyle, to files.
+    """Draw a drawing (SVG, InkML, JSON, UNIPEN, SVC, CYN, UIM or GML) in another handstyle, to files.
+
+    With a pose and no style the strokes stay where they are, and the pen is held as the pose library suggests.
 
     Raises
     ------
@@ -84,16 +86,19 @@ def restyle(
     from handout.motion.styles import restyling
 
     check_outputs(outputs)
-    look, style, seed = _look(picture), style_of(styling), seed_of(styling.seed)
+    look, seed = _look(picture), seed_of(styling.seed)
+    style = None if posing.pose and styling == replace(StyleOptions(), seed=styling.seed) else style_of(styling)
     try:
         drawing = read_drawing(source)
-        styled = restyling.restyle(drawing, style, np.random.default_rng(seed))
+        styled = drawing if style is None else restyling.restyle(drawing, style, np.random.default_rng(seed))
+        styled = with_pose(styled, posing)
     except InputError as error:
         raise InputError(str(error) if str(source) in str(error) else f"{source}: {error}") from error
     styled = replace(styled, about={**styled.about, "seed": seed})
-    files = write_drawings([styled], outputs, look)
-    losses = restyling.losses(drawing, styled, style)
-    return Styled(styled, style.name, seed, tuple(files), drawing, losses=tuple(losses))
+    files = write_drawings([styled], outputs, replace(look, footprint=bool(posing.pose)))
+    losses = [] if style is None else restyling.losses(drawing, styled, style)
+    name, held = "" if style is None else style.name, str(styled.about.get("pose", "")) if posing.pose else ""
+    return Styled(styled, name, seed, tuple(files), drawing, losses=tuple(losses), pose=held)
 
 
 def asemic(
@@ -122,7 +127,7 @@ def style_of(styling: StyleOptions) -> Style:
     InputError
         There is no such style, or a number is outside its bounds.
     """
-    style = find(styling.style)
+    style = find(styling.style or _USUAL_STYLE)
     if styling.smooth is not None:
         movement = msgspec.structs.replace(style.movement, smooth=styling.smooth)
         style = msgspec.structs.replace(style, movement=movement)
@@ -140,16 +145,15 @@ def style_of(styling: StyleOptions) -> Style:
 
 def _look(picture: PictureOptions) -> Look:
     """How pictures look: a style brings its own widths, so that an even ink is the usual one."""
-    return pictures.look(replace(picture, pen=picture.pen or "plain"))
+    return replace(picture, pen=picture.pen or "plain").look()
 
 
 @dataclass(frozen=True)
-class FittedStrokes:
+class FittedStrokes(Result):
     """The plans behind the strokes of a drawing."""
 
     page: PlannedPage
     files: tuple[Path, ...]
-    notes: tuple[str, ...] = ()
 
     @property
     def _moved(self) -> list[Fit]:
@@ -177,7 +181,6 @@ class FittedStrokes:
         return round(float(np.median(self.speeds_db)), 2) if self.speeds_db else None
 
     def facts(self) -> Facts:
-        """What ``--json`` prints: counts, and medians of how well the movements are explained."""
         return {
             "movements": len(self.page.fits),
             "dots": len(self.page.fits) - len(self._moved),

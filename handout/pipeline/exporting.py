@@ -11,14 +11,14 @@ from handout.pipeline.inputs import Source
 from handout.pipeline.options import SheetOptions, WritingOptions
 from handout.pipeline.plot_request import ExportOptions
 from handout.pipeline.programs import SUFFIXES, Programs
-from handout.pipeline.results import Facts, Tally
+from handout.pipeline.results import Facts, Result, Tally
 from handout.pipeline.writing import STROKES, draw_pages, prepare
 from handout.sinks import check_outputs, write_drawings
 from handout.values import Manuscript
 
 
 @dataclass(frozen=True)
-class Exported:
+class Exported(Result):
     """What `export` wrote; seconds : name of the machine → how long all pages would take it, s."""
 
     tally: Tally
@@ -26,10 +26,8 @@ class Exported:
     hand: str
     files: tuple[Path, ...]
     seconds: dict[str, float]
-    notes: tuple[str, ...] = ()
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         devices = {name: round(seconds, 2) for name, seconds in self.seconds.items()}
         return {**self.tally.facts(self.seed, self.hand, self.files), "devices": devices}
 

@@ -11,8 +11,9 @@ from handout import atomic
 from handout.errors import InputError
 from handout.hand import file, report, svg_font
 from handout.pipeline.inputs import decoded, hand_path
+from handout.pipeline.kept_hands import learn
 from handout.pipeline.options import ReadingOptions
-from handout.pipeline.results import SILENT, Fact, Facts, Listener
+from handout.pipeline.results import SILENT, Fact, Facts, Listener, Result
 from handout.progress import within
 from handout.sources import read_drawing
 from handout.tagging.page_sources import PageSource, gather_sources, tagged_pages
@@ -27,7 +28,7 @@ _OPENED, _MADE = 0.04, 0.97  # of the work on a page, when it is opened, and whe
 
 
 @dataclass(frozen=True, eq=False)
-class ReadHand:
+class ReadHand(Result):
     """A hand that was read.
 
     path : its .hand file; None where it was not kept.
@@ -38,7 +39,6 @@ class ReadHand:
     path: Path | None
     pages: tuple[TaggedPage, ...]
     seed: int
-    notes: tuple[str, ...] = ()
 
     @property
     def doubtful(self) -> int:
@@ -51,7 +51,6 @@ class ReadHand:
         return sum(len(page.missing) for page in self.pages)
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         files = [] if self.path is None else [str(self.path)]
         return {
             **report.facts(self.hand),
@@ -103,6 +102,7 @@ def read(
     hand = hand_of_pages(name, pages, options.title or "")
     if path is not None:
         file.save(hand, path)
+        learn(path)
     return ReadHand(hand, path, pages, options.seed)
 
 

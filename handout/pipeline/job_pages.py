@@ -23,6 +23,7 @@ from handout import __version__
 from handout.errors import HandoutError, InputError
 from handout.hand.library import path
 from handout.pipeline.options import SheetOptions, WritingOptions
+from handout.pipeline.poses import pose_path
 from handout.pipeline.results import Tally
 from handout.pipeline.writing import STROKES, WritingTask, draw, prepare, set_pages, title
 from handout.plotting import fit_to_bed
@@ -37,7 +38,19 @@ from handout.writing.pages import Sheet
 
 # the fields of WritingOptions that a job keeps under their own names; the seed is always known
 _WRITING = (
-    *("haste", "x_height", "line_spacing", "align", "kinematics", "speed", "jitter", "fit", "fallback", "slips"),
+    *(
+        "haste",
+        "x_height",
+        "line_spacing",
+        "align",
+        "kinematics",
+        "speed",
+        "jitter",
+        "fit",
+        "fallback",
+        "slips",
+        "pose_method",
+    ),
 )
 
 
@@ -50,11 +63,13 @@ def inputs(
     hand = str(file.resolve()) if Path(name) == file else name
     options: dict[str, Any] = {option: getattr(writing, option) for option in _WRITING}
     options |= {"page_name": page_name, "margin": sheet.margin, "pages": sheet.pages}
-    options |= {"seed": task.seed, "hand": hand}
+    pose = None if writing.pose is None else pose_path(writing.pose)
+    kept = writing.pose if pose is None or Path(writing.pose or "") != pose else str(pose.resolve())
+    options |= {"seed": task.seed, "hand": hand, "pose": kept}
     if (ruling := task.layout.ruling) is not None:  # as it was measured: the picture of a sheet may be gone
         layout = {"margin": task.layout.margin, "x_height": task.layout.x_height, "rules": ruling.rules}
         options["lined"] = {**layout, "line_spacing": task.layout.line_spacing}
-    return {"program": _program(), "text": text, "options": options, "digest": _digest(file)}
+    return {"program": _program(), "text": text, "options": options, "digest": _digest(file, pose)}
 
 
 def _program() -> str:
@@ -62,8 +77,8 @@ def _program() -> str:
     return f"handout {__version__} with numpy {np.__version__}"
 
 
-def _digest(file: Path) -> str:
-    return hashlib.sha256(file.read_bytes()).hexdigest()
+def _digest(hand: Path, pose: Path | None) -> str:
+    return hashlib.sha256(b"".join(file.read_bytes() for file in (hand, pose) if file is not None)).hexdigest()
 
 
 def made(text: str, task: WritingTask, profile: Plotter, fit: bool, shares: Sequence[float]) -> Iterator[NewPage]:
@@ -156,7 +171,8 @@ def _again(inputs: Mapping[str, Any], pages: int) -> WritingTask:
             "on with that, or plot the rest of the text anew."
         )
     try:
-        same = _digest(path(options["hand"])) == inputs["digest"]
+        pose = None if options.get("pose") is None else pose_path(options["pose"])
+        same = _digest(path(options["hand"]), pose) == inputs["digest"]
     except (OSError, InputError) as error:
         raise InputError(
             f"{lacking}, and the hand {options['hand']} is gone: put it back, or plot the rest of the text anew."
@@ -166,7 +182,8 @@ def _again(inputs: Mapping[str, Any], pages: int) -> WritingTask:
             f"{lacking}, and the hand {options['hand']} has changed: put the old one back, or plot the rest of the "
             "text anew."
         )
-    writing = WritingOptions(hand=options["hand"], seed=options["seed"], **{name: options[name] for name in _WRITING})
+    named = {name: options[name] for name in _WRITING}
+    writing = WritingOptions(hand=options["hand"], seed=options["seed"], pose=options.get("pose"), **named)
     task = prepare(writing, SheetOptions(options["page_name"], options["margin"], options["pages"]))
     return _on_rules(task, options["lined"]) if "lined" in options else task
 

@@ -19,14 +19,15 @@ from handout.errors import InputError
 from handout.hand import file, library, report
 from handout.hand.corrections import Change as Change
 from handout.hand.corrections import Entry, Journal, read_corrections
+from handout.hand.drawn import Hand
+from handout.hand.learnt import known
 from handout.hand.report import LEAST as LEAST
-from handout.pipeline import pictures, writing
+from handout.pipeline import writing
 from handout.pipeline.inputs import hand_path
-from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
-from handout.pipeline.results import SILENT, Facts, Listener, Tally
+from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions, seed_of
+from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.prompting.coverage import Lack, lacks
 from handout.sinks import check_outputs, write_drawings
-from handout.values import Hand
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
@@ -48,7 +49,7 @@ _SPECIMEN_WIDTH = 420.0  # mm, that of a sheet of A3
 
 
 @dataclass(frozen=True)
-class CheckedHand:
+class CheckedHand(Result):
     """What a scanned hand holds.
 
     lacking, supply : letters of a text that the hand lacks, and how it would come by them; None without a text.
@@ -58,7 +59,6 @@ class CheckedHand:
     files: tuple[Path, ...]
     lacking: Sequence[Lack] | None = None
     supply: Sequence[Outlook] = ()
-    notes: tuple[str, ...] = ()
 
     @property
     def doubtful(self) -> int:
@@ -80,7 +80,6 @@ class CheckedHand:
         return report.table(self.hand)
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         facts: Facts = {**report.facts(self.hand), "files": [str(path) for path in self.files]}
         if self.lacking is None:
             return facts
@@ -138,17 +137,15 @@ def _write_png(path: Path, pixels: NDArray[np.uint8], dpi: float) -> None:
 
 
 @dataclass(frozen=True)
-class KeptHand:
+class KeptHand(Result):
     """A hand in a file, and what else is told of it (`details`, for ``--json``)."""
 
     path: Path
     name: str | None = None
     details: Mapping[str, int | float] = field(default_factory=dict)
     letters: int = 0
-    notes: tuple[str, ...] = ()
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         return {
             **({} if self.name is None else {"name": self.name}),
             "files": [str(self.path)],
@@ -157,7 +154,7 @@ class KeptHand:
 
 
 @dataclass(frozen=True)
-class EditedHand:
+class EditedHand(Result):
     """A hand that was corrected, or whose journal of corrections was looked at or turned back.
 
     path : its file.
@@ -169,7 +166,6 @@ class EditedHand:
     journal: Journal
     made: int = 0
     glyphs: int = 0
-    notes: tuple[str, ...] = ()
 
     @property
     def changes(self) -> tuple[Change, ...]:
@@ -177,7 +173,6 @@ class EditedHand:
         return self.journal.entries[self.journal.made - 1].changes if self.made else ()
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         entries = [
             {
                 "corrections": msgspec.to_builtins(entry.corrections, enc_hook=float),
@@ -231,7 +226,22 @@ def edit_hand(
     atomic.check_writable(path)
     corrected = correct(hand, new, learning=learning, tell=listener.progress)
     journal = file.record(source, path, hand, corrected.hand, Entry(new, corrected.changes))
-    return EditedHand(path, journal, len(new), len(corrected.hand.glyphs), corrected.notes)
+    learn(path)
+    return EditedHand(path, journal, len(new), len(corrected.hand.glyphs), notes=corrected.notes)
+
+
+def learn(path: Path) -> None:
+    """Work out what is asked of the hand of a file whenever it is written with, and keep it there."""
+    from handout.pipeline.rereading import author_reader
+    from handout.writing.glyph_index import index_glyphs
+    from handout.writing.scanned_words import layout_model
+
+    hand = file.load(path)
+    if hand.glyphs:
+        author_reader(hand)
+        index_glyphs(hand)
+        layout_model(hand)
+        file.keep_learnt(path, known(hand))
 
 
 def _edited(name: str, output: str | Path | None) -> tuple[Path, Path]:
@@ -340,15 +350,13 @@ class ListedHand:
 
 
 @dataclass(frozen=True)
-class HandList:
+class HandList(Result):
     """The hands that are known by name, drawn ones and scanned ones."""
 
     drawn: Sequence[ListedHand]
     scanned: Sequence[ListedHand]
-    notes: tuple[str, ...] = ()
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         return {
             "hands": [hand.facts() for hand in self.drawn],
             "scanned": [hand.facts() for hand in self.scanned],
@@ -381,7 +389,7 @@ def _listed_scan(name: str, path: Path) -> ListedHand:
 
 
 @dataclass(frozen=True)
-class ShownHand:
+class ShownHand(Result):
     """A picture of a hand's letters.
 
     forms : of a drawn hand; hand : a scanned one; reasons : of letters that would write a text, why each was taken.
@@ -394,10 +402,8 @@ class ShownHand:
     forms: int = 0
     hand: ScannedHand | None = None
     reasons: Sequence[str] = ()
-    notes: tuple[str, ...] = ()
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         return {**self.found, "files": [str(path) for path in self.files]}
 
 
@@ -427,15 +433,14 @@ def _show_drawn(
     from handout.writing.specimen import specimen
 
     check_outputs(outputs)
-    look = pictures.look(picture)
     task = writing.prepare(replace(writing_options, hand=name), SheetOptions("A4"), picture)
     hand = task.hand
-    assert isinstance(hand, Hand)
+    assert hand.pages is None
     text = _SPECIMEN.format(name=hand.name, title=hand.title)
     rng = np.random.default_rng(task.seed)
     sheet = specimen(hand, text, rng, width=_SPECIMEN_WIDTH, x_height=_ENLARGED * task.layout.x_height)
     drawing = writing.draw(sheet, task, rng, {"title": f"Specimen of {hand.name}"})
-    look = replace(look, pen=replace(look.pen, width=_ENLARGED * look.pen.width))
+    look = replace(task.look, pen=replace(task.look.pen, width=_ENLARGED * task.look.pen.width))
     files = write_drawings([drawing], outputs, look)
     listed = _listed(hand)
     tally = Tally.of([sheet], [drawing])
@@ -462,12 +467,11 @@ def _choices(
     hand: ScannedHand, text: str, writing_options: WritingOptions, files: tuple[Path, ...]
 ) -> tuple[NDArray[np.uint8], ShownHand]:
     """Which letters of a hand would write a text: a picture, and why in words."""
-    from handout.hand.scanned import ScannedHand
     from handout.writing.explaining import choices_sheet, explain, reasons
 
-    seed = writing.seed_of(writing_options.seed)
+    seed = seed_of(writing_options.seed)
     completed, letters = complete_hand(hand, text, fallback=writing_options.fallback, seed=seed)
-    assert isinstance(completed, ScannedHand)
+    assert completed.pages is not None
     hand = completed
     borrowed = [writing.letter_facts(letter) for letter in letters]
     explained = explain(hand, text, np.random.default_rng([seed]), writing_options.jitter)

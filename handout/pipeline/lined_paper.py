@@ -9,15 +9,14 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from handout.inking import papers
 from handout.inking.papers import Paper
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
-from handout.pipeline.pictures import paper as named_paper
 from handout.pipeline.results import Fact
-from handout.values import Hand
 from handout.writing.layout import ASCENT, DESCENT, FOOT_ABOVE_RULE, Ruling
 
 if TYPE_CHECKING:
-    from handout.hand.scanned import ScannedHand
+    from handout.hand.protocol import AnyHand
     from handout.scanning.printed_lines import PrintedLine, PrintedSheet
     from handout.writing.layout import Layout
 
@@ -31,8 +30,6 @@ class LinedPaperSettings:
     # (Peraire)
     x_height_on_rules: float = 1 / 3
     x_height_on_squares: float = 0.28
-    # a scanned hand keeps its own size between these shares
-    scanned_x_height: tuple[float, float] = (0.25, 0.4)
     largest_x_height: float = 0.6  # share of the distance: larger letters take every second rule, or third
     least_pitch: float = 5.5  # mm: of rules closer together some are left out
     same_pitch: float = 0.02  # share by which two distances may differ and are still the same
@@ -89,13 +86,13 @@ class _Request:
     """What lines are looked for: the layout and the hand, and the options that may overrule the paper."""
 
     layout: Layout
-    hand: Hand | ScannedHand
+    hand: AnyHand
     writing: WritingOptions
     sheet: SheetOptions
 
 
 def lined_paper(
-    layout: Layout, hand: Hand | ScannedHand, writing: WritingOptions, sheet: SheetOptions, picture: PictureOptions
+    layout: Layout, hand: AnyHand, writing: WritingOptions, sheet: SheetOptions, picture: PictureOptions
 ) -> LinedPaper:
     """A layout with its lines on those of the paper that is asked for; as it is where that has none.
 
@@ -104,9 +101,7 @@ def lined_paper(
     InputError
         No such paper, a distance of lines that cannot be, or lines that leave no room.
     """
-    if picture.paper == "none":
-        return LinedPaper(layout)
-    paper = named_paper(picture.paper)
+    paper = papers.named(picture.paper)
     request = _Request(layout, hand, writing, sheet)
     if paper.name in ("ruled", "squared"):
         return _printed(request, paper)
@@ -202,11 +197,8 @@ def _sized(request: _Request, spacing: float, *, squares: bool) -> Layout:
     """The layout with lines that far apart, mm, and letters as tall as people make them there."""
     if request.writing.x_height:
         return replace(request.layout, line_spacing=spacing)
-    if isinstance(request.hand, Hand):
-        size = (SETTINGS.x_height_on_squares if squares else SETTINGS.x_height_on_rules) * spacing
-    else:
-        least, most = SETTINGS.scanned_x_height
-        size = min(max(request.hand.x_height, least * spacing), most * spacing)
+    usual = SETTINGS.x_height_on_squares if squares else SETTINGS.x_height_on_rules
+    size = request.hand.x_height_on(spacing, usual)
     return replace(request.layout, x_height=max(size, 0.3), line_spacing=spacing)
 
 

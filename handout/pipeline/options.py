@@ -5,6 +5,7 @@ Nothing heavy is imported here: the command reads this file to show its help.
 
 from __future__ import annotations
 
+import secrets
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
@@ -15,14 +16,17 @@ from handout.errors import InputError
 from handout.inking.pen import PENS as PENS
 from handout.inking.pen import TEXTURED as TEXTURED
 from handout.motion import ENGINES as ENGINES
+from handout.motion import POSE_METHODS as POSE_METHODS
 
 if TYPE_CHECKING:
+    from handout.hand.drawn import Hand
     from handout.hand.scanned import ScannedHand
-    from handout.values import Hand
+    from handout.sinks import Look
 
 Length = str | float  # a length with its unit, such as "2.5mm", or a number of mm
 
 Align = Literal["left", "right", "centre", "ragged"]
+
 COLOUR_METHODS = METHODS  # by which a table is made of patches
 COLOUR_FORMATS = tuple(exports.FORMATS)  # that a calibration can be written as
 ALIGNMENTS: tuple[Align, ...] = get_args(Align)
@@ -45,6 +49,8 @@ class WritingOptions:
     fallback : take similar forms for characters that the hand lacks.
     slips : words in 100 that are begun wrongly and struck out.
     strict : refuse a text of which a word reads as another.
+    pose : a pose library, by its name or the path of a .pose file, that says how the pen is held; None: none.
+    pose_method : one of `POSE_METHODS`.
     """
 
     hand: str | Hand | ScannedHand = "house-joined"
@@ -60,6 +66,8 @@ class WritingOptions:
     fallback: bool = False
     slips: float = 0.0
     strict: bool = False
+    pose: str | None = None
+    pose_method: str = POSE_METHODS[0]
 
 
 @dataclass(frozen=True)
@@ -88,7 +96,8 @@ class PictureOptions:
     """How writing looks in pictures.
 
     dpi : pixels an inch of PNG files.
-    pen : one of `PENS`, or for a scanned hand another .hand file; None: ballpoint, or a scanned hand's own pen.
+    pen : one of `PENS`, a brush or a .brush file, or for a scanned hand another .hand file; None: ballpoint, or a
+        scanned hand's own pen.
     pen_width : width of the line; None: the pen's own.
     ink : colour of the ink, "#rrggbb" or a name; None: the pen's own.
     paper : "none", "plain", "laid", "ruled", "squared" (with ":8mm", ":8mm,25mm"), or a picture of a sheet.
@@ -101,6 +110,43 @@ class PictureOptions:
     ink: str | None = None
     paper: str = "none"
     transparent: bool = False
+
+    @property
+    def has_scanned_pen(self) -> bool:
+        """Whether the pen is a scanned hand's: its name, or a .hand file."""
+        from handout.hand import library
+
+        name = self.pen
+        return name is not None and name not in PENS and (name.endswith(".hand") or name in library.scanned())
+
+    def look(self) -> Look:
+        """How pictures look that are asked for so; where a scanned hand lends its ink, strokes are a ballpoint's.
+
+        Raises
+        ------
+        InputError
+            A pen, a colour or a paper that there is not, or both a paper and --transparent.
+        """
+        from handout.inking import papers, pen
+        from handout.sinks import Look
+
+        name, width = self.pen or "ballpoint", self.pen_width
+        if self.has_scanned_pen:
+            strokes = pen.usual("ballpoint", colour=self.ink)
+        elif name in PENS or pen.is_brush(name):
+            own: tuple[float | None, str | None] = (None, None)
+            if name not in PENS:
+                from handout.inking.brush.brushes import find
+
+                own = (find(name).width, find(name).colour)
+            strokes = pen.usual(name, own[0] if width is None else millimetres(width, "pen width"), self.ink or own[1])
+        else:
+            known = ", ".join((*PENS, *pen.brushes()))
+            raise InputError(f"pen: {name!r} is not one of {known}, nor a .brush or .hand file.")
+        sheet = papers.named(self.paper)
+        if self.transparent and sheet.name != "none":
+            raise InputError("--transparent leaves the paper out and --paper puts it in: give one of them.")
+        return Look(strokes, self.dpi, sheet, self.transparent)
 
 
 @dataclass(frozen=True)
@@ -183,11 +229,21 @@ class PrintOptions:
 class StyleOptions:
     """A handstyle, and what is changed of it."""
 
-    style: str = "fast-tag"  # a style's name, or a .toml file
+    style: str | None = None  # a style's name, or a .toml file; None: fast-tag
     smooth: float | None = None  # 0.05 to 1: how much the movement rounds; None: the style's
     shear: str | None = None  # lean of the letters, such as "12deg"; None: the style's
     jitter: float | None = None  # how much the hand varies, 1 as people do; None: the style's
     seed: int | None = None  # same seed, same bytes; None: one by chance
+
+
+@dataclass(frozen=True)
+class PoseOptions:
+    """How a pen is held, after a library of recorded strokes."""
+
+    pose: str | None = None  # a pose library's name, or a .pose file; None: the pen is held as it was
+    method: str = POSE_METHODS[0]  # one of `POSE_METHODS`
+    trajectory: bool = False  # whether the strokes themselves become like those of the library
+    one_pass: bool = False  # with `trajectory`: pose and path both after the path that was drawn
 
 
 @dataclass(frozen=True)
@@ -209,6 +265,24 @@ class PromptOptions:
 def millimetres(length: Length, what: str) -> float:
     """A length in mm; `what` names it in the error message."""
     return units.length(str(length), what)
+
+
+def seed_of(number: int | None) -> int:
+    """The seed that was asked for, or one by chance."""
+    seed = secrets.randbelow(10**6) if number is None else number
+    if seed < 0:
+        raise InputError(f"seed: {seed} is negative; use 0 or more.")
+    return seed
+
+
+def pace(speed: str | float) -> tuple[bool, float]:
+    """Whether the writing is as fast as it goes, and the factor of its pace."""
+    if speed in ("human", "fast"):
+        return speed == "fast", 1.0
+    try:
+        return False, float(speed)
+    except ValueError:
+        raise InputError(f"speed: {speed!r} is neither human, fast, nor a factor such as 1.5.") from None
 
 
 def slip_rate(text: str | None) -> float:

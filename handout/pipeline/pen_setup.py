@@ -13,12 +13,11 @@ from handout import profiles
 from handout.errors import InputError
 from handout.inking.pen import usual
 from handout.page_sizes import page as page_of
-from handout.pipeline.options import Length, millimetres
+from handout.pipeline.options import Length, millimetres, seed_of
 from handout.pipeline.plot_request import HeightOptions, Operator
 from handout.pipeline.plotting import Unattended, machine, plot_drawing, usual_device
 from handout.pipeline.programs import Programs
-from handout.pipeline.results import SILENT, Facts, Listener
-from handout.pipeline.writing import seed_of
+from handout.pipeline.results import SILENT, Facts, Listener, Result
 from handout.plotting import open_port, plan
 from handout.plotting.dialect import Controller
 from handout.plotting.driving import driver
@@ -32,7 +31,7 @@ _NO_PORT = "Where is the plotter? Give --port /dev/ttyUSB0 (or COM3, auto, or si
 
 
 @dataclass(frozen=True)
-class TestSheetResult:
+class TestSheetResult(Result):
     """A test sheet, in files or on paper: planned_s, executed_s, s; job : that drew it; how_to_read : in lines."""
 
     device: str
@@ -41,10 +40,8 @@ class TestSheetResult:
     files: tuple[Path, ...] = ()
     executed_s: float | None = None
     job: str = ""
-    notes: tuple[str, ...] = ()
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         if self.executed_s is None:
             files = [str(path) for path in self.files]
             return {"files": files, "device": self.device, "planned_s": round(self.planned_s, 2)}
@@ -53,30 +50,26 @@ class TestSheetResult:
 
 
 @dataclass(frozen=True)
-class PenHeights:
+class PenHeights(Result):
     """The keys of a profile's group ``[pen]`` that were found or tried; file : the profile that has them now."""
 
     keys: dict[str, float]
     file: Path | None
-    notes: tuple[str, ...] = ()
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         return {**self.keys, "file": None if self.file is None else str(self.file)}
 
 
 @dataclass(frozen=True)
-class PenMove:
+class PenMove(Result):
     """What was done with a pen, in words, and where the machine stands then, mm; None if it does not know."""
 
     device: str
     title: str
     done: str
     position: tuple[float, float] | None
-    notes: tuple[str, ...] = ()
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         return {"device": self.device, "done": self.done, "position": self.position and list(self.position)}
 
 

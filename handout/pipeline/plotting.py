@@ -11,17 +11,17 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from handout import atomic, profiles, units
 from handout.errors import DeviceError, InputError
-from handout.pipeline import job_pages, pictures
+from handout.pipeline import job_pages
 from handout.pipeline.inputs import Source
 from handout.pipeline.lined_paper import page_name
 from handout.pipeline.options import Length, millimetres
 from handout.pipeline.plot_jobs import JobState, outlook
 from handout.pipeline.plot_request import AttendanceOptions, Operator, PlotOptions, PlotRequest
-from handout.pipeline.results import SILENT, Facts, Listener, Tally
+from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.pipeline.writing import STROKES, WritingTask, draw_pages, on_lined_paper, prepare, written
 from handout.plotting import fit_to_bed, open_port, plan
 from handout.plotting.connections import is_simulated as is_simulated
@@ -40,9 +40,6 @@ from handout.plotting.setup.pen_heights import replaced
 from handout.profiles import Plotter
 from handout.sinks import check_outputs, write_drawings
 from handout.values import Drawing, Manuscript
-
-if TYPE_CHECKING:
-    pass
 
 # s that a plotter may stand on hold where nobody is asked: long enough for somebody at the machine to look at the pen
 _UNWATCHED = 120.0
@@ -84,7 +81,7 @@ class Unattended:
 
 
 @dataclass(frozen=True)
-class Plotted:
+class Plotted(Result):
     """What was plotted.
 
     written : of `plot`, what is on the sheets; of `resume` None; job : as it stands now; reports : of its parts.
@@ -93,7 +90,6 @@ class Plotted:
     job: Job
     reports: tuple[Report, ...]
     written: Facts | None = None
-    notes: tuple[str, ...] = ()
     tally: Tally | None = None
     seed: int | None = None
 
@@ -113,7 +109,6 @@ class Plotted:
         return plot_report.sentence(self.reports)
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         executed: Facts = {
             "planned_s": round(sum(report.announced_s for report in self.reports), 2),
             "executed_s": self.executed_s,
@@ -127,7 +122,7 @@ class Plotted:
 
 
 @dataclass(frozen=True)
-class Previewed:
+class Previewed(Result):
     """What was written instead of plotting; planned_s : s that plotting would take."""
 
     written: Facts
@@ -136,10 +131,8 @@ class Previewed:
     stretched: float
     tally: Tally
     seed: int
-    notes: tuple[str, ...] = ()
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         return {**self.written, "planned_s": round(self.planned_s, 2), "stretched": self.stretched}
 
 
@@ -180,7 +173,7 @@ def plot(
     job = load(job.folder)
     tally = sum((Tally(**counts) for counts in job.told), Tally())
     result = written(tally, task, (), task.paper_notes)
-    return Plotted(job, tuple(reports), result.facts(), task.paper_notes, tally, task.seed)
+    return Plotted(job, tuple(reports), result.facts(), tally, task.seed, notes=task.paper_notes)
 
 
 def preview(
@@ -195,7 +188,7 @@ def preview(
     """Write what would be plotted to files; `port` : that it would be plotted at, for the usual device of that."""
     paths = [Path(name) for name in outputs]
     check_outputs(paths)
-    account, look = _ReportFile(report), pictures.look(request.picture)
+    account = _ReportFile(report)
     profile, source = _machine(request.plotting, port), request.source
     task = _task(request)
     if source.drawing is None:
@@ -207,13 +200,13 @@ def preview(
     drawings = [laid_out(drawing, profile, request.plotting.layers, request.plotting.order) for drawing in drawings]
     plans = [plan(drawing, profile, speed="fast" if task.fast else 1.0) for drawing in drawings]
     listener.note(*task.paper_notes)
-    look = dataclasses.replace(task.on_paper(look), show_travel=show_travel)
+    look = dataclasses.replace(task.look, show_travel=show_travel)
     files = write_drawings(drawings, paths, look)
     account.planned(plans)
     result = written(Tally.of(pages, drawings), task, files, task.paper_notes)
     planned_s = sum(planned.duration for planned in plans)
     return Previewed(
-        result.facts(), result.files, planned_s, _stretched(plans), result.tally, task.seed, task.paper_notes
+        result.facts(), result.files, planned_s, _stretched(plans), result.tally, task.seed, notes=task.paper_notes
     )
 
 
@@ -285,7 +278,7 @@ def _machine(plotting: PlotOptions, port: str | None) -> Plotter:
 def _task(request: PlotRequest) -> WritingTask:
     """The options of writing, checked; a text goes on the lines of its paper."""
     task = prepare(request.writing, request.sheet, request.picture)
-    if request.source.drawing is not None:
+    if request.source.drawing is not None or request.picture.paper == "none":
         return task
     return on_lined_paper(task, request.writing, request.sheet, request.picture)
 

@@ -13,9 +13,9 @@ from handout.calibrating import calibrated_ink
 from handout.calibrating.calibrated_ink import CalibratedInk
 from handout.errors import InputError
 from handout.hand import library
-from handout.pipeline import pictures, writing
+from handout.pipeline import writing
 from handout.pipeline.options import PictureOptions, PrintOptions, SheetOptions, WritingOptions, millimetres
-from handout.pipeline.results import SILENT, Facts, Listener, Tally
+from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.pipeline.writing import WritingTask
 from handout.printing import journal, media, printers
 from handout.printing.address_table import Addresses, read_addresses
@@ -25,7 +25,7 @@ from handout.printing.sending import Listener as BatchListener
 from handout.printing.sending import PrintingStopped as PrintingStopped
 from handout.printing.sending import Report as Report
 from handout.profiles import Length, Nudge, Printer
-from handout.sinks import Look, write_drawing
+from handout.sinks import write_drawing
 from handout.values import Drawing, Raster
 from handout.writing.layout import Layout
 
@@ -40,7 +40,7 @@ _NOT_OF_THE_BATCH = {"dry_run", "resume", "again", "afresh", "page"}
 
 
 @dataclass(frozen=True)
-class Printed:
+class Printed(Result):
     """What became of a table.
 
     destination : the queue or the printer.
@@ -56,10 +56,8 @@ class Printed:
     columns: Facts
     calibration: Facts | None = None
     calibration_note: str = ""
-    notes: tuple[str, ...] = ()
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         report = self.report
         return {
             **self.tally.facts(self.seed, self.hand, report.files),
@@ -100,7 +98,7 @@ def print_(
     notes = writing.not_followed(task, picture, ink_shown=True)
     listener.note(*notes)
     record = _journal(Path(table), addresses, printing, writing_options, picture, task, profile)
-    pages = _Pages(replace(task, seed=record.seed) if record.path else task, pictures.look(picture))
+    pages = _Pages(replace(task, seed=record.seed) if record.path else task)
     calibration = _calibration(printing, writing_options, pages, listener)
     x_height = None if writing_options.x_height is None else task.layout.x_height
     with record:
@@ -194,7 +192,6 @@ class _Pages:
     """Writes the addresses as they are asked for, and counts what was written."""
 
     task: WritingTask
-    look: Look
     tally: Tally = field(default_factory=Tally)
 
     def maker(self, calibration: CalibratedInk | None, x_height: float | None) -> PageMaker:
@@ -213,10 +210,10 @@ class _Pages:
     def _ink(self, drawing: Drawing, dpi: int) -> Raster:
         from handout.inking import pens
 
-        return pens.ink(drawing, dpi, self.look.pen, pens.noise(drawing.about))
+        return pens.ink(drawing, dpi, self.task.look.pen, pens.noise(drawing.about))
 
     def _sink(self, drawing: Drawing, path: Path) -> object:
-        return write_drawing(drawing, path, self.look)
+        return write_drawing(drawing, path, self.task.look)
 
 
 def _calibration(
@@ -230,7 +227,7 @@ def _calibration(
             listener.say(UNCALIBRATED)
         return None
     hand = writing_options.hand if isinstance(writing_options.hand, str) else pages.task.hand.name
-    return CalibratedInk(calibration, calibrated_ink.pen_of(calibration, hand, listener.say), hand, pages.look.pen)
+    return CalibratedInk(calibration, calibrated_ink.pen_of(calibration, hand, listener.say), hand, pages.task.look.pen)
 
 
 def _batch_options(printing: PrintOptions) -> BatchOptions:

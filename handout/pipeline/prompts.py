@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from handout import atomic
 from handout.errors import InputError
 from handout.pipeline.options import PromptOptions, millimetres
-from handout.pipeline.results import Facts
+from handout.pipeline.results import Facts, Result
 from handout.prompting import corpus, prompt_pages, sentence_choice, sheet_codes, sheet_pdf
 from handout.prompting.coverage import coverage
 from handout.prompting.sheet_layout import SheetLayout, paper_of_name
@@ -27,7 +27,7 @@ _PAGES, _AGAIN_PAGES = 4, 1  # of sheets for a new hand (seed 000, §4), and for
 
 
 @dataclass(frozen=True)
-class PromptSheets:
+class PromptSheets(Result):
     """The sheets that were made; `coverage` says how often each letter and pair will be there."""
 
     path: Path
@@ -35,7 +35,6 @@ class PromptSheets:
     layout: SheetLayout
     coverage: Coverage
     again: str = ""  # letters of which the hand that the sheets are for has few sure ones
-    notes: tuple[str, ...] = ()
 
     @property
     def minutes(self) -> float:
@@ -44,7 +43,6 @@ class PromptSheets:
         return letters / _LETTERS_A_MINUTE
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         return {
             "files": [str(self.path)],
             "key": sheet_codes.key(self.prompt.pages),

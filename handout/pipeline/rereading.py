@@ -1,11 +1,13 @@
 """What was written in a scanned hand is read before it is handed over; what reads as something else is written again.
 
-A word's surprise is the negative logarithm of the probability that its picture reads as its text.  How surprising an
-author's own letters are, one by one, is learned from his own words: a hand that is hard to read is not doubted
-everywhere, and one letter that he writes like another is not doubted wherever it comes.  A word is doubtful that is
-more surprising beyond its letters than nearly all of his own, and that reads as another.
+Words are read by a reader that knows the hand: it has learnt the author's own words from his pages (`AuthorReader`).
+A word's surprise is the negative logarithm of the probability that its picture reads as its text.  How surprising his
+words are is known from those on his pages, each read as by one who learnt the other half of them; how surprising
+words with a wrong letter are, from the same pictures under texts that are wrong by a letter.  What a word's surprise
+says, and what the vetting says of its glyphs, make one probability that it is written wrong: a hand that is hard to
+read is not doubted everywhere, and says less of what is wrong.
 
-Source: own method.
+Source: own method (Bayes' rule with two normal distributions of one variance).
 """
 
 from __future__ import annotations
@@ -16,12 +18,15 @@ from functools import lru_cache
 
 import numpy as np
 
+from handout.hand.learnt import learnt
 from handout.hand.scanned import ScannedHand
+from handout.hand.vetting import vet
 from handout.hand.word_pictures import own_words
 from handout.pipeline.results import Facts
 from handout.reading import pictures
+from handout.reading.adaptation import adapted
 from handout.reading.made_words import MadeWord, made_words
-from handout.reading.pictures import Reading, Verdict
+from handout.reading.pictures import Floats, Reader, Reading, Verdict
 from handout.values import Array
 from handout.writing.choosing import Prices
 from handout.writing.pages import Sheet
@@ -32,40 +37,62 @@ class RereadingSettings:
     """How what was written is read again.
 
     tries : times that the text is set anew; each costs as much as setting it, and the third mends hardly a word more.
-    own_words : of an author by which the others are judged; a quarter of a second.
-    quantile : of them that are as surprising at most as what is not doubted.
-    shrinkage : words' worth of certainty that all letters are as surprising as the usual one.
-    worst : surprise that a word counts with at most, a letter; nats: a wrong transcript says nothing of its letters.
+    own_words : of an author that are learnt; half a second.
+    wrong : share of the words that come out misspelt: 3 to 8 of 100 in four hands from paper, counted by eye.
+    again : probability of being wrong above which a word is written again; told : above which it is told as doubtful.
+    worst : surprise that a word counts with at most, a letter; nats: a wrong transcript says nothing of the author.
+    right, misspelt, spread : usual surprise (`scale`) of words that are right, of wrong ones, and standard deviation;
+        medians of four pages that were read from paper.
+    trust : words' worth of certainty that an author is like those.
     price : of a glyph that made a word doubtful, in its place: more than all other costs together.
     """
 
     tries: int = 2
-    own_words: int = 80
-    quantile: float = 0.95
-    shrinkage: float = 2.0
+    own_words: int = 100
+    wrong: float = 0.05
+    again: float = 0.05
+    told: float = 0.2
     worst: float = 6.0
+    right: float = 0.5
+    misspelt: float = 2.0
+    spread: float = 0.45
+    trust: float = 8.0
     price: float = 100.0
 
 
 SETTINGS = RereadingSettings()
+_TAKEN_FOR = 5  # other letters that are the likeliest in a letter's place: what is misspelt looks much like it
+_TAIL = 0.16  # of a normal distribution lies so far out that it is a standard deviation off, on either side
+_DIGITS = 4  # of a weight after the point, as it is kept
+_MAKERS = (
+    *("pipeline/rereading.py", "hand/word_pictures.py", "hand/scanned.py", "alphabet.py", "reading/adaptation.py"),
+    *("reading/pictures.py", "reading/ctc.py", "reading/word_space.py", "reading/networks/pictures.npz"),
+)
 
 
 @dataclass(frozen=True, eq=False)
-class Level:
-    """How surprising an author's own words are.
+class AuthorReader:
+    """A reader that has learnt an author's words, and what surprise means in his hand.
 
-    letters : of each of his letters, nats; usual : of any other.
-    bound : surprise beyond that of its letters, over the square root of their number, above which a word is doubted.
+    reader : the adapted network.
+    right, misspelt, spread : of `scale`: the means for words that are right and wrong, and the standard deviation.
     """
 
-    letters: dict[str, float]
-    usual: float
-    bound: float
+    reader: Reader
+    right: float
+    misspelt: float
+    spread: float
 
-    def excess(self, word: str, surprise: float) -> float:
-        """By how much a word is more surprising than its letters let expect, a letter's worth."""
-        expected = sum(self.letters.get(letter, self.usual) for letter in word)
-        return (surprise - expected) / float(np.sqrt(len(word)))
+    def wrong(self, word: str, surprise: float, before: float) -> float:
+        """The probability that a word is not what it should be, after it was read; `before`: before that."""
+        off = scale(word, surprise) - (self.right + self.misspelt) / 2
+        odds = np.log(before / (1 - before)) + off * (self.misspelt - self.right) / self.spread**2
+        return float(1 / (1 + np.exp(-np.clip(odds, -50, 50))))
+
+
+def scale(word: str, surprise: float) -> float:
+    """Surprise on a scale on which that of words of any length is spread about alike, and normally."""
+    return float(np.log1p(surprise / np.sqrt(len(word))))
 
 
 @dataclass(frozen=True)
@@ -73,7 +100,7 @@ class Doubt:
     """A word that reads as another after all.
 
     page, line : where it stands, from 1.
-    probability : that it reads as itself.
+    probability : that it is written right all the same.
     """
 
     word: str
@@ -93,40 +120,66 @@ class Doubt:
         }
 
 
-def surprise(reading: Reading, word: str, settings: RereadingSettings = SETTINGS) -> float:
-    """Nats, at least 0."""
-    return float(min(max(-reading.log_probability(word), 0.0), settings.worst * len(word)))
+def surprises(readings: Sequence[Reading], words: Sequence[str], settings: RereadingSettings = SETTINGS) -> Array:
+    """(n,) nats, at least 0: how little each reading looks like its word."""
+    most = settings.worst * np.array([len(word) for word in words])
+    return np.asarray(np.clip(-pictures.log_probabilities(readings, words), 0.0, most))
 
 
 @lru_cache(maxsize=4)
-def level(hand: ScannedHand, settings: RereadingSettings = SETTINGS) -> Level:
-    """How surprising the words of a hand's author are, by ridge regression on the counts of their letters."""
+def author_reader(hand: ScannedHand, settings: RereadingSettings = SETTINGS) -> AuthorReader:
+    """The reader that knows a hand."""
     reader = pictures.load()
-    words, seen = list[str](), list[float]()
-    for word in own_words(hand):
-        if readable(word.text):
-            words.append(word.text)
-            seen.append(surprise(reader.read(word.picture), word.text, settings))
-        if len(words) == settings.own_words:
-            break
-    return _level(words, np.array(seen), settings)
+    right, misspelt, spread, *weights = learnt(
+        hand, f"author's reader, {settings}", _MAKERS, None, lambda: _figures(hand, settings)
+    ).tolist()
+    return AuthorReader(reader.with_last_layer(np.array(weights)) if weights else reader, right, misspelt, spread)
 
 
-def _level(words: Sequence[str], seen: Array, settings: RereadingSettings) -> Level:
-    if not words:
-        return Level({}, 0.0, settings.worst)
-    letters = sorted(set("".join(words)))
-    root = np.sqrt([len(word) for word in words])
-    counts = np.array([[word.count(letter) for letter in letters] for word in words]) / root[:, None]
-    usual = float(seen.sum() / (root**2).sum())
-    normal = counts.T @ counts + settings.shrinkage * np.eye(len(letters))
-    hat = counts @ np.linalg.solve(normal, counts.T)
-    target = seen / root - usual * root
-    more = np.linalg.solve(normal, counts.T @ target)
-    # each word as if it had not been there
-    left_out = (target - hat @ target) / (1 - np.diag(hat))
-    bound = float(np.quantile(left_out, settings.quantile))
-    return Level({letter: usual + float(m) for letter, m in zip(letters, more, strict=True)}, usual, max(bound, 0.0))
+def _figures(hand: ScannedHand, settings: RereadingSettings) -> Array:
+    """What `AuthorReader` has of a hand's author, and the weights of the reader's last layer where it learns any."""
+    reader = pictures.load()
+    words = [word for word in own_words(hand) if readable(word.text)][: settings.own_words]
+    texts, seen = [word.text for word in words], [reader.features(word.picture) for word in words]
+    right, wrong = _held_out(reader, texts, seen, settings)
+    share = len(texts) / (len(texts) + settings.trust)
+    means, spreads = zip(*map(_normal, (right, wrong)), strict=True) if len(right) else ((0.0, 0.0), (0.0, 0.0))
+    before = np.array([settings.right, settings.misspelt, settings.spread])
+    own = np.array([*means, float(np.hypot(*spreads)) / np.sqrt(2)])
+    middle = share * own + (1 - share) * before
+    weights = np.vstack(adapted(reader, seen, texts).columns[-1]) if texts else np.zeros(0)
+    return np.concatenate([middle, np.round(weights.ravel().astype(np.float64), _DIGITS)])
+
+
+def _held_out(
+    reader: Reader, texts: Sequence[str], seen: Sequence[Floats], settings: RereadingSettings
+) -> tuple[Array, Array]:
+    """`scale` of own words, each read after the other half was learnt, and of the same under texts that are wrong."""
+    rng = np.random.default_rng(0)
+    right, wrong = list[float](), list[float]()
+    for half in (0, 1):
+        learnt = adapted(reader, seen[1 - half :: 2], texts[1 - half :: 2])
+        readings = [learnt.reading(one) for one in seen[half::2]]
+        own = [(reading, text) for reading, text in zip(readings, texts[half::2], strict=True)]
+        others = [(reading, other) for reading, text in own for other in _misspelt(reading, text, rng)]
+        for pairs, into in ((own, right), (others, wrong)):
+            told = [text for _, text in pairs]
+            into += map(scale, told, surprises([reading for reading, _ in pairs], told, settings).tolist())
+    return np.array(right), np.array(wrong)
+
+
+def _misspelt(reading: Reading, text: str, rng: np.random.Generator) -> list[str]:
+    """A text with a letter for which another is taken easily, with one more, and with one less, if they look unlike."""
+    at = int(rng.integers(len(text)))
+    new = str(rng.choice(list(reading.rivals(text, _TAKEN_FOR)[at])))
+    others = (text[:at] + new + text[at + 1 :], text[:at] + new + text[at:], text[:at] + text[at + 1 :])
+    return [other for other in others if other and not pictures.alike(other, text)]
+
+
+def _normal(values: Array) -> tuple[float, float]:
+    """Mean and standard deviation of most of the values: those far out are wrong transcripts, or letters not found."""
+    low, middle, high = np.quantile(values, (_TAIL, 0.5, 1 - _TAIL))
+    return float(middle), float(high - low) / 2
 
 
 def readable(word: str) -> bool:
@@ -136,11 +189,11 @@ def readable(word: str) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class _Trial:
-    """A word as it was written once: its glyphs, by how much it surprises, and how it reads where that is too much."""
+    """A word as it was written once: its glyphs, how probably it is wrong, and how it reads where that is likely."""
 
     word: MadeWord
     page: int
-    excess: float
+    wrong: float
     verdict: Verdict | None
 
     @property
@@ -153,9 +206,15 @@ class _Rereader:
     """Reads the pages of one text, as often as it is set."""
 
     hand: ScannedHand
-    own: Level
+    own: AuthorReader
     settings: RereadingSettings
     seen: dict[tuple[str, bytes], tuple[float, Reading]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        wrong = 1.0 - vet(self.hand).probability
+        # so many of an average word's letters are wrong, and those more often of which the vetting thinks less
+        usual_length = 4.5
+        self._doubt = wrong / max(float(wrong.mean()), 1e-6) * self.settings.wrong / usual_length
 
     def trials(self, sheets: Sequence[Sheet]) -> list[_Trial]:
         slants = [page.slant for page in self.hand.pages]
@@ -165,29 +224,33 @@ class _Rereader:
             for word in made_words(sheet.manuscript, slants)
             if readable(word.text)
         ]
+        self._read([word for _, word in words])
         return [self._trial(number, word) for number, word in words]
 
     def _trial(self, page: int, word: MadeWord) -> _Trial:
-        excess, reading = self._read(word)
-        if excess <= self.own.bound:
-            return _Trial(word, page, excess, None)
+        wrong, reading = self.seen[_key(word)]
+        if wrong < self.settings.again:
+            return _Trial(word, page, wrong, None)
         verdict = reading.verdict(word.text)
-        return _Trial(word, page, excess, verdict if verdict.doubtful else None)
+        return _Trial(word, page, wrong, verdict if verdict.doubtful else None)
 
-    def _read(self, word: MadeWord) -> tuple[float, Reading]:
-        key = word.text, word.picture.tobytes()
-        if key not in self.seen:
-            reading = pictures.load().read(word.picture)
-            surprising = surprise(reading, word.text, self.settings)
-            self.seen[key] = self.own.excess(word.text, surprising), reading
-        return self.seen[key]
+    def _read(self, words: Sequence[MadeWord]) -> None:
+        new = {_key(word): word for word in words if _key(word) not in self.seen}
+        readings = [self.own.reader.read(word.picture) for word in new.values()]
+        surprising = surprises(readings, [word.text for word in new.values()], self.settings)
+        for (key, word), reading, surprise in zip(new.items(), readings, surprising.tolist(), strict=True):
+            before = float(np.clip(self._doubt[word.numbers].sum(), 1e-3, 0.5))
+            self.seen[key] = self.own.wrong(word.text, surprise, before), reading
 
     def worst_letter(self, word: MadeWord) -> int:
-        """Which letter of a word reads worst, beyond what is usual of it."""
-        own = self.own
-        letters = self._read(word)[1].spans(word.text)
-        over = [-np.log(max(each.probability, 1e-9)) - own.letters.get(each.letter, own.usual) for each in letters]
-        return int(np.argmax(over))
+        """Which letter of a word is most probably wrong: of its glyph as of what is read there."""
+        letters = self.seen[_key(word)][1].spans(word.text)
+        read = np.array([max(each.probability, 1e-9) for each in letters])
+        return int(np.argmax(np.log(self._doubt[word.numbers] + 1e-9) - np.log(read)))
+
+
+def _key(word: MadeWord) -> tuple[str, bytes]:
+    return word.text, word.picture.tobytes()
 
 
 def reread(
@@ -203,7 +266,7 @@ def reread(
     hand : that it is set in; author : the same without lent letters.
     tries : those of the settings, if None.
     """
-    rereader = _Rereader(hand, level(author, settings), settings)
+    rereader = _Rereader(hand, author_reader(author, settings), settings)
     prices: dict[tuple[int, int], float] = {}
     best: dict[int, _Trial] = {}
     tried: dict[int, list[_Trial]] = {}
@@ -220,13 +283,13 @@ def reread(
         sheets = compose(Prices(prices))
         trials = rereader.trials(sheets)
     for trial in trials:
-        before = min(tried.get(trial.place, [trial]), key=lambda each: each.excess)
-        if trial.verdict and before.excess < trial.excess and len(before.word.at) == len(trial.word.at):
+        before = min(tried.get(trial.place, [trial]), key=lambda each: each.wrong)
+        if trial.verdict and before.wrong < trial.wrong and len(before.word.at) == len(trial.word.at):
             best[trial.place] = before
     if best:
         sheets = compose(Prices(_back_to(best.values(), trials, prices, settings.price)))
         trials = rereader.trials(sheets)
-    return sheets, [_doubt(trial) for trial in trials if trial.verdict is not None]
+    return sheets, [_doubt(trial) for trial in trials if trial.verdict is not None and trial.wrong >= settings.told]
 
 
 def _back_to(
@@ -248,4 +311,4 @@ def _back_to(
 def _doubt(trial: _Trial) -> Doubt:
     assert trial.verdict is not None
     word, verdict = trial.word, trial.verdict
-    return Doubt(word.text, trial.page + 1, word.line + 1, verdict.reads_as, verdict.probability)
+    return Doubt(word.text, trial.page + 1, word.line + 1, verdict.reads_as, 1.0 - trial.wrong)

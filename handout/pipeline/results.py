@@ -1,14 +1,15 @@
 """What a call gives back: facts that turn into JSON, a tally of what was written, and a listener to work that goes on.
 
-A result is a frozen dataclass with `facts()`, the JSON object that ``--json`` prints, and `notes`, sentences for the
-user.  `Listener` is how the same sentences, and the progress, reach whoever waits for the work.
+A result is a frozen dataclass, a `Result`, with `facts()`, the JSON object that ``--json`` prints, and `notes`,
+sentences for the user.  `Listener` is how the same sentences, and the progress, reach whoever waits for the work.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 from handout.writing.text import LEFT_OUT
@@ -21,15 +22,26 @@ Fact: TypeAlias = "str | int | float | bool | Sequence[Fact] | Mapping[str, Fact
 Facts = dict[str, Fact]
 
 
-class Result(Protocol):
-    """What every result can do."""
+@dataclass(frozen=True, kw_only=True)
+class Result:
+    """What every call gives back.
 
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Sentences on what was decided for the user."""
+    notes : sentences on what was decided for the user.
+    """
+
+    notes: tuple[str, ...] = ()
 
     def facts(self) -> Facts:
-        """The JSON object that ``--json`` prints; under "notes" the notes, where there are any."""
+        """The JSON object that ``--json`` prints: as it stands here the fields, files by their names."""
+        values = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "notes"}
+        return {name: _plain(value) for name, value in values.items()}
+
+
+def _plain(value: Any) -> Fact:
+    """What stands for a field in JSON."""
+    if isinstance(value, tuple):
+        return [_plain(part) for part in value]
+    return str(value) if isinstance(value, PurePath) else value
 
 
 class Listener(Protocol):

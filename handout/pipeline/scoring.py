@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from handout.errors import InputError
-from handout.pipeline.results import Fact, Facts
+from handout.pipeline.results import Fact, Facts, Result
 from handout.score.comparison import Comparison, WriterRanking, compare, rank_writers, read_crowd
 from handout.score.features import Distance as Distance
 from handout.score.features import LineFeatures, PageFeatures, distance, measure_lines, page_features
@@ -98,17 +98,15 @@ class CrowdedPage:
 
 
 @dataclass(frozen=True)
-class Scores:
+class Scores(Result):
     """What was measured of some pages; the first is the author's own."""
 
     pages: Sequence[ScoredPage]
     pairs: Sequence[ScoredPair]
     crowded: Sequence[CrowdedPage] | None
     seed: int
-    notes: tuple[str, ...] = ()
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         facts: Facts = {
             "pages": [_rounded(page.facts()) for page in self.pages],
             "distances": [_rounded(pair.facts()) for pair in self.pairs],

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import secrets
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,24 +14,33 @@ from handout import __version__, units
 from handout.completion.completed_hand import complete_hand
 from handout.errors import InputError
 from handout.hand import file, library
-from handout.hand.drawn import hasten
 from handout.hand.measures import ink_colours
 from handout.motion.trace import trace
-from handout.page_sizes import page
-from handout.pipeline import pictures, programs
+from handout.page_sizes import margins, page
+from handout.pipeline import programs
 from handout.pipeline.lined_paper import LinedPaper, lined_paper, page_name
-from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions, millimetres
-from handout.pipeline.results import SILENT, Facts, Listener, Tally
+from handout.pipeline.options import (
+    PictureOptions,
+    PoseOptions,
+    SheetOptions,
+    WritingOptions,
+    millimetres,
+    pace,
+    seed_of,
+)
+from handout.pipeline.poses import pose_model, with_pose
+from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.progress import Tell, silent, within
-from handout.sinks import OF_INK, Look, check_outputs, write_drawings
-from handout.values import Drawing, Hand, Manuscript
+from handout.sinks import OF_INK, Look, write_drawings
+from handout.sinks import check_outputs as check_outputs
+from handout.values import Drawing, Manuscript
 from handout.writing.compose import each_page
 from handout.writing.layout import Layout
 from handout.writing.text import Borrowed
 
 if TYPE_CHECKING:
+    from handout.hand.drawn import Hand
     from handout.hand.scanned import ScannedHand
-    from handout.writing.choosing import Prices
     from handout.writing.pages import Sheet
 
 _WRITTEN = 0.35  # of the work on a page, when its strokes are known and it is yet to be drawn; measured, for PNG
@@ -49,13 +58,17 @@ class WritingTask:
     fast : whether a plotter goes as fast as it can; `speed` is a factor then.
     slips : words in 100 that are begun wrongly.
     pen_hand : the scanned hand whose pen a scanned hand is written with, if not its own.
+    traced : whether a scanned hand is written with a pen that is no scanned hand's, along its recovered pen paths.
     coloured : whether a colour of the ink was given, which the strokes of a scanned hand then have.
+    look : of pictures, with the lines of the paper where they are written on.
     paper : the lined paper that is written on.
     strict : whether words that read as others are an error.
+    pose : how the pen is held.
     """
 
     hand: Hand | ScannedHand
     layout: Layout
+    look: Look
     seed: int
     kinematics: str
     speed: float
@@ -64,22 +77,20 @@ class WritingTask:
     fallback: bool
     slips: float = 0.0
     pen_hand: ScannedHand | None = None
+    traced: bool = False
     coloured: bool = False
     paper: LinedPaper | None = None
     strict: bool = False
+    pose: PoseOptions = field(default_factory=PoseOptions)
 
     @property
     def paper_notes(self) -> tuple[str, ...]:
         """What the user is told of the lined paper."""
         return () if self.paper is None else self.paper.notes
 
-    def on_paper(self, look: Look) -> Look:
-        """How pictures look, with the paper's lines where they are written on."""
-        return look if self.paper is None or self.paper.paper is None else replace(look, paper=self.paper.paper)
-
 
 @dataclass(frozen=True)
-class Written:
+class Written(Result):
     """What `write` made: see `Tally` for the figures.
 
     files : in the order of the outputs, pages in order.
@@ -90,11 +101,9 @@ class Written:
     seed: int
     hand: str
     files: tuple[Path, ...]
-    notes: tuple[str, ...] = ()
     paper: Facts | None = None
 
     def facts(self) -> Facts:
-        """What ``--json`` prints."""
         return {
             **self.tally.facts(self.seed, self.hand, self.files),
             **({"notes": list(self.notes)} if self.notes else {}),
@@ -127,13 +136,12 @@ def write(
     paths = [Path(name) for name in outputs]
     extra = programs.Programs(device, paths).sinks
     check_outputs(paths, extra)
-    look = pictures.look(picture)
-    task = on_lined_paper(prepare(writing, sheet, picture), writing, sheet, picture)
+    task = prepare(writing, sheet, picture)
+    if picture.paper != "none":
+        task = on_lined_paper(task, writing, sheet, picture)
     wanted = frozenset[str]().union(*(INK if path.suffix.lower() in OF_INK else STROKES for path in paths))
     pages, drawings = draw_pages(text, task, wanted=wanted, tell=within(listener.progress, 0.0, _WRITTEN))
-    files = write_drawings(
-        drawings, paths, task.on_paper(look), extra=extra, tell=within(listener.progress, _WRITTEN, 1.0)
-    )
+    files = write_drawings(drawings, paths, task.look, extra=extra, tell=within(listener.progress, _WRITTEN, 1.0))
     notes = (*not_followed(task, picture, wanted >= INK), *task.paper_notes)
     return written(Tally.of(pages, drawings), task, files, notes)
 
@@ -148,38 +156,47 @@ def drawings(
 def written(tally: Tally, task: WritingTask, files: Sequence[Path], notes: tuple[str, ...] = ()) -> Written:
     """The result of a task."""
     paper = dict(task.paper.facts) if task.paper is not None and task.paper.facts else None
-    return Written(tally, task.seed, task.hand.name, tuple(files), notes, paper)
+    return Written(tally, task.seed, task.hand.name, tuple(files), paper, notes=notes)
 
 
 def prepare(
     writing: WritingOptions, sheet: SheetOptions = SheetOptions(), picture: PictureOptions = PictureOptions()
 ) -> WritingTask:
     """Check the options, and load the hand that they name."""
-    hand = _hand(writing)
-    paper = page(page_name(sheet, picture))
+    name = page_name(sheet, picture)
+    (fast, factor), seed, look = (
+        pace(writing.speed),
+        seed_of(writing.seed),
+        replace(picture.look(), footprint=writing.pose is not None),
+    )
+    hand = library.find(writing.hand) if isinstance(writing.hand, str) else writing.hand
+    hand = hand.hastened(writing.haste)
+    paper = page(name)
     layout = Layout(
         page=paper,
-        margin=margins(sheet.margin, paper.width, paper.height),
+        margin=margins(sheet.margin, paper),
         x_height=hand.x_height if writing.x_height is None else millimetres(writing.x_height, "x-height"),
         line_spacing=millimetres(writing.line_spacing, "line spacing") if writing.line_spacing else None,
         align=writing.align,
         fit=writing.fit,
         jitter=writing.jitter,
     )
-    fast, factor = _speed(writing.speed)
     return WritingTask(
         hand,
         layout,
-        seed_of(writing.seed),
+        look,
+        seed,
         writing.kinematics,
         factor,
         fast,
         sheet.pages,
         writing.fallback,
         writing.slips,
-        _pen_hand(picture.pen, hand),
+        _pen_hand(picture.pen, hand) if picture.pen is not None and picture.has_scanned_pen else None,
+        hand.pages is not None and picture.pen is not None and not picture.has_scanned_pen,
         picture.ink is not None,
         strict=writing.strict,
+        pose=_pose(writing),
     )
 
 
@@ -188,64 +205,22 @@ def on_lined_paper(
 ) -> WritingTask:
     """The task with its lines on those of the paper."""
     paper = lined_paper(task.layout, task.hand, writing, sheet, picture)
-    return replace(task, layout=paper.layout, paper=paper)
+    look = task.look if paper.paper is None else replace(task.look, paper=paper.paper)
+    return replace(task, layout=paper.layout, look=look, paper=paper)
 
 
-def margins(text: str | None, width: float, height: float) -> tuple[float, float, float, float]:
-    """(top, right, bottom, left) in mm from one, two or four lengths; default: a tenth of the short side."""
-    if text is None:
-        margin = min(20.0, 0.1 * min(width, height))
-        return (margin,) * 4
-    parts = [units.length(part, "margin") for part in text.split(",")]
-    if len(parts) not in (1, 2, 4):
-        raise InputError(f"margin: {text!r} holds {len(parts)} lengths; give one, two or four.")
-    top, right, bottom, left = (parts * 4)[:4]
-    return (top, right, bottom, left)
-
-
-def seed_of(number: int | None) -> int:
-    """The seed that was asked for, or one by chance."""
-    seed = secrets.randbelow(10**6) if number is None else number
-    if seed < 0:
-        raise InputError(f"seed: {seed} is negative; use 0 or more.")
-    return seed
-
-
-def _hand(writing: WritingOptions) -> Hand | ScannedHand:
-    """The hand, with the haste that is asked for."""
-    hand = library.find(writing.hand) if isinstance(writing.hand, str) else writing.hand
-    if isinstance(hand, Hand):
-        return hasten(hand, writing.haste)
-    if writing.haste:
-        name = writing.hand if isinstance(writing.hand, str) else hand.name
-        raise InputError(f"haste: {name} is a scanned hand, which is as hurried as it was written; leave --haste out.")
-    return hand
-
-
-def _pen_hand(pen: str | None, hand: Hand | ScannedHand) -> ScannedHand | None:
+def _pen_hand(pen: str, hand: Hand | ScannedHand) -> ScannedHand:
     """The scanned hand whose pen is asked for."""
-    if pen is None:
-        return None
-    scanned = pictures.is_scanned(pen)
-    if isinstance(hand, Hand):
-        if scanned:
-            raise InputError(f"pen: {pen} holds scanned ink, which only scanned hands can be written with.")
-        return None
-    if not scanned:
-        raise InputError(
-            f"pen: {hand.name} is a scanned hand, written with its own pen or that of another scanned hand."
-        )
+    if hand.pages is None:
+        raise InputError(f"pen: {pen} holds scanned ink, which only scanned hands can be written with.")
     return file.load(library.scanned_file(pen))
 
 
-def _speed(speed: str | float) -> tuple[bool, float]:
-    """Whether the writing is as fast as it goes, and the factor of its pace."""
-    if speed in ("human", "fast"):
-        return speed == "fast", 1.0
-    try:
-        return False, float(speed)
-    except ValueError:
-        raise InputError(f"speed: {speed!r} is neither human, fast, nor a factor such as 1.5.") from None
+def _pose(writing: WritingOptions) -> PoseOptions:
+    """How the pen is held; what cannot be read is refused before anything is written."""
+    if writing.pose is not None:
+        pose_model(writing.pose)
+    return PoseOptions(writing.pose, writing.pose_method)
 
 
 def draw_pages(
@@ -283,26 +258,23 @@ def set_pages(
     author = task.hand
     hand, lacking = complete_hand(author, text, fallback=task.fallback, seed=task.seed)
     borrowed = [letter_facts(letter) if row is None else {"row": row, **letter_facts(letter)} for letter in lacking]
-
-    def compose(prices: Prices | None = None) -> Iterator[Sheet]:
-        return each_page(
-            text,
-            hand,
-            layout or task.layout,
-            np.random.default_rng(key),
-            pages=task.pages,
-            fallback=task.fallback,
-            slips=task.slips,
-            prices=prices,
-        )
-
-    sheets = compose() if isinstance(author, Hand) or isinstance(hand, Hand) else _reread(compose, hand, author, task)
+    compose = partial(
+        each_page,
+        text,
+        hand,
+        layout or task.layout,
+        key,
+        pages=task.pages,
+        fallback=task.fallback,
+        slips=task.slips,
+    )
+    sheets = compose() if author.pages is None or hand.pages is None else _reread(compose, hand, author, task)
     task = replace(task, hand=hand)
     return task, (_with(sheet, "borrowed", borrowed) for sheet in sheets) if borrowed else sheets
 
 
 def _reread(
-    compose: Callable[[Prices], Iterator[Sheet]], hand: ScannedHand, author: ScannedHand, task: WritingTask
+    compose: Callable[..., Iterator[Sheet]], hand: ScannedHand, author: ScannedHand, task: WritingTask
 ) -> Iterator[Sheet]:
     """The pages of a text in a scanned hand, each with the words of it that read as others.
 
@@ -315,7 +287,7 @@ def _reread(
 
     # without variation the best glyphs are wanted, always the same: what reads badly is only told
     tries = None if task.layout.jitter else 0
-    sheets, doubts = reread(lambda prices: list(compose(prices)), hand, author, tries)
+    sheets, doubts = reread(lambda prices: list(compose(prices=prices)), hand, author, tries)
     if doubts and task.strict:
         named = ", ".join(f"{doubt.word} as {doubt.reads_as or 'nothing'}" for doubt in doubts[:_MOST_NAMED])
         more = f" and {len(doubts) - _MOST_NAMED} more" if len(doubts) > _MOST_NAMED else ""
@@ -359,11 +331,11 @@ def draw(
 ) -> Drawing:
     """A page as timed strokes, or as scanned ink, with what is stored in every output; `wanted` as in `draw_pages`."""
     drawing = Drawing((), page.page, {})
-    if isinstance(task.hand, Hand) or wanted & STROKES:
+    if task.hand.pages is None or task.traced or wanted & STROKES:
         speed = task.speed * (_HURRIED if task.fast else 1.0)
         drawing = trace(page, task.hand, rng, task.kinematics, speed=speed, jitter=task.layout.jitter)
-        drawing = _in_colour(drawing, task)
-    if not isinstance(task.hand, Hand) and wanted & INK:
+        drawing = with_pose(_in_colour(drawing, task), task.pose) if drawing.strokes else drawing
+    if task.hand.pages is not None and not task.traced and wanted & INK:
         from handout.inking.pen_replacement import drawn
 
         drawing = replace(drawn(page, task.hand, task.pen_hand), strokes=drawing.strokes)
@@ -372,19 +344,27 @@ def draw(
 
 def _in_colour(drawing: Drawing, task: WritingTask) -> Drawing:
     """A drawing in the colour of ink that is asked for, where that is not the hand's own."""
-    if not (task.coloured or task.pen_hand):
+    if not (task.coloured or task.pen_hand or task.traced):
         return drawing
     # without a colour of their own, strokes have that of the pen that pictures are drawn with
     colour = ink_colours(task.pen_hand).colours[0] if task.pen_hand and not task.coloured else ""
-    return replace(drawing, strokes=tuple(replace(stroke, colour=colour) for stroke in drawing.strokes))
+    strokes = tuple(replace(stroke, colour=colour) for stroke in drawing.strokes)
+    if task.traced:  # a pen makes its own width, not that of the pen on the scanned pages
+        strokes = tuple(replace(stroke, width=None) for stroke in strokes)
+    return replace(drawing, strokes=strokes)
 
 
 def not_followed(task: WritingTask, picture: PictureOptions, ink_shown: bool) -> list[str]:
     """Notes on options that a scanned hand does not follow; `ink_shown`: whether its scanned ink itself is shown."""
-    if isinstance(task.hand, Hand):
+    if task.hand.pages is None or task.traced:
         return []
     name = task.hand.name
-    notes = [f"--pen-width: lines are as wide as on the pages of {name}."] if picture.pen_width is not None else []
+    notes = []
+    if task.pose.pose is not None and ink_shown:
+        notes.append(
+            f"--pose: the ink of {name} stays as it was scanned in PNG and PDF files; its strokes have the pose."
+        )
+    notes += [f"--pen-width: lines are as wide as on the pages of {name}."] if picture.pen_width is not None else []
     if picture.ink is not None and ink_shown:
         notes.append(
             f"--ink: the ink of {name} stays as it was scanned in PNG and PDF files; strokes, as in SVG, have that "

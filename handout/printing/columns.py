@@ -26,7 +26,7 @@ from handout.printing.column_names import (
 
 # of a column that says which of several addresses its neighbours hold ("Address 1 - Label")
 LABEL = "label"
-# any one of these makes a table something that can be addressed
+# a table with at least one of these can be addressed
 PLACES = frozenset({"street", "box", "place", "postcode", "city", "address"})
 ADDRESS = PLACES | {"number", "street2", "extra", "locality", "state", "county", "country"}
 PEOPLE = frozenset({"name", "first", "middle", "last", "company", "attention", "careof"})
@@ -35,8 +35,8 @@ NAME_PARTS = _SPOKEN | {"title", "suffix"}
 EXAMPLE = '--columns "name=Guest(s),street=Street" (headers) or --columns "1=name,2=street,3=place" (places)'
 
 _LONGEST_HEADER = 80  # characters; what is longer is a note or an address
-_SHORTEST_PREFIX = 3  # letters, which a word before another without a space has more than ("Gastname")
-_MOST_WORDS = 8  # of a header without signs between the things that it names
+_SHORTEST_PREFIX = 3  # letters; a word run together with another ("Gastname") has more
+_MOST_WORDS = 8  # of a header that names several things with only spaces between
 _PREFIXES = tuple(word for word in sorted((*KINDS, *FILLERS), key=len, reverse=True) if len(word) > _SHORTEST_PREFIX)
 _PLURAL = re.compile(r"\((?:s|es|e|n|en|r|er|x|in|innen|i)\)", re.IGNORECASE)
 _NUMBERED = re.compile(r"(?:address|adresse|dirección|indirizzo|adres)\s*(\d+)\s*[-–—:]\s*(\S.*)\Z", re.IGNORECASE)
@@ -100,7 +100,7 @@ class Column:
 
 @lru_cache(maxsize=4096)
 def meaning(header: str) -> Meaning | None:
-    """What a header means by itself, None if that is not known."""
+    """What a header means whatever other columns there are; None if that is not known."""
     if len(header) > _LONGEST_HEADER:
         return None
     singular = _PLURAL.sub("", header)
@@ -114,7 +114,7 @@ def meaning(header: str) -> Meaning | None:
 
 
 def _listed(header: str) -> Meaning | None:
-    """The meaning of a header that is in the list, with or without what stands in brackets, an s or a number."""
+    """The meaning of a listed header; text in brackets, a final s and a final number may be left out of it."""
     for text in (header, re.sub(r"\(.*?\)", " ", header)):
         name = normalised(text)
         role = ROLES.get(name) or (ROLES.get(name.removesuffix("s")) if len(name) > 4 else None)
@@ -125,7 +125,7 @@ def _listed(header: str) -> Meaning | None:
 
 
 def _numbered(header: str) -> Meaning | None:
-    """One of several addresses of an address book: "Address 1 - Street"."""
+    """The meaning of a header such as "Address 1 - Street", of an address book with several addresses."""
     match = _NUMBERED.match(header.strip())
     if match is None:
         return None
@@ -141,7 +141,7 @@ def _words(header: str) -> list[str]:
 
 
 def _without_fillers(header: str) -> Meaning | None:
-    """The meaning without words that say whose address it is, or which one: "Guest name", "Home Street 2"."""
+    """The meaning of a header without the words for whose or which address: "Guest name", "Home Street 2"."""
     words = _words(header)
     for i, word in enumerate(words):
         kind, rest = KINDS.get(normalised(word), ""), " ".join((*words[:i], *words[i + 1 :]))
@@ -160,12 +160,12 @@ def _without_fillers(header: str) -> Meaning | None:
 
 
 def _goes_with(role: str, kind: str) -> bool:
-    # a "business title" is no form of address; parcels and bills have names of their own
+    # "business title" is a job, not a form of address; but a shipping or billing address has a name of its own
     return not kind or role in ADDRESS or (kind in ("shipping", "billing") and role in NAME_PARTS | {"company"})
 
 
 def _combined(names: Sequence[str], spaced: bool = False) -> Meaning | None:
-    """What a column holds whose header names several things: "City/State/Zip"; or, `spaced`, "City ST Zip"."""
+    """The meaning of a header that names several things: "City/State/Zip", or with `spaced` "City ST Zip"."""
     meanings = [sense for name in names if (sense := _listed(name) or _without_fillers(name)) is not None]
     roles = tuple(sense.role for sense in meanings)
     kinds = {sense.kind for sense in meanings if sense.kind}
@@ -178,7 +178,7 @@ def _combined(names: Sequence[str], spaced: bool = False) -> Meaning | None:
 
 
 def _common_role(roles: Sequence[str]) -> str | None:
-    """The role of a column that holds things of these roles."""
+    """The role of a column whose cells hold all of some roles; None where no role does."""
     several = set(roles)
     if len(several) == 1:
         return roles[0]
@@ -193,7 +193,7 @@ def _common_role(roles: Sequence[str]) -> str | None:
 
 
 def _segments(header: str) -> list[str]:
-    """The names of columns that a header is made of with nothing but spaces between them; empty if it is not."""
+    """The listed headers that a header is made of, with only spaces between them; empty if it is not."""
     words = _words(header)
 
     def split(start: int) -> list[str] | None:
@@ -210,7 +210,7 @@ def _segments(header: str) -> list[str]:
 
 
 def columns(headers: Sequence[str]) -> list[Column]:
-    """What each column holds, with the meanings that depend on the other columns settled.
+    """What each column holds; some headers mean something else beside certain other columns.
 
     "Nom", "Name" or "Nombre" beside a column for the first name is the last name, beside one for the last name it
     is the first name; "Adresse" beside columns for postcode or city is the street; "Region" is the state and
@@ -231,7 +231,7 @@ def _with_role(column: Column, role: str | None) -> Column:
 
 
 def _role_beside(column: Column, roles: set[str | None]) -> str | None:
-    """A column's role beside columns of these roles; the kind of address is the same."""
+    """The role of a column, given the roles of all columns of the same kind of address."""
     name, simple = normalised(column.header), not column.parts
     match column.role:
         case "name" if simple and name in AMBIGUOUS_NAMES and ("first" in roles) != ("last" in roles):
@@ -246,7 +246,7 @@ def _role_beside(column: Column, roles: set[str | None]) -> str | None:
 
 
 def _is_running_number(row: Sequence[Column], i: int) -> bool:
-    """Whether a column of "Nr." counts the rows: believed to be the house number only beside the street."""
+    """Whether a column "Nr." counts the rows: only right beside the street is it taken for the house number."""
     near = {column.role for column in row[max(i - 1, 0) : i + 2]}
     return row[i].role == "number" and normalised(row[i].header) in AMBIGUOUS_NUMBERS and "street" not in near
 
@@ -314,7 +314,7 @@ def names_any(assignments: Sequence[Assignment], headers: Sequence[str]) -> bool
 
 
 def assign(assignments: Sequence[Assignment], columns: Sequence[Column]) -> list[Column]:
-    """The columns with what the user says; other columns of a role that is given lose it.
+    """The columns with the roles that the user assigns; other columns of those roles lose them.
 
     Raises
     ------
@@ -341,7 +341,7 @@ def _assigned(column: Column, roles: dict[int, str | None]) -> Column:
 
 
 def _places(wanted: str, headers: Sequence[str]) -> list[int]:
-    """The places of a column, from 1: every one of that header, else the one at that place."""
+    """The places, from 1, of all columns of that header; where there are none and it is a number, that place."""
     for same in (lambda text: " ".join(text.split()).casefold(), normalised):
         places = [n for n, header in enumerate(headers, 1) if header and same(header) == same(wanted)]
         if places:

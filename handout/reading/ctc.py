@@ -32,6 +32,11 @@ class Hypothesis:
     log_probability: float
 
 
+def log_softmax(logits: Array) -> Array:
+    """(n, classes): natural logarithms of the classes' probabilities."""
+    return np.asarray(logits - np.logaddexp.reduce(logits, axis=1, keepdims=True))
+
+
 def log_probability(log_posteriors: Array, labels: Sequence[int]) -> float:
     """The natural logarithm of the probability that the steps (n, classes) read as `labels`.
 
@@ -42,32 +47,51 @@ def log_probability(log_posteriors: Array, labels: Sequence[int]) -> float:
     ValueError
         A label is the blank, or not a class.
     """
-    states = _states(labels, log_posteriors.shape[1])
-    if len(log_posteriors) == 0:
-        return _NEVER if labels else 0.0
-    last = _forward(log_posteriors[:, states], _skips(states))[-1]
-    return float(np.logaddexp.reduce(last[-2:]))
+    return float(log_probabilities([log_posteriors], [labels])[0])
 
 
-def occupancies(log_posteriors: Array, labels: Sequence[int]) -> Array:
-    """(n, letters): the probability that a step belongs to each letter, given that all of them read as `labels`.
+def log_probabilities(log_posteriors: Sequence[Array], labels: Sequence[Sequence[int]]) -> Array:
+    """(n,) `log_probability` of some texts, all at once."""
+    states = [_states(own, logs.shape[1]) for logs, own in zip(log_posteriors, labels, strict=True)]
+    seen = [logs[:, own] for logs, own in zip(log_posteriors, states, strict=True)]
+    scores = _forward_of(seen, states)
+    empty = [_NEVER if own else 0.0 for own in labels]
+    ends = [
+        np.logaddexp.reduce(score[-1, -2:]) if len(score) else none for score, none in zip(scores, empty, strict=True)
+    ]
+    return np.array(ends, dtype=np.float64)
 
-    All zero where the steps cannot be read so.
+
+def occupancies(log_posteriors: Sequence[Array], labels: Sequence[Sequence[int]]) -> list[Array]:
+    """Of each text (n, letters): the probability that a step belongs to each letter, given that all read as `labels`.
+
+    All zero where the steps (n, classes) of a text cannot be read so.
     """
-    states = _states(labels, log_posteriors.shape[1])
-    if len(log_posteriors) == 0 or not labels:
-        return np.zeros((len(log_posteriors), len(labels)))
-    seen = log_posteriors[:, states]
-    skips = _skips(states)
+    states = [_states(own, logs.shape[1]) for logs, own in zip(log_posteriors, labels, strict=True)]
+    seen = [logs[:, own] for logs, own in zip(log_posteriors, states, strict=True)]
+    ahead = _forward_of(seen, states)
     # backward is forward of the reversed steps; a state may be skipped to where it may be skipped from in reverse
-    ahead = _forward(seen, skips)
-    behind = _forward(seen[::-1, ::-1], _skips(states[::-1]))[::-1, ::-1]
-    with np.errstate(invalid="ignore"):
-        both = ahead + behind - seen
-    total = np.logaddexp.reduce(ahead[-1, -2:])
-    if not np.isfinite(total):
-        return np.zeros((len(log_posteriors), len(labels)))
-    return np.asarray(np.exp(np.where(np.isnan(both), _NEVER, both)[:, 1::2] - total))
+    behind = _forward_of([one[::-1, ::-1] for one in seen], [own[::-1] for own in states])
+    found = []
+    for one, first, last in zip(seen, ahead, behind, strict=True):
+        with np.errstate(invalid="ignore"):
+            both = (first + last[::-1, ::-1] - one)[:, 1::2]
+        total = np.logaddexp.reduce(first[-1, -2:]) if len(one) and both.shape[1] else _NEVER
+        possible = np.isfinite(total)
+        found.append(np.exp(np.where(np.isnan(both), _NEVER, both) - total) if possible else np.zeros(both.shape))
+    return found
+
+
+def _forward_of(seen: Sequence[Array], states: Sequence[Indices]) -> list[Array]:
+    """`_forward` of texts of any lengths, all at once."""
+    steps, most = max(map(len, seen), default=0), max(map(len, states), default=0)
+    if not steps:
+        return list(seen)
+    padded, skips = np.full((steps, len(seen), most), _NEVER), np.zeros((len(seen), most), dtype=bool)
+    for k, (one, own) in enumerate(zip(seen, states, strict=True)):
+        padded[: len(one), k, : len(own)], skips[k, : len(own)] = one, _skips(own)
+    score = _forward(padded, skips)
+    return [score[: len(one), k, : one.shape[1]] for k, one in enumerate(seen)]
 
 
 def substitutions(log_posteriors: Array, labels: Sequence[int]) -> Array:
@@ -215,13 +239,14 @@ def _skips(states: Indices) -> Array:
 
 
 def _forward(seen: Array, skips: Array) -> Array:
-    """(n, states): log probability of the steps so far, over all ways that end in each state."""
+    """(n, …, states): log probability of the steps so far, over all ways that end in each state (skips: …, states)."""
     score = np.full(seen.shape, _NEVER)
-    score[0, :2] = seen[0, :2]
+    score[0, ..., :2] = seen[0, ..., :2]
     for step in range(1, len(seen)):
         before = score[step - 1]
         reached = before.copy()
-        reached[1:] = np.logaddexp(before[1:], before[:-1])
-        reached[2:] = np.where(skips[2:], np.logaddexp(reached[2:], before[:-2]), reached[2:])
+        reached[..., 1:] = np.logaddexp(before[..., 1:], before[..., :-1])
+        skipped = np.logaddexp(reached[..., 2:], before[..., :-2])
+        reached[..., 2:] = np.where(skips[..., 2:], skipped, reached[..., 2:])
         score[step] = reached + seen[step]
     return score

@@ -10,6 +10,7 @@ Source: own method; the network learned from drawn hands and fonts alone (`train
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -84,11 +85,10 @@ class Reading:
     @cached_property
     def log_posteriors(self) -> Array:
         """(steps, classes), natural logarithms."""
-        scaled = np.asarray(self.logits, dtype=np.float64) / self.temperature
-        return np.asarray(scaled - np.logaddexp.reduce(scaled, axis=1, keepdims=True))
+        return ctc.log_softmax(np.asarray(self.logits, dtype=np.float64) / self.temperature)
 
     @cached_property
-    def _grouped(self) -> tuple[Array, str]:
+    def grouped(self) -> tuple[Array, str]:
         """Log posteriors of groups of letters that look alike, and the letter that stands for each."""
         names = _stand_ins(self.letters)
         groups = "".join(dict.fromkeys(names))
@@ -115,12 +115,21 @@ class Reading:
 
     def log_probability(self, text: str) -> float:
         """Natural logarithm of the probability that the picture reads as `text`, letters alike counted as one."""
-        logs, groups = self._grouped
-        return ctc.log_probability(logs, _labels(text, groups))
+        return float(log_probabilities([self], [text])[0])
+
+    def labels(self, text: str) -> tuple[int, ...]:
+        """Groups of a text's letters.
+
+        Raises
+        ------
+        ValueError
+            One of them is no letter that is read.
+        """
+        return _labels(text, self.grouped[1])
 
     def verdict(self, text: str) -> Verdict:
         """Whether it reads as `text`, and as what else."""
-        logs, groups = self._grouped
+        logs, groups = self.grouped
         labels = _labels(text, groups)
         probability = float(np.exp(ctc.log_probability(logs, labels)))
         if probability >= _CERTAIN:
@@ -131,6 +140,14 @@ class Reading:
             return Verdict(text, probability, text, probability)
         return Verdict(text, probability, _as_seen(best.labels, groups, text), other)
 
+    def rivals(self, text: str, count: int) -> list[str]:
+        """Of each letter of `text` the likeliest others in its place."""
+        logs, groups = self.grouped
+        labels = _labels(text, groups)
+        each = ctc.substitutions(logs, labels)
+        each[:, ctc.BLANK] = each[np.arange(len(labels)), labels] = -np.inf
+        return ["".join(groups[label - 1] for label in row) for row in np.argsort(-each, axis=1)[:, :count].tolist()]
+
     def spans(self, text: str) -> tuple[Letter, ...]:
         """Every letter of `text` with its place, and what is seen there.
 
@@ -139,7 +156,7 @@ class Reading:
         ValueError
             The picture is too narrow for the text.
         """
-        logs, groups = self._grouped
+        logs, groups = self.grouped
         labels = _labels(text, groups)
         borders = ctc.alignment(logs, labels) * STEP - MARGIN
         each = ctc.substitutions(logs, labels)
@@ -181,7 +198,16 @@ class Reader:
         ValueError
             The picture has another height.
         """
-        return Reading(self._logits(normalised(picture)).astype(np.float64), self.letters, self.temperature)
+        return self.reading(self.features(picture))
+
+    def reading(self, features: Floats) -> Reading:
+        """What is read from the features of a picture's steps."""
+        weight, bias = self.columns[-1]
+        return Reading((features @ weight + bias).astype(np.float64), self.letters, self.temperature)
+
+    def labels(self, text: str) -> tuple[int, ...]:
+        """Classes of a text's letters, each told from those that look alike."""
+        return tuple(self.letters.index(fold(letter)) + 1 for letter in text)
 
     def log_probability(self, picture: Array, text: str) -> float:
         """See `Reading.log_probability`."""
@@ -195,18 +221,24 @@ class Reader:
         """The same network, more sure of itself, or less."""
         return replace(self, temperature=temperature)
 
-    def _logits(self, picture: Floats) -> Floats:
-        x = np.pad(picture, ((0, 0), (MARGIN, MARGIN)))[:, :, None]
+    def with_last_layer(self, weights: Array) -> Reader:
+        """The same network with other weights in the last layer, its biases below them, for a temperature of 1."""
+        last = weights.reshape(-1, len(self.letters) + 1).astype(np.float32)
+        return replace(self, columns=(*self.columns[:-1], (last[:-1], last[-1])), temperature=1.0)
+
+    def features(self, picture: Array) -> Floats:
+        """(steps, channels): what the last layer is given of a picture; raises as `read`."""
+        x = np.pad(normalised(picture), ((0, 0), (MARGIN, MARGIN)))[:, :, None]
         for number, (weight, bias) in enumerate(self.stem):
             x = _over_rows(x, weight, bias, (2, 2) if number == 0 else (2, 1))
         y = x.transpose(1, 2, 0).reshape(x.shape[1], -1)
-        (first, *between, last) = self.columns
+        first, *between, _ = self.columns
         y = np.maximum(y @ first[0] + first[1], 0)
         for (weight, bias), dilation in zip(between, self.dilations, strict=True):
             padded = np.pad(y, ((dilation, dilation), (0, 0)))
             beside = np.hstack([padded[k * dilation : k * dilation + len(y)] for k in range(3)])
             y = y + np.maximum(beside @ weight + bias, 0)
-        return np.asarray(y @ last[0] + last[1], dtype=np.float32)
+        return np.asarray(y, dtype=np.float32)
 
 
 def _over_rows(x: Floats, weight: Floats, bias: Floats, stride: tuple[int, int]) -> Floats:
@@ -230,6 +262,17 @@ def _stand_ins(letters: str) -> list[str]:
     """The letter that stands for each."""
     stands_for = {letter: group[0] for group in ALIKE for letter in group}
     return [stands_for.get(letter, letter) for letter in letters]
+
+
+def alike(one: str, other: str) -> bool:
+    """Whether two texts look the same, letter by letter."""
+    return _stand_ins("".join(map(fold, one))) == _stand_ins("".join(map(fold, other)))
+
+
+def log_probabilities(readings: Sequence[Reading], texts: Sequence[str]) -> Array:
+    """(n,) `Reading.log_probability` of some readings, all at once."""
+    labels = [reading.labels(text) for reading, text in zip(readings, texts, strict=True)]
+    return ctc.log_probabilities([reading.grouped[0] for reading in readings], labels)
 
 
 def known(text: str) -> bool:

@@ -64,10 +64,9 @@ class Loop:
         from handout.calibrating import pen_reference
         from handout.colour.pen_lines import strokes_in
         from handout.hand.library import find
-        from handout.hand.scanned import ScannedHand
 
         hand = find(self.hand)
-        if not isinstance(hand, ScannedHand):
+        if hand.pages is None:
             return sheet
         density, paper, dpi = pen_reference.writing(hand)
         lines = strokes_in(density, dpi)

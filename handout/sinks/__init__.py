@@ -36,6 +36,7 @@ class Look:
     paper : that PNG files show the ink on; white without one.
     transparent : whether PNG files are without paper.
     show_travel : whether pictures of strokes (SVG, PDF, PNG) show how the lifted pen travels between them.
+    footprint : whether lines (SVG, PDF) are as wide as the pen leaves them where it is held so.
     """
 
     pen: Pen = field(default_factory=Pen)
@@ -43,6 +44,7 @@ class Look:
     paper: Paper = field(default_factory=Paper)
     transparent: bool = False
     show_travel: bool = False
+    footprint: bool = False
 
 
 _USUAL = Look()
@@ -51,7 +53,16 @@ _USUAL = Look()
 def _svg(pages: Sequence[Drawing], look: Look) -> bytes:
     from handout.sinks.svg import to_svg
 
-    return to_svg(pages[0], pen_width=look.pen.width, colour=look.pen.colour, show_travel=look.show_travel)
+    return to_svg(
+        _marked(pages[0], look), pen_width=look.pen.width, colour=look.pen.colour, show_travel=look.show_travel
+    )
+
+
+def _marked(page: Drawing, look: Look) -> Drawing:
+    """A page whose lines are as wide as the pen leaves them, where that is to be shown."""
+    from handout.inking import footprints, pens
+
+    return footprints.marked(page, look.pen) if look.footprint or look.pen.model in pens.BY_FOOTPRINT else page
 
 
 def _png(pages: Sequence[Drawing], look: Look) -> bytes:
@@ -79,7 +90,12 @@ def _pdf(pages: Sequence[Drawing], look: Look) -> bytes:
     if all(page.ink is None for page in pages):
         from handout.sinks.pdf import to_pdf
 
-        return to_pdf(pages, pen_width=look.pen.width, colour=look.pen.colour, show_travel=look.show_travel)
+        return to_pdf(
+            [_marked(page, look) for page in pages],
+            pen_width=look.pen.width,
+            colour=look.pen.colour,
+            show_travel=look.show_travel,
+        )
     from io import BytesIO
 
     from handout.inking import pens

@@ -23,9 +23,10 @@ def _svg(data: bytes) -> Drawing:
 
 
 def _json(data: bytes) -> Drawing:
+    from handout.sources import pointer_events
     from handout.sources.drawing_json import from_json
 
-    return from_json(data)
+    return pointer_events.from_pointer_events(data) if pointer_events.looks_like(data) else from_json(data)
 
 
 def _inkml(data: bytes) -> Drawing:
@@ -38,6 +39,18 @@ def _svc(data: bytes) -> Drawing:
     from handout.sources.svc import from_svc
 
     return from_svc(data)
+
+
+def _cyn(data: bytes) -> Drawing:
+    from handout.sources.cyn import from_cyn
+
+    return from_cyn(data)
+
+
+def _uim(data: bytes) -> Drawing:
+    from handout.sources.uim import from_uim
+
+    return from_uim(data)
 
 
 def _gml(data: bytes) -> Drawing:
@@ -66,6 +79,8 @@ _FORMATS: dict[str, Callable[[bytes], Drawing]] = {
     ".inkml": _inkml,
     ".svc": _svc,
     ".gml": _gml,
+    ".cyn": _cyn,
+    ".uim": _uim,
 }
 _WITH_PATH: dict[str, Callable[[bytes, Path], Drawing]] = {".dat": _unipen, ".unp": _unipen}
 

@@ -283,7 +283,6 @@ def _stroke(trace: _Trace, number: int) -> Stroke:
 def _pose(channels: dict[str, Array]) -> tuple[Array | None, Array | None]:
     """Tilt from the vertical and azimuth, rad, from elevation and azimuth or from tilts along the axes."""
     if "OTx" in channels and "OTy" in channels:
-        x, y = np.tan(channels["OTx"]), np.tan(channels["OTy"])
-        return np.arctan(np.hypot(x, y)), np.arctan2(y, x)
+        return recorded.lean(channels["OTx"], channels["OTy"])
     elevation = channels.get("OE")
     return None if elevation is None else np.pi / 2 - elevation, channels.get("OA")

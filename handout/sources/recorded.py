@@ -122,6 +122,12 @@ def _sheet(points: Array, fit: bool) -> tuple[Array, Page]:
     return shift, Page(max(width, 1.0), max(height, 1.0))
 
 
+def lean(tilt_x: Array, tilt_y: Array) -> tuple[Array, Array]:
+    """(n,) rad each: tilt from the vertical and azimuth, of tilts along the axes."""
+    x, y = np.tan(tilt_x), np.tan(tilt_y)
+    return np.arctan(np.hypot(x, y)), np.arctan2(y, x)
+
+
 def full_pressure(most: float) -> float:
     """Full pressure of a device: the least usual range that holds the greatest that was measured."""
     usual = (1.0, 63.0, 127.0, 255.0, 511.0, 1023.0, 2047.0, 4095.0, 8191.0)

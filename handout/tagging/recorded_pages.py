@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from handout.errors import InputError
+from handout.hand.drawn import Hand
 from handout.inking import curves, plain
 from handout.motion.trace import trace, written
 from handout.page_sizes import page
@@ -17,7 +18,7 @@ from handout.scanning.scan import Scan
 from handout.scanning.written_page import prepare
 from handout.tagging.page_sources import PageSource, Say
 from handout.tagging.recording import Piece, Recording, labelled_pieces, laid_out, pieces_x_height, x_height_of_strokes
-from handout.values import TURNS, Drawing, Hand, Page, Stroke
+from handout.values import TURNS, Drawing, Page, Stroke
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
 

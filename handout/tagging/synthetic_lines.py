@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.alphabet import JUNK, SPACE, THIRDS, fold, state
+from handout.hand.drawn import Hand
 from handout.motion.trace import trace, written
 from handout.tagging.line_space import ABOVE, HEIGHT, STEP, X_HEIGHT, Image, column_count, describe
 from handout.tagging.network import LabelledColumns
 from handout.tagging.synthetic_writers import WriterHabits, random_habits, random_writer, texts
-from handout.values import Array, Hand, Indices, Line, Manuscript, Page, Placed, Stroke
+from handout.values import Array, Indices, Line, Manuscript, Page, Placed, Stroke
 from handout.writing.compose import compose
 from handout.writing.drawn_words import slurred
 from handout.writing.layout import Layout

@@ -15,7 +15,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from handout.hand import library
-from handout.values import Glyph, Hand
+from handout.hand.drawn import Hand
+from handout.values import Array, Glyph
+from handout.writing.variation import warp
 
 # shares, set so that writers differ about as much as those of five real pages
 _BORROWS = 0.45  # of writers who have letters of a second hand
@@ -25,6 +27,12 @@ _FORM = 500  # numbers of borrowed forms start here, so that no two forms share 
 _SENTENCES, _WORDS = 2, 24  # in a text, which one writer writes: about two lines
 _GROUPED = 0.3  # share of the words that are groups of characters
 _RARE = "–£€ßæøœ…éèàüöäçñ"
+# standard deviations of what makes a writer's form of a letter his own, set by eye: letters stay what they are
+_OWN_BREADTH, _OWN_HEIGHT, _OWN_LEAN = 0.14, 0.14, 0.08
+_OWN_BEND = 0.11  # greatest, of a smooth field that bends a form, x-heights …
+_OWN_WAVES = (0.9, 2.6)  # … with waves of these lengths
+_HELD = 0.5  # x-heights from where a letter is joined, within which its form is bent less
+_LIFTS, _LIFTED = 0.35, 0.4  # share of writers who lift the pen after some letters, and greatest share of those
 
 
 def built_in_hands() -> list[Hand]:
@@ -99,6 +107,40 @@ def random_writer(hands: Sequence[Hand], rng: np.random.Generator) -> Hand:
     if rng.random() < _TURNED:
         glyphs |= _turned(glyphs)
     return replace(hand, glyphs=glyphs)
+
+
+def with_own_forms(hand: Hand, rng: np.random.Generator) -> Hand:
+    """The same hand as a person with other forms writes it: every letter with proportions, lean and bends of its own.
+
+    Ends at which letters are joined keep their height, so that joins still meet.  Some writers lift the pen after
+    some letters.
+    """
+    lifts = float(rng.uniform(0.0, _LIFTED)) if rng.random() < _LIFTS else 0.0
+    bend = float(rng.uniform(0.0, _OWN_BEND))
+    glyphs = {}
+    for letter, forms in hand.glyphs.items():
+        seed, lifted = int(rng.integers(2**32)), rng.random() < lifts
+        glyphs[letter] = tuple(_own_form(form, np.random.default_rng(seed), bend, lifted) for form in forms)
+    return replace(hand, glyphs=glyphs)
+
+
+def _own_form(form: Glyph, rng: np.random.Generator, bend: float, lifted: bool) -> Glyph:
+    """One form, changed alike for the same state of the generator."""
+    xy = np.vstack(form.strokes)
+    breadth, tall = np.exp(rng.normal(0.0, (_OWN_BREADTH, _OWN_HEIGHT)))
+    x, y = xy.T
+    bent = np.column_stack(
+        [x * breadth + rng.normal(0.0, _OWN_LEAN) * (y - 0.5), np.where(y > 1, 1 + (y - 1) * tall, y)]
+    )
+    bent = bent + warp(xy, rng, bend, *_OWN_WAVES)
+    held = np.zeros(len(xy))
+    for end, joins in ((form.strokes[0][0], form.entry), (form.strokes[form.last_main][-1], form.exit)):
+        if joins != "lifted":
+            held = np.maximum(held, np.clip(1 - np.hypot(*(xy - end).T) / _HELD, 0.0, 1.0))
+    bent[:, 1] = held * y + (1 - held) * bent[:, 1]
+    strokes: list[Array] = np.split(bent, np.cumsum([len(stroke) for stroke in form.strokes])[:-1])
+    ends = "lifted" if lifted else form.exit
+    return replace(form, strokes=tuple(strokes), width=form.width * float(breadth), exit=ends)
 
 
 def _turned(glyphs: Mapping[str, tuple[Glyph, ...]]) -> dict[str, tuple[Glyph, ...]]:

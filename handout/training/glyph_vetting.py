@@ -18,6 +18,7 @@ from scipy.spatial import cKDTree
 
 from handout.errors import DoesNotFit, InputError
 from handout.hand import library, outlier_score
+from handout.hand.drawn import Hand
 from handout.hand.glyph_features import COUNT, glyph_features
 from handout.hand.outlier_score import ALONE, OutlierModel
 from handout.hand.places import graphemes
@@ -33,7 +34,7 @@ from handout.simulated.author.truth import Simulated
 from handout.tagging.page_tagging import TaggedPage, hand_of_pages, tag_labelled_page, tag_page
 from handout.tagging.synthetic_writers import built_in_hands, random_writer, texts
 from handout.training.spoilt_letters import NOBODY, Spoiler
-from handout.values import Array, Hand, Indices
+from handout.values import Array, Indices
 from handout.writing.layout import Layout
 
 
@@ -156,7 +157,7 @@ def gaussians(hands: Sequence[ScannedHand]) -> OutlierModel:
         bias=0.0,
         alone=np.zeros(len(ALONE)),
         alone_bias=0.0,
-        calibration=np.zeros(3),
+        calibration=np.zeros(4),
     )
 
 
@@ -205,10 +206,9 @@ def _slopes(evidence: Array, wrong: Array) -> tuple[Array, float]:
 
 def calibrated_model(model: OutlierModel, samples: Sequence[Sample]) -> OutlierModel:
     """The model with odds that hold on pages that were read."""
-    score = np.concatenate([sample.evidence @ model.weights + model.bias for sample in samples])
-    confidence = np.concatenate([sample.confidence for sample in samples])
+    terms = [calibration_terms(each.evidence @ model.weights + model.bias, each.confidence) for each in samples]
     right = 1.0 - np.concatenate([sample.wrong for sample in samples])
-    return replace(model, calibration=logistic(calibration_terms(score, confidence), right, 1.0))
+    return replace(model, calibration=logistic(np.concatenate(terms), right, 1.0))
 
 
 def ranked(score: Array, wrong: Array) -> float:

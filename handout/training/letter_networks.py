@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 from handout.alphabet import JUNK, LETTERS, SPACE, THIRDS
 from handout.errors import InputError
 from handout.hand import library
+from handout.hand.drawn import Hand
 from handout.prompting import corpus
 from handout.tagging import network
 from handout.tagging.line_space import COUNT, X_HEIGHT
 from handout.tagging.network import LabelledColumns, joined
 from handout.tagging.synthetic_lines import SyntheticLine, sampled_columns, synthetic_lines
 from handout.tagging.synthetic_writers import built_in_hands
-from handout.values import Hand
 
 _TEST_LINES = 60  # new lines, on which the accuracy printed at the end is measured
 _RATE = 1.2e-3  # learning rate of Adam, the best of a few on five real pages

@@ -14,11 +14,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from handout.hand.drawn import hasten
+from handout.hand.drawn import Hand
 from handout.motion import ENGINES
 from handout.tagging.synthetic_lines import habitual_strokes
 from handout.tagging.synthetic_writers import random_habits, random_writer, texts
-from handout.values import Array, Hand, Indices
+from handout.values import Array, Indices
 from handout.writing.variation import warp
 
 _WORDS = 16  # of one writer
@@ -81,7 +81,7 @@ def path_words(
         hand = fonts[int(rng.integers(len(fonts)))] if by_font else random_writer(hands, rng)
         text = "".join(c for c in text if c == " " or c in hand.glyphs) if by_font else text
         name = hand.name
-        hand = hasten(hand, float(rng.uniform(-0.8, 1.0)))
+        hand = hand.hastened(float(rng.uniform(-0.8, 1.0)))
         hand = replace(hand, delayed_after=("word", "letter")[int(rng.random() < 0.4)], slant=hand.slant)
         if not text.strip():
             continue

@@ -10,7 +10,7 @@ import argparse
 import sys
 import time
 import zipfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 _LEAST = -30.0  # log probability that a text counts with at least: one word that is no word must not set everything
 _TEMPERATURES = np.exp(np.arange(-0.7, 1.4, 0.05))  # that are tried
+_NEW = 0.2  # gain of a layer that is added to a network that has learnt: hardly anything is changed by it at first
 _BINS = 5  # of probability, in the table of reliability
 READ = "".join(letter for letter in LETTERS if letter != JUNK)  # class n + 1 is READ[n], class 0 none
 
@@ -36,14 +37,14 @@ class Recipe:
     """How the reader is built and trained; the best of a few on fonts that were kept out.
 
     stem : channels of the three layers that see rows; across : channels of those that see columns alone.
-    dilations : of the latter, columns: a letter and half of its neighbours are seen, no word.
+    dilations : of the latter, columns: a letter and its neighbours are seen, where writing is broad half of them.
     batch : pictures, of about one width; rate : highest learning rate; warm : share of the time in which it rises.
     """
 
     stem: tuple[int, int, int] = (24, 48, 64)
     across: int = 160
-    dilations: tuple[int, ...] = (1, 2, 3, 1)
-    batch: int = 32
+    dilations: tuple[int, ...] = (1, 2, 3, 1, 4, 2)
+    batch: int = 48
     rate: float = 2e-3
     warm: float = 0.06
     decay: float = 1e-3
@@ -75,6 +76,49 @@ def network(recipe: Recipe) -> nn.Sequential:
     beside = [Beside(recipe.across, dilation) for dilation in recipe.dilations]
     last = nn.Conv1d(recipe.across, len(READ) + 1, 1)
     return nn.Sequential(*stem, nn.Flatten(1, 2), *columns, *beside, nn.Dropout(recipe.dropout), last)
+
+
+def go_on_from(net: nn.Sequential, path: Path, pictures: Tensor) -> None:
+    """Give a network the weights of a reader that was written, which may have fewer layers over columns.
+
+    Its normalisations went into its weights: they are put back by what is measured on some pictures (n, 1, HEIGHT, w).
+    """
+    import torch
+    from torch import nn
+
+    with np.load(path) as file:
+        known = [(file[f"w{k}"], file[f"b{k}"]) for k in range(sum(name.startswith("w") for name in file.files))]
+    flat = [part for part in net.modules() if isinstance(part, (nn.Conv1d, nn.Conv2d, nn.BatchNorm1d, nn.BatchNorm2d))]
+    norms = dict(zip(flat[::2], flat[1::2], strict=False))
+    hooks = []
+    convolutions = [*list(norms)[: len(known) - 1], flat[-1]]
+    for part in flat[::2]:
+        number = convolutions.index(part) if part in convolutions else None
+        if number is not None:
+            part.weight.data.copy_(torch.from_numpy(known[number][0].astype(np.float32)))
+        bias = None if number is None else torch.from_numpy(known[number][1].astype(np.float32))
+        if part in norms:
+            hooks.append(norms[part].register_forward_pre_hook(_measured(bias)))
+        elif bias is not None:
+            part.bias.data.copy_(bias)
+    with torch.no_grad():
+        net.eval()(pictures)
+    net.train()
+    for hook in hooks:
+        hook.remove()
+
+
+def _measured(bias: Tensor | None) -> Callable[[nn.Module, tuple[Tensor, ...]], None]:
+    """Sets a normalisation so that it only adds a bias to what it is given, or, without one, lets little through."""
+
+    def hook(norm: nn.Module, given: tuple[Tensor, ...]) -> None:
+        values = given[0].transpose(0, 1).flatten(1).float()
+        norm.running_mean.copy_(values.mean(1))
+        norm.running_var.copy_(values.var(1))
+        norm.weight.data.copy_((norm.running_var + norm.eps).sqrt() if bias is not None else norm.weight * _NEW)
+        norm.bias.data.copy_(norm.running_mean + bias if bias is not None else norm.bias)
+
+    return hook
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +169,8 @@ def batch_of(
         shown = np.asarray(picture / np.float32(255), dtype=np.float32)
         stack[k, 0, :, MARGIN : MARGIN + picture.shape[1]] = shown if rng is None else _changed(shown, rng)
     labels = [[READ.index(c) + 1 for c in words.texts[n]] for n in numbers]
-    return torch.from_numpy(stack), labels, [(p.shape[1] + 2 * MARGIN + 1) // 2 for p in pictures]
+    given = torch.from_numpy(stack).to(memory_format=torch.channels_last)
+    return given, labels, [(p.shape[1] + 2 * MARGIN + 1) // 2 for p in pictures]
 
 
 def _changed(shown: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.float32]:
@@ -148,8 +193,12 @@ def train(
     torch.set_flush_denormal(True)
     torch.manual_seed(int(rng.integers(2**31)))
     net = network(recipe)
-    if start is not None:
+    if start is not None and start.suffix == ".npz":
+        first = Words.load(next(p for p in paths if p.exists()))
+        go_on_from(net, start, batch_of(first, range(4 * recipe.batch), None)[0])
+    elif start is not None:
         net.load_state_dict(torch.load(start))
+    net = net.to(memory_format=torch.channels_last)
     optimiser = torch.optim.AdamW(net.parameters(), weight_decay=recipe.decay)
     began, seen, mean = time.perf_counter(), 0, 0.0
     while True:
@@ -270,7 +319,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("words", type=Path, nargs="+", help="sets of pictures")
     parser.add_argument("-o", "--output", type=Path, required=True, help="the .npz to write")
     parser.add_argument("--held", type=Path, help="pictures by writers that were kept out, to calibrate with")
-    parser.add_argument("--start", type=Path, help="weights to go on from, as kept beside an output")
+    parser.add_argument("--start", type=Path, help="weights to go on from: a reader, or as kept beside an output")
     parser.add_argument("--minutes", type=float, default=60.0, help="of time")
     parser.add_argument("--rate", type=float, default=Recipe.rate)
     parser.add_argument("--seed", type=int, default=1)

@@ -19,6 +19,7 @@ import numpy as np
 from handout import atomic
 from handout.errors import InputError
 from handout.hand import file, library
+from handout.hand.drawn import Hand
 from handout.hand.scanned import ScannedHand, Texture
 from handout.inking.pen import Pen, usual
 from handout.page_sizes import page
@@ -28,7 +29,6 @@ from handout.simulated.author.simulate import Desk, simulate_pages
 from handout.simulated.author.truth import Simulated
 from handout.tagging.page_tagging import TaggedPage, hand_of_pages, tag_labelled_page
 from handout.training.glyph_vetting import known
-from handout.values import Hand
 from handout.writing.layout import Layout
 
 PAGES = 3  # that the author copies; set by eye

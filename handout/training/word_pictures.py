@@ -20,13 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout import alphabet
+from handout.hand.drawn import Hand
 from handout.prompting import corpus
 from handout.reading import word_space
 from handout.reading.word_space import ABOVE, HEIGHT, X_HEIGHT
 from handout.tagging import line_space
 from handout.tagging.synthetic_lines import SyntheticLine, write_lines
-from handout.tagging.synthetic_writers import built_in_hands, random_habits, random_writer
-from handout.values import Array, Hand
+from handout.tagging.synthetic_writers import built_in_hands, random_habits, random_writer, with_own_forms
+from handout.values import Array
 
 Image = NDArray[np.uint8]
 _FONT_X = 36  # pixels: x-height at which letters of fonts are drawn
@@ -35,6 +36,10 @@ _CAPITALS = ("rock-salt",)  # fonts whose small letters are capitals: nobody can
 _CHARACTERS = "".join(letter for letter in alphabet.LETTERS if letter not in alphabet.SPACE + alphabet.JUNK)
 _WIDEST = 320  # columns: wider pictures are left out
 _DRAWN_WORDS = 24  # that one synthetic writer writes
+_SHAPED = 0.5  # share of a font's words that are set with its own ways of joining letters
+_OWN = 0.75  # share of the synthetic writers whose letters have forms of their own
+_CRISP = 0.65  # share of the pictures in even ink without paper, as lines that were traced are drawn
+_FILLED = 0.15  # share of the words whose narrow loops are full of ink
 _NEIGHBOURS = 64  # pictures from which remnants of other lines are taken
 
 
@@ -83,13 +88,13 @@ class Texts:
 
     def _word(self, rng: np.random.Generator) -> str:
         kind = rng.random()
-        if kind < 0.32:
+        if kind < 0.36:
             return str(rng.choice(self._words))
-        if kind < 0.50:
+        if kind < 0.60:
             return self._misspelt(str(rng.choice(self._words)), rng)
-        if kind < 0.64:
+        if kind < 0.76:
             return self._made_up(rng)
-        if kind < 0.88:
+        if kind < 0.95:
             return _random_letters(rng)
         return _number(rng)
 
@@ -225,10 +230,22 @@ class FontWriter:
             x += letter.advance + (tracking + rng.normal(0.0, jitter)) * _FONT_X
         return canvas, float(base)
 
+    def shaped(self, text: str) -> tuple[Image, float]:
+        """The text as the font joins its letters (where Pillow has Raqm), and the row of its baseline."""
+        mask, (_, top) = self._font.getmask2(text, anchor="ls")
+        base, margin = round(_FONT_ABOVE * _FONT_X), 2 * _FONT_X
+        width, height = mask.size
+        canvas = np.zeros((base + round(_FONT_BELOW * _FONT_X), width + 2 * margin), np.uint8)
+        _stamp(canvas, np.array(mask, dtype=np.uint8).reshape(height, width), base + int(top), margin)
+        return canvas, float(base)
+
     def write(self, text: str, rng: np.random.Generator) -> Source:
-        """The text, set a little wider or closer than the font is."""
+        """The text, as its font sets it or a little wider or closer."""
         tracking = float(rng.normal(0.0, 0.05))
-        picture, base = self.set(text, tracking, rng, float(rng.uniform(0.0, 0.04)))
+        if rng.random() < _SHAPED:
+            picture, base = self.shaped(text)
+        else:
+            picture, base = self.set(text, tracking, rng, float(rng.uniform(0.0, 0.06)))
         shear = np.array([[1, self.slant, -self.slant * base], [0, 1, 0]], dtype=np.float64)
         upright = cv2.warpAffine(picture, shear, (picture.shape[1], picture.shape[0]))
         return Source(np.asarray(upright, np.uint8), _FONT_X, base, self.pen, text, self.name)
@@ -252,6 +269,7 @@ def drawn_words(texts: Texts, hands: Sequence[Hand], rng: np.random.Generator) -
     """Words of synthetic writers, without end."""
     while True:
         writer, habits = random_writer(hands, rng), random_habits(rng)
+        writer = with_own_forms(writer, rng) if rng.random() < _OWN else writer
         asked = " ".join(texts.text(rng) for _ in range(_DRAWN_WORDS))
         usable = [word for word in asked.split() if all(alphabet.fold(c) == c for c in word)]
         for line in write_lines(" ".join(usable), writer, habits, rng):
@@ -280,8 +298,8 @@ def _words_of(line: SyntheticLine, words: list[str], pen: float, name: str) -> I
 def distorted(source: Source, rng: np.random.Generator) -> Image | None:
     """(HEIGHT, w) uint8: a word in word space, as another person with another pen might write it; None: too wide."""
     picture = _another_pen(source, rng)
-    scale = source.x_height / X_HEIGHT / float(np.exp(rng.normal(0.0, 0.09)))  # source pixels a pixel of word space
-    across = scale / float(np.exp(rng.normal(0.0, 0.17)))
+    scale = source.x_height / X_HEIGHT / float(np.exp(rng.normal(0.0, 0.12)))  # source pixels a pixel of word space
+    across = scale / float(np.exp(rng.normal(0.03, 0.22)))
     ink = np.nonzero(picture.max(axis=0) > 60)[0]
     if not len(ink):
         return None
@@ -290,7 +308,7 @@ def distorted(source: Source, rng: np.random.Generator) -> Image | None:
     if width > _WIDEST:
         return None
     u, v = np.meshgrid(np.arange(width, dtype=np.float32), np.arange(HEIGHT, dtype=np.float32))
-    up = ABOVE + rng.normal(0.0, 0.8) - v
+    up = ABOVE + rng.normal(0.0, 1.1) - v
     du, dv = _field(width, rng)
     # a slant that was not taken away, a baseline that rises and waves, ascenders and descenders of another length
     drift = rng.normal(0.0, 0.012) * (u - width / 2) + rng.normal(0.0, 0.5) * np.sin(
@@ -302,21 +320,29 @@ def distorted(source: Source, rng: np.random.Generator) -> Image | None:
     lean = float(rng.normal(0.0, 0.12))
     x = ink[0] + (u - margins[0] + du - lean * (up - X_HEIGHT / 2)) * across
     y = source.baseline - up * scale
-    blurred = cv2.GaussianBlur(picture, (0, 0), max(0.4 * scale * float(rng.uniform(0.6, 1.5)), 0.3))
+    crisp = rng.random() < _CRISP
+    blur = 0.3 if crisp else 0.4 * float(rng.uniform(0.6, 1.5))
+    blurred = cv2.GaussianBlur(picture, (0, 0), max(blur * scale, 0.3))
     drawn = cv2.remap(blurred, x.astype(np.float32), y.astype(np.float32), cv2.INTER_LINEAR)
-    return _inked(np.asarray(drawn, np.float32) / 255, rng)
+    return np.asarray(drawn, np.uint8) if crisp else _inked(np.asarray(drawn, np.float32) / 255, rng)
 
 
 def _another_pen(source: Source, rng: np.random.Generator) -> Image:
-    """The word with a thicker or thinner line."""
-    wanted = float(rng.uniform(0.06, 0.21)) * source.x_height
+    """The word with a thicker or thinner line, its narrow loops filled now and then."""
+    picture = source.picture
+    if rng.random() < _FILLED:
+        narrow = cv2.getStructuringElement(
+            cv2.MORPH_ELLIPSE, (2 * round(rng.uniform(0.04, 0.1) * source.x_height) + 1,) * 2
+        )
+        picture = np.asarray(cv2.morphologyEx(picture, cv2.MORPH_CLOSE, narrow), np.uint8)
+    wanted = float(rng.uniform(0.05, 0.2)) * source.x_height
     change = float(np.clip(wanted - source.pen, -0.5 * source.pen, 0.2 * source.x_height))
     size = 2 * round(abs(change) / 2) + 1
     if size < 3:
-        return source.picture
+        return picture
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     change_of = cv2.dilate if change > 0 else cv2.erode
-    return np.asarray(change_of(source.picture, kernel), dtype=np.uint8)
+    return np.asarray(change_of(picture, kernel), dtype=np.uint8)
 
 
 def _field(width: int, rng: np.random.Generator) -> tuple[Array, Array]:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 from scipy.special import ndtr, ndtri
 
+from handout.hand.learnt import learnt
 from handout.hand.measures import body_sizes, mean_x_height
 from handout.hand.scanned import ScannedHand
 from handout.values import Array, Indices
@@ -34,6 +35,7 @@ _ENOUGH = 5  # instances from which on a letter's range is measured
 _SUREST = 10  # per cent of the letters
 _PRIOR = 4.0  # instances that the deviation common to all letters counts as
 _TRIES = (1.0, 0.7, 0.5)
+_MAKERS = ("writing/bending.py", "writing/forms.py", "hand/scanned.py")
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,9 +166,8 @@ def spread(forms: Forms) -> Spread:
             # slips of the pen and of the reading lie outside twice the usual
             low[numbers] = np.maximum(size[numbers].min(axis=0), middle - 2 * usual)
             high[numbers] = np.minimum(size[numbers].max(axis=0), middle + 2 * usual)
-    return Spread(
-        size, deviation, np.minimum(low, size), np.maximum(high, size), _shape_difference(forms, groups), x_height
-    )
+    warp = float(learnt(hand, "shape difference", _MAKERS, 1, lambda: [_shape_difference(forms, groups)])[0])
+    return Spread(size, deviation, np.minimum(low, size), np.maximum(high, size), warp, x_height)
 
 
 def measure(xy: Array, radius: Array, x_height: float) -> Array:

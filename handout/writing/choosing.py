@@ -31,11 +31,6 @@ def fading_cost(age: Array, weight: float, forgotten: float) -> Array:
     return np.asarray(weight * np.maximum(0.0, 1.0 - age / forgotten))
 
 
-def halving_cost(age: Array, weight: float, half_life: float) -> Array:
-    """(k,): the same, halved every `half_life`, never 0: for few forms, of which the least recent is the best."""
-    return np.asarray(weight * 0.5 ** (age / half_life))
-
-
 @dataclass(frozen=True, eq=False)
 class Candidates:
     """Glyphs that may stand in one place.
@@ -97,6 +92,7 @@ class Choice:
     spaces : before it.
     numbers : (n,) int: its glyphs.
     candidates, chance, again : n, of each letter; what chance, and having been written before, added to the costs (k,).
+    intended : the word that was to be written, where this one is struck out.
     """
 
     letters: Sequence[Letter]
@@ -105,6 +101,7 @@ class Choice:
     candidates: Sequence[Candidates]
     chance: Sequence[Array]
     again: Sequence[Array]
+    intended: str | None = None
 
 
 class Chooser:
@@ -123,55 +120,52 @@ class Chooser:
         self._last, self._times, self._written = np.full(kinds, -np.inf), np.zeros(kinds), 0
         self._before: int | None = None
 
-    def word(self, letters: Sequence[Letter], spaces: int = 1) -> Choice:
+    def word(self, letters: Sequence[Letter], spaces: int = 1, intended: str | None = None) -> Choice:
         """The glyphs for the letters of one word (with its punctuation), `spaces` after the one before."""
-        stock, rng = self._stock, self._rng
-        candidates = stock.candidates(letters, rng if self._variation else None)
-        chance = [np.zeros(len(each.numbers)) for each in candidates]
+        stock, rng, varied = self._stock, self._rng, self._variation > 0
+        candidates = stock.candidates(letters, rng if varied else None)
+        numbers = [each.numbers for each in candidates]
+        chance = [np.zeros(len(each)) for each in numbers]
         again = list(chance)
-        if self._variation:
-            scale = self._variation * stock.chance
-            chance = [scale * np.log(-np.log(rng.uniform(1e-12, 1.0, len(each.numbers)))) for each in candidates]
-            again = [self._repetition(each.numbers, ahead) for ahead, each in enumerate(candidates)]
+        if varied:
+            scale, kinds = self._variation * stock.chance, [stock.kind[each] for each in numbers]
+            chance = [scale * np.log(-np.log(rng.uniform(1e-12, 1.0, len(each)))) for each in numbers]
+            ages = [self._written + ahead - self._last[kind] for ahead, kind in enumerate(kinds)]
+            again = [stock.repetition(age, self._times[kind]) for age, kind in zip(ages, kinds, strict=True)]
         unary = [each.cost + more for each, more in zip(candidates, chance, strict=True)]
         if self._before is not None:
-            unary[0] = unary[0] + stock.between_words(self._before, candidates[0].numbers, parted=spaces > 0)
-        unary[-1] = unary[-1] + stock.ending(candidates[-1].numbers)
-        numbers = self._cheapest(letters, candidates, unary, again)
-        self._remember(numbers)
-        return Choice(letters, spaces, numbers, candidates, chance, again)
+            unary[0] = unary[0] + stock.between_words(self._before, numbers[0], parted=spaces > 0)
+        unary[-1] = unary[-1] + stock.ending(numbers[-1])
+        steps = [stock.steps(first, second, varied=varied) for first, second in pairwise(numbers)]
+        self._add_prices(letters, numbers, unary, steps)
+        chosen = self._cheapest(numbers, unary, again, steps)
+        self._remember(chosen)
+        return Choice(letters, spaces, chosen, candidates, chance, again, intended)
+
+    def _add_prices(
+        self, letters: Sequence[Letter], numbers: Sequence[Indices], unary: list[Array], steps: list[Array]
+    ) -> None:
+        """What a reader of the writing finds dear, added to the costs of a word."""
+        glyphs, pairs = self._prices.glyphs, self._prices.pairs
+        for i, (letter, each) in enumerate(zip(letters, numbers, strict=True)) if glyphs else ():
+            unary[i] = unary[i] + [glyphs.get((letter.at, number), 0.0) for number in each.tolist()]
+        for i, (first, second) in enumerate(pairwise(numbers)) if pairs else ():
+            steps[i] = steps[i] + np.array([[pairs.get((a, b), 0.0) for b in second.tolist()] for a in first.tolist()])
 
     def _cheapest(
-        self, letters: Sequence[Letter], candidates: Sequence[Candidates], unary: list[Array], again: list[Array]
+        self, numbers: Sequence[Indices], unary: list[Array], again: list[Array], steps: Sequence[Array]
     ) -> Indices:
         """The glyphs of a word; one that comes twice is made dear in its later places, in `again`, and all is solved
         anew."""
-        if self._prices.glyphs:
-            for i, (letter, each) in enumerate(zip(letters, candidates, strict=True)):
-                priced = [self._prices.glyphs.get((letter.at, number), 0.0) for number in each.numbers.tolist()]
-                unary[i] = unary[i] + priced
-        varied = self._variation > 0
-        steps = [self._steps(a.numbers, b.numbers, varied) for a, b in pairwise(candidates)]
         for _ in range(_TRIES):
             path = viterbi([costs + more for costs, more in zip(unary, again, strict=True)], steps)
-            numbers = np.array([each.numbers[k] for each, k in zip(candidates, path, strict=True)], dtype=np.intp)
-            repeated = np.setdiff1d(np.arange(len(numbers)), np.unique(numbers, return_index=True)[1])
-            if not (len(repeated) and varied and self._stock.twice):
+            chosen = np.array([each[k] for each, k in zip(numbers, path, strict=True)], dtype=np.intp)
+            repeated = np.setdiff1d(np.arange(len(chosen)), np.unique(chosen, return_index=True)[1])
+            if not (len(repeated) and self._variation and self._stock.twice):
                 break
             for i in repeated:
                 again[i][path[i]] += self._stock.twice
-        return numbers
-
-    def _steps(self, first: Indices, second: Indices, varied: bool) -> Array:
-        costs = self._stock.steps(first, second, varied=varied)
-        if self._prices.pairs:
-            prices = [[self._prices.pairs.get((a, b), 0.0) for b in second.tolist()] for a in first.tolist()]
-            costs = costs + np.array(prices)
-        return costs
-
-    def _repetition(self, numbers: Indices, ahead: int) -> Array:
-        kind = self._stock.kind[numbers]
-        return self._stock.repetition(self._written + ahead - self._last[kind], self._times[kind])
+        return chosen
 
     def _remember(self, numbers: Indices) -> None:
         kind = self._stock.kind[numbers]
@@ -195,5 +189,6 @@ def _chosen(pieces: Sequence[Piece], choosers: Sequence[Chooser]) -> Iterator[Ch
         if isinstance(piece, int):
             spaces = piece
         else:
-            yield choosers[isinstance(piece, Struck)].word(piece, spaces)
+            intended = piece.intended if isinstance(piece, Struck) else None
+            yield choosers[intended is not None].word(piece, spaces, intended)
             spaces = 0

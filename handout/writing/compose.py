@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from handout.hand.drawn import Hand
 from handout.hand.scanned import ScannedHand
-from handout.values import Hand, Manuscript
+from handout.values import Manuscript
 from handout.writing.choosing import Chooser, Prices, choices
 from handout.writing.drawn_words import DrawnHandwriting
 from handout.writing.layout import Layout
@@ -68,7 +69,7 @@ def each_page(
     text: str,
     hand: Hand | ScannedHand,
     layout: Layout,
-    rng: np.random.Generator,
+    seed: np.random.Generator | Sequence[int],
     *,
     pages: int | None = None,
     fallback: bool = False,
@@ -80,6 +81,7 @@ def each_page(
     No more is written for a page than it takes, a word at a time in a drawn hand, a paragraph in a scanned one, unless
     `pages` or `layout.fit` ask how much there is.  All characters are checked before the first page.
     """
+    rng = np.random.default_rng(seed)
     # streams of their own for slips and for what is struck out: with slips and without, all else is written alike
     slip_stream = rng.spawn(1)[0] if slips else None
     streams = (rng, rng.spawn(1)[0])
@@ -95,7 +97,7 @@ def each_page(
 
 def _handwriting(hand: Hand | ScannedHand, streams: Sequence[np.random.Generator], jitter: float) -> Handwriting[Any]:
     """How a hand writes: nothing behind this asks which kind it is."""
-    if isinstance(hand, Hand):
+    if hand.pages is None:
         return DrawnHandwriting(hand, streams, jitter)
     from handout.writing.scanned_words import ScannedHandwriting
 

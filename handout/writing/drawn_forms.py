@@ -11,9 +11,10 @@ from dataclasses import replace
 import numpy as np
 
 from handout.hand.diacritics import APOSTROPHE, BAR, BELOW, DOTLESS, NOT_ABOVE, OGONEK, STROKE_HEIGHT, THROUGH
+from handout.hand.drawn import Hand
 from handout.hand.letter_classes import STEM_AT_LEFT
-from handout.values import Array, Glyph, Hand, Indices, readonly, readonly_indices
-from handout.writing.choosing import Candidates, halving_cost
+from handout.values import Array, Glyph, Indices, readonly, readonly_indices
+from handout.writing.choosing import Candidates
 from handout.writing.text import Letter
 
 _EXITS = {"low": 0, "high": 1, "lifted": 2}
@@ -83,8 +84,8 @@ class DrawnForms:
         return np.zeros(len(last))
 
     def repetition(self, age: Array, times: Array) -> Array:
-        """See `GlyphStock`."""
-        return halving_cost(age, _REUSE, _MEMORY)
+        """See `GlyphStock`: never 0, since of few forms the least recent is the best."""
+        return np.asarray(_REUSE * 0.5 ** (age / _MEMORY))
 
 
 def runs(letters: Sequence[Letter]) -> list[str]:

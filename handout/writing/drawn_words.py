@@ -12,16 +12,15 @@ from itertools import pairwise
 
 import numpy as np
 
-from handout.hand.diacritics import DOTLESS
+from handout.hand.drawn import Hand
 from handout.hand.letter_classes import CROSSED
-from handout.values import Array, Glyph, Hand, Placed
+from handout.values import Array, Glyph, Placed
 from handout.writing import variation as varying
 from handout.writing.choosing import Choice
 from handout.writing.drawn_forms import DrawnForms, accented
 from handout.writing.layout import USUAL_BASELINES
 from handout.writing.pages import ToPage, Unit, Word, wide_gap
-from handout.writing.slips import Struck, intended_word
-from handout.writing.text import Letter, Repertoire, spelt
+from handout.writing.text import Letter, spelt
 from handout.writing.variation import USUAL, Drift, Variation, walk, warp
 
 LEAST_ROOM = 0.13  # between two letters that are not joined, at any height
@@ -332,11 +331,6 @@ def _unflatten(flat: Array, glyphs: Sequence[Glyph]) -> tuple[tuple[Array, ...],
     return tuple(tuple(next(pieces) for _ in glyph.strokes) for glyph in glyphs)
 
 
-def repertoire(hand: Hand) -> Repertoire:
-    """What a drawn hand can write."""
-    return Repertoire(hand.name, frozenset(hand.glyphs), frozenset(hand.marks) | {DOTLESS})
-
-
 class DrawnHandwriting:
     """Writes one text in a drawn hand, a word when it is asked for, once, whatever the lines will be.
 
@@ -348,16 +342,16 @@ class DrawnHandwriting:
 
     def __init__(self, hand: Hand, streams: Sequence[np.random.Generator], jitter: float) -> None:
         self._hand, self._jitter = hand, jitter
-        self.name, self.pitch, self.repertoire = hand.name, hand.pitch, repertoire(hand)
-        self.baseline_model, self.stock = USUAL_BASELINES, DrawnForms(hand)
         self._writers = [WordWriter(hand, rng, jitter) for rng in streams]
+        self.baseline_model, self.stock = USUAL_BASELINES, DrawnForms(hand)
+        self.name, self.pitch, self.repertoire = hand.name, hand.pitch, hand.repertoire
 
     def set_paragraph(self, words: Iterable[Choice]) -> Iterator[Unit[PlannedGlyph]]:
         """See `pages.Handwriting`."""
         for choice in words:
-            writer = self._writers[isinstance(choice.letters, Struck)]
+            writer = self._writers[choice.intended is not None]
             word = writer.word([self.stock.glyphs[number] for number in choice.numbers], choice.letters)
-            yield Unit(word, self._gap(choice.spaces, writer.rng), intended_word(choice.letters))
+            yield Unit(word, self._gap(choice.spaces, writer.rng), choice.intended)
 
     def _gap(self, spaces: int, rng: np.random.Generator) -> float:
         if not spaces:

@@ -479,6 +479,7 @@ def _grouped(strokes: Connectors) -> Mapping[int, range]:
     return {glyph: range(at, at + size) for glyph, at, size in groups}
 
 
+@lru_cache(maxsize=4)
 def ways(hand: ScannedHand) -> Mapping[int, tuple[Indices, ...]]:
     """Glyph → the paths of its ligatures, without what two ligatures of a letter share: that belongs to its body."""
     often = [np.zeros(len(page.graph), dtype=np.intp) for page in hand.pages]

@@ -16,11 +16,11 @@ from typing import Any, Generic, NamedTuple, Protocol, Self, TypeVar
 import numpy as np
 
 from handout.errors import DoesNotFit
+from handout.hand.protocol import Repertoire
 from handout.values import Array, Glyph, Line, Manuscript, Placed
 from handout.writing.choosing import Choice, GlyphStock
 from handout.writing.layout import ASCENT, DESCENT, FOOT_ABOVE_RULE, BaselineModel, Layout, line_geometries, on_rules
 from handout.writing.slips import StrikeThrough
-from handout.writing.text import Repertoire
 
 # places (n, 2), mm from the left edge of the page and mm over the baseline → page coordinates (n, 2)
 ToPage = Callable[[Array], Array]

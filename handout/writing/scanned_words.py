@@ -24,9 +24,8 @@ from handout.writing.glyph_index import GlyphIndex, Neighbours, index_glyphs, ne
 from handout.writing.joining import set_line
 from handout.writing.layout import author_baselines
 from handout.writing.pages import ToPage, Unit, Word, wide_gap
-from handout.writing.slips import intended_word
 from handout.writing.spacing import WORDS, HeightModel, SpacingModel, height_model, resolve_collisions, spacing_model
-from handout.writing.text import Repertoire, spelt
+from handout.writing.text import spelt
 from handout.writing.variation import walk
 
 
@@ -114,7 +113,7 @@ class ScannedHandwriting:
         self._hand, self._rng, self._variation = hand, rng, variation
         self.stock, self._model = _learnt(hand)
         self.name, self.pitch, self.baseline_model = hand.name, hand.pitch, author_baselines(hand)
-        self.repertoire = Repertoire(hand.name, frozenset(hand.letters), frozenset())
+        self.repertoire = hand.repertoire
         self._space = float(self._model.spacing.gaps.mean[WORDS]) * hand.pitch  # the usual gap between words, x-heights
 
     def set_paragraph(self, words: Iterable[Choice]) -> Iterator[Unit[InkGlyph]]:
@@ -150,7 +149,7 @@ class ScannedHandwriting:
                 glued=a > 0 and not starts[a],
             )
             drawn = begin - float(extents[a - 1, 1]) if a else 0.0
-            yield Unit(word, self._gap(drawn, choice.spaces, indent=not a), intended_word(choice.letters))
+            yield Unit(word, self._gap(drawn, choice.spaces, indent=not a), choice.intended)
 
     def _gap(self, drawn: float, spaces: int, *, indent: bool) -> float:
         """The gap before a word: several spaces are wider than one; a gap of nothing would mean that there is none."""

@@ -36,11 +36,6 @@ class Struck(tuple[Letter, ...]):
         return struck
 
 
-def intended_word(letters: _Word) -> str | None:
-    """The word that was to be written, where these letters are struck out; None where they stay."""
-    return letters.intended if isinstance(letters, Struck) else None
-
-
 def check_rate(rate: float) -> float:
     """The rate as it is.
 

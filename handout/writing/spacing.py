@@ -38,6 +38,7 @@ from scipy.linalg.lapack import dpotrf, dpotrs, dtrtri
 from scipy.spatial.distance import cdist
 
 from handout.hand import measures
+from handout.hand.learnt import learnt
 from handout.hand.scanned import NOBODY
 from handout.values import Array, Indices
 from handout.writing.bending import Bend
@@ -160,6 +161,7 @@ _WORD_SHARES = (12.0, 84.0)  # per cent: word gaps are drawn from between; narro
 _LIFTED = 75.0  # per cent: letters that are not joined stand no further apart than so many of the author's
 _SHARE = 2.0  # per cent: clearances outside these percentiles are slips of the pen or of the reading
 _NARROW = 10.0  # per cent: the same percentile of word gaps over all heights, higher because cut strokes reach in
+_MAKERS = ("writing/spacing.py", "writing/forms.py", "writing/glyph_index.py", "hand/scanned.py")
 _OVER = 2  # letters on each side of a gap between words whose bars may reach across it
 
 
@@ -308,10 +310,15 @@ def spacing_model(forms: Forms, neighbours: Neighbours) -> SpacingModel:
     slant = measures.mean_slant(forms.hand)
     beyond = sides(forms, slant)
     lean = slant * forms.centre[:, 1]
+    least = float(learnt(forms.hand, "least distance", _MAKERS, 1, lambda: [_least(forms, neighbours)])[0])
+    return SpacingModel(forms, beyond, slant, lean, _gaps(forms, beyond, neighbours, forms.centre[:, 0] - lean), least)
+
+
+def _least(forms: Forms, neighbours: Neighbours) -> float:
+    """The least distance of two bodies in a word."""
     pairs = neighbours.pairs(parted=False).tolist()
     distances = [apart(forms.bodies[i], forms.bodies[j], forms.centre[j] - forms.centre[i]) for i, j in pairs]
-    least = max(float(np.percentile(distances, _SHARE)), 0.0) if distances else 0.0
-    return SpacingModel(forms, beyond, slant, lean, _gaps(forms, beyond, neighbours, forms.centre[:, 0] - lean), least)
+    return max(float(np.percentile(distances, _SHARE)), 0.0) if distances else 0.0
 
 
 def kinds(forms: Forms, first: Indices, second: Indices, parted: NDArray[np.bool_]) -> Indices:
@@ -348,8 +355,10 @@ def _gaps(forms: Forms, beyond: Sides, neighbours: Neighbours, x: Array) -> Gaps
     of_letter = np.stack(
         [_of_letter(forms, side[kind == LETTERS], letters, float(mean[LETTERS])) for side in (first, second)]
     )
-    alone = letters[[int(i) not in forms.paths for i in first[kind == LETTERS]]]
-    of_lifted = alone if len(alone) >= _ENOUGH else letters
+    small = np.array([glyph.letter.islower() for glyph in forms.hand.glyphs], dtype=bool)
+    within = (small[first] & small[second])[kind == LETTERS]
+    alone = within & np.array([int(i) not in forms.paths for i in first[kind == LETTERS]], dtype=bool)
+    of_lifted = letters[alone if alone.sum() >= _ENOUGH else within]
     lifted = float(np.percentile(of_lifted, _LIFTED)) if len(of_lifted) >= _ENOUGH else float(high[LETTERS])
     return Gaps(mean, deviation, low, high, to_right, to_left, words, of_letter, lifted, word, zone)
 
@@ -480,7 +489,7 @@ def height_model(forms: Forms, neighbours: Neighbours) -> HeightModel:
     """How high a hand's glyphs stand, learnt from its pages."""
     height = forms.centre[:, 1]
     marks = forms.marks
-    predicted = _predicted_heights(forms, height, ~marks)
+    predicted = learnt(forms.hand, "heights", _MAKERS, len(height), lambda: _predicted_heights(forms, height, ~marks))
     deviation = np.array(
         [_rise_deviation(neighbours.pairs(parted), height - predicted, marks) for parted in (False, True)]
     )

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from handout.values import Array, Glyph, Hand, Line, Manuscript, Page, Placed
+from handout.hand.drawn import Hand
+from handout.values import Array, Glyph, Line, Manuscript, Page, Placed
 from handout.writing.choosing import Chooser, choices
 from handout.writing.compose import compose
 from handout.writing.drawn_words import DrawnHandwriting

@@ -14,6 +14,7 @@ import regex
 from handout.errors import InputError, MissingCharacters
 from handout.hand.diacritics import decomposed, recomposed
 from handout.hand.places import graphemes
+from handout.hand.protocol import Repertoire
 
 # Characters that look the same when written by hand; "" is not written at all
 SAME = str.maketrans(
@@ -143,19 +144,6 @@ class Letter:
 
 # a number of spaces, or the letters between two of them
 Piece = int | Sequence[Letter]
-
-
-@dataclass(frozen=True)
-class Repertoire:
-    """What a hand can write: graphemes, and combining accents that it can put on them.
-
-    lendable : graphemes that it could be lent, of which a complaint tells.
-    """
-
-    name: str
-    letters: frozenset[str]
-    marks: frozenset[str]
-    lendable: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)

@@ -89,10 +89,9 @@ def test_numbers_have_bounds(tmp_path):
 def test_built_in_hands_are_complete(name):
     made = load(name)
     assert [c for c in ASCII + TYPOGRAPHIC if c not in made.glyphs] == []
-    from handout.writing.drawn_words import repertoire
     from handout.writing.text import normalise, spell
 
-    assert len(list(spell(normalise("".join(ACCENTED)), repertoire(made)))) == len(ACCENTED)
+    assert len(list(spell(normalise("".join(ACCENTED)), made.repertoire))) == len(ACCENTED)
     for letter, forms in made.glyphs.items():
         for place in ("start", "middle", "end", "alone"):
             assert any(place in g.places for g in forms) or letter in "I", (letter, place)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from handout.errors import InputError
-from handout.hand import file
+from handout.hand import file, learnt
 from handout.hand.corrections import Corrections, Entry, Label, Paint, Remove, apply
 
 
@@ -234,3 +234,45 @@ def test_any_damage_is_refused_or_harmless(whole, tmp_path):
             _ = hand.pages[0].texture.rgba
         except InputError as error:
             assert str(path) in str(error)
+
+
+def never():
+    raise AssertionError("worked out again")
+
+
+def test_what_was_learnt_of_a_hand_comes_back_to_the_last_bit(small_hand, tmp_path):
+    path = tmp_path / "a.hand"
+    file.save(small_hand, path)
+    hand = file.load(path)
+    values = [1 / 3, 5e-324, -0.1]
+    learnt.learnt(hand, "thirds", ("errors.py",), 3, lambda: values)
+    file.keep_learnt(path, learnt.known(hand))
+    read = file.load(path)
+    assert learnt.learnt(read, "thirds", ("errors.py",), 3, never).tolist() == values
+    assert learnt.learnt(read, "thirds", ("units.py",), 3, lambda: [0.0] * 3).tolist() == [0.0] * 3, "other makers"
+    assert learnt.learnt(file.load(path), "thirds", ("errors.py",), 2, lambda: [1.0, 2.0]).tolist() == [1.0, 2.0]
+
+
+def test_what_was_learnt_counts_for_the_letters_that_it_was_learnt_of(small_hand, tmp_path):
+    path = tmp_path / "a.hand"
+
+    def asked(work_out):
+        return learnt.learnt(file.load(path), "letters", ("errors.py",), 1, work_out)[0]
+
+    def keep(value):
+        hand = file.load(path)
+        learnt.learnt(hand, "letters", ("errors.py",), 1, lambda: [value])
+        file.keep_learnt(path, learnt.known(hand))
+
+    file.save(small_hand, path)
+    keep(1.0)
+    before = file.load(path)
+    correction = Label(page=0, at=spot(small_hand, "j"), text="J")
+    file.record(path, path, before, apply(before, [correction], strict=False), Entry((correction,)))
+    assert asked(lambda: [2.0]) == 2.0, "a letter is called otherwise"
+    keep(3.0)
+    assert asked(never) == 3.0
+    file.rewind(path, path, 0)
+    assert asked(never) == 1.0
+    file.rewind(path, path, 1)
+    assert asked(never) == 3.0

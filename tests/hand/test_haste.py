@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from handout.errors import InputError
-from handout.hand.drawn import hasten
 from handout.hand.library import load, names
 from handout.motion.trace import trace
 from handout.page_sizes import page
@@ -22,14 +21,14 @@ def written(hand):
 
 def test_none_is_the_hand_itself():
     hand = load("house-joined")
-    assert hasten(hand, 0.0) is hand
+    assert hand.hastened(0.0) is hand
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", names())
 def test_haste_is_quicker_broader_flatter_and_more_slanted(name):
     hand = load(name)
-    careful, usual, hurried = (written(hasten(hand, h))[1] for h in (-1.0, 0.0, 1.0))
+    careful, usual, hurried = (written(hand.hastened(h))[1] for h in (-1.0, 0.0, 1.0))
     assert careful.duration > usual.duration > hurried.duration
 
     def size(drawing):
@@ -37,12 +36,12 @@ def test_haste_is_quicker_broader_flatter_and_more_slanted(name):
         return (right - left) / (bottom - top)
 
     assert size(careful) < size(usual) < size(hurried)
-    assert hasten(hand, 1.0).slant > hand.slant > hasten(hand, -1.0).slant
+    assert hand.hastened(1.0).slant > hand.slant > hand.hastened(-1.0).slant
 
 
 def test_words_flatten_towards_their_end():
     def heights(haste):
-        sheet, _ = written(hasten(load("house-print"), haste))
+        sheet, _ = written(load("house-print").hastened(haste))
         word = [p for p in sheet.lines[0].placed if p.word == 0]
         tops = [max(np.ptp(s[:, 1]) for s in p.strokes) for p in word if p.glyph.letter in "n"]
         return tops[-1] / tops[0]
@@ -53,4 +52,4 @@ def test_words_flatten_towards_their_end():
 @pytest.mark.parametrize("haste", [-1.01, 2.0, float("nan")])
 def test_bounds(haste):
     with pytest.raises(InputError, match="haste"):
-        hasten(load("house-print"), haste)
+        load("house-print").hastened(haste)

@@ -39,6 +39,18 @@ def test_forward_counts_every_way(seed, steps):
         assert ctc.log_probability(logs, text) == pytest.approx(np.log(share))
 
 
+def test_texts_all_at_once_are_as_probable_as_one_by_one():
+    steps, texts = (4, 0, 9, 1, 6, 0), ((1,), (), (2, 2, 1), (1, 2), (), (2,))
+    logs = [posteriors(seed, n) if n else np.zeros((0, CLASSES)) for seed, n in enumerate(steps)]
+    one_by_one = [ctc.log_probability(own, text) for own, text in zip(logs, texts, strict=True)]
+    np.testing.assert_allclose(ctc.log_probabilities(logs, texts), one_by_one)
+    assert one_by_one[1] == 0.0
+    assert one_by_one[3] == one_by_one[5] == -np.inf
+    each = [ctc.occupancies([own], [text])[0] for own, text in zip(logs, texts, strict=True)]
+    for alone, together in zip(each, ctc.occupancies(logs, texts), strict=True):
+        np.testing.assert_allclose(alone, together)
+
+
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 10_000), st.integers(1, 5))
 def test_a_wide_beam_finds_every_text_and_the_best_one_first(seed, steps):
@@ -74,7 +86,7 @@ def test_occupancies_are_shares_of_all_ways_that_read_so(seed):
             if label != ctc.BLANK:
                 counted[step, letter] += share
         total += share
-    np.testing.assert_allclose(ctc.occupancies(logs, text), counted / total, atol=1e-9)
+    np.testing.assert_allclose(ctc.occupancies([logs], [text])[0], counted / total, atol=1e-9)
 
 
 @settings(max_examples=25, deadline=None)
@@ -103,7 +115,7 @@ def test_no_text_and_too_few_steps():
     assert ctc.log_probability(logs, ()) == pytest.approx(logs[:, 0].sum())
     assert ctc.alignment(logs, ()).shape == (0, 2)
     assert ctc.log_probability(logs, (1, 1)) == -np.inf
-    assert not ctc.occupancies(logs, (1, 1)).any()
+    assert not ctc.occupancies([logs], [(1, 1)])[0].any()
     with pytest.raises(ValueError, match="too few"):
         ctc.alignment(logs, (1, 1))
 

@@ -7,27 +7,62 @@ import pytest
 
 from handout.errors import InputError
 from handout.hand import library
+from handout.hand.word_pictures import own_words
 from handout.page_sizes import page
 from handout.pipeline import rereading, writing
 from handout.pipeline.options import WritingOptions
-from handout.pipeline.rereading import SETTINGS, Doubt, _level, reread
+from handout.pipeline.rereading import SETTINGS, AuthorReader, Doubt, _normal, author_reader, reread, surprises
 from handout.pipeline.results import Tally
+from handout.reading import pictures
 from handout.writing.compose import each_page
 from handout.writing.layout import Layout
 
-WORDS = ["tent", "net", "ten", "eel", "let", "tell", "nettle", "teeth", "tilt", "lint"] * 3
+USUAL = AuthorReader(pictures.load(), 0.5, 2.0, 0.45)
 
 
-def test_words_that_surprise_as_their_letters_do_are_not_doubted():
-    cost = {"t": 0.5, "e": 0.1, "n": 0.3, "l": 2.0, "h": 0.4, "i": 0.2}
-    own = _level(WORDS, np.array([sum(cost[c] for c in word) for word in WORDS]), SETTINGS)
-    assert own.letters["l"] > own.letters["t"] > own.letters["e"]
-    assert abs(own.excess("tell", 4.6)) < 0.5
-    assert own.excess("tent", 8.0) > own.bound > own.excess("tell", 4.6)
+def test_the_more_a_word_surprises_the_more_it_is_doubted():
+    doubts = [USUAL.wrong("tent", surprise, 0.05) for surprise in (0.0, 2.0, 5.0, 12.0, 30.0)]
+    assert doubts == sorted(doubts)
+    assert doubts[0] < 0.001 < 0.99 < doubts[-1]
+    assert USUAL.wrong("tent", 6.0, 0.2) > USUAL.wrong("tent", 6.0, 0.05)
+    # the same surprise says less of a longer word, and of an author who is hard to read
+    assert USUAL.wrong("tentatively", 6.0, 0.05) < USUAL.wrong("tent", 6.0, 0.05)
+    assert replace(USUAL, right=1.2).wrong("tent", 6.0, 0.05) < USUAL.wrong("tent", 6.0, 0.05)
 
 
-def test_a_hand_without_words_is_judged_by_the_reader_alone():
-    assert _level([], np.zeros(0), SETTINGS).excess("ten", 3.0) == pytest.approx(3.0 / np.sqrt(3))
+def test_what_says_nothing_leaves_what_was_thought_before():
+    at_the_border = np.expm1((USUAL.right + USUAL.misspelt) / 2) * np.sqrt(4)
+    assert USUAL.wrong("tent", float(at_the_border), 0.05) == pytest.approx(0.05)
+
+
+def test_wrong_transcripts_say_nothing_of_an_author():
+    words = np.random.default_rng(1).normal(0.6, 0.3, 200)
+    spoilt = np.where(np.arange(200) % 25 == 0, 3.0, words)
+    assert _normal(spoilt) == pytest.approx(_normal(words), abs=0.06)
+    assert _normal(words) == pytest.approx((0.6, 0.3), abs=0.06)
+
+
+@pytest.mark.slow
+def test_words_of_an_author_are_not_doubted_but_under_other_texts():
+    hand = library.find("house-joined-ballpoint")
+    own = author_reader(hand)
+    words = [word for word in own_words(hand) if len(word.text) > 2 and rereading.readable(word.text)][:60]
+    readings = [own.reader.read(word.picture) for word in words]
+    right = [word.text for word in words]
+    wrong = [text[:-2] + ("e" if text[-2] != "e" else "o") + text[-1] for text in right]
+    p_right, p_wrong = (
+        [own.wrong(text, surprise, 0.05) for text, surprise in zip(texts, surprises(readings, texts), strict=True)]
+        for texts in (right, wrong)
+    )
+    assert np.mean(np.array(p_right) > SETTINGS.told) < 0.05
+    assert np.mean(np.array(p_wrong) > SETTINGS.told) > 0.7
+
+
+def test_a_hand_without_words_is_judged_as_usual():
+    hand = library.find("house-print-fountain")
+    silent = author_reader(replace(hand, glyphs=()))
+    assert (silent.right, silent.misspelt, silent.spread) == (SETTINGS.right, SETTINGS.misspelt, SETTINGS.spread)
+    assert silent.reader is pictures.load()
 
 
 @pytest.mark.slow

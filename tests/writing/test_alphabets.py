@@ -8,12 +8,12 @@ import pytest
 from handout.errors import MissingCharacters
 from handout.hand.diacritics import DOTLESS, decomposed, recomposed
 from handout.hand.library import load
+from handout.hand.protocol import Repertoire
 from handout.page_sizes import page
 from handout.writing.compose import compose
 from handout.writing.drawn_forms import accented
-from handout.writing.drawn_words import repertoire
 from handout.writing.layout import Layout
-from handout.writing.text import LEFT_OUT, Repertoire, borrow, borrowed, normalise, spell
+from handout.writing.text import LEFT_OUT, borrow, borrowed, normalise, spell
 
 HANDS = ("house-joined", "house-quick", "house-print")
 SENTENCES = {
@@ -39,7 +39,7 @@ SIGNS = "•–—½¼¾¹²³→←↑↓✓✗★❤☺☎№™©®°±×÷�
 
 @pytest.mark.parametrize("name", HANDS)
 def test_every_sentence_is_written_without_borrowed_forms(name):
-    known = repertoire(load(name))
+    known = load(name).repertoire
     others = {"Extended-A": EXTENDED_A, "signs": SIGNS, "look-alikes": "♥ ✔ ✖ ☺️ ➜"}
     for language, text in {**SENTENCES, **others}.items():
         for form in ("NFC", "NFD"):
@@ -117,7 +117,7 @@ def test_accents_over_accents_do_not_touch():
 
 
 def test_what_is_borrowed_is_listed():
-    known = repertoire(load("house-quick"))
+    known = load("house-quick").repertoire
     text = normalise("ə and 😀 or ə, 1⃣")
     assert [(b.letter, b.source, b.at) for b in borrowed(text, known)] == [
         ("ə", "e in its place", (0, 11)),
@@ -127,7 +127,7 @@ def test_what_is_borrowed_is_listed():
 
 
 def test_a_sign_never_loses_its_stroke():
-    known = repertoire(load("house-quick"))
+    known = load("house-quick").repertoire
     bare = Repertoire(known.name, known.letters - {"≠"}, frozenset())
     assert borrow("≠", bare, 0) == [] and borrow("½", bare, 0) != []
     with pytest.raises(MissingCharacters, match="≠"):

@@ -7,7 +7,7 @@ import pytest
 
 from handout.hand.library import load
 from handout.values import Glyph
-from handout.writing.drawn_words import clear_dots, is_bar, repertoire
+from handout.writing.drawn_words import clear_dots, is_bar
 from handout.writing.text import paragraphs_of
 from tests.writing.lines_of_glyphs import drawn_units
 
@@ -36,7 +36,7 @@ BARRED = ("boot.", "but", "it.", "to", "left", "that's", "not", "lot", "(it)", "
 def words(name, texts, seeds):
     hand = load(name)
     for seed in range(seeds):
-        (pieces,) = paragraphs_of(" ".join(texts), repertoire(hand))
+        (pieces,) = paragraphs_of(" ".join(texts), hand.repertoire)
         for text, unit in zip(texts, drawn_units(hand, pieces, seed), strict=True):
             placed = unit.word.glyphs
             glyphs, strokes = [each.glyph for each in placed], [each.strokes for each in placed]

@@ -9,12 +9,13 @@ from hypothesis import strategies as st
 
 from handout.errors import InputError
 from handout.hand.library import load
+from handout.hand.protocol import Repertoire
 from handout.motion.trace import trace
 from handout.page_sizes import page
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
 from handout.writing.slips import StrikeThrough, Struck, slip
-from handout.writing.text import Repertoire, normalise, paragraphs_of, spelt
+from handout.writing.text import normalise, paragraphs_of, spelt
 from tests.writing.lines_of_glyphs import drawn_units
 
 HAND = load("house-joined")

@@ -9,10 +9,9 @@ from hypothesis import strategies as st
 from handout.errors import InputError, MissingCharacters
 from handout.hand.library import load
 from handout.writing.drawn_forms import runs
-from handout.writing.drawn_words import repertoire
 from handout.writing.text import Letter, normalise, spell
 
-HAND = repertoire(load("house-joined"))
+HAND = load("house-joined").repertoire
 
 
 def bases(text, **options):

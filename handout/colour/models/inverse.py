@@ -10,6 +10,7 @@ that come out worst count more in the next step, so that the largest difference 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,30 +24,41 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
 
-_ROUNDS, _DONE = 10, 2e-4  # Gauss–Newton; scanned, at which a colour is met
-_DAMPING = 1e-6  # of squared slopes
-_LEAP, _BEYOND = 0.25, 0.5  # device: the longest step, and how far out of 0–1 a colour may go
-_CANDIDATES = 8  # samples, near in evened L*a*b*, of which ΔE00 chooses
-_SHELL = 1.8 / 32  # scanned: a little more than the diagonal of a cell of the usual table
-_SEEN = 0.1  # ΔE00 below which nothing nearer is looked for
-_CLEARLY = 0.1  # ΔE00 less that are lost, for which the exact inverse beyond the surface is given up
-_FAR = 2.0  # ΔE00 within which the printable colour that looks nearest may lead to the exact inverse
-_STEPS = (1 / 64, 1 / 128)  # device: of the refinement
+@dataclass(frozen=True)
+class InversionSettings:
+    """How device values are found for a colour, and the nearest where none prints it."""
+
+    rounds: int = 10  # of Gauss–Newton, at most
+    done: float = 2e-4  # scanned: error at which a colour is met
+    damping: float = 1e-6  # of squared slopes
+    leap: float = 0.25  # device: the longest step
+    beyond: float = 0.5  # device: how far out of 0–1 a colour may go
+    candidates: int = 8  # samples, near in evened L*a*b*, of which ΔE00 chooses
+    shell: float = 1.8 / 32  # scanned: a little more than the diagonal of a cell of the usual table
+    seen: float = 0.1  # ΔE00 below which nothing nearer is looked for
+    clearly: float = 0.1  # ΔE00 less that are lost, for which the exact inverse beyond the surface is given up
+    far: float = 2.0  # ΔE00 within which the printable colour that looks nearest may lead to the exact inverse
+    steps: tuple[float, float] = (1 / 64, 1 / 128)  # device: of the refinement
+
+
+SETTINGS = InversionSettings()
 
 
 def solve(forward: Forward, wanted: Array, start: Array) -> Array:
     """(n, 3) device RGB, unclamped, whose scanned RGB is (n, 3) `wanted`, from (n, 3) device RGB to `start` at."""
     device = start.copy()
     left = np.arange(len(device))
-    for _ in range(_ROUNDS):
+    for _ in range(SETTINGS.rounds):
         within = np.clip(device[left], 0, 1)
         base = forward.inside(within)
         slopes = forward.slopes(within, base)
         error = wanted[left] - base - np.einsum("nij,nj->ni", slopes, device[left] - within)
-        square = np.einsum("nji,njk->nik", slopes, slopes) + _DAMPING * np.eye(3)
+        square = np.einsum("nji,njk->nik", slopes, slopes) + SETTINGS.damping * np.eye(3)
         step = np.linalg.solve(square, np.einsum("nji,nj->ni", slopes, error)[..., None])[..., 0]
-        device[left] = np.clip(device[left] + np.clip(step, -_LEAP, _LEAP), -_BEYOND, 1 + _BEYOND)
-        left = left[np.abs(error).max(axis=1) > _DONE]
+        device[left] = np.clip(
+            device[left] + np.clip(step, -SETTINGS.leap, SETTINGS.leap), -SETTINGS.beyond, 1 + SETTINGS.beyond
+        )
+        left = left[np.abs(error).max(axis=1) > SETTINGS.done]
         if not len(left):
             break
     return device
@@ -62,11 +74,11 @@ def nearest(forward: Forward, wanted: Array) -> Array:
 
     device, scanned = forward.samples
     labs, aim = conversions.lab(scanned), conversions.lab(wanted)
-    near = KDTree(conversions.evened(labs)).query(conversions.evened(aim), k=_CANDIDATES)[1]
+    near = KDTree(conversions.evened(labs)).query(conversions.evened(aim), k=SETTINGS.candidates)[1]
     far = conversions.delta_e(labs[near], aim[:, None, :])
     rows, best = np.arange(len(aim)), far.argmin(axis=1)
     device_best, cost = device[near[rows, best]], far[rows, best]
-    for step in _STEPS:
+    for step in SETTINGS.steps:
         device_best, cost = _refined(forward, aim, device_best, cost, step)
     return np.asarray(device_best)
 
@@ -104,11 +116,11 @@ def invert(forward: Forward, wanted: Array) -> Array:
     device, scanned = forward.samples
     away, which = KDTree(scanned).query(wanted)
     out = np.array(device[which])
-    close = away <= _SHELL
+    close = away <= SETTINGS.shell
     out[close] = solve(forward, wanted[close], out[close])
     lost = np.where(close, 0.0, np.inf)
     lost[close] = missed(forward, out[close], wanted[close])
-    off = np.flatnonzero(lost > _SEEN)
+    off = np.flatnonzero(lost > SETTINGS.seen)
     if len(off):
         out[off] = _better(forward, wanted[off], out[off], lost[off])
     return out
@@ -118,19 +130,19 @@ def _better(forward: Forward, wanted: Array, current: Array, lost: Array) -> Arr
     """(n, 3) device RGB: `found`, which loses (n,) ΔE00 when it is cut, or what loses clearly less."""
     printed = nearest(forward, wanted)
     short = missed(forward, printed, wanted)
-    near = short < np.minimum(lost, _FAR)
+    near = short < np.minimum(lost, SETTINGS.far)
     again = printed.copy()
     again[near] = solve(forward, wanted[near], printed[near])
     least = missed(forward, again, wanted)
     best = np.where((least <= short)[:, None], again, printed)
-    return np.where((np.minimum(least, short) < lost - _CLEARLY)[:, None], best, current)
+    return np.where((np.minimum(least, short) < lost - SETTINGS.clearly)[:, None], best, current)
 
 
 def printable(forward: Forward, wanted: Array) -> tuple[Array, Array]:
     """The printable colours nearest to (n, 3) scanned RGB: (n, 3) device RGB in 0–1, and (n,) ΔE00 that is lost."""
     device = np.clip(invert(forward, wanted), 0, 1)
     lost = missed(forward, device, wanted)
-    off = np.flatnonzero(lost > _SEEN)
+    off = np.flatnonzero(lost > SETTINGS.seen)
     if len(off):
         other = nearest(forward, wanted[off])
         short = missed(forward, other, wanted[off])
@@ -139,26 +151,37 @@ def printable(forward: Forward, wanted: Array) -> tuple[Array, Array]:
     return device, lost
 
 
-_GREYS, _WEIGHT = 256, 2.0  # the eye is more sensitive to greys (seed 000, Appendix K)
-_STAY = 10.0  # ΔE per unit of device RGB: what moving a node costs
-_NEWTON_STEPS, _CG_ROUNDS = 2, 40  # of Gauss–Newton, and of conjugate gradients in each
-_PUSH, _RIM = 0.02, (0.25, 0.75)  # device; cells of the table
-_LIGHT = 0.25  # of a colour beyond what can be printed
-_WORST, _MOST = 0.5, 2.5  # ΔE: a colour that is off by it counts twice; how much the worst may count
+@dataclass(frozen=True)
+class FitSettings:
+    """How the nodes of the table are moved so that colours between them come out right."""
+
+    greys: int = 256  # that are fitted besides the samples
+    weight: float = 2.0  # of each: the eye is more sensitive to greys (seed 000, Appendix K)
+    stay: float = 10.0  # ΔE per unit of device RGB: what moving a node costs
+    newton_steps: int = 2  # of Gauss–Newton
+    cg_rounds: int = 40  # of conjugate gradients, in each step
+    push: float = 0.02  # device
+    rim: tuple[float, float] = (0.25, 0.75)  # cells of the table
+    light: float = 0.25  # of a colour beyond what can be printed
+    worst: float = 0.5  # ΔE: a colour that is off by it counts twice
+    most: float = 2.5  # how much the worst may count
+
+
+FIT = FitSettings()
 
 
 def optimised_nodes(forward: Forward, nodes: Array, side: int) -> Array:
     """(side³, 3) nodes, device RGB, moved from `nodes`: the best of what `nodes` and the steps give."""
     mixing, wanted, weight = _samples(forward, side)
     best, least = nodes, np.inf
-    for step in range(_NEWTON_STEPS + 1):
+    for step in range(FIT.newton_steps + 1):
         error, steep = _missing(forward, mixing @ nodes, wanted)
         away = np.linalg.norm(error, axis=1)
-        count = weight * np.minimum(np.hypot(1, away / _WORST), _MOST)
+        count = weight * np.minimum(np.hypot(1, away / FIT.worst), FIT.most)
         cost = float(((count * away) ** 2).sum())
         if cost < least:
             best, least = nodes, cost
-        if step < _NEWTON_STEPS:
+        if step < FIT.newton_steps:
             nodes = nodes + _moves(mixing, steep * count[:, None, None], error * count[:, None], nodes.shape)
     return np.asarray(best)
 
@@ -168,10 +191,10 @@ def _samples(forward: Forward, side: int) -> tuple[csr_matrix, Array, Array]:
     and how much each counts (n,)."""
     from scipy.sparse import csr_matrix
 
-    greys = np.repeat(np.linspace(0, 1, _GREYS)[:, None], 3, axis=1)
+    greys = np.repeat(np.linspace(0, 1, FIT.greys)[:, None], 3, axis=1)
     scanned = np.concatenate([forward.samples[1], forward.inside(greys)])
     rim, shown = _rim(forward, 1 / (side - 1))
-    weight = np.repeat([1.0, _WEIGHT, _LIGHT], [len(forward.samples[1]), _GREYS, len(rim)])
+    weight = np.repeat([1.0, FIT.weight, FIT.light], [len(forward.samples[1]), FIT.greys, len(rim)])
     wanted = np.concatenate([conversions.evened(conversions.lab(scanned)), shown])
     corners, shares = parts(side, np.ascontiguousarray(np.concatenate([scanned, rim]).T))
     rows = np.tile(np.arange(len(wanted)), 4)
@@ -188,13 +211,13 @@ def _moves(mixing: csr_matrix, steep: Array, error: Array, shape: tuple[int, ...
     def pull(moved: Array) -> Array:
         away = mixing @ moved.reshape(shape)
         back = mixing.T @ np.einsum("nij,nj->ni", normal, away)
-        return np.asarray(back.ravel() + _STAY**2 * moved.ravel())
+        return np.asarray(back.ravel() + FIT.stay**2 * moved.ravel())
 
-    square = mixing.multiply(mixing).T @ np.einsum("nii->ni", normal) + _STAY**2
+    square = mixing.multiply(mixing).T @ np.einsum("nii->ni", normal) + FIT.stay**2
     problem = LinearOperator((square.size, square.size), matvec=pull, dtype=np.float64)
     easier = LinearOperator(problem.shape, matvec=lambda moved: moved / square.ravel(), dtype=np.float64)
     force = mixing.T @ np.einsum("nki,nk->ni", steep, error)
-    return np.asarray(cg(problem, force.ravel(), maxiter=_CG_ROUNDS, rtol=1e-4, M=easier)[0].reshape(shape))
+    return np.asarray(cg(problem, force.ravel(), maxiter=FIT.cg_rounds, rtol=1e-4, M=easier)[0].reshape(shape))
 
 
 def _missing(forward: Forward, sent: Array, wanted: Array) -> tuple[Array, Array]:
@@ -216,10 +239,10 @@ def _missing(forward: Forward, sent: Array, wanted: Array) -> tuple[Array, Array
 def _rim(forward: Forward, cell: float) -> tuple[Array, Array]:
     """(n, 3) scanned colours a little beyond what can be printed, and (n, 3) evened L*a*b* of the nearest printable."""
     device, scanned = forward.skin
-    push = np.where(device == 0, -_PUSH, np.where(device == 1, _PUSH, 0.0))
+    push = np.where(device == 0, -FIT.push, np.where(device == 1, FIT.push, 0.0))
     outward = forward(device + push) - scanned
     outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-9)
-    rim = scanned + cell * np.resize(_RIM, len(scanned))[:, None] * outward
+    rim = scanned + cell * np.resize(FIT.rim, len(scanned))[:, None] * outward
     rim = rim[((rim >= 0) & (rim <= 1)).all(axis=1)]
     printed = printable(forward, rim)[0]
     return rim, conversions.evened(conversions.lab(forward.inside(printed)))

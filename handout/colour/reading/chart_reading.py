@@ -177,7 +177,7 @@ def _sheet_reading(scan: Scan, placement: Placement) -> SheetReading:
         spoilt, blemishes = print_checks.spoilt_patches(sheet, ideal, grainy)
         findings += [*stripes, *blemishes]
         bad = bad | spoilt
-    findings = picture_checks.of_coarse(placement, scan.source, findings)
+    findings = picture_checks.with_resolution(placement, scan.source, findings)
     white = sheet.where(255, 255, 255)
     scribble = scribble_of(scan, placement, values[white].mean(axis=0), shading) if white.any() else None
     return SheetReading(scan, placement, sampled, shading, values, ~bad, tuple(findings), scribble)

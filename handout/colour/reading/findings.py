@@ -10,6 +10,8 @@ from handout.errors import InputError
 
 _SHOWN = 8  # patches that a sentence names
 
+Severity = Literal["refuse", "warn"]
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -23,7 +25,7 @@ class Finding:
     """
 
     code: str
-    severity: Literal["refuse", "warn"]
+    severity: Severity
     sentence: str
     where: str = ""
     patches: tuple[str, ...] = ()

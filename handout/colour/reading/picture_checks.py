@@ -1,35 +1,47 @@
-"""What is wrong with a scan as a picture: its place and size, its packing, its tones.
+"""Checks of a scan as a picture: where the page lies in it, its size, its file format, its tones.
 
-Add a check: a function of a `ScannedPage` that gives findings, and its name in `CHECKS` at the end of the file.  What
-is wrong with the print, seen in the patches, is checked in `print_checks`; the amount of ink in `solid_inks`.
+Add a check: a function of a `ScannedPage` that gives findings, and its name in `CHECKS` at the end of the file.  Faults
+of the print, which show in the patches, are checked in `print_checks`; the amount of ink in `solid_inks`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from handout import units
 from handout.colour.chart import MARKS, ChartPage
-from handout.colour.reading.findings import Finding, listed
+from handout.colour.reading.findings import Finding, Severity, listed
 from handout.colour.reading.patch_means import Sampled
 from handout.colour.reading.registration import Placement
 from handout.colour.reading.scan_files import GREY, Scan
 
 LEAST_PIXELS = 10.0  # a patch's side
-_TRUE = 0.01  # share by which scanners and printers may be off
-_PLAUSIBLE = (0.75, 1.35)  # of the printed size against the true one; outside, the file's dpi is of something else
-_WARP, _WORST_WARP, _DOUBT = 0.5, 6.0, 3.5  # mm
-_GREY = 1.5 / 255  # between channels of any patch: colour scans of a chart differ by far more
-_COARSE = 78.0  # dpi under which single marks are hard to read, and the edge of a patch looks like dust on it
-_TOO_COARSE = 62.0  # under which that may happen to any of them
-_LOOKED = 2400  # pixels a side, in which blocks are looked for
-_BLOCKY = 1.5  # scans that never were a JPEG have 1.0 to 1.15, others 1.4 to 3
-_HOLES = 0.04  # scans have 0 to 0.02; a gamma laid on 8 bits leaves 0.08
+
+
+@dataclass(frozen=True)
+class PictureBounds:
+    """What a scan may be as a picture before it is warned of or refused."""
+
+    size_error: float = 0.01  # share by which scanners and printers may be off
+    # of the printed size against the true one; outside, the file's dpi is of something else
+    plausible_scale: tuple[float, float] = (0.75, 1.35)
+    warp: float = 0.5  # mm by which the page is bent: warned of
+    worst_warp: float = 6.0  # mm: refused
+    position_doubt: float = 3.5  # mm by which parts of the page contradict each other: refused
+    grey_difference: float = 1.5 / 255  # between channels of any patch: colour scans of a chart differ by far more
+    # dpi under which single marks are hard to read, and the edge of a patch looks like dust on it
+    coarse_dpi: float = 78.0
+    too_coarse_dpi: float = 62.0  # under which that may happen to any of them
+    block_window: int = 2400  # pixels a side, in which blocks are looked for
+    blockiness: float = 1.5  # scans that never were a JPEG have 1.0 to 1.15, others 1.4 to 3
+    missing_tones: float = 0.04  # scans have 0 to 0.02; a gamma laid on 8 bits leaves 0.08
+
+
+BOUNDS = PictureBounds()
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,56 +65,77 @@ class ScannedPage:
 
 def of_place(scanned: ScannedPage) -> list[Finding]:
     """Findings about where and how the page lies."""
-    findings: list[Finding] = []
     placement, source = scanned.placement, scanned.source
-
-    def say(code: str, severity: Any, sentence: str) -> None:
-        findings.append(Finding(code, severity, sentence, source))
-
+    findings = []
     side = placement.page.pitch / placement.pixel
     if side < LEAST_PIXELS:
         wanted = LEAST_PIXELS * placement.dpi / side
-        say(
-            "low-dpi",
-            "refuse",
-            f"A patch has only {side:.1f} pixels a side ({placement.dpi:.0f} dpi), and needs "
-            f"{LEAST_PIXELS:.0f} ({wanted:.0f} dpi): scan at 300 dpi.",
+        sentence = (
+            f"A patch has only {side:.1f} pixels a side ({placement.dpi:.0f} dpi), and needs {LEAST_PIXELS:.0f} "
+            f"({wanted:.0f} dpi): scan at 300 dpi."
         )
+        findings.append(Finding("low-dpi", "refuse", sentence, source))
     if placement.mirrored:
-        say(
-            "mirrored",
-            "warn",
-            "The scan is mirrored; it was read all the same. Switch mirroring off in the scanner's "
-            "program, or the handwriting will be read mirrored too.",
+        sentence = (
+            "The scan is mirrored; it was read all the same. Switch mirroring off in the scanner's program, or the "
+            "handwriting will be read mirrored too."
         )
-    _of_size(placement, say)
-    if placement.warp > _WORST_WARP or placement.doubt > _DOUBT:
-        say(
-            "warped",
-            "refuse",
+        findings.append(Finding("mirrored", "warn", sentence, source))
+    findings += _wrong_sizes(placement, source)
+    if placement.warp > BOUNDS.worst_warp or placement.doubt > BOUNDS.position_doubt:
+        sentence = (
             f"The page is bent or seen aslant by up to {placement.warp:.1f} mm, and parts of it by "
             f"{placement.doubt:.1f} mm against the others, so that patches cannot be found safely: press it flat on "
-            "the scanner's glass, do not photograph it.",
+            "the scanner's glass, do not photograph it."
         )
-    elif placement.warp > _WARP:
-        say(
-            "warped",
-            "warn",
-            f"The page is bent by up to {placement.warp:.1f} mm; the patches were found all the same. "
-            "Press it flat under a closed lid: paper that does not touch the glass is scanned darker.",
+        findings.append(Finding("warped", "refuse", sentence, source))
+    elif placement.warp > BOUNDS.warp:
+        sentence = (
+            f"The page is bent by up to {placement.warp:.1f} mm; the patches were found all the same. Press it flat "
+            "under a closed lid: paper that does not touch the glass is scanned darker."
         )
+        findings.append(Finding("warped", "warn", sentence, source))
     return findings
 
 
-def of_coarse(placement: Placement, source: str, findings: list[Finding]) -> list[Finding]:
-    """The findings about a scan; what too few pixels look like is put down to them, and far too few are named."""
+def _wrong_sizes(placement: Placement, source: str) -> Iterator[Finding]:
+    """Warnings about the size of the printed page."""
+    if placement.stretch > 1 + BOUNDS.size_error:
+        sentence = (
+            f"The page is {placement.stretch - 1:.1%} longer in one direction than in the other: print it at its true "
+            "size and scan it with the same resolution both ways."
+        )
+        yield Finding("stretched", "warn", sentence, source)
+    if placement.scale is None:
+        return
+    mean = sum(placement.scale) / 2
+    if not BOUNDS.plausible_scale[0] < mean < BOUNDS.plausible_scale[1]:
+        sentence = (
+            f"The file says a resolution at which the page would be {mean:.0%} of its size, so that it is not that of "
+            "the scan: save scans from the scanner's own program."
+        )
+        yield Finding("no-dpi", "warn", sentence, source)
+    elif abs(mean - 1) > BOUNDS.size_error:
+        sentence = (
+            f"The page is printed at {mean:.1%} of its size: print it at 100 %, without 'fit to page' or 'borderless'; "
+            "letters would be printed in the wrong size too."
+        )
+        yield Finding("scaled", "warn", sentence, source)
+
+
+def with_resolution(placement: Placement, source: str, findings: list[Finding]) -> list[Finding]:
+    """The findings about a scan, with a low resolution named as the cause of those that it can explain.
+
+    A scan of few pixels hides marks and makes the edges of patches look like dust or stripes: such findings are
+    replaced by one about the resolution.  So few that any mark may be lost are named in any case.
+    """
     effects = [finding for finding in findings if finding.code in ("marks-hidden", "blemish", "uneven", "banding")]
-    if placement.dpi >= _TOO_COARSE and (placement.dpi >= _COARSE or not effects):
+    if placement.dpi >= BOUNDS.too_coarse_dpi and (placement.dpi >= BOUNDS.coarse_dpi or not effects):
         return findings
     others = [finding for finding in findings if finding not in effects]
     if any(finding.code == "low-dpi" for finding in others):
         return others
-    severity: Any = "refuse" if any(finding.severity == "refuse" for finding in effects) else "warn"
+    severity: Severity = "refuse" if any(finding.severity == "refuse" for finding in effects) else "warn"
     sentence = (
         f"The scan has only {placement.dpi:.0f} dpi, too few to read all marks safely and to tell dust from the edges "
         "of patches: scan at 300 dpi."
@@ -110,46 +143,18 @@ def of_coarse(placement: Placement, source: str, findings: list[Finding]) -> lis
     return [*others, Finding("low-dpi", severity, sentence, source)]
 
 
-def _of_size(placement: Placement, say: Any) -> None:
-    if placement.stretch > 1 + _TRUE:
-        say(
-            "stretched",
-            "warn",
-            f"The page is {placement.stretch - 1:.1%} longer in one direction than in the other: "
-            "print it at its true size and scan it with the same resolution both ways.",
-        )
-    if placement.scale is None:
-        return
-    mean = sum(placement.scale) / 2
-    if not _PLAUSIBLE[0] < mean < _PLAUSIBLE[1]:
-        say(
-            "no-dpi",
-            "warn",
-            f"The file says a resolution at which the page would be {mean:.0%} of its size, so that "
-            "it is not that of the scan: save scans from the scanner's own program.",
-        )
-    elif abs(mean - 1) > _TRUE:
-        say(
-            "scaled",
-            "warn",
-            f"The page is printed at {mean:.1%} of its size: print it at 100 %, without 'fit to "
-            "page' or 'borderless'; letters would be printed in the wrong size too.",
-        )
-
-
 def of_marks(scanned: ScannedPage) -> list[Finding]:
-    """Findings about what is missing of the page."""
+    """Findings about patches and marks that are cut off or covered."""
     scan, placement, sampled = scanned.scan, scanned.placement, scanned.sampled
     page, source = scanned.page, scanned.source
     names = np.array(page.names)
     missing = names[~sampled.inside]
     findings = []
     if len(missing):
-        edges = _edges(page.cells, sampled.inside, page.columns, page.rows)
         sentence = (
-            f"The {edges} of the chart is cut off, and with it {len(missing)} of "
-            f"{units.count(len(names), 'patch', 'patches')} ({listed(missing)}): lay the page so that "
-            f"all of it is scanned."
+            f"The {_cut_edges(page, sampled.inside)} of the chart is cut off, and with it {len(missing)} of "
+            f"{units.count(len(names), 'patch', 'patches')} ({listed(missing)}): lay the page so that all of it is "
+            "scanned."
         )
         findings.append(Finding("cropped", "refuse", sentence, source, tuple(missing.tolist())))
     height, width = scan.pixels.shape[:2]
@@ -165,13 +170,14 @@ def of_marks(scanned: ScannedPage) -> list[Finding]:
     return findings
 
 
-def _edges(cells: NDArray[np.intp], inside: NDArray[np.bool_], columns: int, rows: int) -> str:
+def _cut_edges(page: ChartPage, inside: NDArray[np.bool_]) -> str:
     """Which edges of the page are cut off: those along which most patches are missing."""
+    column, row = page.cells.T
     at = {
-        "upper edge": cells[:, 1] == 0,
-        "right edge": cells[:, 0] == columns - 1,
-        "lower edge": cells[:, 1] == rows - 1,
-        "left edge": cells[:, 0] == 0,
+        "upper edge": row == 0,
+        "right edge": column == page.columns - 1,
+        "lower edge": row == page.rows - 1,
+        "left edge": column == 0,
     }
     share = {name: float((~inside[mask]).mean()) for name, mask in at.items()}
     most = [name for name, part in share.items() if part > 0.5] or [max(share, key=lambda name: share[name])]
@@ -186,20 +192,20 @@ def of_pixels(scanned: ScannedPage) -> list[Finding]:
     blocks = sampled.blocks[sampled.inside]
     if sampled.distinct <= 4:
         sentence = (
-            "The scan holds black and white only: choose colour (24 or 48 bits) in "
-            "the scanner's program, not text or line art."
+            "The scan holds black and white only: choose colour (24 or 48 bits) in the scanner's program, not text or "
+            "line art."
         )
         findings.append(Finding("grey", "refuse", sentence, scan.source))
-    elif "grey" not in codes and len(blocks) and float(np.ptp(blocks, axis=-1).max()) < _GREY:
+    elif "grey" not in codes and len(blocks) and float(np.ptp(blocks, axis=-1).max()) < BOUNDS.grey_difference:
         findings.append(Finding("grey", "refuse", GREY, scan.source))
     if scan.full == 255:
-        if not scan.jpeg and (strength := blockiness(scan.pixels)) > _BLOCKY:
+        if not scan.jpeg and (strength := blockiness(scan.pixels)) > BOUNDS.blockiness:
             sentence = (
                 "The picture was a JPEG before it was saved as it is (blocks of 8 "
                 f"pixels stand out by {strength - 1:.0%}): let the scanner save the scan as TIFF or PNG."
             )
             findings.append(Finding("jpeg", "warn", sentence, scan.source))
-        if (holes := _holes(scan.pixels)) > _HOLES and sampled.distinct > 64:
+        if (holes := _holes(scan.pixels)) > BOUNDS.missing_tones and sampled.distinct > 64:
             sentence = (
                 f"{holes:.0%} of the tones between dark and light do not occur: the "
                 "scan was changed after it was taken (gamma, contrast or colour). Switch all corrections off, and "
@@ -212,8 +218,8 @@ def of_pixels(scanned: ScannedPage) -> list[Finding]:
 def blockiness(pixels: NDArray[np.uint8]) -> float:
     """How much more neighbours differ at the edges of 8 × 8 blocks than elsewhere; about 1 if nothing was a JPEG."""
     # the middle of a large picture tells as much as all of it; it begins where a block does
-    top, left = (max(0, size - _LOOKED) // 16 * 8 for size in pixels.shape[:2])
-    grey = pixels[top : top + _LOOKED, left : left + _LOOKED, 1].astype(np.int16)
+    top, left = (max(0, size - BOUNDS.block_window) // 16 * 8 for size in pixels.shape[:2])
+    grey = pixels[top : top + BOUNDS.block_window, left : left + BOUNDS.block_window, 1].astype(np.int16)
     worst = 1.0
     for axis in (0, 1):
         # large steps are edges of patches, which fall anywhere
@@ -226,7 +232,7 @@ def blockiness(pixels: NDArray[np.uint8]) -> float:
 
 
 def _holes(pixels: NDArray[np.uint8]) -> float:
-    """Share of the numbers between the 2nd and 98th percentile that hardly occur beside those about them."""
+    """Share of the levels between the 2nd and 98th percentile that hardly occur, compared with those near them."""
     counts = np.bincount(pixels[::3, ::3, 1].ravel(), minlength=256).astype(np.float64)
     total = np.cumsum(counts) / counts.sum()
     low, high = int(np.searchsorted(total, 0.02)), int(np.searchsorted(total, 0.98))

@@ -20,16 +20,30 @@ from handout.colour.reading.patch_means import BLOCKS, Shading
 from handout.colour.reading.picture_checks import ScannedPage
 from handout.values import Array
 
-_CLIPPED, _LOST = 0.05, 0.5  # share of pixels at an end of the scale, of white or black patches
-_TONE = (0.18, 0.55)  # where grey 128 lies between black and white on printers and scanners without corrections
-_SHADED, _DARK = 0.04, 0.35  # how much the factor of shading may differ over the page
-_STEP = 1.0 / 255  # a level of 8 bits
-_STRIPE = 1.2 / 255  # least stripe that is a fault: a little more than a level
-_ODD, _ODD_MANY = 0.25, 0.1  # share of a patch, and of the page's patches
-_FAR = 18.0 / 255  # least distance of a spoilt patch from what its colour should be; a real printer has 13
-_AGAIN_FAR, _AROUND_FAR = 5.0 / 255, 7.0 / 255  # the same for colours that come again, and for 3 × 3 patches
-_EDGE_FAR, _REACH = 5.0 / 255, 4  # the same beside spoilt patches, and how many patches further
-_MANY = 0.05  # of the patches: with more of them spoilt it is another print
+
+@dataclass(frozen=True)
+class PageBounds:
+    """What a page may show before it is called faulty."""
+
+    clipped: float = 0.05  # share of the pixels of white or black patches that lie at an end of the scale: warned of
+    lost: float = 0.5  # the same: refused
+    # where grey 128 lies between black and white on printers and scanners without corrections
+    tone: tuple[float, float] = (0.18, 0.55)
+    shaded: float = 0.04  # by how much the factor of shading differs over the page: warned of
+    dark: float = 0.35  # the same: refused
+    step: float = 1.0 / 255  # a level of 8 bits
+    stripe: float = 1.2 / 255  # least stripe that is a fault: a little more than a level
+    odd: float = 0.25  # share of a patch that dust covers
+    odd_many: float = 0.1  # share of the page's patches: so many odd ones are the grain of the print, not dust
+    far: float = 18.0 / 255  # least distance of a spoilt patch from what its colour should be; a real printer has 13
+    again_far: float = 5.0 / 255  # the same for colours that come again
+    around_far: float = 7.0 / 255  # the same for the mean of 3 × 3 patches
+    edge_far: float = 5.0 / 255  # the same beside spoilt patches
+    reach: int = 4  # patches from a spoilt one that count as beside it
+    many: float = 0.05  # of the patches: with more of them spoilt it is another print
+
+
+BOUNDS = PageBounds()
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +66,7 @@ def of_tones(sheet: ReadPage) -> list[Finding]:
         return []
     high = float(sheet.sampled.high[white].mean(axis=0).max())
     low = float(sheet.sampled.low[black].mean(axis=0).max())
-    if min(high, low) > _CLIPPED:
+    if min(high, low) > BOUNDS.clipped:
         sentence = (
             f"Light and dark tones both reach the ends of the scale ({high:.0%} and {low:.0%} of the pixels of white "
             "and black patches): the scanner stretches contrast or colour by itself. Switch everything automatic "
@@ -61,8 +75,8 @@ def of_tones(sheet: ReadPage) -> list[Finding]:
         return [Finding("automatic", "refuse", sentence, sheet.source)]
     findings = []
     for code, name, share in (("clipped-whites", "lightest", high), ("clipped-blacks", "darkest", low)):
-        if share > _CLIPPED:
-            severity: Any = "refuse" if share > _LOST else "warn"
+        if share > BOUNDS.clipped:
+            severity: Any = "refuse" if share > BOUNDS.lost else "warn"
             sentence = (
                 f"The {name} tones are cut off ({share:.0%} of the pixels of {name} patches are at the end of the "
                 "scale): lower the scanner's contrast, switch off automatic exposure, and scan the chart again."
@@ -83,9 +97,9 @@ def _of_gamma(sheet: ReadPage, white: NDArray[np.bool_], black: NDArray[np.bool_
         )
         return [Finding("tone", "refuse", sentence, sheet.source)]
     place = (grey - dark) / (light - dark)
-    if _TONE[0] <= place <= _TONE[1]:
+    if BOUNDS.tone[0] <= place <= BOUNDS.tone[1]:
         return []
-    what = "dark" if place < _TONE[0] else "light"
+    what = "dark" if place < BOUNDS.tone[0] else "light"
     sentence = (
         f"Middle greys are far too {what} (at {place:.0%} of the way from black to white): the "
         "scanner's gamma or an automatic correction is at work. Switch automatic colour, contrast and gamma off, "
@@ -98,9 +112,9 @@ def _of_shading(sheet: ReadPage) -> list[Finding]:
     middles = (sheet.page.boxes[:, :2] + sheet.page.boxes[:, 2:]) / 2
     factor = sheet.shading.at(middles).mean(axis=1)
     range_ = float(np.ptp(factor)) if len(factor) else 0.0
-    if range_ <= _SHADED:
+    if range_ <= BOUNDS.shaded:
         return []
-    severity: Any = "refuse" if range_ > _DARK else "warn"
+    severity: Any = "refuse" if range_ > BOUNDS.dark else "warn"
     done = "that is too much to take out" if severity == "refuse" else "it was taken out"
     low = middles[int(factor.argmin())] / (sheet.page.paper.width, sheet.page.paper.height)
     side = f"{('upper', 'lower')[int(low[1] > 0.5)]} {('left', 'right')[int(low[0] > 0.5)]}"
@@ -118,8 +132,8 @@ def spoilt_patches(sheet: ReadPage, ideal: Array, grainy: bool = False) -> tuple
     grainy : whether stripes or a JPEG make patches uneven within: unevenness is not taken for dust then.
     """
     inside, odd = sheet.sampled.inside, sheet.sampled.odd
-    dusty = inside & (odd > _ODD) & (not grainy)
-    if dusty.sum() > _ODD_MANY * len(inside):
+    dusty = inside & (odd > BOUNDS.odd) & (not grainy)
+    if dusty.sum() > BOUNDS.odd_many * len(inside):
         return np.zeros_like(inside), [
             Finding(
                 "uneven",
@@ -131,8 +145,8 @@ def spoilt_patches(sheet: ReadPage, ideal: Array, grainy: bool = False) -> tuple
         ]
     off = sheet.values - ideal
     far, bright = _outliers(sheet, off)
-    bad = inside & (far | (dusty & (odd > 2 * _ODD)))
-    if bad.sum() > _MANY * len(inside):
+    bad = inside & (far | (dusty & (odd > 2 * BOUNDS.odd)))
+    if bad.sum() > BOUNDS.many * len(inside):
         cause = "there is glare, or something" if bright[bad].mean() > 0.8 else "something"
         sentence = (
             f"{bad.sum()} of {len(inside)} patches look unlike their colour ({listed(_names(sheet, bad))}): {cause} "
@@ -146,14 +160,16 @@ def _outliers(sheet: ReadPage, off: Array) -> tuple[NDArray[np.bool_], NDArray[n
     """(n,) patches off their ideal by more than chance, alone or with their neighbours; (n,) which are too light."""
     inside = sheet.sampled.inside
     usual = 1.4826 * np.median(np.abs(off[inside]), axis=0)
-    alone = (np.abs(off) > np.maximum(8 * usual, _FAR)).any(axis=1)
+    alone = (np.abs(off) > np.maximum(8 * usual, BOUNDS.far)).any(axis=1)
     around = _local_median(sheet, off)
     sigma = 1.4826 * np.median(np.abs(around[inside]), axis=0)
-    together = (np.abs(around) > np.maximum(7 * sigma, _AROUND_FAR)).any(axis=1) & (np.abs(off) > _STEP * 3).any(axis=1)
+    together = (np.abs(around) > np.maximum(7 * sigma, BOUNDS.around_far)).any(axis=1) & (
+        np.abs(off) > BOUNDS.step * 3
+    ).any(axis=1)
     bad = (alone | together | _unlike_repeats(sheet)) & inside
     # what lies on one patch reaches into the next: beside bad ones less is enough
-    doubtful = (np.abs(off) > np.maximum(4 * usual, _EDGE_FAR)).any(axis=1) & inside
-    for _ in range(_REACH):
+    doubtful = (np.abs(off) > np.maximum(4 * usual, BOUNDS.edge_far)).any(axis=1) & inside
+    for _ in range(BOUNDS.reach):
         bad = bad | (doubtful & _touching(sheet, bad))
     return bad, off.mean(axis=1) > 0
 
@@ -185,7 +201,7 @@ def _unlike_repeats(sheet: ReadPage) -> NDArray[np.bool_]:
     for index in np.flatnonzero(np.bincount(group[sheet.sampled.inside]) >= 5):
         mine = np.flatnonzero((group == index) & sheet.sampled.inside)
         off = np.abs(sheet.values[mine] - np.median(sheet.values[mine], axis=0))
-        unlike[mine] = (off > np.maximum(8 * 1.4826 * np.median(off, axis=0), _AGAIN_FAR)).any(axis=1)
+        unlike[mine] = (off > np.maximum(8 * 1.4826 * np.median(off, axis=0), BOUNDS.again_far)).any(axis=1)
     return unlike
 
 
@@ -229,7 +245,7 @@ def of_stripes(sheet: ReadPage, ideal: Array) -> list[Finding]:
         fine = _profile(within.mean(axis=2 if axis == 1 else 1), line)
         expected = float(within.std()) / np.sqrt(BLOCKS * max(1, np.bincount(line).max()))
         worst = float(np.abs(fine).max())
-        if worst > max(_STRIPE, 8 * expected):
+        if worst > max(BOUNDS.stripe, 8 * expected):
             at = int(np.abs(fine).max(axis=1).argmax())
             place = f"row {at + 1}" if axis == 1 else f"column {at + 1}"
             sentence = (
@@ -268,11 +284,21 @@ def ideal_of(device: Array, values: Array, usable: NDArray[np.bool_]) -> Array:
     return np.asarray(fitted)
 
 
-_RANK, _FLAT_STEPS = 0.97, 0.12  # a real inkjet (Canon PRO-1000 on an Epson V850) has 0.9996 and 0.002
-_INK = 0.12  # least that a full ink darkens its own channel
-_RAMP, _RUN = 3.0 / 255, 40  # least error of a ramp that falls, and longest run of greys that look alike
-_CHANCE = 6.0  # standard errors of a grey that are no fault
-_ALIKE, _UNLIKE = 0.5 / 255, 20.0 / 255  # scans that are the same, of colours that are not
+@dataclass(frozen=True)
+class PrinterBounds:
+    """What a printer may show, in all colours that were read."""
+
+    rank: float = 0.97  # a real inkjet (Canon PRO-1000 on an Epson V850) has 0.9996 and 0.002
+    flat_steps: float = 0.12
+    ink: float = 0.12  # least that a full ink darkens its own channel
+    ramp: float = 3.0 / 255  # least error of a ramp that falls, and longest run of greys that look alike
+    run: int = 40
+    chance: float = 6.0  # standard errors of a grey that are no fault
+    alike: float = 0.5 / 255  # scans that are the same, of colours that are not
+    unlike: float = 20.0 / 255
+
+
+PRINTER_BOUNDS = PrinterBounds()
 
 
 def _of_rank(device: Array, scanned: Array, _: Array) -> list[Finding]:
@@ -290,9 +316,9 @@ def _of_rank(device: Array, scanned: Array, _: Array) -> list[Finding]:
             return []
         order = lines.argsort(axis=1).argsort(axis=1)
         ranks.append(float((1 - 6 * ((order - np.arange(8)) ** 2).sum(axis=1) / (8 * 63)).mean()))
-        flats.append(float((np.diff(lines, axis=1) < _STEP).mean()))
+        flats.append(float((np.diff(lines, axis=1) < BOUNDS.step).mean()))
     worst = int(np.argmin(ranks))
-    if min(ranks) >= _RANK and max(flats) <= _FLAT_STEPS:
+    if min(ranks) >= PRINTER_BOUNDS.rank and max(flats) <= PRINTER_BOUNDS.flat_steps:
         return []
     sentence = (
         f"What was printed does not follow what was sent (rank correlation "
@@ -309,7 +335,7 @@ def _of_ramps(device: Array, scanned: Array, deviation: Array) -> list[Finding]:
         others = [k for k in range(3) if k != channel]
         alone = (device[:, others] == 1).all(axis=1)
         ramp = scanned[alone][device[alone, channel].argsort(), channel]
-        if len(ramp) > 2 and ramp[-1] - ramp[0] < _INK:
+        if len(ramp) > 2 and ramp[-1] - ramp[0] < PRINTER_BOUNDS.ink:
             sentence = (
                 f"The ramp of {ink} is flat ({ramp[-1] - ramp[0]:.0%} of the scale "
                 "from paper to full ink): a nozzle is clogged or the cartridge is empty. Print a nozzle check, "
@@ -322,9 +348,9 @@ def _of_ramps(device: Array, scanned: Array, deviation: Array) -> list[Finding]:
     if len(grey) < 32:
         return findings
     # the greatest of many errors, and both of the greys have one
-    chance = _CHANCE * deviation[neutral][order]
+    chance = PRINTER_BOUNDS.chance * deviation[neutral][order]
     fall = np.maximum(np.maximum.accumulate(grey) - grey - chance, 0.0)
-    if float(fall.max()) > _RAMP:
+    if float(fall.max()) > PRINTER_BOUNDS.ramp:
         sentence = (
             f"The greys do not get lighter steadily (by up to {fall.max() * 255:.1f} of 255 "
             f"wrong, at grey {level[int(fall.argmax())]:.0f}): the print is banded, or the paper takes the ink "
@@ -332,7 +358,7 @@ def _of_ramps(device: Array, scanned: Array, deviation: Array) -> list[Finding]:
         )
         findings.append(Finding("ramp", "warn", sentence))
     run, at = _longest_run(grey, level)
-    if run >= _RUN:
+    if run >= PRINTER_BOUNDS.run:
         sentence = (
             f"Greys {at:.0f} to {at + run:.0f} look alike: the printer's or the scanner's "
             "driver cuts tones off. Switch its corrections off, and choose the paper that is in the printer."
@@ -346,7 +372,7 @@ def _longest_run(grey: Array, level: Array) -> tuple[float, float]:
     smooth = np.convolve(np.pad(grey, 3, mode="edge"), np.ones(7) / 7, mode="valid")
     best, at, start = 0.0, 0.0, 0
     for end in range(len(smooth)):
-        while smooth[end] - smooth[start] > 1.5 * _STEP:
+        while smooth[end] - smooth[start] > 1.5 * BOUNDS.step:
             start += 1
         if level[end] - level[start] > best:
             best, at = float(level[end] - level[start]), float(level[start])
@@ -357,12 +383,12 @@ def _of_twins(device: Array, scanned: Array, _: Array) -> list[Finding]:
     """Different colours that look the same: no table can tell them apart again."""
     from scipy.spatial import cKDTree
 
-    pairs = cKDTree(scanned).query_pairs(_ALIKE, output_type="ndarray")
-    pairs = pairs[np.abs(device[pairs[:, 0]] - device[pairs[:, 1]]).max(axis=1) > _UNLIKE]
+    pairs = cKDTree(scanned).query_pairs(PRINTER_BOUNDS.alike, output_type="ndarray")
+    pairs = pairs[np.abs(device[pairs[:, 0]] - device[pairs[:, 1]]).max(axis=1) > PRINTER_BOUNDS.unlike]
     if not len(pairs):
         return []
     share = len(np.unique(pairs)) / len(device)
-    severity: Any = "refuse" if share > _MANY else "warn"
+    severity: Any = "refuse" if share > BOUNDS.many else "warn"
     shown = "; ".join(
         " and ".join(",".join(f"{v * 255:.0f}" for v in device[i]) for i in pair) for pair in pairs[:3].tolist()
     )

@@ -1,8 +1,8 @@
-"""Whether a printer laid down all of its ink: its strongest colours against each other and against known printers'.
+"""Whether a printer laid down all of its ink, told by ratios of the densities of its strongest colours.
 
-A scanner's gamma multiplies all densities by one number, so that densities are compared with each other: an ink with
-the other inks, two inks over each other with each of them alone, black with all.  Where all inks are weak, printer and
-scanner cannot be told apart by that, and the sentence says so.
+A scanner's gamma multiplies all densities by the same number, so only ratios tell something about the printer: of one
+ink to the others, of two inks over each other to each alone, of black to all.  Where all inks are weak, the cause may
+be the printer or the scanner, and the message names both.
 
 The bounds lie beyond what these printers have, as a scanner sees them: a photo inkjet with pigment inks (Canon
 PRO-1000, measured by D. Gray 2020, scanned on an Epson V850), offset on coated and on uncoated paper (FOGRA39L,
@@ -19,20 +19,29 @@ from handout.colour.reading.findings import Finding
 from handout.values import Array
 
 INKS = ("cyan", "magenta", "yellow")
-_GAMMA = 2.2  # what a scan's numbers are taken for; that of most scanners
-_DARKEST = 0.004  # a level of 8 bits: what shows as 0 is no darker for sure
-# density of the full inks, each in its own channel, of an inkjet on plain paper; others have all of them by a factor
+# density of the full inks, each in its own channel, of an inkjet on plain paper; other papers scale all three alike
 _USUAL = np.array([0.98, 0.84, 0.66])
-_WEAK = 0.75  # of the weaker of the other two: an ink by itself; known printers have 0.9 and more
-_WEAK_ALL = 0.8  # of the usual: all inks; known printers have 0.95 and more
-_BLACK = 1.08  # of the densest pair of inks: black; known printers have 1.2 and more
-_LIMIT = 0.7  # of an ink alone: what it adds to another ink, on the mean; known printers have 0.77 and more
-_MIXED = 1.65  # of an ink alone: what it adds to another ink, at most; known printers have 1.2
-# what is added to what: an ink, the ink under or over it, and both together
+# an ink, another ink, and the name of both printed over each other
 _PAIRS = (("C", "Y", "G"), ("C", "M", "B"), ("M", "Y", "R"), ("M", "C", "B"), ("Y", "M", "R"), ("Y", "C", "G"))
-_DENSEST = 2.0  # beyond it a scanner sees nothing but its own noise
-_WEAKER = 0.8  # of what the same printer had, against its other inks
-_OTHER_TONES = 0.06  # of the scale: middle tones against what they were
+
+
+@dataclass(frozen=True)
+class StrengthBounds:
+    """Least and greatest ratios of densities; where sound printers stay well inside, the comment says how far."""
+
+    gamma: float = 2.2  # what a scan's numbers are taken for; that of most scanners
+    darkest: float = 0.004  # a level of 8 bits: what shows as 0 is no darker for sure
+    one_ink: float = 0.75  # an ink against the weaker of the two others; known printers have 0.9 and more
+    all_inks: float = 0.8  # the inks against `_USUAL`, on the mean; known printers have 0.95 and more
+    black: float = 1.08  # `Solids.black`; known printers have 1.2 and more
+    least_added: float = 0.7  # mean of `Solids.added`; known printers have 0.77 and more
+    most_added: float = 1.65  # greatest of `Solids.added`; known printers have 1.2
+    densest: float = 2.0  # beyond it a scanner sees nothing but its own noise
+    of_before: float = 0.8  # an ink against what it was at the last calibration, both against the other inks
+    other_tones: float = 0.06  # of the scale, by which the middle tone differs from the last calibration
+
+
+BOUNDS = StrengthBounds()
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +83,7 @@ _OWN = {"C": 0, "M": 1, "Y": 2}
 
 
 def without_tone(solids: Solids, power: float) -> Solids:
-    """The same as a scanner shows it whose densities are not multiplied by `power`."""
+    """The solids as a scanner that does not multiply densities by `power` would show them."""
     named = {name: density / power for name, density in solids.named.items()}
     return Solids(named, solids.middle)
 
@@ -90,7 +99,7 @@ def solids_of(device: Array, scanned: Array) -> Solids | None:
         means[name] = np.asarray(scanned)[rows].mean(axis=0)
     white = np.maximum(means["W"], 0.05)
     named = {
-        name: np.minimum(-_GAMMA * np.log10(np.maximum(means[name] / white, _DARKEST)), _DENSEST)
+        name: np.minimum(-BOUNDS.gamma * np.log10(np.maximum(means[name] / white, BOUNDS.darkest)), BOUNDS.densest)
         for name in _CORNERS
         if name not in ("W", "grey")
     }
@@ -99,35 +108,35 @@ def solids_of(device: Array, scanned: Array) -> Solids | None:
 
 
 def of_strength(solids: Solids) -> Finding | None:
-    """What is wrong with the amount of ink, the likeliest cause alone; None if nothing is."""
+    """The likeliest single fault in the amount of ink; None if there is none."""
     added = solids.added
-    if max(added) > _MIXED:
+    if max(added) > BOUNDS.most_added:
         return _finding("managed", _MANAGED)
     within = float(np.mean(added))
-    if within < _LIMIT:
+    if within < BOUNDS.least_added:
         return _finding("ink-limit", _INK_LIMIT.format(share=within))
-    if solids.black < _BLACK:
+    if solids.black < BOUNDS.black:
         return _finding("no-black", _NO_BLACK.format(share=solids.black))
     strength = solids.inks / _USUAL
     weakest = int(strength.argmin())
     next_weakest = float(np.delete(strength, weakest).min())
-    if strength[weakest] < _WEAK * next_weakest:
+    if strength[weakest] < BOUNDS.one_ink * next_weakest:
         return _finding("weak-ink", _WEAK_INK.format(ink=INKS[weakest], share=strength[weakest] / next_weakest))
-    if strength.mean() < _WEAK_ALL:
+    if strength.mean() < BOUNDS.all_inks:
         return _finding("weak-inks", _WEAK_INKS.format(share=strength.mean()))
     return None
 
 
 def of_change(now: Solids, before: Solids, when: str) -> Finding | None:
-    """What has become weaker since the same printer was calibrated on the same paper; None if nothing has."""
+    """What differs from the last calibration of the same printer and paper; None if nothing does."""
     ratios = now.inks / np.maximum(before.inks, 0.05)
     weakest = int(ratios.argmin())
     others = float(np.delete(ratios, weakest).mean())
-    if ratios[weakest] < _WEAKER * others:
+    if ratios[weakest] < BOUNDS.of_before * others:
         return _finding("weaker", _WEAKER_INK.format(ink=INKS[weakest], when=when, share=ratios[weakest] / others))
-    if float(ratios.max()) < _WEAKER:
+    if float(ratios.max()) < BOUNDS.of_before:
         return _finding("weaker", _WEAKER_ALL.format(when=when, share=float(ratios.mean())))
-    if abs(now.middle - before.middle) > _OTHER_TONES:
+    if abs(now.middle - before.middle) > BOUNDS.other_tones:
         how = "darker" if now.middle < before.middle else "lighter"
         return _finding("other-tones", _TONES.format(how=how, when=when))
     return None

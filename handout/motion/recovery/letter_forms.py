@@ -21,10 +21,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.hand.drawn import Hand
 from handout.hand.library import load
 from handout.motion.recovery.network import Network
 from handout.tables import loaded
-from handout.values import Array, Glyph, Hand, Indices
+from handout.values import Array, Glyph, Indices
 
 HANDS = ("house-joined", "house-quick", "house-print")
 SAMPLES = 24  # of a path

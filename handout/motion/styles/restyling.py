@@ -110,7 +110,7 @@ def draw_sequences(
 
 
 def losses(before: Drawing, after: Drawing, style: Style) -> list[str]:
-    """In plain words, what a drawing lost by being restyled: recorded channels, and letters that are too smooth."""
+    """What a drawing lost by being restyled, in sentences: recorded channels, and letters rounded away."""
     notes = []
     nib = any(stroke.nib > 0 for stroke in after.strokes)
     for name in POSE:
@@ -130,7 +130,7 @@ def losses(before: Drawing, after: Drawing, style: Style) -> list[str]:
 
 
 def _kept(before: Drawing, after: Drawing, style: Style) -> float:
-    """Share of the lines' length that a movement keeps of that which leads through the letters."""
+    """Length of the restyled lines, as a share of that at the smoothing at which letters keep their form."""
     movement = style.movement
     if movement.smooth <= movement.drawn_at:
         return 1.0
@@ -140,10 +140,10 @@ def _kept(before: Drawing, after: Drawing, style: Style) -> float:
 
 
 def _middles(strokes: Sequence[Stroke]) -> Array:
-    """(n, 2) mm: what each stroke is stretched and leant about.
+    """(n, 2) mm: the fixed point of the stretch and slant of each stroke.
 
-    The middle of the drawing across, and that of the stroke's word down, or of its row where there are no words; so
-    a page keeps its margin.
+    Across it is the middle of the drawing, so that a page keeps its margins; down it is the middle of the stroke's
+    word, or of its row where strokes have no words.
     """
     across = 0.5 * (min(s.xy[:, 0].min() for s in strokes) + max(s.xy[:, 0].max() for s in strokes))
     top, foot = (np.array([side(s.xy[:, 1]) for s in strokes]) for side in (np.min, np.max))
@@ -162,7 +162,7 @@ def _middles(strokes: Sequence[Stroke]) -> Array:
 
 
 def _on_page(strokes: tuple[Stroke, ...], before: Drawing) -> tuple[Stroke, ...]:
-    """The strokes, drawn smaller about the middle of the page where they leave it and those before did not."""
+    """The strokes, made smaller about the middle of the page if they leave it and the original strokes did not."""
     page = np.array([before.page.width, before.page.height])
     was = np.concatenate([stroke.xy for stroke in before.strokes])
     now = np.concatenate([stroke.xy + side for stroke in strokes for side in _sides(stroke)])
@@ -194,10 +194,10 @@ def _sequence(stroke: Stroke, style: Style, height: float, middle: Array) -> Tar
     """A stroke's targets in the form that the style gives it."""
     motif = targets.find(stroke.xy, height)
     form = np.array([[style.form.stretch, 0.0], [-math.tan(style.form.shear), 1.0]])
-    # of the line as it was recorded: shares of its length hardly change with its form
+    # channels are looked up by share of the recorded line's length, which the form hardly changes
     formed = replace(stroke, xy=middle + (stroke.xy - middle) @ form)
     channels = partial(pose_at_targets, formed)
-    # found upright, since the extremes of a leaning curve are not where its strokes turn
+    # the motif is found before the slant: the extremes of a leaning curve are not where its strokes turn
     motif = replace(motif, path=middle + (motif.path - middle) @ form, points=middle + (motif.points - middle) @ form)
     sequence = TargetSequence(motif.points, motif.corner, motif.ring, stroke.word, stroke.layer, stroke.colour)
     sequence = replace(sequence, channels=channels(sequence.points, ring=motif.ring))
@@ -228,7 +228,7 @@ def flicked(points: Array, tips: tuple[Array, Array], style: Style, height: floa
 def broken_path(
     path: Array, bends: Indices, style: Style, height: float, *, footed: bool = True
 ) -> tuple[Array, NDArray[np.bool_]]:
-    """Points and corners of a path (n, 2), mm, with its own corners at the samples `bends`, broken as the style does.
+    """Points and corners of a path (n, 2), mm, broken into the strokes of a style; `bends`: samples of its own corners.
 
     footed : whether uprights at its ends get feet.
     """
@@ -241,14 +241,14 @@ def broken_path(
 
 
 def _begun_at_top(ring: targets.Motif) -> tuple[Array, Indices]:
-    """The path of a ring from its top, where the broken scripts have a corner, and its corners."""
+    """The path of a ring begun at its top, where broken scripts have a corner, and the samples of its corners."""
     top = int(ring.path[:, 1].argmin())
     path = np.concatenate([ring.path[top:-1], ring.path[: top + 1]])
     return path, np.sort((ring.bends - top) % (len(path) - 1))
 
 
 def _along(points: Array) -> Guide:
-    """A guide along the straight ways from each target to the next."""
+    """A guide along the straight lines from each target to the next."""
     step = np.diff(points, axis=0)
     size = np.linalg.norm(step, axis=1, keepdims=True)
     direction = np.where(size > 0, step / np.maximum(size, 1e-300), [1.0, 0.0])
@@ -256,7 +256,7 @@ def _along(points: Array) -> Guide:
 
 
 def _joined(sequences: Sequence[TargetSequence], style: Style, height: float) -> Iterator[TargetSequence]:
-    """Neighbours near each other as one sequence, where the style joins."""
+    """The sequences, those that follow within the reach of the style's ligatures joined into one."""
     reach = style.ligature.reach * height
     group: list[TargetSequence] = []
     for sequence in sequences:

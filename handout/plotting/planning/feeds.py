@@ -1,31 +1,43 @@
 """Which feed to give each segment so that the machine's own planner moves the pen as the hand did.
 
 The mean speed of a segment is the wrong feed: GRBL enters a block no faster than the slower of two neighbours' feeds,
-so every change of speed comes late.  Here the planner is run in advance (`lookahead`), and each feed is raised where
-its segment would take too long and lowered where it would be over too soon.  Where the machine cannot keep up whatever
-its feed, the time is made up before and after, as far as neighbours have speed to spare: so each feed also follows
-what the stretches around its segment take, short ones and long ones.  What is left then is a true stretch.  A stroke
-that asks for much more than the machine has is not hurried where it could be: its time is lost, its speeds are kept.
+so every change of speed comes late.  Here the planner is run in advance (`lookahead`), and a feed is raised where its
+segment would take too long and lowered where it would take too little time.  Where no feed lets the machine keep up,
+the lost time is made up in the segments before and after, as far as they have speed to spare: each feed is also
+corrected by the common error of short and long stretches around its segment.  A stroke that takes far longer on the
+machine is not hurried elsewhere to make up for it: its time is lost, but its speeds are the hand's.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from handout.plotting.planning.lookahead import Blocks, Flags, run
 from handout.values import Array
 
-_ROUNDS = 30  # at most, after the first: pages of writing were done after 8 to 17 on four machines
-_PATIENCE = 6  # rounds without a gain after which it is done
-_FIRST = 12  # rounds in which each segment looks at itself alone
-_STEP = 0.6  # share of its own error, as a power, that a round corrects then; more makes neighbours swing
-_STEP_AROUND = 0.3  # the same where the stretches around it count as well
-_AROUND = ((5, 0.2), (15, 0.3), (45, 0.4), (135, 0.3))  # segments, and the share of their common error; in all below 2
-_LOST = (0.02, 0.04)  # a stroke that takes longer by the first is hurried, by the second it is not, less in between
-_HEADROOM = 1.6  # a feed above this multiple of the wanted speed only makes the motion rough
-_LEAST = 1 / 60  # mm/s: F1, the slowest a GRBL runs
-_INSTANT = 1e-9
-_SPARE_TURN = 2**0.5  # GRBL lets a diagonal move take that much more than an axis alone; so may a curve
+
+@dataclass(frozen=True)
+class FeedSettings:
+    """How feeds are corrected, round by round, until strokes take the time that they were meant to take."""
+
+    rounds: int = 30  # at most, after the first: pages of writing were done after 8 to 17 on four machines
+    patience: int = 6  # rounds without a gain after which it is done
+    first: int = 12  # rounds in which each segment looks at itself alone
+    step: float = 0.6  # share of its own error, as a power, that a round corrects then; more makes neighbours swing
+    step_around: float = 0.3  # the same where the stretches around it count as well
+    # segments, and the share of their common error; in all below 2
+    around: tuple[tuple[int, float], ...] = ((5, 0.2), (15, 0.3), (45, 0.4), (135, 0.3))
+    # share by which a stroke takes too long: up to the first it is hurried, from the second not, less in between
+    lost: tuple[float, float] = (0.02, 0.04)
+    headroom: float = 1.6  # a feed above this multiple of the wanted speed only makes the motion rough
+    least: float = 1 / 60  # mm/s: F1, the slowest a GRBL runs
+    instant: float = 1e-9  # s; keeps logarithms finite
+    spare_turn: float = 2**0.5  # GRBL lets a diagonal move take that much more than an axis alone; so may a curve
+
+
+SETTINGS = FeedSettings()
 
 
 class _Strokes:
@@ -36,7 +48,7 @@ class _Strokes:
 
     def __init__(self, length: Array, wanted: Array, draws: Flags) -> None:
         self.rows = np.flatnonzero(draws)
-        self.wanted, self.length = np.maximum(wanted[self.rows], _INSTANT), length[self.rows]
+        self.wanted, self.length = np.maximum(wanted[self.rows], SETTINGS.instant), length[self.rows]
         starts = np.flatnonzero(np.diff(self.rows, prepend=-2) > 1)
         many = np.diff(np.append(starts, len(self.rows)))
         self.first = np.repeat(starts, many)
@@ -81,28 +93,30 @@ def fit(lines: Blocks, wanted: Array, feed: Array, draws: Flags, most: Array, qu
     rows, mean = strokes.rows, np.zeros(len(feed))
     mean[rows] = strokes.length / strokes.wanted
     near = np.maximum(mean, np.maximum(np.append(mean[1:], 0.0), np.append(0.0, mean[:-1])))
-    most = np.clip(_HEADROOM * near, 10 * _LEAST, most)[rows]
+    most = np.clip(SETTINGS.headroom * near, 10 * SETTINGS.least, most)[rows]
     feed = feed.copy()
-    feed[rows] = np.clip(mean[rows], _LEAST, most)
-    spans = [(width, share, strokes.around(strokes.wanted, width)) for width, share in _AROUND]
+    feed[rows] = np.clip(mean[rows], SETTINGS.least, most)
+    spans = [(width, share, strokes.around(strokes.wanted, width)) for width, share in SETTINGS.around]
     best, least, since = feed.copy(), np.inf, 0
     hurry = np.zeros(len(rows))
-    for number in range(_FIRST + _ROUNDS):
+    for number in range(SETTINGS.first + SETTINGS.rounds):
         took = run(lines, feed, queue).duration[rows]
-        if number == _FIRST:
+        if number == SETTINGS.first:
             late = strokes.whole(took) / strokes.whole(strokes.wanted) - 1.0
-            hurry, least, since = np.clip((_LOST[1] - late) / (_LOST[1] - _LOST[0]), 0.0, 1.0), np.inf, 0
+            hurried, given_up = SETTINGS.lost
+            hurry, least, since = np.clip((given_up - late) / (given_up - hurried), 0.0, 1.0), np.inf, 0
         error = strokes.error(took)
         since = 0 if error < 0.998 * least else since + 1
-        if error < least and number >= _FIRST:
+        if error < least and number >= SETTINGS.first:
             best, least = feed.copy(), error
-        if since > _PATIENCE and number > _FIRST:
+        if since > SETTINGS.patience and number > SETTINGS.first:
             break
-        gain = (_STEP + (_STEP_AROUND - _STEP) * hurry) * np.log(np.maximum(took, _INSTANT) / strokes.wanted)
-        if number >= _FIRST:
+        step = SETTINGS.step + (SETTINGS.step_around - SETTINGS.step) * hurry
+        gain = step * np.log(np.maximum(took, SETTINGS.instant) / strokes.wanted)
+        if number >= SETTINGS.first:
             for width, share, whole in spans:
-                gain += hurry * share * np.log(np.maximum(strokes.around(took, width), _INSTANT) / whole)
-        feed[rows] = np.clip(feed[rows] * np.exp(gain), _LEAST, most)
+                gain += hurry * share * np.log(np.maximum(strokes.around(took, width), SETTINGS.instant) / whole)
+        feed[rows] = np.clip(feed[rows] * np.exp(gain), SETTINGS.least, most)
     return best
 
 
@@ -112,7 +126,7 @@ def greatest(lines: Blocks, acceleration: float, fastest: float) -> Array:
     GRBL limits acceleration along the path and speed in sharp corners; a curve of short segments slips through.
     """
     radius = np.minimum(lines.radius, np.append(lines.radius[1:], np.inf))
-    return np.asarray(np.minimum(np.sqrt(_SPARE_TURN * acceleration * radius), fastest))
+    return np.asarray(np.minimum(np.sqrt(SETTINGS.spare_turn * acceleration * radius), fastest))
 
 
 def round_feed(feed: Array) -> Array:

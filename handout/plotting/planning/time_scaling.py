@@ -1,9 +1,9 @@
-"""Time given to a path where a machine cannot keep the hand's: locally, and as little as its limits ask for.
+"""A path slowed down where the machine cannot follow the hand, there alone and by no more than its limits require.
 
-Every sample of the path gets a greatest speed: the hand's own, or less where the path turns so fast that turning alone
-takes more than the machine's acceleration, or where a motor would have to step too fast.  From these the speeds that
-acceleration and braking allow are found in one pass each way, and every piece of the path takes as much longer as it
-became slower.  Where the hand stays within the limits nothing changes.
+Every sample of the path gets a greatest speed: the hand's own, or less where turning alone would take more than the
+machine's acceleration, or where a motor would have to step too fast.  One pass in each direction lowers these to what
+acceleration and braking allow; every piece of the path then takes as much longer as it became slower.  Where the hand
+stays within the limits nothing changes.
 """
 
 from __future__ import annotations
@@ -18,15 +18,23 @@ from handout.plotting.planning.lookahead import Flags
 from handout.plotting.planning.segments import Trajectory, stroke_ends
 from handout.values import Array
 
-_SAMPLED = 0.012  # s; samples nearer than this are those of a motion, others the ends of straight lines
-_BENT = 0.15  # mm·rad; a turn by more, on so long a piece, is a corner and is not rounded off
-_EVEN = 0.3  # of the speed of one piece; a slower neighbour makes a stop of what is not
-_SPECK = 0.1  # mm; shorter pieces are always those of a motion
-_STRAIGHT = 0.02  # rad; a turn by less is none
-_STEEPEST = 2.0  # times the length of a piece; more would swing the curve out
-_PIECE = 0.3  # mm; straight lines are cut into such pieces, within which speed may change
-_PIECES = 4000  # of one straight line at most
-_TINY = 1e-9
+
+@dataclass(frozen=True)
+class ScalingSettings:
+    """What is taken for a corner, a straight line or a piece of a motion."""
+
+    sample_gap: float = 0.012  # s; samples no further apart are those of a motion, others the ends of straight lines
+    corner_bend: float = 0.15  # mm·rad; where turn times length is more, there is a corner, which is not rounded off
+    speed_ratio: float = 0.3  # of neighbouring pieces; where it is less, the hand stops between them
+    shortest_line: float = 0.1  # mm; shorter pieces are always those of a motion
+    straight_turn: float = 0.02  # rad; a lesser turn is none
+    steepest: float = 2.0  # slope at an end of a piece, of its length; more would swing the curve out
+    line_piece: float = 0.3  # mm; straight lines are cut into such pieces, between which speed may change
+    most_pieces: int = 4000  # of one straight line at most
+    tiny: float = 1e-9  # keeps divisions by 0 away
+
+
+SETTINGS = ScalingSettings()
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +84,7 @@ class TimedCurve:
             return np.repeat(trajectory.xy, len(t), axis=0)
         arriving, leaving = self.velocities
         piece = np.clip(np.searchsorted(trajectory.t, t, side="right") - 1, 0, len(trajectory.t) - 2)
-        gap = np.maximum(trajectory.t[piece + 1] - trajectory.t[piece], _TINY)[:, None]
+        gap = np.maximum(trajectory.t[piece + 1] - trajectory.t[piece], SETTINGS.tiny)[:, None]
         u = np.clip((t - trajectory.t[piece])[:, None] / gap, 0.0, 1.0)
         a, b = trajectory.xy[piece], trajectory.xy[piece + 1]
         va, vb = _tamed(leaving[piece] * gap, b - a), _tamed(arriving[piece + 1] * gap, b - a)
@@ -85,7 +93,7 @@ class TimedCurve:
 
 def _tamed(slope: Array, way: Array) -> Array:
     """(m, 2) mm: slopes that do not carry a curve beyond the ends of its piece."""
-    most = _STEEPEST * np.hypot(*way.T) / np.maximum(np.hypot(*slope.T), _TINY)
+    most = SETTINGS.steepest * np.hypot(*way.T) / np.maximum(np.hypot(*slope.T), SETTINGS.tiny)
     return np.asarray(slope * np.minimum(most, 1.0)[:, None])
 
 
@@ -97,10 +105,12 @@ def smoothed(trajectory: Trajectory) -> TimedCurve:
     turn = _turn(chord)
     smooth = np.zeros(len(trajectory.t), dtype=bool)
     both = np.maximum(length[1:], length[:-1])
-    sampled = np.maximum(gap[1:], gap[:-1]) <= _SAMPLED
+    sampled = np.maximum(gap[1:], gap[:-1]) <= SETTINGS.sample_gap
     speed = np.hypot(*chord.T)
-    even = np.minimum(speed[1:], speed[:-1]) > _EVEN * np.maximum(speed[1:], speed[:-1])
-    smooth[1:-1] = (sampled & (turn * both <= _BENT) & (even | (both <= _SPECK))) | (even & (turn <= _STRAIGHT))
+    even = np.minimum(speed[1:], speed[:-1]) > SETTINGS.speed_ratio * np.maximum(speed[1:], speed[:-1])
+    smooth[1:-1] = (sampled & (turn * both <= SETTINGS.corner_bend) & (even | (both <= SETTINGS.shortest_line))) | (
+        even & (turn <= SETTINGS.straight_turn)
+    )
     smooth[1:-1] &= (trajectory.stroke[2:] == trajectory.stroke[1:-1]) & (
         trajectory.stroke[:-2] == trajectory.stroke[1:-1]
     )
@@ -152,14 +162,14 @@ def _greatest(path: TimedCurve, gap: Array, chord: Array, hand: Array, limits: M
     turning /= 0.5 * (early + late)
     smooth = path.smooth & (turning > limits.acceleration)
     most[smooth] = np.minimum(most[smooth], hand[smooth] * np.sqrt(limits.acceleration / turning[smooth]))
-    unit = chord / np.maximum(np.hypot(*chord.T), _TINY)[:, None]
+    unit = chord / np.maximum(np.hypot(*chord.T), SETTINGS.tiny)[:, None]
     machine = lookahead.Machine(np.full(3, limits.acceleration), np.full(3, np.inf), np.ones(3), limits.deviation, 2)
     flat = np.column_stack([unit, np.zeros(len(unit))])
     corner = np.full(len(hand), np.inf)
     corner[1:-1] = lookahead.corner_speed2(flat[:-1], flat[1:], machine)
     most = np.where(path.smooth, most, np.minimum(most, np.sqrt(corner)))
     busiest = np.abs(unit @ limits.mix.T).max(axis=1)
-    motor = limits.motor / np.maximum(busiest, _TINY)
+    motor = limits.motor / np.maximum(busiest, SETTINGS.tiny)
     return np.asarray(np.minimum(most, np.minimum(np.append(motor, np.inf), np.append(np.inf, motor))))
 
 
@@ -167,8 +177,10 @@ def _cut_lines(trajectory: Trajectory) -> Trajectory:
     """Straight lines in pieces, at equal steps of time."""
     gap, chord = _chords(trajectory)
     length = gap * np.hypot(*chord.T)
-    line = (trajectory.stroke[1:] == trajectory.stroke[:-1]) & ((gap > _SAMPLED) | (length > 8 * _PIECE))
-    pieces = np.where(line, np.clip(np.ceil(length / _PIECE), 1, _PIECES), 1).astype(int)
+    line = (trajectory.stroke[1:] == trajectory.stroke[:-1]) & (
+        (gap > SETTINGS.sample_gap) | (length > 8 * SETTINGS.line_piece)
+    )
+    pieces = np.where(line, np.clip(np.ceil(length / SETTINGS.line_piece), 1, SETTINGS.most_pieces), 1).astype(int)
     start = np.repeat(np.arange(len(gap)), pieces)
     count = np.arange(len(start)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
     t = np.append(trajectory.t[start] + gap[start] * count / pieces[start], trajectory.t[-1:])
@@ -177,7 +189,7 @@ def _cut_lines(trajectory: Trajectory) -> Trajectory:
 
 def _chords(trajectory: Trajectory) -> tuple[Array, Array]:
     """Time and mean velocity from each sample to the next, (n − 1,) s and (n − 1, 2) mm/s; 0 between strokes."""
-    gap = np.maximum(np.diff(trajectory.t), _TINY)
+    gap = np.maximum(np.diff(trajectory.t), SETTINGS.tiny)
     chord = np.diff(trajectory.xy, axis=0) / gap[:, None]
     chord[trajectory.stroke[1:] != trajectory.stroke[:-1]] = 0.0
     return gap, chord
@@ -187,7 +199,7 @@ def _across(chord: Array) -> Array:
     """(n − 2,) mm/s: by how much the velocity changes across its direction from each piece to the next."""
     mean, change = chord[1:] + chord[:-1], np.diff(chord, axis=0)
     cross = mean[:, 0] * change[:, 1] - mean[:, 1] * change[:, 0]
-    return np.asarray(np.abs(cross) / np.maximum(np.hypot(*mean.T), _TINY))
+    return np.asarray(np.abs(cross) / np.maximum(np.hypot(*mean.T), SETTINGS.tiny))
 
 
 def _turn(chord: Array) -> Array:

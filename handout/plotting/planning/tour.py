@@ -4,9 +4,9 @@ Every stroke has two points: ``2 s`` where it begins in its drawing and ``2 s + 
 the points at which strokes are entered; ``p ^ 1`` is the other end of the stroke of point p.  A tour is closed: the
 last stroke is followed by the first.
 
-A first tour is put together from the shortest links; then links are exchanged for shorter ones, two at a time or with a
-run of up to three strokes moved to another place, always between neighbours; then two short stretches of the tour
-change places again and again, and what the search makes of that is kept wherever it is shorter.
+A first tour is put together from the shortest links.  Then it is improved between neighbouring points: two links are
+exchanged, or a run of up to three strokes is moved to another place.  Then, again and again, two short stretches of the
+tour change places, the tour is improved around them, and the result is kept if it is shorter.
 
 Source: J. L. Bentley, *Fast algorithms for geometric traveling salesman problems*, ORSA J. Computing 4 (1992), for the
 first tour, neighbour lists and the queue; O. Martin, S. W. Otto, E. W. Felten, *Large-step Markov chains for the
@@ -23,11 +23,11 @@ from numpy.typing import NDArray
 from handout.values import Array
 
 _NEAR = 7  # neighbours of a point that are tried
-_RUN = 3  # strokes that are moved together at most
+_RUN = 3  # strokes that are moved together, at most
 _EPS = 1e-9  # mm; less is no gain
 _STRETCH = 30  # strokes of a stretch that changes places, at most
-_WORK = 60_000_000  # strokes turned round for all strokes once each, at most: large tours make no long exchanges
-_APART = 1e-6  # mm; ends in one place are taken for neighbours by turns
+_WORK = 60_000_000  # strokes reversed in one pass over all of them, at most: large tours make no long exchanges
+_APART = 1e-6  # mm by which ends in one place are moved apart
 _Six = tuple[int, int, int, int, int, int]
 _GOLDEN = 0.6180339887498949  # its multiples fall evenly, and never twice in one place
 
@@ -85,7 +85,7 @@ def _fragments(points: Array) -> list[int]:
 
 
 def _apart(points: Array) -> Array:
-    """The points, those in one place moved apart by next to nothing, each in a direction of its own."""
+    """The points, each moved by next to nothing in a direction of its own, so that no two are in one place."""
     angle = np.arange(len(points)) * (2 * np.pi * _GOLDEN)
     far = _APART * (1.0 + np.arange(len(points)) / len(points))
     return points + np.column_stack([np.cos(angle), np.sin(angle)]) * far[:, None]

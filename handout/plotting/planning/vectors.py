@@ -1,9 +1,9 @@
 """Planning for plotters that draw vectors: every line from its start to its end at one speed for the whole stroke.
 
-Such a plotter takes no times.  It is told a velocity before a stroke (VS) and draws each vector of it as a trapezoid of
-that velocity, each axis within its own limits; where two vectors meet it slows down as its profile says, to a stand
-with ``junction_deviation = "0mm"``.  So the timing of the hand is lost within a stroke; what can be kept is the time
-of each stroke as a whole, and that is what its velocity is chosen for.
+Such a plotter takes no times.  It is told a velocity before a stroke (VS) and draws each of its vectors with a
+trapezoid of speed up to that velocity, each axis within its own limits; between two vectors it slows down as its
+profile says, to rest with ``junction_deviation = "0mm"``.  So the timing of the hand is lost within a stroke; the
+velocity is chosen so that each stroke as a whole takes the hand's time.
 
 Source: Hewlett-Packard, HP 7470A manual (VS: of horizontal or vertical moves with the pen down, rounded to
 0.38 cm/s).  How corners are taken is in no manual; a stand at each is what the profiles assume.
@@ -12,6 +12,7 @@ Source: Hewlett-Packard, HP 7470A manual (VS: of horizontal or vertical moves wi
 from __future__ import annotations
 
 import dataclasses
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,22 +28,30 @@ from handout.values import Array
 
 Index = NDArray[np.intp]
 
-_DEVIATION = 0.025  # mm between path and vectors: one plotter unit; rounding to whole ones adds half of one
-_RATE = 10.0  # vectors a second at least; more where the path curves
-_SHORTEST = 2.0  # plotter units a vector has at least
-_LONGEST = 2.5  # mm of a vector
-_SPEEDS = 48  # velocities that are tried
-_MATTERS = 0.08  # a velocity is kept as long as the stroke's time is no worse than the best by this share
-_WIRE = 0.9  # share of the connection that is counted on; the rest is asking for room
-_POINT = 10.5  # bytes that a vector takes on the wire, two coordinates with their commas
-_AHEAD = 256.0  # bytes that are counted on to have come before they are drawn
-_STROKE = 40.0  # bytes of a stroke besides: pen up, the way to it, pen down, a velocity
+
+@dataclass(frozen=True)
+class VectorSettings:
+    """How a path is cut into vectors, and what of the connection they may take."""
+
+    deviation: float = 0.025  # mm between path and vectors: one plotter unit; rounding to whole ones adds half of one
+    rate: float = 10.0  # vectors a second at least; more where the path curves
+    shortest: float = 2.0  # plotter units a vector has at least
+    longest: float = 2.5  # mm of a vector
+    speeds: int = 48  # velocities that are tried
+    matters: float = 0.08  # a velocity is kept as long as the stroke's time is no worse than the best by this share
+    wire: float = 0.9  # share of the connection that is counted on; the rest is asking for room
+    point: float = 10.5  # bytes that a vector takes on the wire, two coordinates with their commas
+    ahead: float = 256.0  # bytes that are counted on to have come before they are drawn
+    stroke: float = 40.0  # bytes of a stroke besides: pen up, the way to it, pen down, a velocity
+
+
+SETTINGS = VectorSettings()
 
 
 def plan(request: Request) -> Plan:
     """A plan of vectors; see `planner.plan`."""
     profile, per_mm = request.profile, request.profile.limits.steps_per_mm
-    cuts = _shorter(segments.cut(request.path, _RATE, _SHORTEST / per_mm, _DEVIATION))
+    cuts = _shorter(segments.cut(request.path, SETTINGS.rate, SETTINGS.shortest / per_mm, SETTINGS.deviation))
     cuts = dataclasses.replace(cuts, xy=np.round(cuts.xy * per_mm) / per_mm)
     toolpath = lay_out(cuts, np.zeros(len(request.drawing.strokes)), profile)
     lines = _lines(toolpath, profile)
@@ -62,7 +71,7 @@ def _shorter(cuts: Trajectory) -> Trajectory:
     """Long vectors in equal parts: what is drawn of one when a plot breaks off may have to be drawn again."""
     within = cuts.stroke[1:] == cuts.stroke[:-1]
     length = np.hypot(*np.diff(cuts.xy, axis=0).T)
-    parts = np.append(np.where(within, np.maximum(np.ceil(length / _LONGEST), 1), 1), 1).astype(int)
+    parts = np.append(np.where(within, np.maximum(np.ceil(length / SETTINGS.longest), 1), 1), 1).astype(int)
     row = np.repeat(np.arange(len(parts)), parts)
     share = (np.arange(len(row)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[row]
     ahead = np.minimum(row + 1, len(parts) - 1)
@@ -121,13 +130,13 @@ def _as_they_come(durations: Array, vectors: Index, gaps: Array, profile: Plotte
 
     durations, gaps : (strokes,) s: of each, and before each, in which the wire gets ahead; vectors : how many each has.
     """
-    rate = profile.port.baud / 10.0 * _WIRE
+    rate = profile.port.baud / 10.0 * SETTINGS.wire
     ahead, took = 0.0, []
     for time, count, gap in zip(durations.tolist(), vectors.tolist(), gaps.tolist(), strict=True):
-        ahead = min(ahead + gap * rate - _STROKE, _AHEAD)
-        need = count * _POINT
+        ahead = min(ahead + gap * rate - SETTINGS.stroke, SETTINGS.ahead)
+        need = count * SETTINGS.point
         took.append(max(time, (need - ahead) / rate))
-        ahead = min(ahead + took[-1] * rate - need, _AHEAD)
+        ahead = min(ahead + took[-1] * rate - need, SETTINGS.ahead)
     return np.array(took)
 
 
@@ -144,7 +153,7 @@ def _speeds(profile: Plotter) -> Array:
     """Velocities that the plotter has, mm/s, slow to fast."""
     step, most = float(profile.hpgl.speed_step), float(profile.limits.draw_speed)
     count = max(int(most / step + 1e-6), 1)
-    return step * np.unique(np.round(np.geomspace(1, count, _SPEEDS)))
+    return step * np.unique(np.round(np.geomspace(1, count, SETTINGS.speeds)))
 
 
 def _settled(off: Array) -> Index:
@@ -155,7 +164,7 @@ def _settled(off: Array) -> Index:
     best = off.argmin(axis=0)
     chosen, now = np.empty(off.shape[1], dtype=np.intp), int(best[0])
     for stroke, wish in enumerate(best.tolist()):
-        if off[now, stroke] > off[wish, stroke] + _MATTERS:
+        if off[now, stroke] > off[wish, stroke] + SETTINGS.matters:
             now = wish
         chosen[stroke] = now
     return chosen
@@ -170,7 +179,7 @@ def _starved(blocks: tuple[Block, ...], toolpath: Toolpath, starts: Array, profi
         sent += len(command.data)
         arrived[done : command.done] = sent
         done = command.done
-    arrived *= 10.0 / (profile.port.baud * _WIRE)
+    arrived *= 10.0 / (profile.port.baud * SETTINGS.wire)
     late = np.zeros(len(starts))
     rows = np.array([row for _, row in toolpath.instructions])
     np.maximum.at(late, rows, arrived - starts[rows])

@@ -12,14 +12,14 @@ import numpy as np
 
 from handout import __version__, page_sizes
 from handout.errors import DoesNotFit
-from handout.hand.library import find
+from handout.hand.library import load
 from handout.motion.trace import trace
 from handout.plotting import bed
 from handout.plotting.dialects import dialect
 from handout.plotting.setup import panels
 from handout.plotting.setup.panels import Caption, Panel
 from handout.profiles import Plotter
-from handout.values import Drawing, Hand, Line, Manuscript, Page, Placed, Stroke
+from handout.values import Drawing, Line, Manuscript, Page, Placed, Stroke
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
 
@@ -172,8 +172,7 @@ def written(captions: Sequence[Caption], hand: str, page: Page, rng: np.random.G
     """
     if not captions:
         return Drawing((), page)
-    writer = find(hand)
-    assert isinstance(writer, Hand)
+    writer = load(hand)
     size = captions[0].x_height
     sheet = Page(_WIDE, _FURTHER * (len(captions) + 2))
     layout = Layout(sheet, (10.0,) * 4, x_height=size, line_spacing=_FURTHER, align="left", jitter=_CALM)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
+from handout.hand.drawn import Hand
 from handout.inking.papers import Paper, sheet, under
 from handout.inking.pen import Pen, rgb, usual
 from handout.inking.pens import passed
@@ -20,7 +21,7 @@ from handout.simulated.author.truth import Simulated, Truth
 from handout.simulated.scanner import Flatbed
 from handout.simulated.scanner import written as scanned
 from handout.simulated.scanner.placement import Placement, dust, lay
-from handout.values import Drawing, Hand, Manuscript, Page
+from handout.values import Drawing, Manuscript, Page
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
 

@@ -1,0 +1,257 @@
+"""Which segments of a brush's ribbons make a stroke: the cheapest row of them along its path.
+
+What a segment costs in its place: how far from head and tail it was painted, how its spine bent, and how much of the
+paper it covers in how many streaks, against those of a *guide*, one of the ribbons laid out over the whole stroke.  So
+a stroke runs dry as a real one does; without it the cheapest rows are solid ink, whose borders all fit.  What one
+costs after another: how their ink and their edges differ at the border.  The row is found exactly but for what comes
+again, which every survivor of the search has to pay for; the two passes of the seed are there to be compared with.
+
+Source: seed 004, eq. 1–10 (each pair of neighbours counted once); the guide, the costs of repeating: own method.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.chains import viterbi
+from handout.inking.brush.ribbon import SEGMENTS, Ribbon
+from handout.values import Array, Indices
+from handout.writing.choosing import fading_cost
+
+Method = Literal["optimal", "two-pass"]
+_Costs = NDArray[np.floating[Any]]  # float32 in fact, for speed
+
+_NEAR = 1.0  # widths from an end within which the distance from it matters, a Gaussian's deviation
+_END, _BEND, _COVER, _STREAKS = 1.0, 0.1, 1.5, 1.0  # weights of what a segment costs
+_COLOUR, _WIDTH = 6.0, 3.0  # weights of what a border costs
+_CUT = 0.3  # of any border that is not a ribbon's own
+WITHIN = 8  # segments within which nothing should come again
+_AGAIN = 8.0  # cost of a segment at once after itself
+_SEEN = 32  # segments until a stroke may show one again at no cost
+_LATELY, _FORGOTTEN = 0.25, 96  # cost of one that the strokes before have just used; segments until it is as new
+_CHANCE = 0.1  # of the perturbation by which two strokes differ
+_LENGTH = 2.0  # how much rather a stroke is guided by one of its own length
+_WET = 3.5 * SEGMENTS  # segments: much shorter strokes are rather guided by those that cover well from the start
+_ALIKE = (0.15, 2.5)  # in cover, in streaks: segments that differ by less from what a guide asks for can follow it
+_FADING = 0.7  # of how lately a guide was followed, a stroke
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """The stroke that is to be painted.
+
+    bend : (m,) float: turning of its path in each segment, rad a width.
+    cover, streaks : (m,) float: of each segment, as `Ribbon` has them.
+    """
+
+    bend: Array
+    cover: Array
+    streaks: Array
+
+
+class _Walk:
+    """The steps of a stroke, in which every survivor remembers what it showed: what it shows again costs.
+
+    One chain is solved with it, from its beginning; the costs of borders are (n, n), of numbers `same` (n,).
+    """
+
+    def __init__(self, borders: _Costs, same: Indices) -> None:
+        self._after, self._same = np.ascontiguousarray(borders.T), same
+        self._again = np.zeros((int(same.max()) + 1, len(same)), np.float32)
+        self._again[same, np.arange(len(same))] = _AGAIN
+        self._total, self._next = np.empty_like(self._after), np.empty_like(self._again)
+        self._origins = list[Indices]()
+
+    def totals(self, costs: _Costs) -> Array:
+        """As `chains.Step`."""
+        np.take(self._again, self._same, axis=0, out=self._total, mode="clip")
+        self._total += self._after
+        self._total += costs
+        origin = self._total.argmin(axis=1)
+        self._origins.append(origin)
+        least: Array = self._total[np.arange(len(origin)), origin]
+        np.take(self._again, origin, axis=1, out=self._next, mode="clip")
+        self._next -= np.float32(_AGAIN / _SEEN)
+        np.maximum(self._next, 0, out=self._next)
+        self._next[self._same, np.arange(len(origin))] = _AGAIN
+        self._again, self._next = self._next, self._again
+        return least
+
+    def origin(self, costs: _Costs, state: int) -> int:
+        """As `chains.Step`; asked from the last place to the first."""
+        return int(self._origins.pop()[state])
+
+
+@dataclass(frozen=True, eq=False)
+class Library:
+    """The segments of some ribbons and of their mirror images, one after the other, and what choosing among them costs.
+
+    ribbons : the ribbons, each followed by its mirror image.
+    """
+
+    ribbons: tuple[Ribbon, ...]
+
+    @classmethod
+    def of(cls, ribbons: Sequence[Ribbon]) -> Library:
+        """The library of some ribbons."""
+        return cls(tuple(each for ribbon in ribbons for each in (ribbon, ribbon.mirrored())))
+
+    @cached_property
+    def ribbon(self) -> Indices:
+        """(n,): of each segment its ribbon."""
+        return np.repeat(np.arange(len(self.ribbons)), [len(each) for each in self.ribbons])
+
+    @cached_property
+    def place(self) -> Indices:
+        """(n,): of each segment its number in its ribbon."""
+        return np.concatenate([np.arange(len(each)) for each in self.ribbons])
+
+    @cached_property
+    def same(self) -> Indices:
+        """(n,): one number for a segment and its mirror image."""
+        start = np.cumsum([0] + [len(each) for each in self.ribbons[::2]])
+        return np.asarray(start[self.ribbon // 2] + self.place)
+
+    def _all(self, name: str) -> Array:
+        return np.concatenate([getattr(each, name) for each in self.ribbons])
+
+    @cached_property
+    def cover(self) -> Array:
+        """(n,): of each segment, as its ribbon has it."""
+        return self._all("cover")
+
+    @cached_property
+    def streaks(self) -> Array:
+        """(n,): of each segment, as its ribbon has them."""
+        return self._all("streaks")
+
+    @cached_property
+    def _features(self) -> tuple[Array, Array, Array]:
+        """Bend, cover and streaks (n,)."""
+        return self._all("bend"), self.cover, self.streaks
+
+    @cached_property
+    def _scales(self) -> tuple[float, float, float]:
+        """How much these vary among the segments: groups count alike."""
+        bend, cover, streaks = (max(float(values.std()), 1e-3) for values in self._features)
+        return max(bend, 0.2), max(cover, 0.05), max(streaks, 0.5)
+
+    @cached_property
+    def borders(self) -> Array:
+        """(n, n): cost of each segment after each other one; none for one that follows in its own ribbon.
+
+        Source: seed 004, eq. 7.
+        """
+        before = np.concatenate([each.borders[1:] for each in self.ribbons]).reshape(len(self.place), -1)
+        after = np.concatenate([each.borders[:-1] for each in self.ribbons]).reshape(len(self.place), -1)
+        colour = _distances(before, after) / before.shape[1]
+        widths = [np.concatenate([each.widths[part] for each in self.ribbons]) for part in (np.s_[1:], np.s_[:-1])]
+        edge = _distances(*widths)
+        cost = _COLOUR * colour / max(float(colour.mean()), 1e-6) + _WIDTH * edge / max(float(edge.mean()), 1e-6)
+        cost += _CUT
+        on = np.flatnonzero(np.diff(self.ribbon) == 0)
+        cost[on, on + 1] = 0
+        return np.asarray(cost)
+
+    def target(self, bend: Array, guide: Ribbon) -> Target:
+        """What is wanted of a stroke of so many bends (m,): its ends as the guide's ends, the rest stretched."""
+        m, n = len(bend), len(guide)
+        end = min(m, n) / 3
+        # a brush that is lifted early is still wet: of a longer guide the dry part is left out
+        dry = n - end if m > n else m - end
+        at = np.interp(np.arange(m) + 0.5, [0, end, m - end - 1e-6, m - end, m], [0, end, dry, n - end, n])
+        middle = np.arange(n) + 0.5
+        return Target(bend, np.interp(at, middle, guide.cover), np.interp(at, middle, guide.streaks))
+
+    def costs(self, target: Target) -> Array:
+        """(m, n): cost of each segment in each place.
+
+        Source: seed 004, eq. 8 and 9.
+        """
+        m = len(target.bend)
+        length = np.array([len(each) for each in self.ribbons])[self.ribbon]
+        at = np.arange(m)[:, None]
+        cost: Array = np.zeros((m, len(self.place)))
+        reach = min(_NEAR * SEGMENTS, m / 3)
+        for wanted, have in ((at, self.place), (m - 1 - at, length - 1 - self.place)):
+            cost += _END * np.exp(-((wanted / reach) ** 2) / 2) * ((wanted - have) / reach) ** 2
+        wanted_of = (target.bend, target.cover, target.streaks)
+        weights = (_BEND, _COVER, _STREAKS)
+        for weight, asked, feature, scale in zip(weights, wanted_of, self._features, self._scales, strict=True):
+            cost += weight * ((asked[:, None] - feature) / scale) ** 2
+        return cost
+
+    def energy(self, row: Indices, costs: Array) -> float:
+        """Of a row of segments, with what each costs in its place, (m, n)."""
+        return float(costs[np.arange(len(row)), row].sum() + self.borders[row[:-1], row[1:]].sum())
+
+    def row(self, costs: Array, method: Method = "optimal") -> Indices:
+        """(m,): the segments of a stroke: the cheapest, among which what came lately costs more, or by two passes."""
+        if method == "two-pass":
+            return two_pass(costs, self.borders)
+        walk = _Walk(self.borders.astype(np.float32), self.same)
+        return np.array(viterbi(list(costs.astype(np.float32)), [walk] * (len(costs) - 1)), dtype=np.intp)
+
+
+class Chooser:
+    """Chooses the segments of a drawing, stroke by stroke; remembers what it used."""
+
+    def __init__(self, library: Library, rng: np.random.Generator) -> None:
+        self._library, self._rng = library, rng
+        self._used = np.full(int(library.same.max()) + 1, -float(_FORGOTTEN))
+        self._painted, self._guided = 0, np.zeros(len(library.ribbons))
+
+    def row(self, bend: Array) -> Indices:
+        """(m,): the segments of a stroke whose path bends so, with a guide of about its length."""
+        library, rng = self._library, self._rng
+        lengths = np.array([len(each) for each in library.ribbons])
+        near = np.exp(-_LENGTH * np.abs(np.log(len(bend) / lengths)) - self._guided)
+        targets = [library.target(bend, guide) for guide in library.ribbons]
+        cover, streaks = (np.array([getattr(each, name).mean() for each in targets]) for name in ("cover", "streaks"))
+        apart = np.hypot((library.cover - cover[:, None]) / _ALIKE[0], (library.streaks - streaks[:, None]) / _ALIKE[1])
+        near *= cover ** ((_WET / len(bend)) ** 2) * np.minimum(1, (apart < 1).sum(axis=1) / 2 / len(bend))
+        guide = int(rng.choice(len(lengths), p=near / near.sum()))
+        self._guided *= _FADING
+        self._guided[[guide, guide ^ 1]] += 1
+        costs = library.costs(targets[guide])
+        costs += _CHANCE * rng.gumbel(size=costs.shape)
+        costs += fading_cost(self._painted - self._used, _LATELY, _FORGOTTEN)[library.same]
+        row = library.row(costs)
+        self._used[library.same[row]] = self._painted + np.arange(len(row))
+        self._painted += len(row)
+        return row
+
+
+def two_pass(costs: Array, borders: Array) -> Indices:
+    """(m,): the seed's own row: the best after what is there, and then each anew between its neighbours.
+
+    Source: seed 004, §3.3.
+    """
+    row = [int(costs[0].argmin())]
+    for here in costs[1:]:
+        row.append(int((here + borders[row[-1]]).argmin()))
+    for i, here in enumerate(costs):
+        total = here + (borders[row[i - 1]] if i else 0) + (borders[:, row[i + 1]] if i + 1 < len(row) else 0)
+        row[i] = int(total.argmin())
+    return np.array(row, dtype=np.intp)
+
+
+def repeated(same: Indices) -> Indices:
+    """(m,): how many places before each of a row the same came last; more than any where it never did."""
+    last, age = dict[int, int](), np.full(len(same), np.iinfo(np.intp).max)
+    for at, one in enumerate(same.tolist()):
+        age[at] = at - last.get(one, -len(age) - _FORGOTTEN)
+        last[one] = at
+    return age
+
+
+def _distances(a: Array, b: Array) -> Array:
+    """(n, n): squares of the distances of rows (n, d)."""
+    a, b = a.astype(np.float64), b.astype(np.float64)
+    return np.asarray(np.maximum((a**2).sum(1)[:, None] - 2 * a @ b.T + (b**2).sum(1), 0))
