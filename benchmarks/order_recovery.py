@@ -19,11 +19,11 @@ the product gets .64 (140 words of three other pages).  So most is lost where wo
 Of 102 words of three pages, in order with everything .61; without crossbars of words .55, without turning points .54,
 without the direction of loops .56; of the 140, .64 with everything and .56 without ways over ink, or without habits.
 
-Other costs do not help: of 42 words of two writers .31 are in order, and .33 for one who may choose the best of fourteen
-whole words, traced with lifts, turns and retracing made dearer or cheaper and without forms.  What goes wrong there, by
-eye: upstrokes that the stroke down hides (e, w, P, R), lifts where letters touch, stems retraced where the pen began
-anew, bars written leftwards.  Dots and bars that are written at the first lift after their letter and not at the end of
-the word: of 148 words of eight writers .41 in order for .38, with none worse.
+Other costs do not help: of 42 words of two writers .31 are in order, and .33 for the best of fourteen whole words
+each, traced with lifts, turns and retracing made dearer or cheaper and without forms.  What goes wrong there, by eye:
+upstrokes that the stroke down hides (e, w, P, R), lifts where letters touch, stems retraced where the pen began anew,
+bars written leftwards.  Dots and bars that are written at the first lift after their letter and not at the end of the
+word: of 148 words of eight writers .41 in order for .38, with none worse.
 """
 
 from __future__ import annotations
