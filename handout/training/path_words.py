@@ -17,14 +17,13 @@ import numpy as np
 from handout.hand.drawn import Hand
 from handout.motion import ENGINES
 from handout.tagging.synthetic_lines import habitual_strokes
-from handout.tagging.synthetic_writers import random_habits, random_writer, texts, with_own_forms
+from handout.tagging.synthetic_writers import random_habits, random_writer, texts
 from handout.values import Array, Indices
 from handout.writing.variation import warp
 
 _WORDS = 16  # of one writer
 _RANDOM = 0.4  # of the words are letters at random
 _FONTS = 0.35  # of the writers write a font
-_OWN = 0.75  # of the writers have forms of their own
 _STRIDE = 0.08  # x-heights between points of a roughened piece
 _TOUCHING = 0.12  # x-heights between a letter's end and the next one's start that a writer of a font may join
 
@@ -82,7 +81,6 @@ def path_words(
         hand = fonts[int(rng.integers(len(fonts)))] if by_font else random_writer(hands, rng)
         text = "".join(c for c in text if c == " " or c in hand.glyphs) if by_font else text
         name = hand.name
-        hand = with_own_forms(hand, rng) if rng.random() < _OWN else hand
         hand = hand.hastened(float(rng.uniform(-0.8, 1.0)))
         hand = replace(hand, delayed_after=("word", "letter")[int(rng.random() < 0.4)], slant=hand.slant)
         if not text.strip():

@@ -8,7 +8,7 @@ from inked import arc
 
 from handout.motion.recovery.letter_line import Candidate, LetterLine
 from handout.motion.recovery.stroke_order import StrokeOrderModel
-from handout.motion.recovery.writer_habits import instance_of, learn_habit, typical_instances
+from handout.motion.recovery.writer_habits import instance_of, learn_habit
 
 FORTH, BACK = "anticlockwise", "clockwise"
 
@@ -81,12 +81,6 @@ def test_where_every_instance_agrees_nothing_changes(costs, wide):
     pool = [bowl(0.0, cost + 0.5, seed=k, wide=0.5 * 1.1**wide) for k, cost in enumerate(costs)]
     learnt = learn_habit(pool)
     assert all(learnt.choose(one, k) is one.candidates[0] for k, one in enumerate(pool))
-
-
-def test_usual_instances_are_those_in_the_middle():
-    sizes = np.array([[0.0, 1.0], [0.01, 1.02], [2.0, 1.0], [-0.02, 0.97], [0.0, 5.0]])
-    assert typical_instances(sizes, 3).tolist() == [0, 1, 3]
-    assert typical_instances(sizes, 9).tolist() == [0, 1, 2, 3, 4]
 
 
 def test_it_does_not_matter_which_glyph_is_asked_for_first(small_hand):

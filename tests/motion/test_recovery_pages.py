@@ -7,7 +7,6 @@ import pytest
 from scipy.spatial import cKDTree
 
 from handout.errors import InputError
-from handout.motion.recovery import pen_paths as module
 from handout.motion.recovery.pen_paths import pen_paths
 from handout.motion.timing import smoothed
 from handout.motion.trace import trace
@@ -50,7 +49,7 @@ def test_words_come_in_their_order_and_the_clock_runs_on(drawing):
 
 
 def test_joined_letters_are_one_movement(sheet, small_hand):
-    found = pen_paths(sheet.lines[0].placed, small_hand)
+    found = pen_paths(sheet.lines[0].placed, small_hand, delayed_after="word")
     assert max(len(set(path.of.tolist())) for path in found) >= 3
     late = [path.delayed for path in found]
     assert any(late)
@@ -60,7 +59,7 @@ def test_joined_letters_are_one_movement(sheet, small_hand):
 
 
 def test_a_hand_that_dots_at_once_does(sheet, small_hand):
-    found = pen_paths(sheet.lines[0].placed, small_hand, delayed_after="letter")
+    found = pen_paths(sheet.lines[0].placed, small_hand)
     at_once = [path.delayed for path in found]
     waiting = [path.delayed for path in pen_paths(sheet.lines[0].placed, small_hand, delayed_after="word")]
     assert len(at_once) >= len(waiting) - 1 and sum(at_once) == sum(waiting)
@@ -111,17 +110,3 @@ def test_smoothing_keeps_ends_and_straight_lines():
     made = smoothed(zigzag, 3.0)
     assert np.abs(made - way)[6:-6].max() < 0.01
     assert made[[0, -1]] == pytest.approx(zigzag[[0, -1]])
-
-
-def test_only_the_bar_of_the_letter_before_is_led_on():
-    earlier, last, here = (object() for _ in range(3))
-    some = np.arange(3)
-    done = [
-        module._Movement([(earlier, some)], 0, bar=True),
-        module._Movement([(last, some)], 0),
-        module._Movement([(last, some)], 0, bar=True),
-    ]
-    kept = done[:2]
-    assert module.lead_bar_on(done, last, 0, (here, some), None)
-    assert done[:2] == kept and [glyph for glyph, _ in done[2].parts] == [last, here]
-    assert done[2].leaving is None and not module.lead_bar_on(done, last, 0, (here, some), None)

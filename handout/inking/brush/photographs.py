@@ -26,7 +26,9 @@ _FEWEST = 14  # pixels: no narrower stroke shows how its brush paints
 _CONTRAST = 0.15  # of the light: what the ink must at least take away
 _CLOSED, _OPENED = 0.3, 0.33  # half widths: gaps between streaks, and what is too thin to be a stroke
 _THINNER = 0.35  # of the widest stroke's half width: what is narrower is a number or a note
-_FILLED = 0.4  # of a stroke's shape that is ink: less is writing.  Seen: dry strokes from 0.63, writing up to 0.23
+_FILLED = 0.3  # of a stroke's shape that is ink: less is writing.  Seen: dry strokes from 0.35, writing up to 0.23
+_THICK = 0.12  # half widths: what is thicker is no line of a frame but streaks of a stroke
+_THIN = (0.05, 0.15)  # widths: how thick a rest of a frame is at most, and how long at least
 _BRANCH = 1.0  # widths beside the longest way through a stroke: more is a second stroke
 _BLOB = 1.3  # widths: what is shorter has no direction
 _FORKED = 0.55  # widths from either end, where a middle line runs into the corners
@@ -180,8 +182,10 @@ def _frames(dark: _Pixels, bodies: _Mask, half: float) -> _Mask:
     import cv2
 
     near = cv2.dilate(bodies.astype(np.uint8), _disc(0.08 * half)).astype(bool)
-    # twice as thick, since a line that is not quite level steps from row to row
-    thin = cv2.dilate(((dark > _CONTRAST / 2) & ~near).astype(np.uint8), np.ones((3, 3), np.uint8))
+    # thicker by two pixels, since a line that is not quite level steps from row to row
+    marks = cv2.dilate(((dark > _CONTRAST / 2) & ~near).astype(np.uint8), np.ones((3, 3), np.uint8))
+    thick = max(6, round(_THICK * half))
+    thin = cv2.subtract(marks, cv2.morphologyEx(marks, cv2.MORPH_OPEN, np.ones((thick, thick), np.uint8)))
     length = max(5, round(1.6 * half))
     level, upright = (
         cv2.morphologyEx(thin, cv2.MORPH_OPEN, np.ones(side, np.uint8)) for side in ((2, length), (length, 2))
@@ -212,9 +216,19 @@ def _stroke(light: _Pixels, clear: _Mask, labels: NDArray[np.int32], label: int,
     own = cv2.resize(near.astype(np.uint8), light.shape[1::-1], interpolation=cv2.INTER_LINEAR)[window] > 0
     part = light[window]
     density = _density(part, cv2.resize(body.astype(np.uint8), light.shape[1::-1])[window] > 0)
-    density = np.where(own & ~clear[window], density, 0)
+    density = _without_lines(np.where(own & ~clear[window], density, 0), width / scale)
     line = (spine + 0.5) / scale - 0.5 - low
     return Found(part, np.asarray(density, dtype=np.float32), line, width / scale, (int(low[0]), int(low[1])))
+
+
+def _without_lines(density: _Pixels, width: float) -> _Pixels:
+    """The density of a stroke without level and upright thin pieces that lie apart from it: rests of a frame."""
+    import cv2
+
+    count, labels, stats, _ = cv2.connectedComponentsWithStats((density > _CLEAR).astype(np.uint8))
+    sides = np.sort(np.asarray(stats)[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]], axis=1) / width
+    gone = (sides[:, 0] < _THIN[0]) & (sides[:, 1] > _THIN[1]) & (np.arange(count) > 0)
+    return np.where(gone[labels], np.float32(0), density)
 
 
 def _density(light: _Pixels, body: _Mask) -> _Pixels:

@@ -65,19 +65,22 @@ class _Walk:
         self._after, self._same = np.ascontiguousarray(borders.T), same
         self._again = np.zeros((int(same.max()) + 1, len(same)), np.float32)
         self._again[same, np.arange(len(same))] = _AGAIN
+        self._total, self._next = np.empty_like(self._after), np.empty_like(self._again)
         self._origins = list[Indices]()
 
     def totals(self, costs: _Costs) -> Array:
         """As `chains.Step`."""
-        total = self._again[self._same]
-        total += self._after
-        total += costs
-        origin = total.argmin(axis=1)
+        np.take(self._again, self._same, axis=0, out=self._total, mode="clip")
+        self._total += self._after
+        self._total += costs
+        origin = self._total.argmin(axis=1)
         self._origins.append(origin)
-        least: Array = total[np.arange(len(origin)), origin]
-        self._again = self._again[:, origin] - np.float32(_AGAIN / _SEEN)
-        np.maximum(self._again, 0, out=self._again)
-        self._again[self._same, np.arange(len(origin))] = _AGAIN
+        least: Array = self._total[np.arange(len(origin)), origin]
+        np.take(self._again, origin, axis=1, out=self._next, mode="clip")
+        self._next -= np.float32(_AGAIN / _SEEN)
+        np.maximum(self._next, 0, out=self._next)
+        self._next[self._same, np.arange(len(origin))] = _AGAIN
+        self._again, self._next = self._next, self._again
         return least
 
     def origin(self, costs: _Costs, state: int) -> int:

@@ -30,8 +30,6 @@ class LetterLine:
     x_height : in the unit of `xy`.
     entries, exits : vertices at loose ends where the pen comes from the letter before, and goes to the next.
     bar_entries : vertices at loose ends where a crossbar comes in from the letter before.
-    unsure_entries : vertices at loose ends where either the pen comes from the letter before, or a crossbar does.
-    bar_exits : vertices at loose ends where a crossbar goes over to the next letter.
     joined_hand : whether it is of a hand that joins letters, if not all.
     baseline : y of it, None where that is not known.
     own_bars, foreign_bars : vertices along the crossbars that are known from the whole word: the letter's own, and
@@ -47,8 +45,6 @@ class LetterLine:
     entries: tuple[int, ...] = ()
     exits: tuple[int, ...] = ()
     bar_entries: tuple[int, ...] = ()
-    unsure_entries: tuple[int, ...] = ()
-    bar_exits: tuple[int, ...] = ()
     joined_hand: bool = False
     baseline: float | None = None
     own_bars: tuple[Indices, ...] = ()
@@ -58,7 +54,7 @@ class LetterLine:
     @property
     def joints(self) -> set[int]:
         """Vertices where it is cut off from what else the pen wrote."""
-        return {*self.entries, *self.exits, *self.bar_entries, *self.unsure_entries, *self.bar_exits}
+        return {*self.entries, *self.exits, *self.bar_entries}
 
 
 @dataclass(frozen=True, eq=False)

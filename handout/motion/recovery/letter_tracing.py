@@ -7,7 +7,7 @@ crossbars there are, searches traversals of what is left, and adds to the cost o
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import TypeAlias
 
@@ -22,7 +22,6 @@ from handout.motion.recovery.crossbars import (
     crossbar_chains,
     find_crossbar,
     lies_on,
-    straight_continuation,
 )
 from handout.motion.recovery.form_matching import form_distances, nearest_forms
 from handout.motion.recovery.ink_gaps import bridge_gaps
@@ -89,23 +88,6 @@ def candidates(
     most : how many are given.
     margin : none is given that costs so much more than the cheapest.
     """
-    if line.unsure_entries:
-        entered = replace(line, entries=(*line.entries, *line.unsure_entries), unsure_entries=())
-        crossed = replace(line, bar_entries=(*line.bar_entries, *line.unsure_entries), unsure_entries=())
-        ranked = _candidates(entered, letter, hands, weights, most)
-        # the lift before the bar is that of the letter which it belongs to
-        barred = _candidates(crossed, letter, hands, weights, most)
-        barred = [replace(candidate, cost=candidate.cost - weights.lift) for candidate in barred]
-        ranked = sorted([*ranked, *barred], key=lambda candidate: candidate.cost)
-    else:
-        ranked = _candidates(line, letter, hands, weights, most)
-    return [candidate for candidate in ranked[:most] if candidate.cost <= ranked[0].cost + margin]
-
-
-def _candidates(
-    line: LetterLine, letter: str, hands: tuple[str, ...], weights: CostWeights, most: int
-) -> list[Candidate]:
-    """Ways to write a letter of which it is known what comes into it."""
     net = _bridged_network(line, letter)
     points = find_points(net) if letter in POINTED else ()
     if points:
@@ -117,7 +99,7 @@ def _candidates(
         return [Candidate(tuple(dots), 0.0, lambda: ((True,) * len(dots),) * 2)]
     search = _search(net, rest, line, letter, hands, weights)
     total, drawn = search.costs()
-    ranked = np.argsort(total, kind="stable")[:most].tolist()
+    ranked = [k for k in np.argsort(total, kind="stable")[:most].tolist() if total[k] <= total.min() + margin]
     return [
         Candidate((*search.strokes(k), *dots), float(total[k]), partial(search.flags, k, drawn, len(dots)))
         for k in ranked
@@ -188,7 +170,7 @@ def _search(
     bar_ends = [int(bar[end]) for bar in (*line.own_bars, *line.foreign_bars) for end in (0, -1)]
     net = subnetwork(net, rest, [*turns, *bar_ends])
     ends = Ends(*(_ends_at(net, vertices) for vertices in (line.entries, line.exits, line.bar_entries)))
-    foreign = _foreign_bars(net, line, ends)
+    foreign = _foreign_bars(net, line)
     cheap = _with_crossbars(net, line, letter, ends, foreign, weights)
     least = min(traversal.cost for traversal in cheap)
     cheap = [traversal for traversal in cheap if traversal.cost <= least + _MARGIN]
@@ -199,11 +181,9 @@ def _search(
     return _Search(line, letter, net, cheap, foreign, laid)
 
 
-def _foreign_bars(net: Network, line: LetterLine, ends: Ends) -> list[tuple[int, ...]]:
-    """Crossbars of other letters: those that are known from the word, and what goes straight on where one comes in."""
-    bars = [chain for bar in line.foreign_bars for chain in crossbar_chains(net, bar, line.entries)]
-    untold = [end for end in ends.bar_entries if not any(end in chain for chain in bars)]
-    return [*bars, *(tuple(straight_continuation(net, end)) for end in untold)]
+def _foreign_bars(net: Network, line: LetterLine) -> list[tuple[int, ...]]:
+    """Crossbars of other letters, as the word tells them."""
+    return [chain for bar in line.foreign_bars for chain in crossbar_chains(net, bar, line.entries)]
 
 
 def _guided(net: Network, x_height: float, ends: Ends, laid: _Laid, weights: CostWeights) -> list[Traversal]:

@@ -53,7 +53,7 @@ class PenPath:
 
 
 def pen_paths(
-    placed: Sequence[Placed], hand: ScannedHand, hands: tuple[str, ...] = HANDS, *, delayed_after: str = ""
+    placed: Sequence[Placed], hand: ScannedHand, hands: tuple[str, ...] = HANDS, *, delayed_after: str = "letter"
 ) -> list[PenPath]:
     """The pen's paths over a line that is written in a scanned hand, in the order of writing.
 
@@ -61,16 +61,15 @@ def pen_paths(
     ----------
     placed : glyphs of `hand`, and strokes, in the order of the text.
     hands : drawn hands whose forms tell how letters are written.
-    delayed_after : {"word", "letter"}, optional
-        When dots, crossbars and accents are written, which ink does not show; default: after the word in joined hands,
-        else after their letter.
+    delayed_after : {"letter", "word"}
+        When dots, crossbars and accents are written, which ink does not show: once the pen is lifted after their
+        letter, as most recorded writers do, or at the end of the word.
     """
     model = stroke_order_model(hand, hands)
-    delays = delayed_after == "word" if delayed_after else model.delays
     paths: list[PenPath] = []
     for _, word in groupby(placed, key=lambda glyph: glyph.word):
         units = list(word)
-        paths += _word_paths([unit for unit in units if unit.ink is not None], model, delays)
+        paths += _word_paths([unit for unit in units if unit.ink is not None], model, delayed_after == "word")
         paths += [_drawn(points, unit, model) for unit in units for points in unit.strokes]
     return paths
 
@@ -88,16 +87,15 @@ def _word_paths(placed: Sequence[Placed], model: StrokeOrderModel, delays: bool)
     glyphs = [place_strokes(glyph, model) for glyph in placed]
     shared: list[dict[int, int]] = [{}, *(shared_ligatures(a, b) for a, b in pairwise(glyphs))]
     delays = delays or any(glyph.clocks is not None for glyph in glyphs)
-    before = [None, *glyphs[:-1]]
     onward = [*(_written_over(b, joins) for b, joins in zip(glyphs[1:], shared[1:], strict=True)), set[int]()]
     written = _Written()
-    for glyph, last, joins, leads in zip(glyphs, before, shared, onward, strict=True):
+    for glyph, joins, leads in zip(glyphs, shared, onward, strict=True):
         if written.delayed and not joins and not delays:
             yield from written.paths(glyphs, model)
             written = _Written()
         at_once, later = _divide(glyph, leads)
         written.write(glyph, at_once, joins, model.joined_share)
-        written.delay(glyph, later, last, joins)
+        written.delay(glyph, later, joins)
     yield from written.paths(glyphs, model)
 
 
@@ -147,9 +145,7 @@ class _Written:
             return False
         return goes_on_over_gap(self.current.parts[-1], part, joined_share)
 
-    def delay(
-        self, glyph: PlacedGlyph, strokes: Sequence[PlacedStroke], last: PlacedGlyph | None, joins: dict[int, int]
-    ) -> None:
+    def delay(self, glyph: PlacedGlyph, strokes: Sequence[PlacedStroke], joins: dict[int, int]) -> None:
         """Let a glyph's strokes wait; one that comes over from the last glyph goes on in what waits of that."""
         waiting, crossing = _split(self.delayed, None)
         for stroke in strokes:
@@ -158,7 +154,7 @@ class _Written:
             over = (glyph, without_shared(glyph, stroke, joins))
             if begun:
                 waiting.append(_Movement([*begun[0].parts, over], stroke.end))
-            elif ligature is None or last is None or not lead_bar_on(self.done, last, ligature, over, stroke.end):
+            else:
                 waiting.append(_Movement([(glyph, stroke.vertices)], stroke.end))
         self.delayed = [*(_Movement(m.parts, None) for m in crossing), *waiting]
 
@@ -173,15 +169,6 @@ def _split(movements: Sequence[_Movement], ligature: int | None) -> tuple[list[_
     """The movements that leave by a ligature, and the others."""
     leaving = [movement.leaving == ligature for movement in movements]
     return list(compress(movements, leaving)), [m for m, left in zip(movements, leaving, strict=True) if not left]
-
-
-def lead_bar_on(done: list[_Movement], last: PlacedGlyph, ligature: int, over: Part, end: int | None) -> bool:
-    """Whether a crossbar of the last letter, which did not wait, left it by a ligature; it is then led on over this."""
-    for i, movement in enumerate(done):
-        if movement.bar and movement.leaving == ligature and movement.parts[-1][0] is last:
-            done[i] = _Movement([*movement.parts, over], end, bar=True)
-            return True
-    return False
 
 
 def join_over_ink(

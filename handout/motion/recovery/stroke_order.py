@@ -7,12 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import numpy as np
 
 from handout.hand import measures
-from handout.hand.letter_classes import CROSSED, CROSSED_CAPITALS
 from handout.hand.scanned import NOBODY, ScannedHand
 from handout.motion.recovery.crossbars import WordCrossbars
 from handout.motion.recovery.ink_gaps import Endpoint, endpoints, log_odds, prior_log_odds
@@ -26,12 +25,10 @@ from handout.motion.recovery.writer_habits import (
     WriterHabit,
     instance_of,
     learn_habit,
-    typical_instances,
 )
 from handout.values import POSE, Array, Indices, LineGraph
 from handout.writing.forms import Connector, Form, Forms
 
-_BAR = 0.7  # x-heights: no crossbar is lower
 _ALONG = 0.6  # of a ligature that lies in a crossbar
 _TOUCHED = 8  # vertices of a body that a crossbar may share where it only ends there
 _JOINING = 0.2  # share of a hand's letters joined to the one before, from which crossbars wait for the end of the word
@@ -41,8 +38,6 @@ class StrokeOrderModel:
     """The strokes of a hand's glyphs, each glyph's worked out when it is first asked for.
 
     width : mm, of the hand's usual line.
-    delays : whether dots and crossbars wait for the end of the word, as they do where letters are joined; people who
-        print dot every i at once.
     joined_share : share of letters that are joined to the next, of those that have one.
     half_widths : half widths of the usual line in an x-height.
     """
@@ -51,7 +46,6 @@ class StrokeOrderModel:
         self._hand, self._hands = hand, hands
         self.forms = Forms(hand)
         joins = measures.joins(hand)
-        self.delays = joins.share >= measures.JOINED_SHARE
         self._joined_hand = joins.share >= _JOINING
         self.joined_share = (joins.joined + 0.5) / (joins.pairs + 1)
         self.width = 2 * measures.half_width(hand)
@@ -86,16 +80,8 @@ class StrokeOrderModel:
         return habit.choose(instance, pool.index(number) if number in pool else -1)
 
     def _pool(self, letter: str) -> tuple[int, ...]:
-        """Instances of a letter, those that are most as its others are."""
-        numbers = self._hand.of(letter)
-        return tuple(numbers[typical_instances(self._measures[numbers], POOL)].tolist())
-
-    @cached_property
-    def _measures(self) -> Array:
-        """(n, 4): of every glyph, see `measures.body_sizes`, and how much line it has."""
-        bodies = self.forms.bodies
-        size = measures.body_sizes(bodies.xy, bodies.radius, bodies.first, self._x_height)
-        return np.column_stack([size[:, [0, 1, 3]], np.log(bodies.count)])
+        """The first instances of a letter."""
+        return tuple(self._hand.of(letter)[:POOL].tolist())
 
     def _instance(self, number: int) -> tuple[Instance, tuple[Indices, ...]]:
         """A glyph with its candidates, and the vertices of its ligatures."""
@@ -132,17 +118,9 @@ class StrokeOrderModel:
         """A line with what the letters beside it tell: crossbars that come in, and loose ends where ink has failed."""
         glyph = self._hand.glyphs[number]
         line = self._with_crossbars(number, line, sections)
-        entries, through, unsure = list(line.entries), list(line.bar_entries), list(line.unsure_entries)
-        high = self._high_entries(number, line, sections)
-        facing: list[int] = []
-        if glyph.before != NOBODY and (not entries or high):
-            facing = self._facing(glyph.before, number, entering=True)
-        if high:
-            entries = [end for end in entries if end not in high]
-            sure = bool(entries or facing)
-            through, unsure = (through + high, unsure) if sure else (through, unsure + high)
-        if not entries and not unsure:
-            entries += facing
+        entries = list(line.entries)
+        if glyph.before != NOBODY and not entries:
+            entries += self._facing(glyph.before, number, entering=True)
         exits = list(line.exits)
         if glyph.after != NOBODY and not exits:
             exits += self._facing(glyph.after, number, entering=False)
@@ -150,25 +128,9 @@ class StrokeOrderModel:
             line,
             entries=tuple(entries),
             exits=tuple(exits),
-            bar_entries=tuple(through),
-            unsure_entries=tuple(unsure),
             joined_hand=self._joined_hand,
             baseline=-float(self.forms.centre[number, 1]),
         )
-
-    def _high_entries(self, number: int, line: LetterLine, sections: tuple[Indices, ...]) -> list[int]:
-        """Loose ends of ligatures by which a crossbar of the letter before may come in that no word told of."""
-        glyph, form = self._hand.glyphs[number], self.forms[number]
-        has_word_bar = any(bar.glyph == glyph.before for bar in self._crossbars[number])
-        if (
-            has_word_bar
-            or glyph.before == NOBODY
-            or self._hand.glyphs[glyph.before].letter not in CROSSED | CROSSED_CAPITALS
-        ):
-            return []
-        ends = [int(section[-1]) for section in sections[: len(form.entries)]]
-        rows = zip(ends, form.entries, strict=True)
-        return [end for end, way in rows if way.height > _BAR * self._x_height and end in line.entries]
 
     def _with_crossbars(self, number: int, line: LetterLine, sections: tuple[Indices, ...]) -> LetterLine:
         """A line with the crossbars that its word has there."""
@@ -188,10 +150,9 @@ class StrokeOrderModel:
             side = ends.own if bar.glyph == number else ends.foreign
             side.append((here, (before, after)))
             over_body = int((here < len(form.xy)).sum()) > _TOUCHED
-            for k, section in enumerate(sections):
-                if np.isin(section, here).mean() >= _ALONG:
-                    sure = over_body and (bar.glyph != number or bar.loose[0])
-                    ends.add(int(section[-1]), k < len(form.entries), sure, bar.loose[0] or over_body)
+            if over_body and (bar.glyph != number or bar.loose[0]):
+                entries = sections[: len(form.entries)]
+                ends.entering.update(int(way[-1]) for way in entries if np.isin(way, here).mean() >= _ALONG)
         return ends.on(line)
 
     def _places_on_page(self, number: int, sections: tuple[Indices, ...]) -> dict[int, int]:
@@ -246,25 +207,13 @@ class _BarEnds:
     own: list[tuple[Indices, tuple[Indices, Indices]]] = field(default_factory=list)
     foreign: list[tuple[Indices, tuple[Indices, Indices]]] = field(default_factory=list)
     entering: set[int] = field(default_factory=set)
-    unsure: set[int] = field(default_factory=set)
-    leaving: set[int] = field(default_factory=set)
-
-    def add(self, end: int, entry: bool, sure: bool, leaves: bool) -> None:
-        """Note that a crossbar lies along the ligature with that loose end."""
-        if entry:
-            (self.entering if sure else self.unsure).add(end)
-        elif leaves:
-            self.leaving.add(end)
 
     def on(self, line: LetterLine) -> LetterLine:
         """The line with these."""
         return replace(
             line,
-            entries=tuple(v for v in line.entries if v not in self.entering | self.unsure),
-            exits=tuple(v for v in line.exits if v not in self.leaving),
+            entries=tuple(v for v in line.entries if v not in self.entering),
             bar_entries=tuple(sorted(self.entering)),
-            unsure_entries=tuple(sorted(self.unsure - self.entering)),
-            bar_exits=tuple(sorted(self.leaving)),
             own_bars=tuple(vertices for vertices, _ in self.own),
             foreign_bars=tuple(vertices for vertices, _ in self.foreign),
             bar_overlaps=tuple(overlap for _, overlap in (*self.own, *self.foreign)),

@@ -32,7 +32,6 @@ class HabitSettings:
     doubt: float = 1.0  # instances seen that follow no habit
     warm: float = 1.0  # costs that make a candidate less likely by e
     rounds: int = 3
-    exact: float = 0.03  # of the logarithm of a size, and of a slant: differences that do not matter
     least: float = 0.05  # a candidate less likely tells nothing of the other instances
 
 
@@ -62,13 +61,6 @@ def instance_of(candidates: Sequence[Candidate], line: LetterLine, count: int) -
         lines = [line.xy[stroke[stroke < count]] for stroke in within]
         parts.append([xy for xy in lines if len(xy) > 1])
     return Instance(candidates, parts, line.xy[:count])
-
-
-def typical_instances(sizes: Array, most: int) -> Indices:
-    """(k,) int: which instances of a letter, of which sizes (n, k) are known, are most as the others are."""
-    away = np.abs(sizes - np.median(sizes, axis=0))
-    away /= np.median(away, axis=0) + _SETTINGS.exact
-    return np.sort(np.argsort(away.sum(axis=1), kind="stable")[:most])
 
 
 @dataclass(frozen=True, eq=False)
