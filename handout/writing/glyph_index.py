@@ -46,9 +46,9 @@ class ChoiceWeights:
 
     # of a glyph
     # times the probability that it is not what it is called.  Of 1000 letters of new text in three hands, glyphs that
-    # are wrong by eye (49 of 1036) were 24, 50 and 52 with a cost that spared doubtful ones, 4, 19 and 20 with this; a
-    # glyph is then written 5.1 times where it was 4.4
-    doubtful: float = 35.0
+    # are wrong by eye (49 of 1036) were 26, 56 and 57 with a cost that spared doubtful ones, 10, 33 and 32 with this;
+    # with 35 they were 4, 19 and 20, but the repetition of a page was .039 instead of .009
+    doubtful: float = 20.0
     broken: float = 3.0  # without a body
     # of a glyph for a letter
     elsewhere: float = 0.5  # from another place in its word

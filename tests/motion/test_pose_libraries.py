@@ -316,3 +316,10 @@ def test_unknown_methods_and_empty_drawings_are_named(pose):
         posed(recorded([1]), PoseModel(pose), "best")
     with pytest.raises(InputError, match="no stroke"):
         posed(Drawing((), PAGE), PoseModel(pose))
+
+
+def test_a_flat_nib_keeps_its_edge(pose):
+    stroke = replace(recorded([5]).strokes[0], nib=1.5, rotation=np.full(60, -0.7))
+    nib = Drawing((stroke,), PAGE)
+    made = posed(nib, PoseModel(pose)).strokes[0]
+    assert made.nib == 1.5 and set(made.rotation.tolist()) == {-0.7} and np.ptp(made.pressure) > 0.1

@@ -25,7 +25,8 @@ def posed(
 ) -> Drawing:
     """The drawing with the pose that a library suggests; every stroke is taken by itself.
 
-    What strokes knew of their pose and of their width is replaced; what the library does not know they do not have.
+    What strokes knew of their pose and of their width is replaced; what the library does not know they do not have.  A
+    flat nib keeps its edge, unless the stroke is drawn anew.
 
     Parameters
     ----------
@@ -74,4 +75,7 @@ def _held(stroke: Stroke, pose: Array, at: Array, model: PoseModel) -> Stroke:
     xy = np.column_stack([np.interp(place, np.arange(n), stroke.xy[:, i]) for i in (0, 1)])
     channels: dict[str, Any] = dict.fromkeys((*POSE, "width"))
     known = np.column_stack([np.interp(place, at, column) for column in pose.T])
-    return replace(stroke, t=t, xy=xy, **{**channels, **extracted(known, model.library.channels)}, nib=0.0)
+    channels |= extracted(known, model.library.channels)
+    if stroke.nib > 0 and stroke.rotation is not None:  # a flat nib keeps its edge
+        channels["rotation"] = np.interp(place, np.arange(n), stroke.rotation)
+    return replace(stroke, t=t, xy=xy, **channels)

@@ -72,7 +72,7 @@ class PoseModel:
 
     library: PoseLibrary
     features: str = "velocities"
-    neighbours: int = 32
+    neighbours: int = 20
     costs: Costs = Costs()
 
     @cached_property
