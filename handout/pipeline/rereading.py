@@ -218,11 +218,7 @@ class _Rereader:
 
     def trials(self, sheets: Sequence[Sheet]) -> list[_Trial]:
         slants = [page.slant for page in self.hand.pages]
-        words = [
-            (number, word)
-            for number, sheet in enumerate(sheets)
-            for word in made_words(sheet.manuscript, slants)
-        ]
+        words = [(number, word) for number, sheet in enumerate(sheets) for word in made_words(sheet.manuscript, slants)]
         self._read([word for _, word in words if readable(word.text)])
         return [self._trial(number, word) for number, word in words]
 
