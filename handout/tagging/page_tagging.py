@@ -33,6 +33,7 @@ from handout.tagging.glyph_extraction import (
     listed,
     scanned_page,
 )
+from handout.tagging.ink_exchange import exchanged
 from handout.tagging.letter_assignment import assign_letters
 from handout.tagging.line_space import frames, vertex_lines
 from handout.tagging.transcript import read_transcript
@@ -101,7 +102,7 @@ def tag_page(
     assignment = assign_letters(written.graph, alignment, np.where(foreign, NOBODY, vertex_lines(written)))
     page = replace(scanned_page(written, transcript), dismissed=np.flatnonzero(foreign))
     letters = letters_within_reach(written.graph, alignment, assignment.letter)
-    glyphs, missing = extract_glyphs(page, alignment, letters)
+    glyphs, missing = extract_glyphs(page, alignment, exchanged(page, alignment, letters))
     glyphs, cropped = doubt_cropped_glyphs(glyphs, written.graph, written.scan)
     notes = (*written.notes, *told, *_notes(page, alignment, missing), *cropped)
     fits = tuple((line.number, line.fit) for line in alignment.lines)
