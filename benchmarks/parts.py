@@ -23,13 +23,12 @@ from handout.inking.plain import flatten
 from handout.values import Array, Indices, LineGraph, Manuscript, Page
 from handout.writing import glyph_index, scanned_words
 from handout.writing.bending import Bend, Spread, bend
-from handout.writing.choosing import Candidates, Chooser
+from handout.writing.choosing import Chooser
 from handout.writing.compose import compose
 from handout.writing.forms import Form, Forms
 from handout.writing.glyph_index import WEIGHTS, neighbours
 from handout.writing.layout import Layout
 from handout.writing.spacing import HeightModel, SpacingModel
-from handout.writing.text import Letter, spelt
 
 DPI = 300.0
 LUMA = np.array([0.299, 0.587, 0.114])
@@ -119,16 +118,13 @@ def own_size(hand: ScannedHand, text: str, variation: float = 1.0) -> Layout:
 
 
 def any_glyphs(
-    chooser: Chooser,
-    letters: Sequence[Letter],
-    candidates: Sequence[Candidates],
-    unary: Sequence[Array],
-    again: Sequence[Array],
+    chooser: Chooser, numbers: Sequence[Indices], unary: list[Array], again: list[Array], steps: Sequence[Array]
 ) -> Indices:
     """(n,) Random selection: of every letter any glyph, as likely as any other.  See `Chooser._cheapest`."""
     stock = chooser._stock
     assert isinstance(stock, glyph_index.GlyphIndex)
-    return np.array([chooser._rng.choice(stock.of(spelt(letter))) for letter in letters], dtype=np.intp)
+    letters = [stock.letters[int(each[0])] for each in numbers]
+    return np.array([chooser._rng.choice(stock.of(letter)) for letter in letters], dtype=np.intp)
 
 
 def constant_gaps(

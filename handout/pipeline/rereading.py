@@ -12,7 +12,7 @@ Source: own method (Bayes' rule with two normal distributions of one variance).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -218,16 +218,13 @@ class _Rereader:
 
     def trials(self, sheets: Sequence[Sheet]) -> list[_Trial]:
         slants = [page.slant for page in self.hand.pages]
-        words = [
-            (number, word)
-            for number, sheet in enumerate(sheets)
-            for word in made_words(sheet.manuscript, slants)
-            if readable(word.text)
-        ]
-        self._read([word for _, word in words])
+        words = [(number, word) for number, sheet in enumerate(sheets) for word in made_words(sheet.manuscript, slants)]
+        self._read([word for _, word in words if readable(word.text)])
         return [self._trial(number, word) for number, word in words]
 
     def _trial(self, page: int, word: MadeWord) -> _Trial:
+        if not readable(word.text):
+            return _Trial(word, page, 0.0, None)
         wrong, reading = self.seen[_key(word)]
         if wrong < self.settings.again:
             return _Trial(word, page, wrong, None)
@@ -269,43 +266,31 @@ def reread(
     rereader = _Rereader(hand, author_reader(author, settings), settings)
     prices: dict[tuple[int, int], float] = {}
     best: dict[int, _Trial] = {}
-    tried: dict[int, list[_Trial]] = {}
     sheets = compose(Prices())
-    trials = rereader.trials(sheets)
-    for _ in range(settings.tries if tries is None else tries):
-        doubtful = [trial for trial in trials if trial.verdict is not None]
-        if not doubtful:
+    for left in reversed(range((settings.tries if tries is None else tries) + 1)):
+        trials = rereader.trials(sheets)
+        best |= {t.place: t for t in trials if t.place not in best or t.wrong < best[t.place].wrong}
+        doubtful = [trial for trial in trials if best[trial.place].verdict is not None]
+        if not (left and doubtful):
             break
         for trial in doubtful:
-            tried.setdefault(trial.place, []).append(trial)
             k = rereader.worst_letter(trial.word)
             prices[int(trial.word.at[k]), int(trial.word.numbers[k])] = settings.price
-        sheets = compose(Prices(prices))
-        trials = rereader.trials(sheets)
-    for trial in trials:
-        before = min(tried.get(trial.place, [trial]), key=lambda each: each.wrong)
-        if trial.verdict and before.wrong < trial.wrong and len(before.word.at) == len(trial.word.at):
-            best[trial.place] = before
-    if best:
-        sheets = compose(Prices(_back_to(best.values(), trials, prices, settings.price)))
+        sheets = compose(Prices(prices, _held(trial for trial in best.values() if trial.verdict is None)))
+    if any(trial.wrong > best[trial.place].wrong for trial in trials):
+        sheets = compose(Prices(held=_held(best.values())))
         trials = rereader.trials(sheets)
     return sheets, [_doubt(trial) for trial in trials if trial.verdict is not None and trial.wrong >= settings.told]
 
 
-def _back_to(
-    best: Iterable[_Trial], last: Iterable[_Trial], prices: Mapping[tuple[int, int], float], price: float
-) -> dict[tuple[int, int], float]:
-    """Prices at which some words are written as they were best, not as they were last."""
-    changed = dict(prices)
-    now = {trial.place: trial for trial in last}
-    for trial in best:
-        for at, was, number in zip(
-            trial.word.at.tolist(), trial.word.numbers.tolist(), now[trial.place].word.numbers.tolist(), strict=True
-        ):
-            changed.pop((at, was), None)
-            if was != number:
-                changed[at, number] = price
-    return changed
+def _held(trials: Iterable[_Trial]) -> dict[int, int]:
+    """The glyph of each letter of some words, as they were written then."""
+    return {
+        at: number
+        for trial in trials
+        for at, number in zip(trial.word.at.tolist(), trial.word.numbers.tolist(), strict=False)
+        if len(trial.word.at) == len(trial.word.numbers)
+    }
 
 
 def _doubt(trial: _Trial) -> Doubt:

@@ -24,6 +24,7 @@ from handout.writing.slips import Struck
 from handout.writing.text import Letter, Piece
 
 _TRIES = 16  # times that a word is solved for having a glyph twice; real words are done after one or two
+_HELD = 1e4  # cost of any other glyph where one is held: more than all other costs of a word together
 
 
 def fading_cost(age: Array, weight: float, forgotten: float) -> Array:
@@ -48,11 +49,11 @@ class Prices:
     """What glyphs cost besides, ≥ 0, as a reader of the writing finds; inf forbids where anything else may stand.
 
     glyphs : (place of a letter in the text, number of a glyph) → cost of that glyph for that letter.
-    pairs : (number, number) → cost of one glyph right before another, in one word.
+    held : place of a letter → the number of the glyph that writes it, if it is among those that may.
     """
 
     glyphs: Mapping[tuple[int, int], float] = field(default_factory=dict)
-    pairs: Mapping[tuple[int, int], float] = field(default_factory=dict)
+    held: Mapping[int, int] = field(default_factory=dict)
 
 
 class GlyphStock(Protocol):
@@ -137,20 +138,19 @@ class Chooser:
             unary[0] = unary[0] + stock.between_words(self._before, numbers[0], parted=spaces > 0)
         unary[-1] = unary[-1] + stock.ending(numbers[-1])
         steps = [stock.steps(first, second, varied=varied) for first, second in pairwise(numbers)]
-        self._add_prices(letters, numbers, unary, steps)
+        self._add_prices(letters, numbers, unary)
         chosen = self._cheapest(numbers, unary, again, steps)
         self._remember(chosen)
         return Choice(letters, spaces, chosen, candidates, chance, again, intended)
 
-    def _add_prices(
-        self, letters: Sequence[Letter], numbers: Sequence[Indices], unary: list[Array], steps: list[Array]
-    ) -> None:
+    def _add_prices(self, letters: Sequence[Letter], numbers: Sequence[Indices], unary: list[Array]) -> None:
         """What a reader of the writing finds dear, added to the costs of a word."""
-        glyphs, pairs = self._prices.glyphs, self._prices.pairs
-        for i, (letter, each) in enumerate(zip(letters, numbers, strict=True)) if glyphs else ():
-            unary[i] = unary[i] + [glyphs.get((letter.at, number), 0.0) for number in each.tolist()]
-        for i, (first, second) in enumerate(pairwise(numbers)) if pairs else ():
-            steps[i] = steps[i] + np.array([[pairs.get((a, b), 0.0) for b in second.tolist()] for a in first.tolist()])
+        glyphs, held = self._prices.glyphs, self._prices.held
+        for i, (letter, each) in enumerate(zip(letters, numbers, strict=True)) if glyphs or held else ():
+            if held.get(letter.at) in each:
+                unary[i] = unary[i] + _HELD * (each != held[letter.at])
+            else:
+                unary[i] = unary[i] + [glyphs.get((letter.at, number), 0.0) for number in each.tolist()]
 
     def _cheapest(
         self, numbers: Sequence[Indices], unary: list[Array], again: list[Array], steps: Sequence[Array]

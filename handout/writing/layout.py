@@ -33,6 +33,7 @@ class BaselineModel:
     bend, bend_mean : sag of a line from its ends to its middle.
     reach : half the length of the writer's own lines; shorter ones bend less; 0: all lines bend alike.
     pitch : of a line's height about even distances.
+    closer : than usual two lines come at most; people look where the line above is.
     """
 
     edge: float = USUAL.edge
@@ -46,6 +47,7 @@ class BaselineModel:
     bend_mean: float = 0.0
     reach: float = 0.0
     pitch: float = USUAL.pitch
+    closer: float = math.inf
 
 
 USUAL_BASELINES = BaselineModel()
@@ -78,15 +80,15 @@ def line_geometries(
     bent = min(1.0, reach / model.reach) if model.reach else 1.0
     habit, begun = min(jitter, 1.0), count - 1 if model.edge_drift < 0 else 0
     geometries: list[LineGeometry] = []
-    tilt = 0.0
+    tilt, below = 0.0, -math.inf
     for number in range(count):
-        above = rng.normal(0.0, jitter * model.pitch)
+        below = max(rng.normal(0.0, jitter * model.pitch), below - model.closer)
         drift = min(model.edge_drift * (number - begun), _MOST_DRIFT)
         edge = edges.next() + habit * drift
         fresh = rng.normal(0.0, jitter * model.tilt)
         tilt = model.tilt_memory * tilt + math.sqrt(1 - model.tilt_memory**2) * fresh if number else fresh
         sag = habit * model.bend_mean + rng.normal(0.0, jitter * model.bend)
-        geometries.append(LineGeometry(-above, edge, max(least, min(most, page + tilt)), bent * sag))
+        geometries.append(LineGeometry(-below, edge, max(least, min(most, page + tilt)), bent * sag))
     return geometries
 
 
@@ -295,6 +297,7 @@ def author_baselines(hand: ScannedHand) -> BaselineModel:
         bend_mean=share * float(np.clip(mean, -HABITS.bend_mean, HABITS.bend_mean)),
         reach=float(np.median(np.concatenate([page.reach for page in pages]))),
         pitch=_deviation([_uneven(page) for page in pages], USUAL_BASELINES.pitch, HABITS.pitch, 2),
+        closer=max(map(_closer, pages)),
     )
 
 
@@ -342,6 +345,12 @@ def _course(x: Array, y: Array) -> tuple[float, float]:
 def _uneven(page: _PageLines) -> Array:
     """How far lines stand from even distances."""
     return page.height - np.polyval(np.polyfit(page.number, page.height, 1), page.number)
+
+
+def _closer(page: _PageLines) -> float:
+    """How much nearer than usual two lines of a page come."""
+    apart = np.diff(page.height)[np.diff(page.number) == 1]
+    return float(np.median(apart) - apart.min()) if len(apart) else math.inf
 
 
 def _deviation(rests: Sequence[Array], usual: float, bounds: tuple[float, float], parameters: int = 1) -> float:

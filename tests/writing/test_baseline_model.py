@@ -109,6 +109,14 @@ def test_lines_lie_as_the_manner_says(manner):
     assert all(abs(lie.slope) * REACH <= manner.most_rise + 1e-9 for page in pages for lie in page)
 
 
+def test_no_lines_come_nearer_than_the_authors(hand):
+    uneven = author_baselines(hand(BaselineModel(pitch=0.2, closer=0.25)))
+    assert uneven.closer == pytest.approx(0.25, abs=0.12)
+    for seed in range(20):
+        above = [lie.above for lie in line_geometries(uneven, 30, 1.0, REACH, np.random.default_rng(seed))]
+        assert np.diff(above).max() <= uneven.closer + 1e-9
+
+
 def test_without_variation_lines_are_ruled():
     ruled = line_geometries(MANNERS[2], 9, 0.0, REACH, np.random.default_rng(1))
     assert not any((lie.above, lie.edge, lie.slope, lie.sag) != (0.0, 0.0, 0.0, 0.0) for lie in ruled)

@@ -94,19 +94,17 @@ def test_what_was_written_lately_is_dear_and_forgotten(kept):
 
 @pytest.mark.parametrize("cost", [9.0, np.inf])
 def test_what_read_wrongly_is_not_written_again_and_other_words_stay(kept, cost):
-    """The door of a reader: a glyph for one letter of the text, or a pair of glyphs, is made dear."""
+    """The door of a reader: a glyph for one letter of the text is made dear, or all others are."""
     text = "ten hen men"
     plain = chosen(kept, text, 2)
     number, at = int(plain[1][1]), words_of(text)[1][1].at
-    one, pair = (
-        chosen(kept, text, 2, prices=prices)
-        for prices in (
-            Prices(glyphs={(at, number): cost}),
-            Prices(pairs={(int(plain[1][0]), number): cost}),
-        )
-    )
-    assert one[1][1] != number and (pair[1][0], pair[1][1]) != (plain[1][0], number)
-    assert np.array_equal(one[0], plain[0]) and np.array_equal(pair[0], plain[0])
+    one = chosen(kept, text, 2, prices=Prices(glyphs={(at, number): cost}))
+    assert one[1][1] != number
+    assert np.array_equal(one[0], plain[0])
+    places = [letter.at for letter in words_of(text)[2]]
+    held = dict(zip(places, plain[2].tolist(), strict=True))
+    other = chosen(kept, text, 2, prices=Prices({(at, number): cost}, held))
+    assert np.array_equal(other[1], one[1]) and np.array_equal(other[2], plain[2])
 
 
 def test_a_text_is_composed_again_with_one_glyph_less(small_hand):
