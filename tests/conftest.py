@@ -17,9 +17,10 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "handout"))
 # with xdist, what these make for all their tests, which takes seconds, is made once and not in every process; and the
 # name service that ippeveprinter needs runs but once on a machine
 _TOGETHER = (
-    "calibrating", "colour/test_colour_table.py", "printing/test_ippeveprinter.py", "score", "simulated/author",
-    "tagging/test_alignment.py", "tagging/test_page_tagging.py", "test_wheel.py",
+    "calibrating", "colour", "inking/test_brushes.py", "printing/test_ippeveprinter.py", "reading", "score",
+    "simulated/author", "tagging/test_alignment.py", "tagging/test_page_tagging.py", "test_wheel.py",
 )  # fmt: skip
+_OF_THE_CODE = ("tests/test_architecture.py", "tests/test_house.py")  # which parse it once
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -33,6 +34,8 @@ def pytest_xdist_make_scheduler(config, log):
 
     class Together(LoadScopeScheduling):
         def _split_scope(self, nodeid):
+            if nodeid.startswith(_OF_THE_CODE):
+                return _OF_THE_CODE[0]
             return next((name for name in _TOGETHER if nodeid.startswith("tests/" + name)), nodeid)
 
     return Together(config, log) if config.getvalue("dist") != "no" else None

@@ -34,10 +34,13 @@ Json = TypeVar("Json")
 Content = bytes | NDArray[Any] | msgspec.Struct
 
 
-def pack(members: Mapping[str, Content]) -> bytes:
-    """The bytes of an archive: arrays by names that end in ``.npy``, structs in ``.json``, bytes as they are."""
-    stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w") as archive:
+def pack(members: Mapping[str, Content], behind: bytes = b"") -> bytes:
+    """The bytes of an archive: arrays by names that end in ``.npy``, structs in ``.json``, bytes as they are.
+
+    behind : an archive whose parts, of other names, come first and are not packed anew.
+    """
+    stream = io.BytesIO(behind)
+    with zipfile.ZipFile(stream, "a") as archive:
         for name, content in members.items():
             info = zipfile.ZipInfo(name, _EPOCH)
             info.compress_type = zipfile.ZIP_STORED if name.endswith(_KEPT) else zipfile.ZIP_DEFLATED

@@ -132,12 +132,13 @@ def keep_learnt(path: Path, values: Mapping[str, Array]) -> None:
         As `load` and `save`.
     """
     with Archive(path) as archive:
-        parts: dict[str, Content] = {name: archive.read(name) for name in archive.names}
         folders = _folders(_journal(archive, path)[0].made)
         archive.look_in(folders)
         found = _Learnt(_fingerprint(archive), {name: value.tolist() for name, value in values.items()})
-    parts[("", *folders)[-1] + _LEARNT] = msgspec.json.encode(found)
-    atomic.write(path, pack(parts))
+        place = ("", *folders)[-1] + _LEARNT
+        again = {name: archive.read(name) for name in archive.names} if place in archive.names else {}
+    data = pack({**again, place: msgspec.json.encode(found)}, b"" if again else path.read_bytes())
+    atomic.write(path, data)
 
 
 def _fingerprint(archive: Archive) -> str:

@@ -1,14 +1,14 @@
 """One chart printed and scanned by the simulated devices, and one calibration of it, for all tests of the room."""
 
 import shutil
-from functools import partial
+from functools import cache, partial
 
 import msgspec
 import numpy as np
 import pytest
 
 from handout import profiles
-from handout.calibrating import store
+from handout.calibrating import ink_samples, pen_reference, store
 from handout.calibrating.pages import chart_pages
 from handout.calibrating.session import Step
 from handout.calibrating.wizard import Task, Wizard
@@ -20,6 +20,23 @@ from handout.simulated import print_and_scan as loop
 from handout.simulated.printer import Flatbed, Inkjet
 
 DPI = 80
+
+
+_of_hand, _writing = cache(ink_samples.of_hand), pen_reference.writing
+_written = {}  # by the hand's name: no test here keeps a hand of its own
+
+
+@pytest.fixture(autouse=True)
+def ink_of_hands(monkeypatch):
+    """What is measured of the hands that ship is measured once: it takes a second each time."""
+
+    def writing(hand):
+        if hand.name not in _written:
+            _written[hand.name] = _writing(hand)
+        return _written[hand.name]
+
+    monkeypatch.setattr(ink_samples, "of_hand", _of_hand)
+    monkeypatch.setattr(pen_reference, "writing", writing)
 
 
 @pytest.fixture(autouse=True)

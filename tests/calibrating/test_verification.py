@@ -1,5 +1,8 @@
 """The strip: its colours, its way through print and scan, and scans that are none of it."""
 
+import dataclasses
+import shutil
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -15,9 +18,20 @@ from handout.simulated.printer import Flatbed, Inkjet
 pytestmark = pytest.mark.slow
 
 
+@pytest.fixture(scope="session")
+def prepared(built, tmp_path_factory):
+    """A strip for the calibration, and what it is remembered by."""
+    folder = tmp_path_factory.mktemp("prepared") / "one"
+    shutil.copytree(built.folder, folder)
+    calibration = dataclasses.replace(built, folder=folder)
+    return strip.prepare(calibration), calibration.strip()
+
+
 @pytest.fixture
-def made(stored):
-    return strip.prepare(stored)
+def made(stored, prepared):
+    """The strip, remembered by the stored calibration."""
+    stored.keep_strip(prepared[1])
+    return prepared[0]
 
 
 def scanned(made, stored, profile, paper="white", dpi=100, **flatbed):

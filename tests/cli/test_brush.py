@@ -40,6 +40,7 @@ def test_learned_shown_and_written_with(call, photograph):
     assert (ink("a.png") > 128).sum() == pytest.approx((ink("plain.png") > 128).sum(), rel=0.35)
 
 
+@pytest.mark.slow
 def test_every_verb_takes_a_shipped_brush(call):
     common = ("--pen", "marker", "--dpi", 100, "--seed", 1, "-q")
     call("asemic", "--letters", 2, *common, "-o", "tag.png")

@@ -44,6 +44,7 @@ def test_check_says_what_there_is_little_of(call, kept):
     assert call("hand", "check", kept, "--quiet") == ("", "")
 
 
+@pytest.mark.slow
 def test_edit_keeps_what_was_found(call, kept, small_hand):
     number = int(small_hand.of("j")[0])
     at = small_hand.pages[0].graph.uv[small_hand.glyphs[number].vertices[9]].tolist()

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
+from handout.colour.models import Model, fit
 from handout.colour.patches import Patches
+from handout.colour.table import SIZE, ColourTable, build
 from handout.simulated.printer import Inkjet
 from handout.values import Array
 
@@ -48,3 +52,15 @@ def scanned(printer: object, noise: float = 0.0, seed: int = 0, device: Array | 
     seen = printer(sent)  # type: ignore[operator]
     seen = np.clip(seen + noise * np.random.default_rng(seed).normal(size=seen.shape), 0, 1)
     return Patches(sent, seen, np.full(len(sent), noise))
+
+
+@cache
+def dull_model(method: str = "forward") -> Model:
+    """The model of the dull printer's chart, made once for all tests."""
+    return fit(scanned(dull), method)
+
+
+@cache
+def dull_table(size: int = SIZE) -> ColourTable:
+    """Its table."""
+    return build(dull_model(), {"printer": "a formula", "paper": "cream „ä“"}, size)

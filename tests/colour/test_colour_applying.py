@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from formula_printers import dull, identical, scanned
+from formula_printers import dull, dull_table, identical, scanned
 
 from handout.colour.models import fit
 from handout.colour.table import ColourTable, apply, build
@@ -17,7 +17,7 @@ RNG = np.random.default_rng(9)
 
 @pytest.fixture(scope="module")
 def table() -> ColourTable:
-    return build(fit(scanned(dull)), size=33)
+    return dull_table(33)
 
 
 @pytest.fixture(scope="module")

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from formula_printers import Dark, chart, dull, identical, scanned
+from formula_printers import Dark, chart, dull, dull_model, identical, scanned
 
 from handout.colour import METHODS, conversions
 from handout.colour.models import fit, inverse, splines
@@ -17,7 +17,7 @@ INSIDE = 0.03 + 0.94 * RNG.random((200, 3))
 
 @pytest.fixture(scope="module")
 def models():
-    return {method: fit(scanned(dull), method) for method in METHODS}
+    return {method: dull_model(method) for method in METHODS}
 
 
 def apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:

@@ -4,7 +4,7 @@ import warnings
 
 import numpy as np
 import pytest
-from formula_printers import dull, identical, scanned
+from formula_printers import dull, dull_table, identical, scanned
 from PIL import Image
 
 from handout.colour import conversions, exports
@@ -21,7 +21,7 @@ RNG = np.random.default_rng(8)
 
 @pytest.fixture(scope="module")
 def table() -> ColourTable:
-    return build(fit(scanned(dull)), {"printer": "a formula", "paper": "cream „ä“"})
+    return dull_table()
 
 
 def test_an_identical_printer_has_the_identical_table() -> None:

@@ -2,12 +2,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from formula_printers import dull, scanned
+from formula_printers import dull, dull_table
 
 from handout.colour import conversions
 from handout.colour.gamut import reach, swatches
-from handout.colour.models import fit
-from handout.colour.table import ColourTable, build
+from handout.colour.table import ColourTable
 from handout.errors import InputError
 
 # they rest on scans that take seconds to make
@@ -16,7 +15,7 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def table() -> ColourTable:
-    return build(fit(scanned(dull)), size=33)
+    return dull_table(33)
 
 
 def test_what_is_out_of_reach_is_told(table: ColourTable) -> None:

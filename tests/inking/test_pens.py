@@ -97,6 +97,7 @@ def test_speed_gives_less_ink(model: str) -> None:
     assert (np.diff(shares) < 0).all()
 
 
+@pytest.mark.slow
 @given(low=st.floats(0, 1), high=st.floats(0, 1), slow=st.floats(1, 200), fast=st.floats(1, 200))
 @settings(deadline=None, max_examples=40)
 def test_width_and_load_follow_pressure_and_speed(low: float, high: float, slow: float, fast: float) -> None:

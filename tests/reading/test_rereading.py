@@ -93,6 +93,7 @@ def doubting(monkeypatch):
     monkeypatch.setattr(rereading, "reread", doubt)
 
 
+@pytest.mark.slow
 def test_doubts_are_told_once_and_refused_where_that_is_asked(doubting):
     task = writing.prepare(WritingOptions(hand="house-print-fountain", seed=1))
     _, sheets = writing.set_pages("ten", task)

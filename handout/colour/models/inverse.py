@@ -114,10 +114,10 @@ def invert(forward: Forward, wanted: Array) -> Array:
     from scipy.spatial import KDTree
 
     device, scanned = forward.samples
-    away, which = KDTree(scanned).query(wanted)
-    out = np.array(device[which])
-    close = away <= SETTINGS.shell
-    out[close] = solve(forward, wanted[close], out[close])
+    # those farther out all become what `_better` finds: their nearest sample, slow to find, is not looked for
+    away, which = KDTree(scanned).query(wanted, distance_upper_bound=SETTINGS.shell)
+    out, close = np.zeros_like(wanted), away <= SETTINGS.shell
+    out[close] = solve(forward, wanted[close], device[which[close]])
     lost = np.where(close, 0.0, np.inf)
     lost[close] = missed(forward, out[close], wanted[close])
     off = np.flatnonzero(lost > SETTINGS.seen)
