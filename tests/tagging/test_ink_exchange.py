@@ -15,12 +15,13 @@ def shared(small_hand):
     return small_hand.pages[0], letter, names, np.array([glyph.line for glyph in small_hand.glyphs])
 
 
-def test_a_stem_that_its_neighbour_took_comes_back(shared, small_hand):
+@pytest.mark.parametrize("known", [True, False])
+def test_a_stem_that_its_neighbour_took_comes_back(shared, small_hand, known):
     sheet, letter, names, lines = shared
     giver = next(
         i for i in small_hand.of("n").tolist() if min(small_hand.glyphs[i].before, small_hand.glyphs[i].after) >= 0
     )
-    held = frozenset({small_hand.glyphs[giver].after})
+    held = frozenset({small_hand.glyphs[giver].after}) if known else frozenset()
     settled = InkExchange(sheet, letter, names, lines, held)
     settled.settle()
     taken = settled.letter.copy()
@@ -47,9 +48,9 @@ def test_nothing_is_lost_and_each_letter_keeps_its_share(shared):
     assert np.array_equal(again.letter, exchange.letter)
 
 
-def test_without_a_known_letter_nothing_is_exchanged(shared):
+def test_a_page_that_was_cut_well_stays(shared):
     sheet, letter, names, lines = shared
-    exchange = InkExchange(sheet, letter, names, lines, frozenset())
+    exchange = InkExchange(sheet, letter, names, lines)
     assert exchange.settle() == 0
     assert np.array_equal(exchange.letter, letter)
 
@@ -59,4 +60,4 @@ def test_a_page_of_few_letters_is_left_alone(shared, small_page):
 
     sheet, letter, _, _ = shared
     assert len(letter) and SETTINGS.least > 44
-    assert exchanged(sheet, Alignment(()), letter, frozenset()) is letter
+    assert exchanged(sheet, Alignment(()), letter) is letter
