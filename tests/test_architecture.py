@@ -150,6 +150,7 @@ def door(file: str, to: str) -> bool:
     return file in DOORS and to == "simulated"
 
 
+@pytest.mark.slow
 def test_what_runs_loads_no_simulated_device_at_its_head():
     """One that is asked for is loaded by the function that was asked; what trains is never loaded."""
     wrong = [
@@ -163,6 +164,7 @@ def test_what_runs_loads_no_simulated_device_at_its_head():
     assert any(name.startswith("handout.simulated") for name in at_the_head(PACKAGE / "training/scanned_hands.py"))
 
 
+@pytest.mark.slow
 def test_imports_run_one_way():
     wrong = [
         f"{file} imports {to}"

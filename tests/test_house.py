@@ -5,6 +5,7 @@ import re
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 
+import pytest
 from test_architecture import PACKAGE, parsed
 
 FILES = sorted(PACKAGE.rglob("*.py"))
@@ -98,6 +99,7 @@ def modules() -> dict[str, set[str]]:
     return graph
 
 
+@pytest.mark.slow
 def test_functions_fit_on_a_screen():
     assert [name for name, function in functions() if length(function) > 50] == []
 
@@ -111,11 +113,13 @@ def test_few_functions_branch_much():
     assert len(many) < 8, many
 
 
+@pytest.mark.slow
 def test_constants_give_their_reason():
     silent = [(path.name, line) for path in FILES for line in silent_constants(path.read_text(encoding="utf-8"))]
     assert silent == []
 
 
+@pytest.mark.slow
 def test_no_files_import_each_other_in_a_circle():
     try:
         TopologicalSorter(modules()).prepare()

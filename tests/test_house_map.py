@@ -12,6 +12,7 @@ def test_the_map_is_up_to_date():
     assert text == house_map.drawn(text), "run: python tests/house_map.py"
 
 
+@pytest.mark.slow
 def test_every_room_and_file_says_what_it_is():
     silent = [path for path in house_map.PACKAGE.rglob("*.py") if path.stat().st_size and not house_map.said(path)]
     assert silent == []

@@ -64,6 +64,7 @@ def test_the_path_is_kept_at_any_speed(seed, x_height, speed):
     assert port.lost == 0
 
 
+@pytest.mark.slow
 def test_speed_is_a_multiple_of_the_hand():
     drawing = page(words=5)
     durations = [plan(drawing, machine(acceleration=Acceleration(20000)), speed=s).motion.duration for s in (1.0, 0.5)]

@@ -68,6 +68,7 @@ def test_drawn_and_left_are_the_whole_and_nothing_is_twice(data):
             assert set(values.tolist()) <= set(getattr(a, name).tolist()) | set(getattr(b, name).tolist())
 
 
+@pytest.mark.slow
 @settings(max_examples=100, deadline=None)
 @given(st.data())
 def test_what_is_left_of_what_was_left(data):

@@ -105,6 +105,7 @@ def test_nothing_printed_where_one_writes_shows_in_the_red_channel(pdf):
     assert sheet_pdf.WORDS[0] == sheet_pdf.RULE[0] == 1.0
 
 
+@pytest.mark.slow
 def test_plain_sheets_have_words_beside_and_lines_to_lay_under(prompt):
     layout = SheetLayout(LETTER, 10.0, printed=False)
     small = Prompt(tuple(page[: layout.lines] for page in prompt.pages), ())

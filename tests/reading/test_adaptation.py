@@ -24,6 +24,7 @@ def likely(reader, words):
     return float(np.maximum(pictures.log_probabilities(readings, [text for text, _ in words]), -20.0).mean())
 
 
+@pytest.mark.slow
 def test_letters_that_an_author_writes_like_others_are_learnt(words):
     learnt, judged = words[::2], words[1::2]
     reader = pictures.load()

@@ -26,7 +26,9 @@ _FEWEST = 14  # pixels: no narrower stroke shows how its brush paints
 _CONTRAST = 0.15  # of the light: what the ink must at least take away
 _CLOSED, _OPENED = 0.3, 0.33  # half widths: gaps between streaks, and what is too thin to be a stroke
 _THINNER = 0.35  # of the widest stroke's half width: what is narrower is a number or a note
-_FILLED = 0.3  # of a stroke's shape that is ink: less is writing; set by eye, so that the driest of twenty strokes passes
+_FILLED = (
+    0.3  # of a stroke's shape that is ink: less is writing; set by eye, so that the driest of twenty strokes passes
+)
 _THICK = 0.12  # half widths: what is thicker is no line of a frame but streaks of a stroke
 _THIN = (0.05, 0.15)  # widths: how thick a rest of a frame is at most, and how long at least
 _BRANCH = 1.0  # widths beside the longest way through a stroke: more is a second stroke
