@@ -168,12 +168,13 @@ def plot(
         connected.close()
         raise
     listener.say(f"{profile.title}: {_amount(job)}, job {job.name}.")
-    listener.note(*task.paper_notes)  # before the sheet is laid in
+    notes = _notes(task, profile)
+    listener.note(*notes)  # before the sheet is laid in
     reports = _run(job, port, attendance, account, operator or Unattended(port, listener), connected)
     job = load(job.folder)
     tally = sum((Tally(**counts) for counts in job.told), Tally())
-    result = written(tally, task, (), task.paper_notes)
-    return Plotted(job, tuple(reports), result.facts(), tally, task.seed, notes=task.paper_notes)
+    result = written(tally, task, (), notes)
+    return Plotted(job, tuple(reports), result.facts(), tally, task.seed, notes=notes)
 
 
 def preview(
@@ -199,15 +200,22 @@ def preview(
         drawings = [fit_to_bed(drawing, profile) for drawing in drawings]
     drawings = [laid_out(drawing, profile, request.plotting.layers, request.plotting.order) for drawing in drawings]
     plans = [plan(drawing, profile, speed="fast" if task.fast else 1.0) for drawing in drawings]
-    listener.note(*task.paper_notes)
+    notes = _notes(task, profile)
+    listener.note(*notes)
     look = dataclasses.replace(task.look, show_travel=show_travel)
     files = write_drawings(drawings, paths, look)
     account.planned(plans)
-    result = written(Tally.of(pages, drawings), task, files, task.paper_notes)
+    result = written(Tally.of(pages, drawings), task, files, notes)
     planned_s = sum(planned.duration for planned in plans)
-    return Previewed(
-        result.facts(), result.files, planned_s, _stretched(plans), result.tally, task.seed, notes=task.paper_notes
-    )
+    return Previewed(result.facts(), result.files, planned_s, _stretched(plans), result.tally, task.seed, notes=notes)
+
+
+def _notes(task: WritingTask, profile: Plotter) -> tuple[str, ...]:
+    """What is said of a plot: of its paper, and that a pose does not press the pen."""
+    if task.pose.pose is None or profile.pen.pressed is not None:
+        return task.paper_notes
+    even = "--pose: the pen is pressed evenly, since this plotter's profile has no pen.pressed."
+    return (*task.paper_notes, even)
 
 
 def resume(

@@ -15,6 +15,7 @@ from handout.completion.completed_hand import complete_hand
 from handout.errors import InputError
 from handout.hand import file, library
 from handout.hand.measures import ink_colours
+from handout.inking.pen import is_brush
 from handout.motion.trace import trace
 from handout.page_sizes import margins, page
 from handout.pipeline import programs
@@ -142,7 +143,7 @@ def write(
     wanted = frozenset[str]().union(*(INK if path.suffix.lower() in OF_INK else STROKES for path in paths))
     pages, drawings = draw_pages(text, task, wanted=wanted, tell=within(listener.progress, 0.0, _WRITTEN))
     files = write_drawings(drawings, paths, task.look, extra=extra, tell=within(listener.progress, _WRITTEN, 1.0))
-    notes = (*not_followed(task, picture, wanted >= INK), *task.paper_notes)
+    notes = (*not_followed(task, picture, wanted >= INK), *_unpainted(picture, paths), *task.paper_notes)
     return written(Tally.of(pages, drawings), task, files, notes)
 
 
@@ -352,6 +353,14 @@ def _in_colour(drawing: Drawing, task: WritingTask) -> Drawing:
     if task.traced:  # a pen makes its own width, not that of the pen on the scanned pages
         strokes = tuple(replace(stroke, width=None) for stroke in strokes)
     return replace(drawing, strokes=strokes)
+
+
+def _unpainted(picture: PictureOptions, paths: Sequence[Path]) -> list[str]:
+    """A note on files that show no brush."""
+    lines = sorted({path.suffix for path in paths if path.suffix.lower() in (".svg", ".pdf")})
+    if picture.pen is None or not is_brush(picture.pen) or not lines:
+        return []
+    return [f"--pen: {' and '.join(lines)} files show the brush as a plain line; PNG files and prints are painted."]
 
 
 def not_followed(task: WritingTask, picture: PictureOptions, ink_shown: bool) -> list[str]:

@@ -36,6 +36,10 @@ def test_learned_shown_and_written_with(call, photograph):
     call("write", "hi ë", *page, "--pen", "own.brush", "-o", "a.png")
     call("write", "hi ë", *page, "--pen", "own.brush", "-o", "b.png")
     assert Path("a.png").read_bytes() == Path("b.png").read_bytes()
+    out, _ = call("write", "hi ë", *page, "--pen", "own.brush", "-o", "line.svg", "-o", "painted.png", "--json")
+    assert json.loads(out)["notes"] == [
+        "--pen: .svg files show the brush as a plain line; PNG files and prints are painted."
+    ]
     call("write", "hi ë", *page, "--pen", "plain", "--pen-width", "0.9mm", "-o", "plain.png")
     assert (ink("a.png") > 128).sum() == pytest.approx((ink("plain.png") > 128).sum(), rel=0.35)
 

@@ -96,7 +96,8 @@ def test_a_style_and_a_pose_go_together(artist, call, tmp_path):
 
 
 def test_the_plot_takes_the_pose(artist, call):
-    call("plot", "nun", "--page", "60x30mm", "--seed", "1", "--pose", artist, "--dry-run", "preview.json")
+    _, err = call("plot", "nun", "--page", "60x30mm", "--seed", "1", "--pose", artist, "--dry-run", "preview.json")
+    assert err.count("no pen.pressed") == 1
     assert read_drawing("preview.json").strokes[0].tilt is not None
 
 
