@@ -204,7 +204,7 @@ def prepare(
         picture.ink is not None,
         strict=writing.strict,
         pose=_pose(writing),
-        style=None if writing.style is None else style_of(StyleOptions(writing.style)),
+        style=_style(writing),
     )
 
 
@@ -237,6 +237,16 @@ def _pictured(writing: WritingOptions, picture: PictureOptions) -> PictureOption
             f"--style moves strokes anew, and the ink of {picture.pen} lies as it was scanned: leave --pen out."
         )
     return picture if writing.style is None else replace(picture, pen=picture.pen or "plain")
+
+
+def _style(writing: WritingOptions) -> Style | None:
+    """The handstyle that is asked for."""
+    if writing.style is None:
+        given = [name for name in ("prime", "temperature") if getattr(writing, name) is not None]
+        if given:
+            raise InputError(f"--{given[0]} is for learned styles: name one with --style.")
+        return None
+    return style_of(StyleOptions(writing.style, prime=writing.prime, temperature=writing.temperature))
 
 
 def _pose(writing: WritingOptions) -> PoseOptions:

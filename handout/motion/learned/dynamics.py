@@ -83,6 +83,7 @@ class DynamicsModel:
 
     def state_after(self, example: MovementSequence) -> State:
         """What the network remembers after an example: its style primes what follows.  Source: seed 002, §4.1."""
+        example = sequences.cut_off(example)
         self._run(example, lambda i, _: (float(example.dt[i]), float(example.theta[i])), None)
         return self.runner.state
 
@@ -166,8 +167,6 @@ def learn(
     """
     seen = training.windows(examples, recipe.length)
     size, on_paper = SIZES[recipe.size], seen.paper > 0
-    if on_paper.sum() < 2:
-        raise ValueError("there are fewer than two strokes to learn from")
     told = sequences.features(seen.targets, seen.up, seen.there, inputs, np.ones(len(seen.dt)))[seen.there[:, 1:-1] > 0]
     columns = sequences.measured(inputs)
     mean, spread = np.zeros(told.shape[1], np.float32), np.ones(told.shape[1], np.float32)

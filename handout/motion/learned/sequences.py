@@ -25,7 +25,7 @@ Bools = NDArray[np.bool_]
 Inputs = Literal["ahead", "local", "berio_2017", "berio_2017_no_history"]
 INPUTS: tuple[Inputs, ...] = get_args(Inputs)
 LEAST_DT, MOST_DT = 0.15, 1.5  # of a generated stroke: half the least of a first guess; the most of a reconstruction
-_SHORT = 1e-3  # of the usual way: shorter ones have no direction
+_SHORT = 0.02  # of the usual way: shorter ones have no direction
 # inputs whose columns are numbers to standardise; the others are 0 or 1, or on the circle
 _MEASURED: dict[Inputs, tuple[int, ...]] = {
     "ahead": (2, 4, 5, 8),
@@ -60,6 +60,11 @@ class MovementSequence:
     def starts(self) -> Bools:
         """(m − 1,): which ways begin a movement on the paper."""
         return np.asarray(~self.up & np.concatenate([[True], self.up[:-1]]))
+
+    @property
+    def there(self) -> Bools:
+        """(m − 1,): which ways there are; one in the air of no length parts examples that are strung together."""
+        return np.asarray(~self.up | np.diff(self.targets, axis=0).any(axis=1))
 
     @property
     def unit(self) -> float:
@@ -103,8 +108,11 @@ def of_targets(parts: Sequence[Array]) -> MovementSequence:
 
 
 def joined(sequences: Sequence[MovementSequence]) -> MovementSequence:
-    """One after the other, each in units of its own, as examples of one style."""
-    scaled = [replace(s, targets=s.targets / s.unit) for s in sequences]
+    """One after the other, each in units of its own, begun where the one before ended: examples of one style."""
+    scaled: list[MovementSequence] = []
+    for s in sequences:
+        begin = scaled[-1].targets[-1] if scaled else np.zeros(2)
+        scaled.append(replace(s, targets=(s.targets - s.targets[0]) / s.unit + begin))
     up = np.concatenate([np.append(s.up, True) for s in scaled])[:-1]
     dt, theta = (np.concatenate([np.append(getattr(s, n), 0.0) for s in scaled])[:-1] for n in ("dt", "theta"))
     return MovementSequence(np.concatenate([s.targets for s in scaled]), up, dt, theta)
@@ -164,7 +172,14 @@ def framed(sequence: MovementSequence) -> tuple[Array, Array, Array]:
     """Targets, up and there of all ways of a sequence, as `features` takes them."""
     targets = np.concatenate([sequence.targets[:1], sequence.targets, sequence.targets[-1:]])
     up = np.concatenate([[1.0], sequence.up.astype(np.float64), [1.0]])
-    return targets, up, np.concatenate([[0.0], np.ones(len(sequence.up)), [0.0]])
+    return targets, up, np.concatenate([[0.0], sequence.there.astype(np.float64), [0.0]])
+
+
+def cut_off(sequence: MovementSequence) -> MovementSequence:
+    """The sequence as an example that another follows."""
+    targets = np.concatenate([sequence.targets, sequence.targets[-1:]])
+    up, dt, theta = np.append(sequence.up, True), np.append(sequence.dt, 0.0), np.append(sequence.theta, 0.0)
+    return MovementSequence(targets, up, dt, theta)
 
 
 def bounded(dt: float, theta: float) -> tuple[float, float]:
