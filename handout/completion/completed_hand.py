@@ -23,7 +23,8 @@ def complete_hand(
     """The hand with the letters of a text that it lacks, and which those are.
 
     With `fallback`, letters of which all glyphs are doubtful are lent, too: these forms stand beside their own, and
-    which is written is a question of price (`writing.glyph_index`).  A drawn hand stays as it is: it borrows similar forms as it writes, and only these are listed.
+    which is written is a question of price (`writing.glyph_index`).  A drawn hand stays as it is: it borrows similar
+    forms as it writes, and only these are listed.
 
     Parameters
     ----------

@@ -93,7 +93,7 @@ def intrinsic_cost(hand: ScannedHand, bodies: Sequence[Indices]) -> Array:
     return np.asarray(doubt + WEIGHTS.broken * empty + WEIGHTS.lent * lent + WEIGHTS.blot * blots(hand))
 
 
-_WIDE = 1.6  # times the usual width of a page's line: retraced and crossing lines are narrower; set by eye on four pages
+_WIDE = 1.6  # times the usual width of a page's line: what crosses or is retraced is narrower; by eye, four pages
 
 
 def blots(hand: ScannedHand) -> Array:
