@@ -70,7 +70,7 @@ def _weights(hand: ScannedHand) -> Array:
         return np.zeros(0)
     seen = [reader.features(word.picture) for word in words]
     weights = np.vstack(adapted(reader, seen, [word.text for word in words]).columns[-1])
-    return np.round(weights.ravel().astype(np.float64), _DIGITS)
+    return np.asarray(np.round(weights.ravel().astype(np.float64), _DIGITS))
 
 
 def reads_alone(letter: str) -> bool:
