@@ -24,6 +24,7 @@ from handout.pipeline.options import (
     PictureOptions,
     PoseOptions,
     SheetOptions,
+    StyleOptions,
     WritingOptions,
     millimetres,
     pace,
@@ -31,6 +32,7 @@ from handout.pipeline.options import (
 )
 from handout.pipeline.poses import pose_model, with_pose
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
+from handout.pipeline.styles import style_of
 from handout.progress import Tell, silent, within
 from handout.sinks import OF_INK, Look, write_drawings
 from handout.sinks import check_outputs as check_outputs
@@ -42,6 +44,7 @@ from handout.writing.text import Borrowed
 if TYPE_CHECKING:
     from handout.hand.drawn import Hand
     from handout.hand.scanned import ScannedHand
+    from handout.motion.styles.style import Style
     from handout.writing.pages import Sheet
 
 _WRITTEN = 0.35  # of the work on a page, when its strokes are known and it is yet to be drawn; measured, for PNG
@@ -65,6 +68,7 @@ class WritingTask:
     paper : the lined paper that is written on.
     strict : whether words that read as others are an error.
     pose : how the pen is held.
+    style : the handstyle in which the strokes are moved through.
     """
 
     hand: Hand | ScannedHand
@@ -83,6 +87,7 @@ class WritingTask:
     paper: LinedPaper | None = None
     strict: bool = False
     pose: PoseOptions = field(default_factory=PoseOptions)
+    style: Style | None = None
 
     @property
     def paper_notes(self) -> tuple[str, ...]:
@@ -143,7 +148,8 @@ def write(
     wanted = frozenset[str]().union(*(INK if path.suffix.lower() in OF_INK else STROKES for path in paths))
     pages, drawings = draw_pages(text, task, wanted=wanted, tell=within(listener.progress, 0.0, _WRITTEN))
     files = write_drawings(drawings, paths, task.look, extra=extra, tell=within(listener.progress, _WRITTEN, 1.0))
-    notes = (*not_followed(task, picture, wanted >= INK), *_unpainted(picture, paths), *task.paper_notes)
+    unshown = (*not_followed(task, picture, wanted >= INK), *_unpainted(picture, paths), *style_notes(task, drawings))
+    notes = (*unshown, *task.paper_notes)
     return written(Tally.of(pages, drawings), task, files, notes)
 
 
@@ -168,7 +174,7 @@ def prepare(
     (fast, factor), seed, look = (
         pace(writing.speed),
         seed_of(writing.seed),
-        replace(picture.look(), footprint=writing.pose is not None),
+        replace(_pictured(writing, picture).look(), footprint=writing.pose is not None),
     )
     hand = library.find(writing.hand) if isinstance(writing.hand, str) else writing.hand
     hand = hand.hastened(writing.haste)
@@ -194,10 +200,11 @@ def prepare(
         writing.fallback,
         writing.slips,
         _pen_hand(picture.pen, hand) if picture.pen is not None and picture.has_scanned_pen else None,
-        hand.pages is not None and picture.pen is not None and not picture.has_scanned_pen,
+        hand.pages is not None and not picture.has_scanned_pen and (picture.pen, writing.style) != (None, None),
         picture.ink is not None,
         strict=writing.strict,
         pose=_pose(writing),
+        style=None if writing.style is None else style_of(StyleOptions(writing.style)),
     )
 
 
@@ -215,6 +222,21 @@ def _pen_hand(pen: str, hand: Hand | ScannedHand) -> ScannedHand:
     if hand.pages is None:
         raise InputError(f"pen: {pen} holds scanned ink, which only scanned hands can be written with.")
     return file.load(library.scanned_file(pen))
+
+
+def _pictured(writing: WritingOptions, picture: PictureOptions) -> PictureOptions:
+    """How pictures look: a style brings its own widths, so that an even ink is the usual one.
+
+    Raises
+    ------
+    InputError
+        A style, and a pen whose scanned ink cannot be moved anew.
+    """
+    if writing.style is not None and picture.has_scanned_pen:
+        raise InputError(
+            f"--style moves strokes anew, and the ink of {picture.pen} lies as it was scanned: leave --pen out."
+        )
+    return picture if writing.style is None else replace(picture, pen=picture.pen or "plain")
 
 
 def _pose(writing: WritingOptions) -> PoseOptions:
@@ -354,12 +376,32 @@ def draw(
     if task.hand.pages is None or task.traced or wanted & STROKES:
         speed = task.speed * (_HURRIED if task.fast else 1.0)
         drawing = trace(page, task.hand, rng, task.kinematics, speed=speed, jitter=task.layout.jitter)
-        drawing = with_pose(_in_colour(drawing, task), task.pose) if drawing.strokes else drawing
+        drawing = with_pose(_styled(_in_colour(drawing, task), task, rng), task.pose) if drawing.strokes else drawing
     if task.hand.pages is not None and not task.traced and wanted & INK:
         from handout.inking.pen_replacement import drawn
 
         drawing = replace(drawn(page, task.hand, task.pen_hand), strokes=drawing.strokes)
     return replace(drawing, about={"program": f"handout {__version__}", "seed": task.seed, **about, **drawing.about})
+
+
+def _styled(drawing: Drawing, task: WritingTask, rng: np.random.Generator) -> Drawing:
+    """A drawing in the style of the task; `about["style_losses"]` has what of it the style cannot show."""
+    if task.style is None:
+        return drawing
+    from handout.motion.styles.restyling import losses, restyle
+
+    styled = restyle(drawing, task.style, rng)
+    lost = losses(drawing, styled, task.style)
+    return replace(styled, about={**styled.about, "style_losses": lost}) if lost else styled
+
+
+def style_notes(task: WritingTask, drawings: Sequence[Drawing]) -> list[str]:
+    """Notes on what of some pages their style cannot show, and on what becomes of scanned ink."""
+    if task.style is None:
+        return []
+    lost = dict.fromkeys(str(loss) for drawing in drawings for loss in drawing.about.get("style_losses", []))
+    ink = f"--style: the strokes of {task.hand.name} are moved anew and drawn with a pen; its scanned ink is left out."
+    return [*([ink] if task.hand.pages is not None else []), *lost]
 
 
 def _in_colour(drawing: Drawing, task: WritingTask) -> Drawing:
