@@ -25,7 +25,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise, product
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -130,7 +130,10 @@ class TransitionCosts:
         """(m,) float: of pairs."""
         joined = self.has_exit[first] & self.has_entry[second]
         cost = np.full(len(first), WEIGHTS.unseen)
-        cost[joined] = WEIGHTS.fit * mismatch(self._exits[first[joined]], self._entries[second[joined]])
+        single = joined & (self._exit_count[first] == 1) & (self._entry_count[second] == 1)
+        for pairs, ways in ((single, slice(1)), (joined & ~single, slice(None))):
+            exits, entries = self._exits[:, ways][first[pairs]], self._entries[:, ways][second[pairs]]
+            cost[pairs] = WEIGHTS.fit * mismatch(exits, entries)
         cost[joined] += WEIGHTS.unmatched * np.abs(self._exit_count[first[joined]] - self._entry_count[second[joined]])
         cost += WEIGHTS.unlike * np.abs(self._residual[first] - self._residual[second]).mean(axis=1)
         cost[self._after[first] == second] = 0.0
@@ -150,17 +153,16 @@ def mismatch(exits: Array, entries: Array) -> Array:
     exits, entries : (…, k, p, 2) float, line space: places along ligatures, nan for none.
     """
     pairs = np.broadcast_shapes(exits.shape[:-3], entries.shape[:-3])
-    least = np.full(pairs, np.inf)
+    out, into = (
+        np.broadcast_to(ways, (*pairs, *ways.shape[-3:])).reshape(-1, *ways.shape[-3:]) for ways in (exits, entries)
+    )
     # few glyphs have more than one ligature: only those that there are, are compared
-    for i, j in product(range(exits.shape[-3]), range(entries.shape[-3])):
-        both = exits[..., i, :, :], entries[..., j, :, :]
-        out, into = (np.broadcast_to(ways, (*pairs, *ways.shape[-2:])) for ways in both)
-        there = ~np.isnan(out[..., 0, 0] + into[..., 0, 0])
-        of = ... if there.all() else there
-        away = out[of] - into[of]
-        away[..., 0] -= away[..., 0].mean(axis=-1, keepdims=True)
-        least[of] = np.minimum(least[of], np.hypot(away[..., 0], away[..., 1]).mean(axis=-1))
-    return least
+    of, i, j = np.nonzero(~(np.isnan(out[:, :, None, 0, 0]) | np.isnan(into[:, None, :, 0, 0])))
+    away = out[of, i] - into[of, j]
+    away[..., 0] -= away[..., 0].mean(axis=-1, keepdims=True)
+    least = np.full(len(out), np.inf)
+    np.minimum.at(least, of, np.hypot(away[..., 0], away[..., 1]).mean(axis=-1))
+    return least.reshape(pairs)
 
 
 @dataclass(frozen=True, eq=False)
