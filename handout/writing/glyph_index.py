@@ -131,8 +131,8 @@ class TransitionCosts:
         joined = self.has_exit[first] & self.has_entry[second]
         cost = np.full(len(first), WEIGHTS.unseen)
         single = joined & (self._exit_count[first] == 1) & (self._entry_count[second] == 1)
-        for pairs, ways in ((single, slice(1)), (joined & ~single, slice(None))):
-            exits, entries = self._exits[:, ways][first[pairs]], self._entries[:, ways][second[pairs]]
+        for pairs, which in ((single, slice(1)), (joined & ~single, slice(None))):
+            exits, entries = self._exits[:, which][first[pairs]], self._entries[:, which][second[pairs]]
             cost[pairs] = WEIGHTS.fit * mismatch(exits, entries)
         cost[joined] += WEIGHTS.unmatched * np.abs(self._exit_count[first[joined]] - self._entry_count[second[joined]])
         cost += WEIGHTS.unlike * np.abs(self._residual[first] - self._residual[second]).mean(axis=1)
