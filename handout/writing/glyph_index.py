@@ -103,15 +103,18 @@ class TransitionCosts:
         self._residual, self._after = residual, after
         self._exit_count, self._entry_count = ((~np.isnan(ways[:, :, 0, 0])).sum(axis=1) for ways in (exits, entries))
         self.has_exit, self.has_entry = self._exit_count > 0, self._entry_count > 0
-        self._costs = np.full((len(after), len(after)), np.nan, dtype=np.float32)
+        # takes memory only where costs are asked for
+        self._costs = np.empty((len(after), len(after)), dtype=np.float32)
+        self._known = np.zeros((len(after), len(after)), dtype=bool)
 
     def cost(self, first: Indices, second: Indices, parted: bool) -> Array:
         """(k, l) float ≥ 0: of each of `first` (k,) before each of `second` (l,), with or without a space between."""
-        costs = self._costs[first[:, None], second]
-        if np.isnan(costs).any():
-            row, column = np.nonzero(np.isnan(costs))
+        pairs = first[:, None], second
+        costs, known = self._costs[pairs], self._known[pairs]
+        if not known.all():
+            row, column = np.nonzero(~known)
             costs[row, column] = self._of_pairs(first[row], second[column])
-            self._costs[first[:, None], second] = costs
+            self._costs[pairs], self._known[pairs] = costs, True
         cost = costs.astype(np.float64)
         if parted:
             return np.asarray(
