@@ -98,8 +98,8 @@ def _completed(
     from handout.completion.specimens import add_page
 
     maker = _maker(hand, seed)
-    supplies = list[tuple[str, Supply]]()
-    specimens = list[Specimen]()
+    supplies: list[tuple[str, Supply]] = []
+    specimens: list[Specimen] = []
     for letter in needed:
         supply = maker.make(letter, fallback)
         if not supply and fallback:
