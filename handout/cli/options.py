@@ -26,6 +26,7 @@ _SIDES = "e.g. 15mm, or 20mm,15mm (vertical, horizontal), or four from the top c
 
 _POSE = "Hold the pen as a pose library suggests: one that comes with the program, or a .pose file."
 _METHOD = "How the pose is put together of the library's strokes."
+_STYLE = "fast-tag, calm, blackletter, chancery, scrawl, one of your own, or a .toml file."
 _HELD = (
     click.option("--pose", help=_POSE),
     click.option(
@@ -65,6 +66,7 @@ _WRITING = (
     click.option(
         "--fallback", is_flag=True, help="Take similar forms for characters that the hand lacks, leave out emoji."
     ),
+    click.option("--style", help=f"Move through what is written in a handstyle: {_STYLE}"),
     *_HELD,
     click.option("--strict", is_flag=True, help="Refuse a text of which a word, as written, reads as another."),
 )
@@ -167,7 +169,7 @@ style = bind(
     StyleOptions,
     click.option(
         "--style",
-        help="Default: fast-tag. Or calm, blackletter, chancery, scrawl, one of your own, or a .toml file.",
+        help=f"Default: fast-tag. Or {_STYLE.removeprefix('fast-tag, ')}",
     ),
     click.option("--smooth", type=float, help="0.05 to 1: how much the movement rounds; default: the style's."),
     click.option("--shear", help="Lean of the letters, such as 12deg; default: the style's."),

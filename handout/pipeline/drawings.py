@@ -7,26 +7,21 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import msgspec
 import numpy as np
 
-from handout import atomic, units
+from handout import atomic
 from handout.errors import InputError
-from handout.motion.styles.style import Style, checked, find
 from handout.page_sizes import page
 from handout.pipeline.options import PictureOptions, PoseOptions, StyleOptions, seed_of
 from handout.pipeline.poses import with_pose
 from handout.pipeline.results import Facts, Result
+from handout.pipeline.styles import style_of
 from handout.sinks import Look, check_outputs, write_drawings
 from handout.sources import read_drawing
-from handout.tables import Angle
 from handout.values import Drawing
 
 if TYPE_CHECKING:
     from handout.motion.reconstruction.planned_page import Fit, PlannedPage
-
-_USUAL_STYLE = "fast-tag"
-_NOISE = 0.02  # heights of a letter: motor noise at --jitter 1; set by eye
 
 
 @dataclass(frozen=True)
@@ -117,30 +112,6 @@ def asemic(
     drawing = tag(letters, style, page(page_name), np.random.default_rng(seed))
     drawing = replace(drawing, about={**drawing.about, "seed": seed})
     return Styled(drawing, style.name, seed, tuple(write_drawings([drawing], outputs, look)), letters=letters)
-
-
-def style_of(styling: StyleOptions) -> Style:
-    """The style that is asked for, changed as asked.
-
-    Raises
-    ------
-    InputError
-        There is no such style, or a number is outside its bounds.
-    """
-    style = find(styling.style or _USUAL_STYLE)
-    if styling.smooth is not None:
-        movement = msgspec.structs.replace(style.movement, smooth=styling.smooth)
-        style = msgspec.structs.replace(style, movement=movement)
-    if styling.shear is not None:
-        lean = Angle(units.parse(styling.shear, "angle", "shear", default="deg"))
-        style = msgspec.structs.replace(style, form=msgspec.structs.replace(style.form, shear=lean))
-    if styling.jitter is not None:
-        noise = msgspec.structs.replace(style.jitter, size=_NOISE * styling.jitter)
-        style = msgspec.structs.replace(style, jitter=noise)
-    try:
-        return checked(style)
-    except ValueError as error:
-        raise InputError(f"style {style.name}: {error}") from error
 
 
 def _look(picture: PictureOptions) -> Look:

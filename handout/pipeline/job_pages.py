@@ -22,6 +22,7 @@ import numpy as np
 from handout import __version__
 from handout.errors import HandoutError, InputError
 from handout.hand.library import path
+from handout.motion.styles.style import path as style_path
 from handout.pipeline.options import SheetOptions, WritingOptions
 from handout.pipeline.poses import pose_path
 from handout.pipeline.results import Tally
@@ -65,11 +66,17 @@ def inputs(
     options |= {"page_name": page_name, "margin": sheet.margin, "pages": sheet.pages}
     pose = None if writing.pose is None else pose_path(writing.pose)
     kept = writing.pose if pose is None or Path(writing.pose or "") != pose else str(pose.resolve())
-    options |= {"seed": task.seed, "hand": hand, "pose": kept}
+    options |= {"seed": task.seed, "hand": hand, "pose": kept, "style": _kept_style(writing.style)}
     if (ruling := task.layout.ruling) is not None:  # as it was measured: the picture of a sheet may be gone
         layout = {"margin": task.layout.margin, "x_height": task.layout.x_height, "rules": ruling.rules}
         options["lined"] = {**layout, "line_spacing": task.layout.line_spacing}
-    return {"program": _program(), "text": text, "options": options, "digest": _digest(file, pose)}
+    files = (file, pose, None if writing.style is None else style_path(writing.style))
+    return {"program": _program(), "text": text, "options": options, "digest": _digest(*files)}
+
+
+def _kept_style(name: str | None) -> str | None:
+    """A style's name, or the whole path of its file where it was named by that."""
+    return None if name is None else str(file.resolve()) if (file := style_path(name)) == Path(name) else name
 
 
 def _program() -> str:
@@ -77,8 +84,8 @@ def _program() -> str:
     return f"handout {__version__} with numpy {np.__version__}"
 
 
-def _digest(hand: Path, pose: Path | None) -> str:
-    return hashlib.sha256(b"".join(file.read_bytes() for file in (hand, pose) if file is not None)).hexdigest()
+def _digest(*files: Path | None) -> str:
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files if file is not None)).hexdigest()
 
 
 def made(text: str, task: WritingTask, profile: Plotter, fit: bool, shares: Sequence[float]) -> Iterator[NewPage]:
@@ -172,7 +179,8 @@ def _again(inputs: Mapping[str, Any], pages: int) -> WritingTask:
         )
     try:
         pose = None if options.get("pose") is None else pose_path(options["pose"])
-        same = _digest(path(options["hand"]), pose) == inputs["digest"]
+        style = None if options.get("style") is None else style_path(options["style"])
+        same = _digest(path(options["hand"]), pose, style) == inputs["digest"]
     except (OSError, InputError) as error:
         raise InputError(
             f"{lacking}, and the hand {options['hand']} is gone: put it back, or plot the rest of the text anew."
@@ -183,7 +191,8 @@ def _again(inputs: Mapping[str, Any], pages: int) -> WritingTask:
             "text anew."
         )
     named = {name: options[name] for name in _WRITING}
-    writing = WritingOptions(hand=options["hand"], seed=options["seed"], pose=options.get("pose"), **named)
+    named |= {name: options.get(name) for name in ("pose", "style")}
+    writing = WritingOptions(hand=options["hand"], seed=options["seed"], **named)
     task = prepare(writing, SheetOptions(options["page_name"], options["margin"], options["pages"]))
     return _on_rules(task, options["lined"]) if "lined" in options else task
 

@@ -51,6 +51,7 @@ class WritingOptions:
     strict : refuse a text of which a word reads as another.
     pose : a pose library, by its name or the path of a .pose file, that says how the pen is held; None: none.
     pose_method : one of `POSE_METHODS`.
+    style : a handstyle, by its name or file, in which the written strokes are moved through anew; None: none.
     """
 
     hand: str | Hand | ScannedHand = "house-joined"
@@ -68,6 +69,7 @@ class WritingOptions:
     strict: bool = False
     pose: str | None = None
     pose_method: str = POSE_METHODS[0]
+    style: str | None = None
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,21 @@ def test_restyles_what_write_wrote(written, tmp_path, capsys):
     assert run("restyle", out, "--style", "calm", "-o", tmp_path / "again.svg", "-q") == 0
 
 
+def test_writes_and_plots_in_a_style(tmp_path, capsys):
+    ink, plain, previews = tmp_path / "ink.json", tmp_path / "plain.json", [tmp_path / f"{n}.json" for n in range(2)]
+    given = ("write", "me", "--hand", "house-print", "--page", "A6", "--seed", 1, "-q")
+    assert run(*given, "--style", "calm", "-o", ink) == 0 and run(*given, "-o", plain) == 0
+    styled, before = (json.loads(path.read_text()) for path in (ink, plain))
+    assert styled["about"]["style"] == "calm" and "style" not in before["about"]
+    assert styled["strokes"][0]["width"] != before["strokes"][0].get("width")
+    for path, style in zip(previews, ("calm", "blackletter"), strict=True):
+        plot = ("plot", "me", "--device", "plotter-grbl-z", "--page", "A6", "--seed", 1, "--dry-run", path, "-q")
+        assert run(*plot, "--style", style) == 0
+    assert previews[0].read_bytes() != previews[1].read_bytes()
+    capsys.readouterr()
+    assert run(*given, "--style", "fats-tag", "-o", ink) == 2 and "nearest: fast-tag" in capsys.readouterr().err
+
+
 def test_a_foreign_svg_and_a_style_of_ones_own(tmp_path, capsys):
     drawing, mine, out = tmp_path / "o.svg", tmp_path / "mine.toml", tmp_path / "out.svg"
     drawing.write_text(

@@ -202,10 +202,21 @@ def find(name: str) -> Style:
     InputError
         Unknown (the message lists the nearest), or not valid.
     """
+    return read(path(name))
+
+
+def path(name: str) -> Path:
+    """The file of a style that `find` finds.
+
+    Raises
+    ------
+    InputError
+        Unknown; the message lists the nearest.
+    """
     if name.endswith(".toml"):
-        return read(Path(name))
+        return Path(name)
     styles = shipped.files("styles", "*.toml")
     if name in styles:
-        return read(styles[name])
+        return styles[name]
     near = difflib.get_close_matches(name, styles, 3, 0.5) or sorted(styles)
     raise InputError(f"style: {name!r} is neither a style nor a .toml file; the nearest: {', '.join(near)}.")
