@@ -167,7 +167,7 @@ def source_heights(
 
 
 def bodies_alone(
-    forms: Sequence[Form], bends: Sequence[Bend], centres: Array, apart: Sequence[bool], x_height: float
+    forms: Sequence[Form], bends: Sequence[Bend], centres: Array, joints: object, x_height: float
 ) -> list[LineGraph]:
     """Glyphs without any ligature.  See `joining.set_line`."""
     return [

@@ -237,12 +237,15 @@ class ScannedHand:
 
     name, title : what it is called; for people.
     glyphs : a glyph's number is its place here.
+    author : the hand without the letters that were added to it, whose pages and glyphs come first here; None: there
+        are none.
     """
 
     name: str
     title: str
     pages: tuple[ScannedPage, ...]
     glyphs: tuple[ScannedGlyph, ...]
+    author: ScannedHand | None = None
 
     __repr__ = one_line
 
@@ -252,6 +255,11 @@ class ScannedHand:
     def __post_init__(self) -> None:
         for number, glyph in enumerate(self.glyphs):
             _check(number, glyph, self.pages, self.glyphs)
+
+    @property
+    def own(self) -> int:
+        """How many of its glyphs the author wrote as they are; those that were added come after them."""
+        return len((self.author or self).glyphs)
 
     @cached_property
     def x_height(self) -> float:

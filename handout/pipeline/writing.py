@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -280,7 +280,6 @@ def set_pages(
     key = [task.seed] if row is None else [task.seed, row]
     author = task.hand
     hand, lacking = complete_hand(author, text, fallback=task.fallback, seed=task.seed)
-    borrowed = [letter_facts(letter) if row is None else {"row": row, **letter_facts(letter)} for letter in lacking]
     compose = partial(
         each_page,
         text,
@@ -293,7 +292,26 @@ def set_pages(
     )
     sheets = compose() if author.pages is None or hand.pages is None else _reread(compose, hand, author, task)
     task = replace(task, hand=hand)
+    if any(letter.doubted for letter in lacking):
+        sheets = iter(pages := list(sheets))
+        lacking = list(_written(lacking, pages, author))
+    borrowed = [letter_facts(letter) if row is None else {"row": row, **letter_facts(letter)} for letter in lacking]
     return task, (_with(sheet, "borrowed", borrowed) for sheet in sheets) if borrowed else sheets
+
+
+def _written(letters: Iterable[Borrowed], sheets: Sequence[Sheet], author: Hand | ScannedHand) -> Iterator[Borrowed]:
+    """What was lent to an author, of the letters that he has where it was written for his own alone."""
+    added = {
+        placed.at
+        for sheet in sheets
+        for line in sheet.manuscript.lines
+        for placed in line.placed
+        if placed.ink is not None and author.pages is not None and placed.ink.number >= len(author.glyphs)
+    }
+    for letter in letters:
+        at = tuple(place for place in letter.at if place in added) if letter.doubted else letter.at
+        if at:
+            yield replace(letter, at=at)
 
 
 def _reread(
@@ -330,6 +348,7 @@ def letter_facts(letter: Borrowed) -> Facts:
         "letter": letter.letter,
         "from": letter.source,
         "own": letter.of_author,
+        **({"doubtful": True} if letter.doubted else {}),
         "count": count,
         "at": list(letter.at),
     }

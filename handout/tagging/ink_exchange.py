@@ -23,12 +23,15 @@ from itertools import pairwise
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.spatial import cKDTree
 
 from handout.hand import outlier_score
+from handout.hand.author_reader import Reader, author_reader, reads_alone, surprise, usual_surprise
 from handout.hand.glyph_features import features_of
 from handout.hand.outlier_score import Siblings
-from handout.hand.scanned import ScannedPage
+from handout.hand.scanned import ScannedHand, ScannedPage
 from handout.tagging.alignment import Alignment
+from handout.tagging.glyph_extraction import extract_glyphs
 from handout.values import Array, Indices
 
 NOBODY = -1  # the letter of a vertex that belongs to none
@@ -42,9 +45,10 @@ class ExchangeSettings:
     near: float = 0.8  # along the graph, within which a branch is offered whole
     piece: float = 1.6  # length of a separate piece that is offered
     beside: float = 0.6  # from the taker's ink to such a piece
+    cut: float = 0.5  # length at least of what is cut off a line for a taker that it does not touch: more than a dot
     kept: float = 0.3  # share of its line that a letter keeps at least
-    margin: float = 0.4  # of merit (see `Siblings.merit`) that an exchange must gain
-    each: float = 0.1  # of it that each of the two must gain
+    margin: float = 0.3  # letters that are right (see `Siblings.right`) that an exchange must gain
+    each: float = 0.02  # of them that each of the two must gain
     rounds: int = 3  # most that follow one another
     least: int = 150  # letters of a page below which it is left as it is: siblings say too little
 
@@ -69,6 +73,7 @@ class InkExchange:
     sheet : the page.
     letter : (n,) int: the letter of each vertex, −1 for none.
     names, lines : of all letters, in the order of writing.
+    reader : that knows the author.
     held : letters whose ink is known: they neither give nor take, and their neighbours alone begin.
     """
 
@@ -78,9 +83,11 @@ class InkExchange:
         letter: Indices,
         names: Sequence[str],
         lines: Indices,
+        reader: Reader,
         held: frozenset[int] = frozenset(),
     ) -> None:
         self.letter, self._sheet, self._lines, self._held = letter.copy(), sheet, lines, held
+        self._names, self._reader = names, reader
         graph, count = sheet.graph, len(sheet.graph)
         a, b = graph.edges.T
         self._step = np.hypot(*(graph.xy[a] - graph.xy[b]).T) / sheet.x_height
@@ -93,8 +100,12 @@ class InkExchange:
         self._known = np.array(list(self._sets), dtype=np.intp)
         self._row = {number: row for row, number in enumerate(self._sets)}
         features = features_of(sheet, lines[self._known], list(self._sets.values()))
-        self._siblings = Siblings(outlier_score.shipped(), features, [names[i] for i in self._known])
-        self._merit = self._siblings.merit(np.arange(len(features)), features)
+        known = [names[i] for i in self._known]
+        self._siblings = Siblings(outlier_score.shipped(), features, known)
+        self._alone = np.array([reads_alone(name) for name in known], dtype=bool)
+        surprises = np.array([self._surprise(number, vertices) for number, vertices in self._sets.items()])
+        self._usual = usual_surprise(surprises, known, self._alone)
+        self._right = self._siblings.right(np.arange(len(features)), features, surprises - self._usual)
 
     def settle(self) -> int:
         """Exchange ink until nothing gains enough; how often any was."""
@@ -133,19 +144,40 @@ class InkExchange:
         both = [offer.giver, offer.taker]
         features = features_of(self._sheet, self._lines[both], [self._sets[number] for number in both])
         rows = np.array([self._row[number] for number in both])
-        self._merit[rows] = self._siblings.merit(rows, features)
+        strange = np.array([self._surprise(number, self._sets[number]) for number in both]) - self._usual[rows]
+        self._right[rows] = self._siblings.right(rows, features, strange)
+
+    def _surprise(self, number: int, vertices: Indices) -> float:
+        """How oddly some vertices would read as a letter."""
+        if not self._alone[self._row[number]]:
+            return 0.0
+        return surprise(self._reader, self._sheet, int(self._lines[number]), vertices, self._names[number])
 
     def _gains(self, offers: Sequence[_Offer]) -> Array:
-        """(k,): how much better each offer makes its two letters together, as `Siblings.merit`; 0 if not each."""
+        """(k,): how many more letters each offer makes right, as `Siblings.right` expects; 0 if not each.
+
+        Only what would gain if both read perfectly is read.
+        """
         letters = np.array([(offer.giver, offer.taker) for offer in offers], dtype=np.intp)
         left = [np.setdiff1d(self._sets[o.giver], o.vertices, assume_unique=True) for o in offers]
         grown = [np.sort(np.concatenate([self._sets[o.taker], o.vertices])) for o in offers]
-        gains = []
-        for side, sets in enumerate((left, grown)):
-            rows = np.array([self._row[number] for number in letters[:, side].tolist()])
-            features = features_of(self._sheet, self._lines[letters[:, side]], sets)
-            gains.append(self._siblings.merit(rows, features) - self._merit[rows])
-        giver, taker = gains
+        rows = np.array([[self._row[number] for number in pair] for pair in letters.tolist()], dtype=np.intp).T
+        features = [
+            features_of(self._sheet, self._lines[numbers], sets)
+            for numbers, sets in zip(letters.T, (left, grown), strict=True)
+        ]
+        strange = -self._usual[rows]
+        gains = self._gained(rows, features, strange)
+        for k in np.flatnonzero(gains >= SETTINGS.margin).tolist():
+            for side, sets in enumerate((left, grown)):
+                strange[side, k] += self._surprise(int(letters[k, side]), sets[k])
+        return self._gained(rows, features, strange)
+
+    def _gained(self, rows: Indices, features: Sequence[Array], strange: Array) -> Array:
+        """(k,): what givers and takers (rows, 2 × k) gain together; 0 if not each of them does."""
+        giver, taker = (
+            self._siblings.right(*side) - self._right[side[0]] for side in zip(rows, features, strange, strict=True)
+        )
         return np.where(np.minimum(giver, taker) >= SETTINGS.each, giver + taker, 0.0)
 
     def _branches(self) -> Indices:
@@ -182,11 +214,17 @@ class InkExchange:
         """(k,) bool: what lies near the places where a letter meets its taker."""
         rows = self._graph[own]
         meets = np.flatnonzero(np.add.reduceat(np.r_[self.letter[rows.indices] == taker, False], rows.indptr[:-1]) > 0)
-        if not len(meets):
-            return
+        touching = bool(len(meets))
+        if not touching:
+            gap = self._away(own, taker)
+            if gap.min() > SETTINGS.beside:
+                return
+            meets = np.array([gap.argmin()])
         away = dijkstra(inner, indices=meets, min_only=True)
         for reach in SETTINGS.reaches:
-            yield np.asarray(away <= reach)
+            part = away <= reach
+            if touching or self._length[own[part]].sum() >= SETTINGS.cut:
+                yield np.asarray(part)
         branch = self._branch[own]
         for number in np.unique(branch[away <= SETTINGS.near]).tolist():
             yield np.asarray(branch == number)
@@ -196,11 +234,14 @@ class InkExchange:
         count, piece = connected_components(inner, directed=False)
         if count == 1:
             return
-        size, theirs = np.bincount(piece, self._length[own]), self._place[self._sets[taker]]
+        size, gap = np.bincount(piece, self._length[own]), self._away(own, taker)
         for number in np.flatnonzero(size < SETTINGS.piece).tolist():
-            gap = np.abs(self._place[own[piece == number], None] - theirs[None]).max(axis=2).min()
-            if gap < SETTINGS.beside:
+            if gap[piece == number].min() < SETTINGS.beside:
                 yield np.asarray(piece == number)
+
+    def _away(self, own: Indices, taker: int) -> Array:
+        """(k,): how far each vertex of a letter lies from its taker's ink, across or up."""
+        return np.asarray(cKDTree(self._place[self._sets[taker]]).query(self._place[own], p=np.inf)[0])
 
 
 def exchanged(
@@ -214,8 +255,10 @@ def exchanged(
     """
     if len(alignment.letters) < SETTINGS.least:
         return letters
+    glyphs, _ = extract_glyphs(sheet, alignment, letters)
+    reader = author_reader(ScannedHand("", "", (sheet,), glyphs))
     names = [letter.text for letter in alignment.letters]
     lines = np.array([line.number for line in alignment.lines for _ in line.letters], dtype=np.intp)
-    exchange = InkExchange(sheet, letters, names, lines, held)
+    exchange = InkExchange(sheet, letters, names, lines, reader, held)
     exchange.settle()
     return exchange.letter

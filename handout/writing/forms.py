@@ -379,6 +379,10 @@ class Forms:
         """(n,) int, rising: the vertices of a form's body, by their numbers in the graph of its page."""
         return self._extracted.vertices(number)
 
+    def connectors(self, *, leaving: bool) -> Connectors:
+        """All ways out of the hand's glyphs, or all ways into them."""
+        return self._extracted.exits if leaving else self._extracted.entries
+
     def ends(self) -> tuple[Array, Array]:
         """Twice (n, k, 2): y of the first and of the last vertex of each glyph's exits, and of its entries; nan where
         there are fewer."""

@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 from handout.hand.measures import body_sizes
 from handout.hand.places import PLACES, Place, places
 from handout.hand.scanned import NOBODY, ScannedHand
-from handout.hand.vetting import SURE, Vetting, vet
+from handout.hand.vetting import SURE, vet
 from handout.values import Array, Indices, readonly, readonly_indices
 from handout.writing.choosing import Candidates, fading_cost
 from handout.writing.forms import along, ways
@@ -49,6 +49,10 @@ class ChoiceWeights:
     # are wrong by eye (49 of 1036) were 26, 56 and 57 with a cost that spared doubtful ones, 10, 33 and 32 with this;
     # with 35 they were 4, 19 and 20, but the repetition of a page was .039 instead of .009
     doubtful: float = 20.0
+    # a glyph that was added to the hand: as much as a doubtful one that is nearly sure, so that a letter of which one
+    # is sure is written with its own
+    lent: float = 4.0
+    blot: float = 20.0  # times its `blots`
     broken: float = 3.0  # without a body
     # of a glyph for a letter
     elsewhere: float = 0.5  # from another place in its word
@@ -81,10 +85,40 @@ class ChoiceWeights:
 WEIGHTS = ChoiceWeights()
 
 
-def intrinsic_cost(vetting: Vetting, bodies: Sequence[Indices]) -> Array:
+def intrinsic_cost(hand: ScannedHand, bodies: Sequence[Indices]) -> Array:
     """(n,) float ≥ 0: of writing each glyph at all, given its body, which may be empty."""
     empty = np.array([not len(body) for body in bodies], dtype=bool)
-    return np.asarray(WEIGHTS.doubtful * (1 - vetting.probability) + WEIGHTS.broken * empty)
+    lent = np.arange(len(bodies)) >= hand.own
+    doubt = WEIGHTS.doubtful * (1 - vet(hand).probability)
+    return np.asarray(doubt + WEIGHTS.broken * empty + WEIGHTS.lent * lent + WEIGHTS.blot * blots(hand))
+
+
+_WIDE = 1.6  # times the usual width of a page's line: what crosses or is retraced is narrower; by eye, four pages
+
+
+def blots(hand: ScannedHand) -> Array:
+    """(n,) float ≥ 0: how much more ink than their letter's median glyphs have where their line is far too wide.
+
+    It is the length of such line, x-heights, times the widths by which it is too wide.
+    """
+    surplus = []
+    for page in hand.pages:
+        graph, count = page.graph, len(page.graph)
+        a, b = graph.edges.T
+        step = np.hypot(*(graph.xy[a] - graph.xy[b]).T) / (2 * page.x_height)
+        length = np.bincount(a, step, count) + np.bincount(b, step, count)
+        usual = float(np.median(graph.radius)) if count else 1.0
+        surplus.append(length * np.maximum(graph.radius / usual - _WIDE, 0.0))
+    each = np.array([surplus[glyph.page][glyph.vertices].sum() for glyph in hand.glyphs])
+    for letter in hand.letters:
+        numbers = hand.of(letter)
+        each[numbers] = np.maximum(each[numbers] - np.median(each[numbers]), 0.0)
+    return readonly(each, len(hand.glyphs))
+
+
+def better_lent(hand: ScannedHand, letter: str) -> bool:
+    """Whether all glyphs of a letter are more doubtful than a lent one would be strange."""
+    return WEIGHTS.doubtful * (1 - float(vet(hand).probability[hand.of(letter)].max(initial=0.0))) > WEIGHTS.lent
 
 
 class TransitionCosts:
@@ -391,7 +425,6 @@ def index_glyphs(hand: ScannedHand) -> GlyphIndex:
     bodies = [glyph.vertices[~inner[glyph.page][glyph.vertices]] for glyph in glyphs]
     whole = [body if len(body) else glyph.vertices for body, glyph in zip(bodies, glyphs, strict=True)]
     exits, entries = _ligatures(hand)
-    vetting = vet(hand)
     return GlyphIndex(
         hand,
         tuple(glyph.letter for glyph in glyphs),
@@ -402,8 +435,8 @@ def index_glyphs(hand: ScannedHand) -> GlyphIndex:
         entries,
         residuals(hand, whole),
         *_joined_shares(hand),
-        readonly(intrinsic_cost(vetting, bodies), count),
-        vetting.refused,
+        readonly(intrinsic_cost(hand, bodies), count),
+        vet(hand).refused,
     )
 
 
