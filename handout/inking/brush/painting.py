@@ -138,7 +138,8 @@ def lay(canvas: NDArray[np.uint8], ribbon: _Pixels, line: Array, half: Array) ->
     """
     import cv2
 
-    sharp = cv2.sepFilter2D(ribbon, -1, _SHARP, _SHARP, borderType=cv2.BORDER_REPLICATE)
+    filtered = cv2.sepFilter2D(ribbon, -1, _SHARP, _SHARP, borderType=cv2.BORDER_REPLICATE)
+    sharp = np.asarray(filtered, dtype=np.float32)
     np.clip(sharp, 0, 1, out=sharp)
     for colour in range(3):
         np.minimum(sharp[..., colour], sharp[..., 3], out=sharp[..., colour])
