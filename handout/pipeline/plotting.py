@@ -212,9 +212,11 @@ def preview(
 
 def _notes(task: WritingTask, profile: Plotter) -> tuple[str, ...]:
     """What is said of a plot: of its paper, and that a pose does not press the pen."""
-    if task.pose.pose is None or profile.pen.pressed is not None:
+    if task.pose.pose is None or profile.pen.pressed not in (None, profile.pen.down):
         return task.paper_notes
-    even = "--pose: the pen is pressed evenly, since this plotter's profile has no pen.pressed."
+    able = profile.pen.lift == "z" or profile.dialect == "ebb"
+    way = "handout pen heights finds it" if able else "such a pen is only lifted and lowered"
+    even = f"--pose: the pen is pressed evenly, since this plotter's profile has no pen.pressed; {way}."
     return (*task.paper_notes, even)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -16,7 +16,6 @@ from handout.errors import InputError
 from handout.hand import file, library
 from handout.hand.measures import ink_colours
 from handout.inking.pen import is_brush
-from handout.motion.trace import trace
 from handout.page_sizes import margins, page
 from handout.pipeline import programs
 from handout.pipeline.lined_paper import LinedPaper, lined_paper, page_name
@@ -30,9 +29,7 @@ from handout.pipeline.options import (
     pace,
     seed_of,
 )
-from handout.pipeline.poses import pose_model, with_pose
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
-from handout.pipeline.styles import style_of
 from handout.progress import Tell, silent, within
 from handout.sinks import OF_INK, Look, write_drawings
 from handout.sinks import check_outputs as check_outputs
@@ -246,12 +243,16 @@ def _style(writing: WritingOptions) -> Style | None:
         if given:
             raise InputError(f"--{given[0]} is for learned styles: name one with --style.")
         return None
+    from handout.pipeline.styles import style_of
+
     return style_of(StyleOptions(writing.style, prime=writing.prime, temperature=writing.temperature))
 
 
 def _pose(writing: WritingOptions) -> PoseOptions:
     """How the pen is held; what cannot be read is refused before anything is written."""
     if writing.pose is not None:
+        from handout.pipeline.poses import pose_model
+
         pose_model(writing.pose)
     return PoseOptions(writing.pose, writing.pose_method)
 
@@ -290,7 +291,6 @@ def set_pages(
     key = [task.seed] if row is None else [task.seed, row]
     author = task.hand
     hand, lacking = complete_hand(author, text, fallback=task.fallback, seed=task.seed)
-    borrowed = [letter_facts(letter) if row is None else {"row": row, **letter_facts(letter)} for letter in lacking]
     compose = partial(
         each_page,
         text,
@@ -303,7 +303,26 @@ def set_pages(
     )
     sheets = compose() if author.pages is None or hand.pages is None else _reread(compose, hand, author, task)
     task = replace(task, hand=hand)
+    if any(letter.doubted for letter in lacking):
+        sheets = iter(pages := list(sheets))
+        lacking = list(_written(lacking, pages, author))
+    borrowed = [letter_facts(letter) if row is None else {"row": row, **letter_facts(letter)} for letter in lacking]
     return task, (_with(sheet, "borrowed", borrowed) for sheet in sheets) if borrowed else sheets
+
+
+def _written(letters: Iterable[Borrowed], sheets: Sequence[Sheet], author: Hand | ScannedHand) -> Iterator[Borrowed]:
+    """What was lent to an author, of the letters that he has where it was written for his own alone."""
+    added = {
+        placed.at
+        for sheet in sheets
+        for line in sheet.manuscript.lines
+        for placed in line.placed
+        if placed.ink is not None and author.pages is not None and placed.ink.number >= len(author.glyphs)
+    }
+    for letter in letters:
+        at = tuple(place for place in letter.at if place in added) if letter.doubted else letter.at
+        if at:
+            yield replace(letter, at=at)
 
 
 def _reread(
@@ -340,6 +359,7 @@ def letter_facts(letter: Borrowed) -> Facts:
         "letter": letter.letter,
         "from": letter.source,
         "own": letter.of_author,
+        **({"doubtful": True} if letter.doubted else {}),
         "count": count,
         "at": list(letter.at),
     }
@@ -365,14 +385,24 @@ def draw(
     """A page as timed strokes, or as scanned ink, with what is stored in every output; `wanted` as in `draw_pages`."""
     drawing = Drawing((), page.page, {})
     if task.hand.pages is None or task.traced or wanted & STROKES:
+        from handout.motion.trace import trace
+
         speed = task.speed * (_HURRIED if task.fast else 1.0)
         drawing = trace(page, task.hand, rng, task.kinematics, speed=speed, jitter=task.layout.jitter)
-        drawing = with_pose(_styled(_in_colour(drawing, task), task, rng), task.pose) if drawing.strokes else drawing
+        drawing = _posed(_styled(_in_colour(drawing, task), task, rng), task.pose) if drawing.strokes else drawing
     if task.hand.pages is not None and not task.traced and wanted & INK:
         from handout.inking.pen_replacement import drawn
 
         drawing = replace(drawn(page, task.hand, task.pen_hand), strokes=drawing.strokes)
     return replace(drawing, about={"program": f"handout {__version__}", "seed": task.seed, **about, **drawing.about})
+
+
+def _posed(drawing: Drawing, pose: PoseOptions) -> Drawing:
+    if pose.pose is None:
+        return drawing
+    from handout.pipeline.poses import with_pose
+
+    return with_pose(drawing, pose)
 
 
 def _styled(drawing: Drawing, task: WritingTask, rng: np.random.Generator) -> Drawing:
