@@ -18,6 +18,7 @@ from handout import shipped, tables
 from handout.errors import InputError
 from handout.motion.learned.model import LearnedMovement
 from handout.motion.learned.sequences import MovementSequence
+from handout.motion.styles import style_file
 from handout.tables import Angle, Table, Time
 
 
@@ -192,9 +193,8 @@ def read(path: Path) -> Style:
         that is damaged or holds no style.
     """
     if path.suffix == ".style":
-        from handout.motion.styles.style_file import load
-
-        return load(path)
+        values, model = style_file.load(path)
+        return _checked_in(msgspec.structs.replace(of_table(values, path), model=model), path)
     style = of_table(tables.loaded(path, "a style"), path)
     if style.learned != Learned():
         raise InputError(f"{path}: [learned] is for .style archives, which handout style learn makes.")
@@ -213,7 +213,15 @@ def of_table(values: dict[str, Any], path: Path) -> Style:
         if name in values:
             raise InputError(f"{path}: {name} cannot be set; a style is called as its file is.")
     try:
-        return checked(msgspec.structs.replace(tables.converted(values, Style), name=path.stem))
+        style = tables.converted(values, Style)
+    except ValueError as error:
+        raise InputError(f"{path}: {error}") from error
+    return _checked_in(msgspec.structs.replace(style, name=path.stem), path)
+
+
+def _checked_in(style: Style, path: Path) -> Style:
+    try:
+        return checked(style)
     except ValueError as error:
         raise InputError(f"{path}: {error}") from error
 

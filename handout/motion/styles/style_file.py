@@ -22,7 +22,6 @@ from handout.motion.learned.dynamics import DynamicsModel
 from handout.motion.learned.model import PRIMERS, LearnedMovement
 from handout.motion.learned.sequences import Inputs, MovementSequence
 from handout.motion.learned.structure import StructureModel
-from handout.motion.styles.style import Style, checked, of_table
 from handout.networks import Floats
 
 _FORMAT, _VERSION = "handout-style", 1
@@ -67,8 +66,8 @@ def _packed(name: str, parameters: Sequence[Floats]) -> dict[str, archive.Conten
     return {f"{name}/{k}.npy": layer.astype(np.float16) for k, layer in enumerate(parameters)}
 
 
-def load(path: Path, data: bytes | None = None) -> Style:
-    """Read a ``.style`` file.
+def load(path: Path, data: bytes | None = None) -> tuple[dict[str, Any], LearnedMovement]:
+    """Read a ``.style`` file: the tables of its TOML, unchecked, and what was learned.
 
     Raises
     ------
@@ -85,11 +84,7 @@ def load(path: Path, data: bytes | None = None) -> Style:
         if not _possible(head):
             raise InputError(f"{path} cannot be used: networks of that size are not learned here; learn it again.")
         model = LearnedMovement(_dynamics(file, head, path), _structure(file, head, path), _primers(file, head, path))
-        style = of_table(_tables(file.read("style.toml"), path), path)
-    try:
-        return checked(msgspec.structs.replace(style, model=model))
-    except ValueError as error:
-        raise InputError(f"{path}: {error}") from error
+        return _tables(file.read("style.toml"), path), model
 
 
 def _possible(head: Head) -> bool:
