@@ -24,10 +24,8 @@ _EDGE = -np.radians(40)  # of a chisel of which nothing is known: as scribes hol
 _DOT = 1.0  # widths of an edge: a shorter stroke is a dot
 _DRAWN = 0.7  # widths of an edge that it is drawn in a dot: wider than high, as scribes' are; set by eye
 _DOTTING = 0.05  # s
-_APART, _LEAST = (
-    0.85,
-    0.3,
-)  # of the distance of two dots that each is long; of the edge, of which a corner is taken at least
+_APART = 0.65  # of the distance of two dots: how long each is
+_LEAST = 0.3  # of the edge: the smallest corner that draws a dot
 _SMOOTH = 2  # samples on either side over which the direction of a line is taken
 
 
