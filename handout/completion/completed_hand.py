@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from handout.completion.letters import LetterMaker, Supply
-from handout.completion.specimens import Specimen, add_page
 from handout.errors import InputError
 from handout.hand.drawn import Hand
 from handout.hand.places import graphemes
 from handout.hand.scanned import ScannedHand
 from handout.writing.glyph_index import better_lent
 from handout.writing.text import Borrowed, borrow, borrowed, lacking, normalise, spell
+
+if TYPE_CHECKING:  # most texts lack nothing, and what makes letters takes longer to load than writing a sentence
+    from handout.completion.letters import LetterMaker, Supply
+    from handout.completion.specimens import Specimen
 
 
 def complete_hand(
@@ -56,7 +59,7 @@ def complete_hand(
         return hand, []
     needed = tuple(sorted(places))
     completed, supplies = _completed(hand, (needed, tuple(sorted(doubted))), fallback, seed)
-    lendable = _lendable(LetterMaker(hand, np.random.default_rng(0)), needed)
+    lendable = _lendable(_maker(hand, 0), needed)
     spell(text, replace(completed.repertoire, lendable=lendable), fallback=fallback)
     places |= doubted
     return completed, [
@@ -96,7 +99,7 @@ def outlook(hand: ScannedHand, text: str) -> tuple[Outlook, ...]:
     needed, doubted = lacking(text, hand.repertoire), _doubted(hand, text)
     if not (needed or doubted) or not hand.letters:
         return tuple(Outlook(letter, "missing") for letter in needed)
-    maker = LetterMaker(hand, np.random.default_rng(0))
+    maker = _maker(hand, 0)
     lendable = _lendable(maker, tuple(sorted(needed)))
     outlooks = list[Outlook]()
     for letter in needed:
@@ -115,9 +118,11 @@ def _completed(
     hand: ScannedHand, needed: tuple[tuple[str, ...], tuple[str, ...]], fallback: bool, seed: int
 ) -> tuple[ScannedHand, tuple[tuple[str, Supply], ...]]:
     """The hand with a page of what can be supplied, and each letter with its supply: those lacked, those doubted."""
-    maker = LetterMaker(hand, np.random.default_rng(seed))
-    supplies = list[tuple[str, Supply]]()
-    specimens = list[Specimen]()
+    from handout.completion.specimens import add_page
+
+    maker = _maker(hand, seed)
+    supplies: list[tuple[str, Supply]] = []
+    specimens: list[Specimen] = []
     for letter in (letter for letters in needed for letter in letters):
         supply = maker.make(letter, fallback)
         if not supply and fallback and letter not in hand.letters:
@@ -128,6 +133,12 @@ def _completed(
             specimens += supply.specimens
             supplies.append((letter, supply))
     return (add_page(hand, specimens) if specimens else hand), tuple(supplies)
+
+
+def _maker(hand: ScannedHand, seed: int) -> LetterMaker:
+    from handout.completion.letters import LetterMaker
+
+    return LetterMaker(hand, np.random.default_rng(seed))
 
 
 def _lendable(maker: LetterMaker, needed: tuple[str, ...]) -> frozenset[str]:

@@ -152,7 +152,7 @@ def laid(raster: Raster, ground: NDArray[np.uint8] | None = None) -> NDArray[np.
         return flat
     under = ground.reshape(-1, 3)
     page = ground.copy()
-    for at in plain.inked(raster.rgba[..., 3]):
+    for at in plain.inked(raster.rgba[..., 3], raster.rows):
         light = flat.reshape(-1, 3)[at].astype(np.float32) / 255
         page.reshape(-1, 3)[at] = np.rint(under[at] * light)
     return page

@@ -16,7 +16,6 @@ from handout.errors import InputError
 from handout.hand import file, library
 from handout.hand.measures import ink_colours
 from handout.inking.pen import is_brush
-from handout.motion.trace import trace
 from handout.page_sizes import margins, page
 from handout.pipeline import programs
 from handout.pipeline.lined_paper import LinedPaper, lined_paper, page_name
@@ -30,9 +29,7 @@ from handout.pipeline.options import (
     pace,
     seed_of,
 )
-from handout.pipeline.poses import pose_model, with_pose
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
-from handout.pipeline.styles import style_of
 from handout.progress import Tell, silent, within
 from handout.sinks import OF_INK, Look, write_drawings
 from handout.sinks import check_outputs as check_outputs
@@ -204,7 +201,7 @@ def prepare(
         picture.ink is not None,
         strict=writing.strict,
         pose=_pose(writing),
-        style=None if writing.style is None else style_of(StyleOptions(writing.style)),
+        style=_style(writing),
     )
 
 
@@ -239,9 +236,20 @@ def _pictured(writing: WritingOptions, picture: PictureOptions) -> PictureOption
     return picture if writing.style is None else replace(picture, pen=picture.pen or "plain")
 
 
+def _style(writing: WritingOptions) -> Style | None:
+    """The handstyle that is asked for."""
+    if writing.style is None:
+        return None
+    from handout.pipeline.styles import style_of
+
+    return style_of(StyleOptions(writing.style))
+
+
 def _pose(writing: WritingOptions) -> PoseOptions:
     """How the pen is held; what cannot be read is refused before anything is written."""
     if writing.pose is not None:
+        from handout.pipeline.poses import pose_model
+
         pose_model(writing.pose)
     return PoseOptions(writing.pose, writing.pose_method)
 
@@ -374,14 +382,24 @@ def draw(
     """A page as timed strokes, or as scanned ink, with what is stored in every output; `wanted` as in `draw_pages`."""
     drawing = Drawing((), page.page, {})
     if task.hand.pages is None or task.traced or wanted & STROKES:
+        from handout.motion.trace import trace
+
         speed = task.speed * (_HURRIED if task.fast else 1.0)
         drawing = trace(page, task.hand, rng, task.kinematics, speed=speed, jitter=task.layout.jitter)
-        drawing = with_pose(_styled(_in_colour(drawing, task), task, rng), task.pose) if drawing.strokes else drawing
+        drawing = _posed(_styled(_in_colour(drawing, task), task, rng), task.pose) if drawing.strokes else drawing
     if task.hand.pages is not None and not task.traced and wanted & INK:
         from handout.inking.pen_replacement import drawn
 
         drawing = replace(drawn(page, task.hand, task.pen_hand), strokes=drawing.strokes)
     return replace(drawing, about={"program": f"handout {__version__}", "seed": task.seed, **about, **drawing.about})
+
+
+def _posed(drawing: Drawing, pose: PoseOptions) -> Drawing:
+    if pose.pose is None:
+        return drawing
+    from handout.pipeline.poses import with_pose
+
+    return with_pose(drawing, pose)
 
 
 def _styled(drawing: Drawing, task: WritingTask, rng: np.random.Generator) -> Drawing:

@@ -129,12 +129,17 @@ class ExtractedStrokes:
         inside = (holder == owner[pairs[:, 1]]) & (holder != NOBODY)
         holder, pairs = holder[inside], pairs[inside]
         codes = holder[:, None] * self._count + pairs
-        at = np.minimum(np.searchsorted(self._codes, codes), len(self._codes) - 1)
+        # the place of each vertex in the body of the glyph that owns it
+        place = np.full(self._count, NOBODY)
+        own = np.flatnonzero(owner[self._codes % self._count] == self._codes // self._count)
+        place[self._codes[own] % self._count] = own
+        at = place[pairs]
         walked = [
             self._steps(np.delete(np.column_stack([way[:-1], way[1:]]), first[1:-1] - 1, axis=0))
             for way, first in self._ways
         ]
-        in_body = (self._codes[at] == codes).all(axis=1) & ~_among(self._steps(codes), np.sort(np.concatenate(walked)))
+        in_body = (at != NOBODY).all(axis=1)
+        in_body[in_body] = ~_among(self._steps(codes[in_body]), np.sort(np.concatenate(walked)))
         order = np.flatnonzero(in_body)[np.argsort(holder[in_body], kind="stable")]
         local = at[order] - self.bodies.first[holder[order], None]
         return np.split(local, np.searchsorted(holder[order], np.arange(1, len(self._centre))))

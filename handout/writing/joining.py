@@ -161,7 +161,7 @@ class _LaidForm:
     def __init__(self, form: Form, bent: Bend, centre: Array) -> None:
         self.form = form
         self._bent, self._centre = bent, centre
-        self.xy = self.place(form.xy)
+        self.xy = bent.of_form(form.xy) + centre
         self.free: list[Connector] = []  # exits and entries that nothing has met
         self.obstacles: list[tuple[Array, Array]] = []
         self._parts = [(self.xy, form.radius, form.density, form.uv)]

@@ -62,11 +62,17 @@ class LayoutModel:
         # size and slant drift, as people's do; a generator a glyph, so that another in its place changes no others
         drifts = np.stack([walk(rng, len(numbers), 1.0) for _ in range(3)], axis=1)
         seeds = rng.integers(2**63, size=len(numbers))
-        height = self.heights.height[numbers].tolist()
         return [
-            bend(self.forms[number], number, self.spread, high, drift, np.random.default_rng(seed), variation)
-            for number, high, drift, seed in zip(numbers.tolist(), height, drifts, seeds.tolist(), strict=True)
+            _bent(self, number, tuple(drift), seed, variation)
+            for number, drift, seed in zip(numbers.tolist(), drifts.tolist(), seeds.tolist(), strict=True)
         ]
+
+
+@lru_cache(maxsize=4096)  # glyphs: 900 words, which are set several times when some of them read as others
+def _bent(model: LayoutModel, number: int, drift: tuple[float, ...], seed: int, variation: float) -> Bend:
+    """How a glyph is bent: as it was, where the same place is written with it again."""
+    height, rng = float(model.heights.height[number]), np.random.default_rng(seed)
+    return bend(model.forms[number], number, model.spread, height, np.array(drift), rng, variation)
 
 
 def layout_model(hand: ScannedHand) -> LayoutModel:
@@ -78,7 +84,7 @@ def layout_model(hand: ScannedHand) -> LayoutModel:
 
 def _reach(form: Form, bend: Bend) -> tuple[float, float]:
     xy, radius = form.whole
-    xy = bend(xy)
+    xy = bend.of_form(xy)
     return float((xy[:, 0] - radius).min()), float((xy[:, 0] + radius).max())
 
 

@@ -635,9 +635,9 @@ class _BentGlyph:
 
     @cached_property
     def _body(self) -> Form:
-        return replace(self._form, xy=self._bend(self._form.xy))
+        return replace(self._form, xy=self._bend.of_form(self._form.xy))
 
     @cached_property
     def _whole(self) -> tuple[Array, Array]:
         xy, radius = self._form.whole
-        return self._bend(xy), radius
+        return self._bend.of_form(xy), radius
