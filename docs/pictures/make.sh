@@ -12,7 +12,7 @@ for pen in ballpoint fineliner fountain pencil; do
   handout write "written with a $pen" --hand house-quick --page 75x20mm --margin 4mm --pages 1 --fit --seed 3 --pen "$pen" --dpi 300 --quiet -o "$work/pen-$pen.png"
 done
 for brush in dry-brush marker sumi crayon; do
-  handout write "painted: $brush" --hand house-print --page 90x24mm --margin 4mm --pages 1 --fit --x-height 5mm --pen-width 1.5mm --seed 4 --pen "$brush" --dpi 200 --quiet -o "$work/brush-$brush.png"
+  handout write "Happy birthday, Zoë" --hand house-print --page 130x26mm --margin 5mm --pages 1 --fit --x-height 6mm --pen-width 1.7mm --seed 4 --pen "$brush" --dpi 200 --quiet -o "$work/brush-$brush.png"
 done
 handout write "Happy birthday, Zoë" --page 130x24mm --margin 4mm --x-height 4mm --seed 3 --dpi 200 --quiet --pose firm --pen brushpen --pen-width 0.9mm -o "$work/pose-firm.png"
 handout write "Happy birthday, Zoë" --page 130x24mm --margin 4mm --x-height 4mm --seed 3 --dpi 200 --quiet --pose light --pen chisel -o "$work/pose-light.png"
