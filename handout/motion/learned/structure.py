@@ -127,6 +127,7 @@ def learn(
     spread = np.maximum(np.sqrt((ways**2).mean(axis=0)), _FLOOR).astype(np.float32)
     size = SIZES[recipe.size]
     weights = recurrent.untrained(3, size.hidden, 6 * size.gaussians + 2, rng)
-    model = StructureModel(tuple(weights), spread, max(int(s.there.sum()) for s in examples))
+    runs = [np.diff(np.flatnonzero(np.concatenate([[True], ~s.there, [True]]))) - 1 for s in examples]
+    model = StructureModel(tuple(weights), spread, int(np.concatenate(runs).max()))
     training.train(weights, seen, model, recipe, rng, tell)
     return model
