@@ -28,6 +28,7 @@ GROUND = {
     "profiles",
     "markers",
     "markup",
+    "networks",
     "pathdata",
     "tables",
     "tiff",

@@ -239,10 +239,13 @@ def _pictured(writing: WritingOptions, picture: PictureOptions) -> PictureOption
 def _style(writing: WritingOptions) -> Style | None:
     """The handstyle that is asked for."""
     if writing.style is None:
+        given = [name for name in ("prime", "temperature") if getattr(writing, name) is not None]
+        if given:
+            raise InputError(f"--{given[0]} is for learned styles: name one with --style.")
         return None
     from handout.pipeline.styles import style_of
 
-    return style_of(StyleOptions(writing.style))
+    return style_of(StyleOptions(writing.style, prime=writing.prime, temperature=writing.temperature))
 
 
 def _pose(writing: WritingOptions) -> PoseOptions:
