@@ -34,8 +34,8 @@ from handout.writing.layout import Layout
 
 TAGS = ("fast-tag", "scrawl", "calm")  # styles of rules, unlike each other in bends and overlaps
 HANDS = ("house-joined", "house-print")
-_EACH, _LETTERS, _WORDS = 24, 5, 90  # tags of a style, letters of a tag, words of a hand
-_STEPS = 1500  # of each network: more changed the likelihood of kept-out tags by less than .02 nat
+_EACH, _LETTERS, _WORDS = 20, 5, 80  # tags of a style, letters of a tag, words of a hand
+_STEPS = 1000  # of each network: two minutes in all
 _PRIMER = 64  # ways, as long as the windows of training
 _TOML = """\
 title = "Learned: five manners, by --prime: fast-tag, scrawl, calm, house-joined, house-print"
