@@ -24,7 +24,7 @@ from handout.motion.learned.dynamics import DynamicsModel
 from handout.motion.learned.model import LearnedMovement, taken_apart
 from handout.motion.learned.sequences import INPUTS, MovementSequence
 from handout.motion.reconstruction import planned_page
-from handout.motion.styles.asemic import tag
+from handout.motion.styles.asemic import glyph, tag
 from handout.motion.styles.learned_movement import through_targets
 from handout.motion.styles.restyling import restyle
 from handout.motion.styles.style import Style, find
@@ -37,7 +37,7 @@ from handout.sources import read_drawing
 from handout.training.styles import tags, written
 from handout.values import Array, Drawing, Page, Stroke
 
-_TAGS = ("fast-tag", "scrawl", "calm")
+_TAGS = ("fast-tag", "blackletter", "calm")
 _WORDS = 60  # that are restyled and read
 _BINS = ((0.0, 0.3, 0.45, 0.6, 0.8, 1.1, 9.0), (-3.0, -1.2, -0.6, -0.2, 0.2, 0.6, 1.2, 3.0))  # Δt, θ: of histograms
 _SIX = "the old harbour bell rings twice"
@@ -134,21 +134,36 @@ def telling_apart() -> None:
 
 
 def recognition() -> None:
-    """Targets of other drawings, moved through primed with each of four manners: whose histogram the result has."""
-    style = find("learned")
-    manner = style.model
+    """Targets that nobody has written, moved through primed with each of four manners: whose histogram the result has.
+
+    Told from the histograms of the manners' examples, and from those of other targets moved through primed alike.
+    """
+    manner = find("learned").model
     assert isinstance(manner, LearnedMovement)
     names = (*_TAGS, "house-joined")
-    known = {name: _histogram(tagged(name)[0] if name in _TAGS else pages()[:1]) for name in names}
-    right, total = 0, 0
-    for name in names:
-        state = manner.state(manner.primers[name])
-        for seed, targets in enumerate([*tagged("fast-tag")[1], *tagged("scrawl")[1], *tagged("calm")[1]]):
-            rng = np.random.default_rng(seed)
-            counts = _histogram([manner.dynamics.predict(targets, rng, 1.0, state)], smooth=0.0)
-            scores = {other: float((counts * np.log(shares)).sum()) for other, shares in known.items()}
-            right, total = right + (max(scores, key=scores.__getitem__) == name), total + 1
-    print(f"primed style recognised among four by its histogram: {right} of {total}, {right / total:.0%}")
+    thrown = [
+        sequences.of_targets([np.concatenate([glyph(5, r) + np.array([k, 0.0]) for k in range(5)])])
+        for r in _generators(40)
+    ]
+    made = {name: [_moved(manner, name, targets) for targets in thrown] for name in names}
+    examples = {name: _histogram(tagged(name)[0] if name in _TAGS else pages()[:1]) for name in names}
+    alike = {name: _histogram(each[20:]) for name, each in made.items()}
+    for title, known in (("their examples", examples), ("other targets primed alike", alike)):
+        right = 0
+        for name in names:
+            for one in made[name][:20]:
+                counts = _histogram([one], smooth=0.0)
+                scores = {other: float((counts * np.log(shares)).sum()) for other, shares in known.items()}
+                right += max(scores, key=scores.__getitem__) == name
+        print(f"primed manner of four told by its histogram, from those of {title}: {right / 80:.0%}")
+
+
+def _generators(count: int) -> list[np.random.Generator]:
+    return [np.random.default_rng(seed) for seed in range(count)]
+
+
+def _moved(manner: LearnedMovement, name: str, targets: MovementSequence) -> MovementSequence:
+    return manner.dynamics.predict(targets, np.random.default_rng(5), 1.0, manner.state(manner.primers[name]))
 
 
 def _histogram(each: Sequence[MovementSequence], smooth: float = 1.0) -> Array:
@@ -222,31 +237,33 @@ def figures() -> None:
     given = drawings("Graffiti", WritingOptions(hand="house-joined", seed=3), SheetOptions("90x40mm"))[0]
     line = drawings(_SIX, WritingOptions(hand="house-print", seed=3), SheetOptions("A6"))[0]
     example, complex_tag = (next(tags(name, 1, np.random.default_rng(9))) for name in ("scrawl", "fast-tag"))
-    fitted = planned_page.fit(given, timed=False)
+    names, fitted = learned_names(learned), planned_page.fit(given, timed=False)
     one_shot = [
         (name, _one_shot(next(tags(name, 1, np.random.default_rng(k))))) for k, name in enumerate(("scrawl", "calm"))
     ]
-    page = Page(80.0, 45.0)
+    page = Page(130.0, 100.0)
     rows: list[list[Panel]] = [
         [("1: as written", given)]
-        + [(f"1: primed with {name}", _on(given, _primed(learned, name), rng)) for name in learned_names(learned)],
+        + [(f"1: primed with {name}", _on(given, _primed(learned, name, keep=0.3), rng)) for name in names],
         [("2, 6: reconstruction, virtual targets", _with_targets(planned_page.drawing(fitted), fitted))]
         + [
             ("7: varied", planned_page.drawing(planned_page.varied(fitted, training.Variation(), rng)))
             for _ in range(3)
         ],
         [
-            (f"9: one {name} tag learned", Drawing(through_targets([_RULE + 7], style, rng, 30.0), page))
+            (f"9: one {name} tag learned", Drawing(through_targets([_RULE + 30], style, rng, 30.0), page))
             for name, style in one_shot
         ]
         + [
-            (f"10: primed with {name}", Drawing(through_targets([_RULE + 7], _primed(learned, name), rng, 30.0), page))
-            for name in learned_names(learned)[:4]
+            (f"10: primed with {name}", Drawing(through_targets([_RULE + 30], _primed(learned, name), rng, 30.0), page))
+            for name in names[:4]
         ],
         [
             (
                 f"11: seed {k}",
-                Drawing(through_targets([_RULE + 7], _warm(one_shot[0][1], 1.0), np.random.default_rng(k), 30.0), page),
+                Drawing(
+                    through_targets([_RULE + 30], _warm(one_shot[0][1], 1.0), np.random.default_rng(k), 30.0), page
+                ),
             )
             for k in range(5)
         ],
@@ -258,12 +275,12 @@ def figures() -> None:
         ],
         [
             ("13: a line", line),
-            ("13: primed with scrawl", _on(line, _primed(learned, "scrawl"), rng)),
-            ("13: one scrawl tag learned", _on(line, one_shot[0][1], rng)),
+            ("13: primed with calm", _on(line, _primed(learned, "calm", keep=0.3), rng)),
+            ("13: one scrawl tag learned", _on(line, _warm(one_shot[0][1], 0.5, keep=0.3), rng)),
         ],
         [
             (f"14: structure of {built}, movement of {moved}", _mixed(learned, built, moved, k))
-            for k, (built, moved) in enumerate((a, b) for a in _TAGS[:2] for b in ("scrawl", "calm", "fast-tag"))
+            for k, (built, moved) in enumerate((a, b) for a in _TAGS[:2] for b in ("blackletter", "calm", "fast-tag"))
         ],
     ]
     gml = folder() / "gml" / "nothub"
@@ -272,6 +289,7 @@ def figures() -> None:
         rows.append([("a real tag", d) for d in real])
         rows[-1] += [("learned from it: a word", _on(given, _one_shot(d), rng)) for d in real]
     _sheet(rows, here / "sheet.png")
+    _sheet([rows[0], rows[2], rows[3], rows[6]], here / "learned-styles.png")
     print(f"wrote {here / 'sheet.png'}")
 
 
@@ -312,11 +330,11 @@ def _with_targets(drawing: Drawing, page: planned_page.PlannedPage) -> Drawing:
 
 
 def _sheet(rows: Sequence[Sequence[Panel]], path: Path) -> None:
-    from PIL import Image, ImageDraw
+    from PIL import Image, ImageDraw, ImageFont, ImageOps
 
     wide, high = _CELL
     sheet = Image.new("RGB", (wide * max(map(len, rows)), high * len(rows)), "white")
-    pen = ImageDraw.Draw(sheet)
+    pen, font = ImageDraw.Draw(sheet), ImageFont.load_default(size=15)
     look = replace(PictureOptions(pen="plain", pen_width=0.3).look(), dpi=250)
     with tempfile.TemporaryDirectory() as place:
         for j, row in enumerate(rows):
@@ -327,9 +345,9 @@ def _sheet(rows: Sequence[Sequence[Panel]], path: Path) -> None:
                 ink = np.argwhere(np.asarray(seen.convert("L")) < 200)
                 (top, left), (foot, right) = ink.min(axis=0), ink.max(axis=0) + 1
                 seen = seen.crop((left - 9, top - 9, right + 9, foot + 9))
-                seen.thumbnail((wide - 20, high - 40))
+                seen = ImageOps.contain(seen, (wide - 20, high - 40))
                 sheet.paste(seen, (i * wide + 10, j * high + 26))
-                pen.text((i * wide + 8, j * high + 6), caption, fill="black")
+                pen.text((i * wide + 8, j * high + 6), caption, fill="black", font=font)
     sheet.save(path)
 
 
