@@ -90,3 +90,15 @@ def small_hand(small_page):
     from handout.tagging.page_tagging import hand_of_pages
 
     return hand_of_pages("small", [small_page.made], "A small hand")
+
+
+@pytest.fixture(scope="session")
+def small_hand_file(small_hand, tmp_path_factory):
+    """The same as a file, with what is worked out of it once, as `handout hand read` leaves it."""
+    from handout.hand import file
+    from handout.pipeline.kept_hands import learn
+
+    path = tmp_path_factory.mktemp("hand") / "small.hand"
+    file.save(small_hand, path)
+    learn(path)
+    return path
