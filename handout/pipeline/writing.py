@@ -320,7 +320,8 @@ def _written(letters: Iterable[Borrowed], sheets: Sequence[Sheet], author: Hand 
         if placed.ink is not None and author.pages is not None and placed.ink.number >= len(author.glyphs)
     }
     for letter in letters:
-        at = tuple(place for place in letter.at if place in added) if letter.doubted else letter.at
+        lent = letter.doubted and not letter.of_author
+        at = tuple(place for place in letter.at if place in added) if lent else letter.at
         if at:
             yield replace(letter, at=at)
 
