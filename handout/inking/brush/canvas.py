@@ -47,13 +47,13 @@ def passed(
         sized = brush.sized(float(width.mean()) * dpi / 25.4)
         pressed = USUAL_PRESSURE if stroke.pressure is None else float(stroke.pressure.mean())
         row = chooser.row(bends(line), pressed - USUAL_PRESSURE)
-        ink = _coloured(sized.quilted(row), brush.colour, stroke.colour or pen.colour)
-        lay(canvas, ink, line * (dpi / 25.4), width * (dpi / 50.8))
+        ribbon = _coloured(sized.quilted(row), brush.colour, stroke.colour or pen.colour)
+        lay(canvas, ribbon, line * (dpi / 25.4), width * (dpi / 50.8))
     pixels = canvas.reshape(-1, 4)
     for start in range(0, len(pixels), _BAND):
         at = np.flatnonzero(pixels[start : start + _BAND, 3]) + start
         ink = pixels[at].astype(np.float32) / 255
-        yield at, 1 - (ink[:, 3:] - ink[:, :3])
+        yield at, np.minimum(1 - (ink[:, 3:] - ink[:, :3]), 1)
 
 
 def _coloured(ink: NDArray[np.float32], own: str, colour: str) -> NDArray[np.float32]:
