@@ -93,6 +93,7 @@ def test_drawings_of_a_gml_are_kept_apart(tag):
     assert drawing.about["letters"] == ["a", "b"] and drawing.about["drawings"] == 2
 
 
+@pytest.mark.slow
 def test_learns_a_style_and_draws_in_it(written, tag, tmp_path, capsys, monkeypatch):
     from dataclasses import replace
 
@@ -111,7 +112,13 @@ def test_learns_a_style_and_draws_in_it(written, tag, tmp_path, capsys, monkeypa
     assert len({out.read_bytes() for out in outs}) == 3
     text = ("write", "me", "--page", "A6", "--seed", 1, "--style", style, "-o", outs[0])
     assert run(*text, "--temperature", 1.2) == 0
-    capsys.readouterr()
+    for seed, out in zip((1, 1, 2), outs, strict=True):
+        assert run("asemic", "--style", style, "--seed", seed, "-o", out, "-q") == 0
+    assert outs[0].read_bytes() == outs[1].read_bytes() != outs[2].read_bytes()
+    assert run("asemic", "--style", "calm", "--structure", style, "-o", outs[0]) == 2
+    assert "calm moves by rules" in capsys.readouterr().err
+    assert run("asemic", "--style", style, "--structure", "calm", "-o", outs[0]) == 2
+    assert "has learned none" in capsys.readouterr().err
     for args, said in (
         ((*given, "-o", outs[0], "--prime", "no"), "'no' is no example of mine (mine, mine-1)"),
         ((*given, "-o", outs[0], "--temperature", 0), "learned.temperature = 0 is outside"),

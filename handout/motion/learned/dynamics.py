@@ -181,5 +181,5 @@ def learn(
     told_spread = np.maximum([dt.std() if len(dt) else 0.0, theta.std()], least).astype(np.float32)
     weights = recurrent.untrained(told.shape[1], size.hidden, 6 * size.gaussians, rng)
     model = DynamicsModel(tuple(weights), inputs, mean, spread, told_mean, told_spread)
-    training.train(weights, seen, model, recipe, rng, tell)
+    training.train(weights, seen, model, recipe, rng, size.dropout, tell)
     return model

@@ -24,6 +24,7 @@ from handout.progress import Tell, silent
 from handout.values import Array
 
 _LIFTED, _LAST = -2, -1  # of the outputs, behind those of the mixture
+_DROPOUT = 0.0  # with any, what is invented after one tag is a straight row of its mean ways
 _FLOOR = 1e-2  # usual ways: least spread of the ways
 
 
@@ -127,6 +128,7 @@ def learn(
     spread = np.maximum(np.sqrt((ways**2).mean(axis=0)), _FLOOR).astype(np.float32)
     size = SIZES[recipe.size]
     weights = recurrent.untrained(3, size.hidden, 6 * size.gaussians + 2, rng)
-    model = StructureModel(tuple(weights), spread, max(int(s.there.sum()) for s in examples))
-    training.train(weights, seen, model, recipe, rng, tell)
+    runs = [np.diff(np.flatnonzero(np.concatenate([[True], ~s.there, [True]]))) - 1 for s in examples]
+    model = StructureModel(tuple(weights), spread, int(np.concatenate(runs).max()))
+    training.train(weights, seen, model, recipe, rng, _DROPOUT, tell)
     return model

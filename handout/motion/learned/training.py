@@ -83,7 +83,8 @@ def vary(sequence: MovementSequence, variation: Variation, rng: np.random.Genera
     """
     reach = np.concatenate([np.full(p.stop - p.start, extent(sequence.targets[p])) for p in sequence.parts])
     targets = sequence.targets + variation.target * reach[:, None] * rng.standard_normal(sequence.targets.shape)
-    dt = np.clip(sequence.dt + variation.dt * rng.standard_normal(len(sequence.dt)), LEAST_DT, MOST_DT)
+    least, most = np.minimum(sequence.dt, LEAST_DT), np.maximum(sequence.dt, MOST_DT)  # recorded ones may be beyond
+    dt = np.clip(sequence.dt + variation.dt * rng.standard_normal(len(sequence.dt)), least, most)
     theta = np.clip(sequence.theta + variation.theta * rng.standard_normal(len(dt)), -MOST_BENT, MOST_BENT)
     return replace(
         sequence, targets=targets, dt=np.where(sequence.starts | sequence.up, 0.0, dt), theta=theta * ~sequence.up
@@ -170,10 +171,11 @@ def train(
     criterion: Criterion,
     recipe: Recipe,
     rng: np.random.Generator,
+    share: float,
     tell: Tell = silent,
 ) -> None:
-    """Train the parameters, in place, on windows that are varied every time."""
-    adam, share = Adam(parameters), SIZES[recipe.size].dropout
+    """Train the parameters, in place, on windows that are varied every time; `share` of units is left out."""
+    adam = Adam(parameters)
     count, left = len(seen.dt), np.zeros(0, dtype=np.intp)
     for step in range(recipe.steps):
         if len(left) < recipe.batch:

@@ -39,6 +39,7 @@ class TargetSequence:
     ring : whether the first follows the last.
     word, layer, colour : as in `Stroke`.
     channels : what the pen recorded, by the names of `Stroke`'s channels, (m,) each.
+    spreads : (m, 2, 2), covariances of the targets of a movement that is no ring, instead of the style's.
     """
 
     points: Array
@@ -48,6 +49,7 @@ class TargetSequence:
     layer: str = ""
     colour: str = ""
     channels: Mapping[str, Array] = field(default_factory=dict)
+    spreads: Array | None = None
 
 
 def restyle(drawing: Drawing, style: Style, rng: np.random.Generator, height: float | None = None) -> Drawing:
@@ -102,8 +104,10 @@ def draw_sequences(
             way = float(np.linalg.norm(sequence.points[0] - before)) / height
             clock += style.movement.interval * (_LIFT + _AIR * math.sqrt(way))
         guide = _along(sequence.points) if style.breaking.directions and len(sequence.points) > 1 else None
-        motion = around if sequence.ring else move
-        t, xy = motion(sequence.points, sequence.corner, style, height, rng, guide)
+        if sequence.ring:
+            t, xy = around(sequence.points, sequence.corner, style, height, rng, guide)
+        else:
+            t, xy = move(sequence.points, sequence.corner, style, height, rng, guide, sequence.spreads)
         width = widths(t, xy, style, height, tapered=not sequence.ring)
         carried = pose_along(sequence.channels, len(t), free=style.movement.end == "free", ring=sequence.ring)
         nib = style.brush.kind == "nib"
