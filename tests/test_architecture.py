@@ -29,6 +29,7 @@ GROUND = {
     "profiles",
     "markers",
     "markup",
+    "networks",
     "pathdata",
     "tables",
     "tiff",

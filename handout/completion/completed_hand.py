@@ -25,9 +25,9 @@ def complete_hand(
 ) -> tuple[Hand | ScannedHand, list[Borrowed]]:
     """The hand with the letters of a text that it lacks, and which those are.
 
-    With `fallback`, letters of which all glyphs are doubtful are lent, too: these forms stand beside their own, and
-    which is written is a question of price (`writing.glyph_index`).  A drawn hand stays as it is: it borrows similar
-    forms as it writes, and only these are listed.
+    Letters of which all glyphs are doubtful are listed, and with `fallback` lent, too: these forms stand beside their
+    own, and which is written is a question of price (`writing.glyph_index`).  A drawn hand stays as it is: it borrows
+    similar forms as it writes, and only these are listed.
 
     Parameters
     ----------
@@ -54,21 +54,23 @@ def complete_hand(
             "hand with letters as --hand."
         )
     text = normalise(text)
-    places, doubted = lacking(text, hand.repertoire), _doubted(hand, text) if fallback else {}
+    places, doubted = lacking(text, hand.repertoire), _doubted(hand, text)
     if not places and not doubted:
         return hand, []
     needed = tuple(sorted(places))
-    completed, supplies = _completed(hand, (needed, tuple(sorted(doubted))), fallback, seed)
+    completed, supplies = _completed(hand, (needed, tuple(sorted(doubted)) if fallback else ()), fallback, seed)
     lendable = _lendable(_maker(hand, 0), needed)
     spell(text, replace(completed.repertoire, lendable=lendable), fallback=fallback)
-    places |= doubted
+    lent = {x for x, _ in supplies}
     return completed, [
-        Borrowed(x, supply.source + _DOUBTED * (x in doubted), supply.of_author, tuple(places[x]), x in doubted)
-        for x, supply in supplies
+        *(Borrowed(x, supply.source, supply.of_author, tuple(places[x])) for x, supply in supplies if x in places),
+        *(
+            Borrowed(x, f"{supply.source}, as its own are doubtful", False, tuple(doubted[x]), True)
+            for x, supply in supplies
+            if x in doubted
+        ),
+        *(Borrowed(x, "its own, all doubtful", True, tuple(at), True) for x, at in doubted.items() if x not in lent),
     ]
-
-
-_DOUBTED = ", as its own are doubtful"
 
 
 def _doubted(hand: ScannedHand, text: str) -> dict[str, list[int]]:

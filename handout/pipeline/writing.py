@@ -239,10 +239,13 @@ def _pictured(writing: WritingOptions, picture: PictureOptions) -> PictureOption
 def _style(writing: WritingOptions) -> Style | None:
     """The handstyle that is asked for."""
     if writing.style is None:
+        given = [name for name in ("prime", "temperature") if getattr(writing, name) is not None]
+        if given:
+            raise InputError(f"--{given[0]} is for learned styles: name one with --style.")
         return None
     from handout.pipeline.styles import style_of
 
-    return style_of(StyleOptions(writing.style))
+    return style_of(StyleOptions(writing.style, prime=writing.prime, temperature=writing.temperature))
 
 
 def _pose(writing: WritingOptions) -> PoseOptions:
@@ -317,7 +320,8 @@ def _written(letters: Iterable[Borrowed], sheets: Sequence[Sheet], author: Hand 
         if placed.ink is not None and author.pages is not None and placed.ink.number >= len(author.glyphs)
     }
     for letter in letters:
-        at = tuple(place for place in letter.at if place in added) if letter.doubted else letter.at
+        lent = letter.doubted and not letter.of_author
+        at = tuple(place for place in letter.at if place in added) if lent else letter.at
         if at:
             yield replace(letter, at=at)
 

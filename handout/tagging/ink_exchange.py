@@ -1,15 +1,18 @@
 """Ink that neighbouring letters exchange where both then look more like the other glyphs of their letters.
 
 A line is cut where its columns say, and a stem, a bar or a loop may come to the wrong side.  Here every letter offers
-each neighbour what lies along the graph within some distance of where the two meet, each branch near there, and each
-small piece by itself.  What makes both more probable among their siblings (`hand.outlier_score`) changes hands, the
-clearest first, until nothing gains enough.
+each neighbour, and each letter of another line that it touches, what lies along the graph within some distance of where
+the two meet, or come nearest, each branch near there, and each small piece by itself.  What makes most letters right,
+as far as their shape among their siblings (`hand.outlier_score`) and how they read alone (`hand.author_reader`) tell,
+changes hands, until nothing gains enough.
 
 Both have to gain: where their sum alone counted, letters got rid of what made them strange at letters of which anything
-is believed, capitals above all, and people's pages were read worse with it than without.  By eye, of 17 exchanges on
-five of their pages (csafe w0076 w0122 w0154 w0277 w0394, by which the bounds were chosen) 11 put a stem, a bar or a
-side of a bowl right and 6 hardly matter; of 11 on four others (cvl 0052, csafe w0023 w0418 w0533) 7 are right, 2 hardly
-matter and 2 are wrong, in words that were written over.  It takes .4 to 2.5 s of CPU a page.
+is believed, capitals above all, and people's pages were read worse with it than without.  Reading better counts only
+where it becomes reading right: a looped k lost its foot when it read a little less like an h without.  By eye, on five
+people's pages where an exchange by shape between letters that touch had come to rest (csafe w0076 w0154 w0238 w0394,
+cvl 0012, by which the bounds were chosen) 17 of 21 more put a stem, an arch or a side of a bowl right, 3 hardly matter
+and 1 is wrong; on two others (cvl 0052, csafe w0277) 14 of 19 are right, and 5 hardly matter.  It takes 4 to 6 s of CPU
+a page.
 
 Source: own method.
 """
@@ -49,6 +52,7 @@ class ExchangeSettings:
     kept: float = 0.3  # share of its line that a letter keeps at least
     margin: float = 0.3  # letters that are right (see `Siblings.right`) that an exchange must gain
     each: float = 0.02  # of them that each of the two must gain
+    read: float = 0.7  # surprise, nats, up to which a glyph reads as what it is rather than as all else
     rounds: int = 3  # most that follow one another
     least: int = 150  # letters of a page below which it is left as it is: siblings say too little
 
@@ -103,9 +107,9 @@ class InkExchange:
         known = [names[i] for i in self._known]
         self._siblings = Siblings(outlier_score.shipped(), features, known)
         self._alone = np.array([reads_alone(name) for name in known], dtype=bool)
-        surprises = np.array([self._surprise(number, vertices) for number, vertices in self._sets.items()])
-        self._usual = usual_surprise(surprises, known, self._alone)
-        self._right = self._siblings.right(np.arange(len(features)), features, surprises - self._usual)
+        self._seen = np.array([self._surprise(number, vertices) for number, vertices in self._sets.items()])
+        self._usual = usual_surprise(self._seen, known, self._alone)
+        self._right = self._siblings.right(np.arange(len(features)), features, self._seen - self._usual)
 
     def settle(self) -> int:
         """Exchange ink until nothing gains enough; how often any was."""
@@ -144,14 +148,19 @@ class InkExchange:
         both = [offer.giver, offer.taker]
         features = features_of(self._sheet, self._lines[both], [self._sets[number] for number in both])
         rows = np.array([self._row[number] for number in both])
-        strange = np.array([self._surprise(number, self._sets[number]) for number in both]) - self._usual[rows]
-        self._right[rows] = self._siblings.right(rows, features, strange)
+        self._seen[rows] = [self._credited(number, self._sets[number]) for number in both]
+        self._right[rows] = self._siblings.right(rows, features, self._seen[rows] - self._usual[rows])
 
     def _surprise(self, number: int, vertices: Indices) -> float:
         """How oddly some vertices would read as a letter."""
         if not self._alone[self._row[number]]:
             return 0.0
         return surprise(self._reader, self._sheet, int(self._lines[number]), vertices, self._names[number])
+
+    def _credited(self, number: int, vertices: Indices) -> float:
+        """The same, where reading less oddly than now counts only if it is read as nothing else any more."""
+        now, then = self._seen[self._row[number]], self._surprise(number, vertices)
+        return now if SETTINGS.read < then < now else then
 
     def _gains(self, offers: Sequence[_Offer]) -> Array:
         """(k,): how many more letters each offer makes right, as `Siblings.right` expects; 0 if not each.
@@ -170,7 +179,7 @@ class InkExchange:
         gains = self._gained(rows, features, strange)
         for k in np.flatnonzero(gains >= SETTINGS.margin).tolist():
             for side, sets in enumerate((left, grown)):
-                strange[side, k] += self._surprise(int(letters[k, side]), sets[k])
+                strange[side, k] += self._credited(int(letters[k, side]), sets[k])
         return self._gained(rows, features, strange)
 
     def _gained(self, rows: Indices, features: Sequence[Array], strange: Array) -> Array:
@@ -189,15 +198,18 @@ class InkExchange:
         return np.asarray(connected_components(joined, directed=False)[1], dtype=np.intp)
 
     def _offers(self, letters: set[int]) -> Iterator[_Offer]:
-        order = list(self._sets)
-        for first, second in pairwise(order):
-            if (
-                self._lines[first] == self._lines[second]
-                and {first, second} & letters
-                and not {first, second} & self._held
-            ):
+        for first, second in self._pairs():
+            if {first, second} & letters and not {first, second} & self._held:
                 yield from self._offered(first, second)
                 yield from self._offered(second, first)
+
+    def _pairs(self) -> list[tuple[int, int]]:
+        """Letters that stand side by side on a line, and those of different lines that touch."""
+        beside = [(a, b) for a, b in pairwise(self._sets) if self._lines[a] == self._lines[b]]
+        owners = self.letter[self._sheet.graph.edges]
+        crossing = owners[(owners[:, 0] != owners[:, 1]) & (owners >= 0).all(axis=1)]
+        touching = np.unique(np.sort(crossing, axis=1), axis=0)
+        return [*beside, *((a, b) for a, b in touching.tolist() if self._lines[a] != self._lines[b])]
 
     def _offered(self, giver: int, taker: int) -> Iterator[_Offer]:
         own = self._sets[giver]

@@ -19,11 +19,12 @@ from numpy.typing import NDArray
 
 from handout.alphabet import JUNK, LETTERS, SPACE, fold, state
 from handout.hand.places import graphemes
+from handout.networks import Floats
 from handout.progress import Tell, silent, within
 from handout.tagging import network
 from handout.tagging.decoder import TERMS, Decoded, Held, Reading, Terms, decode, read
 from handout.tagging.line_space import ABOVE, HEIGHT, INKY, X_HEIGHT, Image, column_count, describe
-from handout.tagging.network import Floats, LabelledColumns, Network, averaged, joined
+from handout.tagging.network import LabelledColumns, Network, averaged, joined
 from handout.tagging.synthetic_lines import SHARE, SHARE_OF_SPACE, column_states, sampled_columns, synthetic_lines
 from handout.tagging.synthetic_writers import built_in_hands
 from handout.tagging.transcript import TranscriptLine

@@ -49,9 +49,9 @@ class ChoiceWeights:
     # are wrong by eye (49 of 1036) were 26, 56 and 57 with a cost that spared doubtful ones, 10, 33 and 32 with this;
     # with 35 they were 4, 19 and 20, but the repetition of a page was .039 instead of .009
     doubtful: float = 20.0
-    # a glyph that was added to the hand: as much as a doubtful one that is nearly sure, so that a letter of which one
-    # is sure is written with its own
-    lent: float = 4.0
+    # a glyph that was added to the hand: as one that is right with .6.  On four people's pages (csafe w0076 w0154
+    # w0394, cvl 0052) four letters had no glyph above .8; the best of each had .70 to .79, and all were right by eye
+    lent: float = 8.0
     blot: float = 20.0  # times its `blots`
     broken: float = 3.0  # without a body
     # of a glyph for a letter

@@ -43,6 +43,8 @@ _CHANCE = 0.1  # of the perturbation by which two strokes differ
 _LENGTH = 2.0  # how much rather a stroke is guided by one of its own length
 _WET = 3.5 * SEGMENTS  # segments: much shorter strokes are rather guided by those that cover well from the start
 _ALIKE = (0.15, 2.5)  # in cover, in streaks: segments that differ by less from what a guide asks for can follow it
+_PRESSED = 12.0  # exponent of the cover at full pressure; set by eye
+_STRICT = 8  # exponent of what can be followed: rare dry segments that take turns with wet ones look like beads
 _ANY = 1e-6  # of the likeliest guide's chance
 _FADING = 0.9  # of how lately a guide was followed, a stroke
 
@@ -176,6 +178,24 @@ class Library:
         ends = np.stack([(ink**2).mean(axis=1) for ink in self._inks])
         return np.asarray(_COLOUR * ends / max(float(ends.mean()), 1e-6))
 
+    @cached_property
+    def _alike(self) -> tuple[Array, Array]:
+        """(n,) each: how many segments are like each, in the library and in its own ribbon; mirror images left out."""
+        feature = np.stack([self.cover / _ALIKE[0], self.streaks / _ALIKE[1]])
+        apart = np.hypot(*(feature[:, :, None] - feature[:, None, :]))
+        own = self.ribbon[:, None] == self.ribbon
+        return (apart < 1).sum(axis=1) / 2, ((apart < 1) & own).sum(axis=1)
+
+    def followed(self, count: int) -> Array:
+        """(ribbons,) in 0–1: how well each can guide a stroke of so many segments without repeating what is rare.
+
+        What a guide has of a kind is asked for as often as it is stretched, but comes again after `_SEEN` segments.
+        """
+        length = np.array([len(each) for each in self.ribbons])
+        have, own = self._alike
+        share = np.minimum(1, have / np.minimum(_SEEN, own * count / length[self.ribbon]))
+        return np.asarray(np.bincount(self.ribbon, share) / length)
+
     def target(self, bend: Array, guide: Ribbon) -> Target:
         """What is wanted of a stroke of so many bends (m,): its ends as the guide's ends, the rest stretched."""
         m, n = len(bend), len(guide)
@@ -228,15 +248,17 @@ class Chooser:
         self._used = np.full(int(library.same.max()) + 1, -float(_FORGOTTEN))
         self._painted, self._guided = 0, np.zeros(len(library.ribbons))
 
-    def row(self, bend: Array) -> Indices:
-        """(m,): the segments of a stroke whose path bends so, with a guide of about its length."""
+    def row(self, bend: Array, pressed: float = 0.0) -> Indices:
+        """(m,): the segments of a stroke whose path bends so, with a guide of about its length.
+
+        pressed : by how much harder than usual, −1 to 1: the harder, the rather are guides followed that cover well.
+        """
         library, rng = self._library, self._rng
         lengths = np.array([len(each) for each in library.ribbons])
         near = np.exp(-_LENGTH * np.abs(np.log(len(bend) / lengths)) - self._guided)
         targets = [library.target(bend, guide) for guide in library.ribbons]
-        cover, streaks = (np.array([getattr(each, name).mean() for each in targets]) for name in ("cover", "streaks"))
-        apart = np.hypot((library.cover - cover[:, None]) / _ALIKE[0], (library.streaks - streaks[:, None]) / _ALIKE[1])
-        near *= cover ** ((_WET / len(bend)) ** 2) * np.minimum(1, (apart < 1).sum(axis=1) / 2 / len(bend))
+        cover = np.array([each.cover.mean() for each in targets])
+        near *= cover ** ((_WET / len(bend)) ** 2 + _PRESSED * pressed) * library.followed(len(bend)) ** _STRICT
         near += _ANY * near.max() + np.finfo(np.float64).tiny  # if none can be followed, each is as good
         guide = int(rng.choice(len(lengths), p=near / near.sum()))
         self._guided *= _FADING
