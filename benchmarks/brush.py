@@ -1,8 +1,8 @@
 """How brushes paint: energy, seams, cover, paper and streaks, repeats and time, of a page of strokes, half kept out.
 
-With HANDOUT_DATA, the page of twenty dry strokes (`strokes/drybrush/page.jpg`): twelve, drawn by lot before anything
-was looked at, are painted along their paths from the other eight; both lie beside each other in `brush-sheet.png` of
-the working folder, on sides that `brush-sheet.txt` tells.  Without it only what needs no strokes kept out is measured.
+With HANDOUT_DATA, the page of twenty dry strokes (`strokes/drybrush/page.jpg`): twelve, drawn by lot, are painted along
+their paths from the other eight; both lie beside each other in `brush-sheet.png` of the working folder, turned by
+chance, on sides that `brush-sheet.txt` tells.  Without it only what needs no strokes kept out is measured.
 
 Energy is that of the cheapest row over that of the seed's two passes, on the same costs; seams: squares of differences
 across the borders of a stroke's joints, quilted over cut hard; cover: of the outline of a solid ribbon on a tight wave;

@@ -90,15 +90,21 @@ def _marked(stroke: Stroke, width: float, footprint: Footprint, usual: float) ->
         if stroke.length < _DOT * usual:
             stroke, wide = _diamond(stroke, width), wide[[0, -1]]
         return replace(stroke, nib=width, rotation=edge(stroke), width=wide)
-    if footprint.lean and stroke.tilt is not None and stroke.azimuth is not None:
-        long = 1 + footprint.lean * np.sin(np.clip(stroke.tilt, 0.0, np.pi / 2))
-        off = _direction(stroke.xy) - stroke.azimuth
-        # as much ink as upright: the ellipse is as much narrower as it is longer
-        wide = wide * np.hypot(np.sqrt(long) * np.sin(off), np.cos(off) / np.sqrt(long))
+    wide = wide * leaning(stroke, footprint.lean)
     if footprint.share and (stroke.rotation is not None or stroke.azimuth is not None):
         across = np.abs(np.sin(_direction(stroke.xy) - edge(stroke)))
         wide = wide * (1 - footprint.share * (1 - across))
     return replace(stroke, width=wide)
+
+
+def leaning(stroke: Stroke, lean: float) -> Array:
+    """(n,): how much wider a pen's line is for leaning; 1 where it stands upright, or nobody knows how it leans."""
+    if not lean or stroke.tilt is None or stroke.azimuth is None:
+        return np.ones(len(stroke.t))
+    long = 1 + lean * np.sin(np.clip(stroke.tilt, 0.0, np.pi / 2))
+    off = _direction(stroke.xy) - stroke.azimuth
+    # as much ink as upright: the ellipse is as much narrower as it is longer
+    return np.asarray(np.hypot(np.sqrt(long) * np.sin(off), np.cos(off) / np.sqrt(long)))
 
 
 def _diamond(stroke: Stroke, width: float) -> Stroke:

@@ -511,9 +511,9 @@ def _clear(path: Indices, entries: list[Indices], beyond: list[Indices]) -> Indi
     """A path without what it shares with the ligatures on the far sides of its two letters; two vertices at least."""
     first, last = 0, len(path) - 1
     for other in entries:
-        first = max(first, *np.flatnonzero(np.isin(path, other)).tolist(), 0)
+        first = max(first, *np.flatnonzero(_among(path, np.sort(other))).tolist(), 0)
     for other in beyond:
-        last = min(last, *np.flatnonzero(np.isin(path, other)).tolist(), last)
+        last = min(last, *np.flatnonzero(_among(path, np.sort(other))).tolist(), last)
     if last <= first:
         first = min(first, len(path) - 2)
         last = first + 1

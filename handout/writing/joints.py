@@ -27,6 +27,8 @@ Joint = tuple[Connector, Connector]
 _PRIOR = 2.0  # pairs of two letters that the habits of each of them count for
 _JOINED = 0.8  # share of a pair that the author joins, from which on it is joined; a lift of one in four is his habit
 _NEAR = 0.5  # x-heights that the end of a stroke may be from where other ways leave the letter; set by eye
+_LEAST = 3  # vertices of a way
+_ROUNDING = 1e-9  # line space: places nearer than that are one
 
 
 class Joints:
@@ -40,6 +42,10 @@ class Joints:
     def __init__(self, forms: Forms) -> None:
         self._forms = forms
         self._made: dict[tuple[int, bool], Connector | None] = {}
+
+    def is_new(self, first: int, second: int) -> bool:
+        """Whether a ligature leads from one glyph to the next that its author did not make."""
+        return bool(self.between(first, second)) and not matches(self._forms[first], self._forms[second])
 
     def between(self, first: int, second: int) -> tuple[Joint, ...]:
         """The way out of one glyph and the way into the next, of each ligature; none where the pen is lifted."""
@@ -94,23 +100,26 @@ class Joints:
         return self._made[key]
 
     def _shaped(self, number: int, leaving: bool) -> Connector | None:
-        forms, ways = self._forms, self._forms.connectors(leaving=leaving)
+        forms, ways, hand = self._forms, self._forms.connectors(leaving=leaving), self._forms.hand
         if not len(ways.of):
             return None
-        hand, form, height = forms.hand, forms[number], float(forms.centre[number, 1])
-        letter = hand.glyphs[number].letter
+        form, height, letter = forms[number], float(forms.centre[number, 1]), hand.glyphs[number].letter
         anchors = _anchors(ways, leaving)
         theirs = np.array([hand.glyphs[of].letter == letter for of in ways.of.tolist()], dtype=bool)
-        start = _start(form, anchors[theirs], mean_slant(hand), mean_x_height(hand), leaving)
+        usual = np.median(anchors[theirs], axis=0) if theirs.any() else None
+        x_height = mean_x_height(hand)
+        across = np.array([1.0, -mean_slant(hand)]) * (1 if leaving else -1)  # how far from the body a place is
+        start = _start(form, usual, across, x_height)
         stroke = _stroke(form, start) if start is not None else None
         if start is None or stroke is None:
             return None
-        away = np.abs(anchors[:, 1] + forms.centre[ways.of, 1] - form.xy[start, 1] - height)
+        root = form.xy[start] if usual is None else usual
+        away = np.abs(anchors[:, 1] + forms.centre[ways.of, 1] - root[1] - height)
         if theirs.any():
             away[~theirs] = np.inf
         way = int(away.argmin())
-        shape = ways.lines[way].xy - anchors[way] + form.xy[start]
-        return _inked(form, shape, stroke, leaving, height)
+        shape = (ways.lines[way].xy - anchors[way] + root)[:: 1 if leaving else -1]
+        return _inked(form, _from(shape, form.xy[start], across), stroke, leaving, height)
 
 
 def _anchors(ways: Connectors, leaving: bool) -> Array:
@@ -118,20 +127,28 @@ def _anchors(ways: Connectors, leaving: bool) -> Array:
     return ways.lines.xy[ways.lines.first[:-1] if leaving else ways.lines.first[1:] - 1]
 
 
-def _start(form: Form, others: Array, slant: float, x_height: float, leaving: bool) -> int | None:
-    """The vertex of a body at which a new way leaves it, or comes to it.
+def _start(form: Form, usual: Array | None, across: Array, x_height: float) -> int | None:
+    """The vertex of a body at which a new way leaves it, or comes to it: the end of a stroke, best the furthest out.
 
-    others : (m, 2) where ways of other glyphs of the letter do.
+    usual : (2,) where ways of other glyphs of the letter do; None for a letter that has none.
     """
     ends = np.flatnonzero(np.bincount(form.edges.ravel(), minlength=len(form.xy)) == 1)
-    if len(others):
-        away = np.hypot(*(form.xy - np.median(others, axis=0)).T)
-        near = ends[away[ends] < _NEAR * x_height]
-        return int(near[away[near].argmin()]) if len(near) else int(away.argmin())
-    if not len(ends):
-        return None
-    upright = form.xy[ends, 0] - slant * form.xy[ends, 1]
-    return int(ends[upright.argmax() if leaving else upright.argmin()])
+    out = form.xy @ across
+    if usual is None:
+        return int(ends[out[ends].argmax()]) if len(ends) else None
+    away = form.xy - usual
+    # a word's last letter has the first part of a way already
+    along = (out[ends] > usual @ across - _NEAR * x_height) & (np.abs(away[ends, 1]) < _NEAR * x_height)
+    return int(ends[along][out[ends[along]].argmax()]) if along.any() else int(np.hypot(*away.T).argmin())
+
+
+def _from(shape: Array, start: Array, across: Array) -> Array:
+    """What of a way (n, 2), outwards, lies beyond a place (2,), led over to it."""
+    beyond = int(np.argmax(np.append((shape - start) @ across > _ROUNDING, True)))
+    rest = shape[min(beyond, len(shape) - _LEAST) :] if len(shape) > _LEAST else shape
+    if rest[-1] @ across <= start @ across:  # all of it is there already
+        rest = rest - rest[0] + start
+    return np.asarray(rest + np.linspace(1, 0, len(rest))[:, None] * (start - rest[0]))
 
 
 def _stroke(form: Form, start: int) -> Indices | None:
@@ -145,9 +162,8 @@ def _stroke(form: Form, start: int) -> Indices | None:
     return longest if len(longest) > 1 else None
 
 
-def _inked(form: Form, xy: Array, stroke: Indices, leaving: bool, centre: float) -> Connector:
-    """A way (n, 2) with the ink of a stroke, over and over, there and back."""
-    outwards = xy if leaving else xy[::-1]
+def _inked(form: Form, outwards: Array, stroke: Indices, leaving: bool, centre: float) -> Connector:
+    """A way (n, 2) from its letter with the ink of a stroke, over and over, there and back."""
     run = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(outwards, axis=0).T))])
     own = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(form.xy[stroke], axis=0).T))])
     long = float(own[-1])
@@ -155,7 +171,8 @@ def _inked(form: Form, xy: Array, stroke: Indices, leaving: bool, centre: float)
         place = np.zeros(len(run))
     else:
         place = long - np.abs(run % (2 * long) - long)
-    order = slice(None) if leaving else slice(None, None, -1)
+    order = slice(None, None, 1 if leaving else -1)
+    xy = outwards[order]
     radius, density, u, v = (
         np.interp(place, own, values[stroke])[order] for values in (form.radius, form.density, *form.uv.T)
     )

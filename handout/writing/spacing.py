@@ -275,6 +275,8 @@ class SpacingModel:
         meetings = [meets(out, into) for out, into in self.joints.between(first, second)]
         if not meetings:
             return away
+        if self.joints.is_new(first, second):
+            return float(np.mean([distance for distance, _ in meetings]))
         ours = [max(deviation, _EVEN) ** -2.0 for _, deviation in meetings]
         theirs = float(self.gaps.deviation[LETTERS]) ** -2.0
         met = float(np.dot(ours, [distance for distance, _ in meetings]))

@@ -49,7 +49,7 @@ def test_a_letter_that_ended_a_word_is_joined_inside_another(joints, small_hand,
     for number, ((out, into),) in made:
         body = forms[number]
         assert into in forms[entered].entries
-        assert np.array_equal(out.xy[0], body.xy[out.anchor])
+        assert np.allclose(out.xy[0], body.xy[out.anchor], atol=1e-9)
         low, high = body.uv.min(axis=0), body.uv.max(axis=0)
         assert ((low <= out.uv) & (out.uv <= high)).all()  # inked with the glyph's own ink, beside nobody else's
         assert out.xy[-1, 0] > out.xy[0, 0]

@@ -43,6 +43,7 @@ _CHANCE = 0.1  # of the perturbation by which two strokes differ
 _LENGTH = 2.0  # how much rather a stroke is guided by one of its own length
 _WET = 3.5 * SEGMENTS  # segments: much shorter strokes are rather guided by those that cover well from the start
 _ALIKE = (0.15, 2.5)  # in cover, in streaks: segments that differ by less from what a guide asks for can follow it
+_PRESSED = 12.0  # exponent of the cover at full pressure; set by eye
 _STRICT = 8  # exponent of what can be followed: rare dry segments that take turns with wet ones look like beads
 _ANY = 1e-6  # of the likeliest guide's chance
 _FADING = 0.9  # of how lately a guide was followed, a stroke
@@ -247,14 +248,17 @@ class Chooser:
         self._used = np.full(int(library.same.max()) + 1, -float(_FORGOTTEN))
         self._painted, self._guided = 0, np.zeros(len(library.ribbons))
 
-    def row(self, bend: Array) -> Indices:
-        """(m,): the segments of a stroke whose path bends so, with a guide of about its length."""
+    def row(self, bend: Array, pressed: float = 0.0) -> Indices:
+        """(m,): the segments of a stroke whose path bends so, with a guide of about its length.
+
+        pressed : by how much harder than usual, −1 to 1: the harder, the rather are guides followed that cover well.
+        """
         library, rng = self._library, self._rng
         lengths = np.array([len(each) for each in library.ribbons])
         near = np.exp(-_LENGTH * np.abs(np.log(len(bend) / lengths)) - self._guided)
         targets = [library.target(bend, guide) for guide in library.ribbons]
         cover = np.array([each.cover.mean() for each in targets])
-        near *= cover ** ((_WET / len(bend)) ** 2) * library.followed(len(bend)) ** _STRICT
+        near *= cover ** ((_WET / len(bend)) ** 2 + _PRESSED * pressed) * library.followed(len(bend)) ** _STRICT
         near += _ANY * near.max() + np.finfo(np.float64).tiny  # if none can be followed, each is as good
         guide = int(rng.choice(len(lengths), p=near / near.sum()))
         self._guided *= _FADING
