@@ -26,7 +26,7 @@ _SIDES = "e.g. 15mm, or 20mm,15mm (vertical, horizontal), or four from the top c
 
 _POSE = "Hold the pen as a pose library suggests: one that comes with the program, or a .pose file."
 _METHOD = "How the pose is put together of the library's strokes."
-_STYLE = "fast-tag, calm, blackletter, chancery, scrawl, one of your own, or a .toml or .style file."
+_STYLE = "fast-tag, calm, blackletter, chancery, scrawl, learned, one of your own, or a .toml or .style file."
 _MANNER = (
     click.option("--prime", help="Of a learned style: the example that primes it, by its name, or a drawing's file."),
     click.option("--temperature", type=float, help="Of a learned style: how much chance; 1 as in its examples."),

@@ -209,6 +209,13 @@ def test_invents_structure_like_its_example():
     assert (primed.targets == model.invent(np.random.default_rng(1), 0.3, known).targets).all() and not primed.up[-1]
 
 
+def test_the_size_of_the_paper():
+    rng = np.random.default_rng(10)
+    model = dynamics.learn([zigzag(rng, 3)], rng, training.Recipe(size="berio_2017", steps=1, batch=2), "berio_2017")
+    assert recurrent.sizes(model.parameters) == (400, 400) and model.gaussians == 20
+    assert training.SIZES["berio_2017"].dropout == 0.1 and model.parameters[0].shape[0] == 5 + 400 + 1
+
+
 def test_too_little_is_refused():
     lone = sequences.of_targets([np.zeros((1, 2)), np.ones((2, 2)) * [[0], [1]]])
     for learn in (dynamics.learn, structure.learn):
