@@ -200,7 +200,7 @@ def _bridged_network(line: LetterLine, letter: str) -> Network:
     half_width = float(np.median(line.radius))
     least = DOT * line.x_height if has_dots(letter) else 0.0
     edges = bridge_gaps(line.xy, line.radius, line.edges, half_width, line.joints, least)
-    return build_network(line.xy, line.radius, line.density, edges, half_width)
+    return build_network(line.xy, line.radius, line.density, edges, half_width, line.usual)
 
 
 def _nearest(

@@ -9,7 +9,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import TypeAlias
@@ -28,7 +28,28 @@ _BENT = 0.51  # how far the turn of the branch beyond is carried on into the nod
 _MOST_BENT = 0.6  # rad
 _AHEAD = 0.5  # cosine: a gap left by failing ink lies along the way
 _BESIDE = 2.5  # half widths: over so small a gap the pen may go on in any direction
+_FAINT = 0.05  # of the usual density: less ink tells no more
 _HABITUAL = np.array([0.5, -0.866])  # direction in which writing costs nothing: down and to the right
+
+
+@dataclass(frozen=True)
+class InkWeights:
+    """Log odds that the pen passed a branch more than once, from the ink along it, over the odds without it.
+
+    Fitted to the branches of simulated pages whose strokes are known.
+    """
+
+    base: float = -0.3
+    wide: float = 7.0  # for the logarithm of the width over the usual one
+    dark: float = 5.0  # for that of the density
+    most: float = 3.0  # either way
+    clear: float = 1.5  # half widths from a node within which the ink is also that of other branches
+    short: float = 3.0  # half widths: the ink of a branch no longer tells nothing …
+    long: float = 12.0  # … and that of one so long all that it can
+    worth: float = 1.5  # costs for 1
+
+
+_INK = InkWeights()
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +63,7 @@ class Network:
     node : (2 b,) int: the node at each end.
     length : (b,) float, half widths.
     leaving : (2 b, 2) float: unit vector in which the pen leaves the node by each end.
+    usual : radius and density of the line where the pen passes once.
     """
 
     xy: Array
@@ -52,6 +74,25 @@ class Network:
     node: Indices
     length: Array
     leaving: Array
+    usual: tuple[float, float]
+
+    @cached_property
+    def retraced(self) -> Array:
+        """(b,) float: what the ink of each branch tells for its having been passed more than once, a cost."""
+        return np.array([self._retraced(b) for b in range(len(self.branches))])
+
+    def _retraced(self, branch: int) -> float:
+        long = min(max((float(self.length[branch]) - _INK.short) / (_INK.long - _INK.short), 0.0), 1.0)
+        path = self.branches[branch]
+        # vertices are about evenly apart
+        margin = round(_INK.clear / float(self.length[branch]) * len(path)) if long else 0
+        inner = path[margin : len(path) - margin]
+        if not long or not len(inner):
+            return 0.0
+        wide = np.log(self.radius[inner] / self.usual[0]).mean()
+        dark = np.log(np.maximum(self.density[inner] / self.usual[1], _FAINT)).mean()
+        odds = _INK.base + _INK.wide * float(wide) + _INK.dark * float(dark)
+        return _INK.worth * long * min(max(odds, -_INK.most), _INK.most)
 
     @cached_property
     def ends_at(self) -> dict[int, list[int]]:
@@ -92,18 +133,28 @@ class Network:
         return np.asarray(self.xy[self.branches[end >> 1][-1 if end & 1 else 0]])
 
 
-def build_network(xy: Array, radius: Array, density: Array, edges: Indices, half_width: float | None = None) -> Network:
+def build_network(
+    xy: Array,
+    radius: Array,
+    density: Array,
+    edges: Indices,
+    half_width: float | None = None,
+    usual: tuple[float, float] | None = None,
+) -> Network:
     """The branches of a line graph.
 
     Parameters
     ----------
     xy, radius, density, edges : as in `values.LineGraph`, y up.
     half_width : half the usual width of the line; default: the median radius.
+    usual : as in `Network`; default: the medians.
     """
+    usual = usual or (float(np.median(radius)), float(np.median(density)))
     half = half_width if half_width is not None else float(np.median(radius))
     paths = branches(edges, len(xy))
     places = as_complex(xy)
-    return _assemble(xy, radius, density, half, paths, [_measure(places[path], half) for path in paths])
+    whole = Network(xy, radius, density, half, (), np.zeros(0, dtype=np.intp), np.zeros(0), np.zeros((0, 2)), usual)
+    return _with_branches(whole, paths, [_measure(places[path], half) for path in paths])
 
 
 def subnetwork(net: Network, keep: Sequence[int], cuts: Sequence[int] = ()) -> Network:
@@ -112,16 +163,7 @@ def subnetwork(net: Network, keep: Sequence[int], cuts: Sequence[int] = ()) -> N
         ends = np.array([e for b in keep for e in (2 * b, 2 * b + 1)], dtype=np.intp)
         branches = tuple(net.branches[b] for b in keep)
         rows = list(keep)
-        return Network(
-            net.xy,
-            net.radius,
-            net.density,
-            net.half_width,
-            branches,
-            net.node[ends],
-            net.length[rows],
-            net.leaving[ends],
-        )
+        return replace(net, branches=branches, node=net.node[ends], length=net.length[rows], leaving=net.leaving[ends])
     places, paths, measures = as_complex(net.xy), list[Indices](), list[tuple[float, Array]]()
     for b in keep:
         path = net.branches[b]
@@ -132,21 +174,15 @@ def subnetwork(net: Network, keep: Sequence[int], cuts: Sequence[int] = ()) -> N
             measures.append((float(net.length[b]), net.leaving[2 * b : 2 * b + 2]))
         else:
             measures += [_measure(places[part], net.half_width) for part in parts]
-    return _assemble(net.xy, net.radius, net.density, net.half_width, paths, measures)
+    return _with_branches(net, paths, measures)
 
 
-def _assemble(
-    xy: Array,
-    radius: Array,
-    density: Array,
-    half_width: float,
-    paths: Sequence[Indices],
-    measures: Sequence[tuple[float, Array]],
-) -> Network:
+def _with_branches(net: Network, paths: Sequence[Indices], measures: Sequence[tuple[float, Array]]) -> Network:
+    """A network with other branches, measured."""
     nodes = np.array([path[side] for path in paths for side in (0, -1)], dtype=np.intp)
     length = np.array([length for length, _ in measures])
     leaving = np.concatenate([np.zeros((0, 2)), *(directions for _, directions in measures)])
-    return Network(xy, radius, density, half_width, tuple(paths), nodes, length, leaving)
+    return replace(net, branches=tuple(paths), node=nodes, length=length, leaving=leaving)
 
 
 def as_complex(xy: Array) -> Complexes:
@@ -249,7 +285,7 @@ class EdgeCosts:
     """What movements by the ends of a network cost.
 
     turning : for each end that the pen arrives at, those by which it may go on, and what turning there costs.
-    passing, again : of the branch passed from each end, first and once more.
+    passing, again, third : of the branch passed from each end, first and once more; and more for every further time.
     landing, leaving : of beginning and of ending a stroke.
     air : for each end where a stroke ends, the others with the cost of going there in the air and landing, cheapest
         first.
@@ -260,6 +296,7 @@ class EdgeCosts:
     turning: list[list[tuple[int, float]]]
     passing: list[float]
     again: list[float]
+    third: list[float]
     landing: list[float]
     leaving: list[float]
     air: list[list[tuple[float, int]]]
@@ -272,7 +309,11 @@ def edge_costs(net: Network, x_height: float, ends: Ends, weights: CostWeights) 
     count = 2 * len(net.branches)
     run = net.length * (net.half_width / x_height)
     passing = _against_habit(net, x_height, weights)
-    again = [weights.retrace + weights.retraced * float(run[e >> 1]) + passing[e] for e in range(count)]
+    told = net.retraced.tolist()
+    again = [
+        weights.retrace + weights.retraced * float(run[e >> 1]) + passing[e] - told[e >> 1] for e in range(count)
+    ]
+    third = [weights.third + told[e >> 1] for e in range(count)]
     landing, leaving = (_stroke_ends(net, weights.passing, other) for other in (weights.landing, weights.leaving))
     for end in ends.exits:
         landing[end] += weights.first
@@ -281,7 +322,7 @@ def edge_costs(net: Network, x_height: float, ends: Ends, weights: CostWeights) 
     air = _air_moves(net, x_height, weights, landing)
     crossings = sum(1 << b for b in np.flatnonzero(net.length < SHORT).tolist())
     turning = _turning(net, {*ends.entries, *ends.exits, *ends.bar_entries}, weights)
-    return EdgeCosts(turning, passing, again, landing, leaving, air, crossings, frozenset(ends.exits))
+    return EdgeCosts(turning, passing, again, third, landing, leaving, air, crossings, frozenset(ends.exits))
 
 
 def _turning(net: Network, cut_off: set[int], weights: CostWeights) -> list[list[tuple[int, float]]]:
