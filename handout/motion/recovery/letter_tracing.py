@@ -44,6 +44,7 @@ from handout.motion.recovery.network import (
     Network,
     build_network,
     chain_vertices,
+    ring_seams,
     subnetwork,
 )
 from handout.motion.recovery.traversal import Traversal, beam_search, form_guides, guided_search
@@ -167,6 +168,8 @@ def _search(
 ) -> _Search:
     """The cheap traversals of some branches of a letter, those that its forms would take among them."""
     laid, turns = _nearest(net, rest, line, letter, hands)
+    seams = ring_seams(net, rest)
+    turns = [*(v for v in turns if not any(v in ring for ring in seams.values())), *seams]
     bar_ends = [int(bar[end]) for bar in (*line.own_bars, *line.foreign_bars) for end in (0, -1)]
     net = subnetwork(net, rest, [*turns, *bar_ends])
     ends = Ends(*(_ends_at(net, vertices) for vertices in (line.entries, line.exits, line.bar_entries)))

@@ -28,6 +28,9 @@ _BENT = 0.51  # how far the turn of the branch beyond is carried on into the nod
 _MOST_BENT = 0.6  # rad
 _AHEAD = 0.5  # cosine: a gap left by failing ink lies along the way
 _BESIDE = 2.5  # half widths: over so small a gap the pen may go on in any direction
+_RING = 8  # vertices: a smaller ring is a dot
+_SEAM = 0.06  # of a ring, to either side, that tells whether it was closed there
+_MARKED = 1.0  # log odds by which a seam stands out
 _FAINT = 0.05  # of the usual density: less ink tells no more
 _HABITUAL = np.array([0.5, -0.866])  # direction in which writing costs nothing: down and to the right
 
@@ -183,6 +186,31 @@ def _with_branches(net: Network, paths: Sequence[Indices], measures: Sequence[tu
     length = np.array([length for length, _ in measures])
     leaving = np.concatenate([np.zeros((0, 2)), *(directions for _, directions in measures)])
     return replace(net, branches=tuple(paths), node=nodes, length=length, leaving=leaving)
+
+
+def ring_seams(net: Network, among: Sequence[int]) -> dict[int, set[int]]:
+    """Where rings that meet no other branch were begun and ended: vertex → all of its ring.
+
+    A pen that closes an o goes a little over its own beginning: the ink is wider and darker there than elsewhere.
+    """
+    seams = dict[int, set[int]]()
+    for path in (net.branches[b] for b in among):
+        if path[0] != path[-1] or len(path) <= _RING or len(net.ends_at[int(path[0])]) != 2:
+            continue
+        ring = path[:-1]
+        ink = _INK.wide * np.log(net.radius[ring] / net.usual[0])
+        ink += _INK.dark * np.log(np.maximum(net.density[ring] / net.usual[1], _FAINT))
+        reach = max(1, round(_SEAM * len(ring)))
+        smooth = np.convolve(np.concatenate([ink[-reach:], ink, ink[:reach]]), np.ones(2 * reach + 1), "valid")
+        smooth /= 2 * reach + 1
+        best = int(smooth.argmax())
+        usual = float(np.median(smooth))
+        if smooth[best] > usual + _MARKED:
+            thin = np.roll(smooth < (smooth[best] + usual) / 2, -best)
+            first, last = int(thin[::-1].argmax()), int(thin.argmax())
+            for vertex in (ring[best - first], ring[(best + last) % len(ring)]):
+                seams[int(vertex)] = set(path.tolist())
+    return seams
 
 
 def as_complex(xy: Array) -> Complexes:
