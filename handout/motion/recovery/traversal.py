@@ -27,7 +27,7 @@ _WIDTH = 32  # traversals that are followed
 _GUIDED = 4  # where a form is followed
 _ALIKE = 3  # of them that have covered the same and stand at the same place
 _LIFTS = 6  # places where a lifted pen may land
-_DEEP = 4  # branches that are retraced in one go
+_DEEP = 7  # branches that are retraced in one go
 _ROUNDED = 1e-9  # costs that differ less may be equal
 _PLACES = 6  # of a branch that are compared with a form
 
