@@ -314,6 +314,7 @@ class EdgeCosts:
 
     turning : for each end that the pen arrives at, those by which it may go on, and what turning there costs.
     passing, again, third : of the branch passed from each end, first and once more; and more for every further time.
+    once : for each branch what is added in the end where it was passed once only.
     landing, leaving : of beginning and of ending a stroke.
     air : for each end where a stroke ends, the others with the cost of going there in the air and landing, cheapest
         first.
@@ -325,6 +326,7 @@ class EdgeCosts:
     passing: list[float]
     again: list[float]
     third: list[float]
+    once: list[float]
     landing: list[float]
     leaving: list[float]
     air: list[list[tuple[float, int]]]
@@ -338,10 +340,14 @@ def edge_costs(net: Network, x_height: float, ends: Ends, weights: CostWeights) 
     run = net.length * (net.half_width / x_height)
     passing = _against_habit(net, x_height, weights)
     told = net.retraced.tolist()
+    # what is wide is taken to be passed again until the end, so that no traversal is dropped that does so late
+    once = [max(worth, 0.0) for worth in told]
     again = [
-        weights.retrace + weights.retraced * float(run[e >> 1]) + passing[e] - told[e >> 1] for e in range(count)
+        weights.retrace + weights.retraced * float(run[e >> 1]) + passing[e] + max(-told[e >> 1], 0.0)
+        for e in range(count)
     ]
-    third = [weights.third + told[e >> 1] for e in range(count)]
+    third = [weights.third - max(-worth, 0.0) for worth in told for _ in range(2)]
+    passing = [cost - once[e >> 1] for e, cost in enumerate(passing)]
     landing, leaving = (_stroke_ends(net, weights.passing, other) for other in (weights.landing, weights.leaving))
     for end in ends.exits:
         landing[end] += weights.first
@@ -350,7 +356,7 @@ def edge_costs(net: Network, x_height: float, ends: Ends, weights: CostWeights) 
     air = _air_moves(net, x_height, weights, landing)
     crossings = sum(1 << b for b in np.flatnonzero(net.length < SHORT).tolist())
     turning = _turning(net, {*ends.entries, *ends.exits, *ends.bar_entries}, weights)
-    return EdgeCosts(turning, passing, again, third, landing, leaving, air, crossings, frozenset(ends.exits))
+    return EdgeCosts(turning, passing, again, third, once, landing, leaving, air, crossings, frozenset(ends.exits))
 
 
 def _turning(net: Network, cut_off: set[int], weights: CostWeights) -> list[list[tuple[int, float]]]:

@@ -113,7 +113,12 @@ def _search(
                 look = len(reached) + width
             _steps(state, costs, weights, reached, bound)
         states = _cheapest(reached, width)
-    done = [(last[0] + costs.leaving[last[1] ^ 1], last) for state in states for last in _ways_out(state, costs)]
+    doubtful = [(1 << branch, cost) for branch, cost in enumerate(costs.once) if cost]
+    done = [
+        (last[0] + costs.leaving[last[1] ^ 1] + sum(cost for bit, cost in doubtful if not last[3] & bit), last)
+        for state in states
+        for last in _ways_out(state, costs)
+    ]
     done.sort(key=itemgetter(0))
     return [(cost, _strokes(state)) for cost, state in done[:most]]
 
@@ -146,7 +151,7 @@ def _cost(strokes: Sequence[Sequence[int]], costs: EdgeCosts, first: Sequence[fl
             passed[end >> 1] = often + 1
             before = end
         total += costs.leaving[before ^ 1]
-    return total
+    return total + sum(cost for branch, cost in enumerate(costs.once) if passed.get(branch, 0) < 2)
 
 
 # a traversal so far: what it cost, the end by which its last step left a node, bits of the branches that it covered,
@@ -182,7 +187,7 @@ def _ways_out(state: _State, costs: EdgeCosts) -> list[_State]:
         cost, arrived, covered, twice, thrice, _, _ = before
         for end, turning in costs.turning[arrived ^ 1]:
             bit = 1 << (end >> 1)
-            if covered & bit and not twice & bit and turning + costs.again[end] < 0:
+            if covered & bit and not twice & bit and turning + costs.again[end] < costs.once[end >> 1]:
                 found.append((cost + turning + costs.again[end], end, covered, twice | bit, thrice, before, False))
     return found
 
