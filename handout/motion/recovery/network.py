@@ -274,7 +274,7 @@ class CostWeights:
     cross: float = 1.0  # more, of not going straight on where two lines cross
     retrace: float = 0.18  # of passing a branch once more
     retraced: float = 0.28  # and for each x-height of that
-    third: float = 0.4  # more, of passing it a third time
+    third: float = 0.1  # more, of passing it a third time
     lift: float = 4.2  # of lifting the pen
     after: float = 2.0  # more, where it has left for the next letter
     landing: float = 0.59  # of setting the pen down where other strokes pass
