@@ -49,7 +49,6 @@ class InkWeights:
     clear: float = 1.5  # half widths from a node within which the ink is also that of other branches
     short: float = 3.0  # half widths: the ink of a branch no longer tells nothing …
     long: float = 12.0  # … and that of one so long all that it can
-    worth: float = 1.5  # costs for 1
 
 
 _INK = InkWeights()
@@ -81,7 +80,7 @@ class Network:
 
     @cached_property
     def retraced(self) -> Array:
-        """(b,) float: what the ink of each branch tells for its having been passed more than once, a cost."""
+        """(b,) float: log odds, by its ink, that each branch was passed more than once; they are costs as they are."""
         return np.array([self._retraced(b) for b in range(len(self.branches))])
 
     def _retraced(self, branch: int) -> float:
@@ -95,7 +94,7 @@ class Network:
         wide = np.log(self.radius[inner] / self.usual[0]).mean()
         dark = np.log(np.maximum(self.density[inner] / self.usual[1], _FAINT)).mean()
         odds = _INK.base + _INK.wide * float(wide) + _INK.dark * float(dark)
-        return _INK.worth * long * min(max(odds, -_INK.most), _INK.most)
+        return long * min(max(odds, -_INK.most), _INK.most)
 
     @cached_property
     def ends_at(self) -> dict[int, list[int]]:
