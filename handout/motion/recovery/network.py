@@ -45,7 +45,8 @@ class InkWeights:
     base: float = -0.3
     wide: float = 7.0  # for the logarithm of the width over the usual one
     dark: float = 5.0  # for that of the density
-    most: float = 3.0  # either way
+    most: float = 3.0  # for more than once …
+    least: float = -0.7  # … and for once: who goes back on the same line leaves it no wider
     clear: float = 1.5  # half widths from a node within which the ink is also that of other branches
     short: float = 3.0  # half widths: the ink of a branch no longer tells nothing …
     long: float = 12.0  # … and that of one so long all that it can
@@ -94,7 +95,7 @@ class Network:
         wide = np.log(self.radius[inner] / self.usual[0]).mean()
         dark = np.log(np.maximum(self.density[inner] / self.usual[1], _FAINT)).mean()
         odds = _INK.base + _INK.wide * float(wide) + _INK.dark * float(dark)
-        return long * min(max(odds, -_INK.most), _INK.most)
+        return long * min(max(odds, _INK.least), _INK.most)
 
     @cached_property
     def ends_at(self) -> dict[int, list[int]]:
