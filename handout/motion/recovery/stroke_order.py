@@ -202,7 +202,8 @@ def stroke_order_model(hand: ScannedHand, hands: tuple[str, ...]) -> StrokeOrder
 def _usual_ink(hand: ScannedHand, number: int) -> tuple[float, float]:
     """Radius, in x-heights of its forms, and density of the line of the letters on a page."""
     page = hand.pages[number]
-    vertices = np.concatenate([glyph.vertices for glyph in hand.glyphs if glyph.page == number])
+    letters = [glyph.vertices for glyph in hand.glyphs if glyph.page == number]
+    vertices = np.concatenate(letters) if letters else np.arange(len(page.graph.radius))
     return float(np.median(page.graph.radius[vertices])) / page.pitch, float(np.median(page.graph.density[vertices]))
 
 
