@@ -1,8 +1,8 @@
 """How brushes paint: energy, seams, cover, paper and streaks, repeats and time, of a page of strokes, half kept out.
 
-With HANDOUT_DATA, the page of twenty dry strokes (`strokes/drybrush/page.jpg`): twelve, drawn by lot before anything
-was looked at, are painted along their paths from the other eight; both lie beside each other in `brush-sheet.png` of
-the working folder, on sides that `brush-sheet.txt` tells.  Without it only what needs no strokes kept out is measured.
+With HANDOUT_DATA, the page of twenty dry strokes (`strokes/drybrush/page.jpg`): twelve, drawn by lot, are painted along
+their paths from the other eight; both lie beside each other in `brush-sheet.png` of the working folder, turned by
+chance, on sides that `brush-sheet.txt` tells.  Without it only what needs no strokes kept out is measured.
 
 Energy is that of the cheapest row over that of the seed's two passes, on the same costs; seams: squares of differences
 across the borders of a stroke's joints, quilted over cut hard; cover: of the outline of a solid ribbon on a tight wave;
@@ -30,9 +30,10 @@ from handout.inking.brush.synthesis import WITHIN, Chooser, Library, repeated
 from handout.scanning.picture_files import read_picture
 from handout.values import Array, Indices
 
-# in reading order, from 1: the first twelve of numpy's default_rng(18).permutation(20)
-KEPT_OUT = (1, 3, 6, 8, 9, 11, 12, 13, 14, 15, 18, 19)
+# in reading order, from 1: drawn by lot
+KEPT_OUT = tuple(sorted((np.random.default_rng(21).permutation(20)[:12] + 1).tolist()))
 _COLUMNS, _ROWS = 4, 5  # of the page
+_FINEST = 400  # rows of a ribbon: as many as its photograph has pixels, for a sheet of their size
 _HALF = 32.0  # pixels: half the width of timed strokes
 _REPEATS = 40  # strokes whose repeats are counted, and whose energies and seams are averaged
 
@@ -139,19 +140,22 @@ def page_strokes(path: Path) -> dict[int, Found]:
     return numbered
 
 
-def beside(found: Found, ribbon: Ribbon, painted: NDArray[np.uint8], swap: bool) -> NDArray[np.uint8]:
-    """A real stroke, without what else is on its page, and the painted one."""
+def beside(
+    found: Found, ribbon: Ribbon, painted: NDArray[np.uint8], rim: int, swap: bool, turned: int
+) -> NDArray[np.uint8]:
+    """A real stroke, without what else is on its page, and the painted one; turned, for who remembers the page."""
     alpha = found.density[..., None]
     usual = np.median(ribbon.rgba[ribbon.rgba[..., 3] > 230][:, :3], axis=0) / 255
     own = np.where(alpha > 0.5, 1 - (1 - found.light) / np.maximum(alpha, 0.5), usual)
-    real = 255 * (1 - alpha * (1 - np.clip(own, 0, 1)))
+    real = np.pad(255 * (1 - alpha * (1 - np.clip(own, 0, 1))), ((rim, rim), (rim, rim), (0, 0)), constant_values=255)
     other = 255.0 - painted[..., 3:] + painted[..., :3]
-    return np.hstack([other, real] if swap else [real, other]).astype(np.uint8)
+    pair = [np.rot90(each, turned)[:: -1 if turned > 1 else 1] for each in (real, other)]
+    return np.hstack(pair[::-1] if swap else pair).astype(np.uint8)
 
 
 def kept_out(found: dict[int, Found], library: Library) -> None:
     """The strokes that were kept out, painted from the others' library: paper, streaks and a sheet."""
-    rng = np.random.default_rng(7)
+    rng = np.random.default_rng()  # nobody knows the sides
     chooser = Chooser(library, np.random.default_rng(18))
     real, made, tiles, key = list[tuple[float, Array]](), list[tuple[float, Array]](), list[NDArray[np.uint8]](), []
     for number in KEPT_OUT:
@@ -160,13 +164,14 @@ def kept_out(found: dict[int, Found], library: Library) -> None:
         places = spread(line, max(6, round(long / (2 * half) * SEGMENTS)))
         sized = Sized.fitting(library, 2 * half)
         ink = sized.quilted(chooser.row(bends(places)))
-        canvas = np.zeros((*found[number].density.shape, 4), dtype=np.uint8)
-        lay(canvas, ink, places, np.full(len(places), half))
+        rim = round(half)  # so that no stroke ends at the border of its picture
+        canvas = np.zeros((*(size + 2 * rim for size in found[number].density.shape), 4), dtype=np.uint8)
+        lay(canvas, ink, places + rim, np.full(len(places), half))
         alpha = ribbon.premultiplied[..., 3]
         real.append((paper(alpha), streaks(alpha, ribbon.columns)))
         made.append((paper(ink[..., 3]), streaks(ink[..., 3], sized.columns)))
         key.append(bool(rng.random() < 0.5))
-        tiles.append(beside(found[number], ribbon, canvas, key[-1]))
+        tiles.append(beside(found[number], ribbon, canvas, rim, key[-1], int(rng.integers(4))))
     sources = library.ribbons[::2]
     given = [(paper(a), streaks(a, r.columns)) for r in sources for a in [r.premultiplied[..., 3]]]
     papers = [float(np.mean([each[0] for each in group])) for group in (made, given, real)]
@@ -225,7 +230,8 @@ def main() -> None:
     report(brushes.find("dry-brush").library)
     if "HANDOUT_DATA" in os.environ:
         found = page_strokes(Path(os.environ["HANDOUT_DATA"]) / "strokes" / "drybrush" / "page.jpg")
-        library = Library.of([straightened(stroke)[0] for n, stroke in found.items() if n not in KEPT_OUT])
+        learned = [straightened(stroke, _FINEST)[0] for n, stroke in found.items() if n not in KEPT_OUT]
+        library = Library.of(learned)
         print("eight strokes of the page")
         report(library)
         kept_out(found, library)

@@ -115,7 +115,8 @@ def as_written(hand: ScannedHand) -> Manuscript:
         centres, own = hand.centres[numbers], [hand.glyphs[n].word for n in numbers]
         parted = np.array([True, *(a != b for a, b in pairwise(own))])
         forms = [known.forms[number] for number in numbers]
-        graphs = set_line(forms, [unbent()] * len(numbers), centres, parted.tolist(), known.spread.x_height)
+        joints = known.joints(numbers, parted.tolist())
+        graphs = set_line(forms, [unbent()] * len(numbers), centres, joints, known.spread.x_height)
         placed = []
         for number, graph, apart in zip(numbers, graphs, parted, strict=True):
             word += bool(apart)

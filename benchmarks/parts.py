@@ -22,12 +22,13 @@ from handout.inking.pen_replacement import drawn
 from handout.inking.plain import flatten
 from handout.values import Array, Indices, LineGraph, Manuscript, Page
 from handout.writing import glyph_index, scanned_words
-from handout.writing.bending import Bend, Spread, bend
+from handout.writing.bending import Bend, unbent
 from handout.writing.choosing import Chooser
 from handout.writing.compose import compose
 from handout.writing.forms import Form, Forms
 from handout.writing.glyph_index import WEIGHTS, neighbours
 from handout.writing.layout import Layout
+from handout.writing.scanned_words import LayoutModel
 from handout.writing.spacing import HeightModel, SpacingModel
 
 DPI = 300.0
@@ -94,7 +95,7 @@ def manuscripts(
     if not ligatures:
         parts.append((scanned_words, "set_line", bodies_alone))
     if not bending:
-        parts.append((scanned_words, "bend", stiff))
+        parts.append((scanned_words, "_bent", stiff))
     with ExitStack() as stack:
         for place, name, instead in parts:
             stack.enter_context(patch.object(place, name, instead))
@@ -167,7 +168,7 @@ def source_heights(
 
 
 def bodies_alone(
-    forms: Sequence[Form], bends: Sequence[Bend], centres: Array, apart: Sequence[bool], x_height: float
+    forms: Sequence[Form], bends: Sequence[Bend], centres: Array, joints: object, x_height: float
 ) -> list[LineGraph]:
     """Glyphs without any ligature.  See `joining.set_line`."""
     return [
@@ -176,11 +177,9 @@ def bodies_alone(
     ]
 
 
-def stiff(
-    form: Form, number: int, spread: Spread, height: float, drift: Array, rng: np.random.Generator, variation: float
-) -> Bend:
-    """A glyph as it was on the page.  See `bending.bend`."""
-    return bend(form, number, spread, height, drift, rng, 0.0)
+def stiff(model: LayoutModel, number: int, drift: tuple[float, ...], seed: int, variation: float) -> Bend:
+    """A glyph as it was on the page.  See `scanned_words.LayoutModel.bends`."""
+    return unbent()
 
 
 def over(a: Layer, b: Layer, *, gradient: float = 0.0) -> tuple[Layer, Layer]:

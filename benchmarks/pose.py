@@ -34,6 +34,7 @@ _HALF = 12  # samples on either side of a patch's middle; the paper's
 _EVERY = 6  # patches of which one is a query
 _TUNED, _KEPT_OUT = (("b1", "b2"), ("c1", "c2")), (("n1", "n2"), ("s1", "s2"))
 _OTHER = {"b": "c1", "c": "b1", "n": "s1", "s": "n1"}  # another writer's library
+_PICTURES = Path("pose-pictures")
 _CLIP = 0.999  # of r, before Fisher's z
 
 
@@ -146,9 +147,27 @@ def distinctiveness() -> None:
     print(f"matched patches: same page {table[diagonal].mean():.3f}, same writer's other page "
           f"{table[same & ~diagonal].mean():.3f}, other writer {table[~same].mean():.3f}, random pairs "
           f"{np.mean(chance):.3f}; same - other {table[same].mean() - table[~same].mean():.3f}")  # fmt: skip
+    _charted(table, [float(v) for v in (table[diagonal].mean(), table[same & ~diagonal].mean(), table[~same].mean(),
+                                        np.mean(chance))])  # fmt: skip
     print("      " + " ".join(f"{name:>5}" for name in names))
     for name, row in zip(names, table, strict=True):
         print(f"  {name:<3} " + " ".join(f"{v:5.2f}" for v in row))
+
+
+def _charted(table: Array, bars: Sequence[float]) -> None:
+    """The matrix, darker for a higher r, and the bars (same page, same writer, other writer, chance), as a picture."""
+    from PIL import Image, ImageDraw
+
+    cell, high = 48, 48 * len(table)
+    picture = Image.new("L", (high + cell * (2 * len(bars) + 2), high), 255)
+    draw = ImageDraw.Draw(picture)
+    for (i, j), r in np.ndenumerate(table):
+        draw.rectangle((j * cell, i * cell, (j + 1) * cell - 2, (i + 1) * cell - 2), fill=round(255 * (1 - r)))
+    for k, bar in enumerate(bars):
+        left = high + cell * (2 * k + 1)
+        draw.rectangle((left, round(high * (1 - bar)), left + cell, high), fill=60)
+    _PICTURES.mkdir(exist_ok=True)
+    picture.save(_PICTURES / "matrix.png")
 
 
 def synthesis(pairs: Sequence[tuple[str, str]], title: str) -> None:
@@ -311,5 +330,5 @@ def main() -> None:
     features()
     print("standard deviations before and after the trend over the page is taken out:")
     trend()
-    pictures(Path("pose-pictures"))
+    pictures(_PICTURES)
     print("pictures: pose-pictures")

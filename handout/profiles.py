@@ -62,10 +62,11 @@ class Pen(Table, frozen=True):
     """How the pen is lifted: by a servo (``M3 S…``), by the Z axis, by commands of the user's own, or by a plotter that
     has words for it.
 
-    up, down: servo values, or heights in mm for ``lift = "z"``; pressed: height at full pressure, to which the pen
-    follows the pressure of a stroke (no number: it does not); up_time, down_time: how long to wait for the pen after
-    the command; ramp: how long the pen is on its way down; up_command, down_command: lines for ``lift = "command"``;
-    z: whether the Z axis counts upwards; z_speed, z_acceleration: of the Z axis; width: of the pen's line.
+    up, down: servo values, or heights in mm for ``lift = "z"``; pressed: the same at full pressure, to which a Z axis
+    or the servo of an EBB follows the pressure of a stroke (no number: it does not); up_time, down_time: how long to
+    wait for the pen after the command; ramp: how long the pen is on its way down; up_command, down_command: lines for
+    ``lift = "command"``; z: whether the Z axis counts upwards; z_speed, z_acceleration: of the Z axis; width: of the
+    pen's line.
     """
 
     lift: Literal["servo", "z", "command", "own"]
@@ -200,7 +201,7 @@ _BOUNDS: dict[str, tuple[float, float]] = {
     "limits.draw_speed": (0.1, 2000), "limits.travel_speed": (0.1, 2000), "limits.acceleration": (1, 100_000),
     "limits.junction_deviation": (0, 1), "limits.jerk": (0, 100), "limits.steps_per_mm": (1, 10000),
     "pen.up": (-1000, 65535), "pen.down": (-1000, 65535), "pen.up_time": (0, 5), "pen.down_time": (0, 5),
-    "pen.pressed": (-1000, 1000), "pen.ramp": (0, 2),
+    "pen.pressed": (-1000, 65535), "pen.ramp": (0, 2),
     "pen.z_speed": (0.1, 500), "pen.z_acceleration": (1, 50000), "pen.width": (0.02, 20),
     "port.baud": (300, 4_000_000), "port.buffer": (32, 65536), "port.queue": (2, 2000), "port.line_time": (0, 0.1),
     "port.timeout": (0.05, 600), "port.start_up": (0, 30), "segment_rate": (5, 1000), "dpi": (72, 2400),
@@ -233,7 +234,7 @@ def read(path: Path) -> Profile:
     except ValueError as error:
         raise ProfileError(f"{path}: {error}") from error
     if isinstance(profile, Plotter):
-        _check_pen(profile.pen, path)
+        _check_pen(profile.pen, profile.dialect, path)
         _check_dialect(profile, path)
         _check_hpgl(profile, path)
         profile = msgspec.structs.replace(profile, name=path.stem)
@@ -268,17 +269,18 @@ def _check_trays(printer: Printer, path: Path) -> None:
             raise ProfileError(f"{path}: {key} = {tray!r} is none of its sources: {', '.join(printer.sources)}.")
 
 
-def _check_pen(pen: Pen, path: Path) -> None:
+def _check_pen(pen: Pen, dialect: str, path: Path) -> None:
     sign = 1 if pen.z == "up" else -1
     if pen.lift == "z" and sign * pen.up <= sign * pen.down:
         raise ProfileError(
             f"{path}: pen.up = {pen.up:g} must be higher than pen.down = {pen.down:g} (mm of the Z axis, which counts "
             f'{pen.z}wards: pen.z = "{pen.z}").'
         )
-    if pen.pressed is not None and (pen.lift != "z" or sign * pen.pressed > sign * pen.down):
+    deeper = pen.pressed is None or (pen.pressed - pen.down) * (pen.down - pen.up) >= 0
+    if pen.pressed is not None and (not deeper or pen.lift != ("servo" if dialect == "ebb" else "z")):
         raise ProfileError(
-            f'{path}: pen.pressed = {pen.pressed:g} needs lift = "z", and must not be higher than pen.down = '
-            f"{pen.down:g}."
+            f'{path}: pen.pressed = {pen.pressed:g} needs lift = "z" or the servo of an EBB, and must not be '
+            f"higher than pen.down = {pen.down:g}."
         )
     _check_commands(pen, path)
     if pen.up == pen.down:

@@ -59,7 +59,7 @@ def readonly_indices(values: ArrayLike, *shape: int | None) -> Indices:
     fits = array.ndim == len(shape) and all(want in (None, have) for want, have in zip(shape, array.shape, strict=True))
     if not fits:
         raise ValueError(f"expected an array of shape {shape}, got {array.shape}")
-    if numbers.size and not np.array_equal(numbers, array):
+    if numbers.dtype.kind != "i" and not np.array_equal(numbers, array):
         raise ValueError("expected whole numbers")
     array.flags.writeable = False
     return array
@@ -201,11 +201,13 @@ class Raster:
     rgba : (h, w, 4) float32 in 0–1, straight alpha, device RGB.
     dpi : pixels per inch.
     origin : (x, y) of the top left corner on the page, mm.
+    rows : the first row with ink and the one behind the last, where that is known: the others need not be looked at.
     """
 
     rgba: NDArray[np.float32]
     dpi: float
     origin: tuple[float, float] = (0.0, 0.0)
+    rows: tuple[int, int] | None = None
 
     __repr__ = one_line
 

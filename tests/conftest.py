@@ -1,5 +1,6 @@
 """What several rooms test with: one small page, written by the simulated author and scanned, made once a run."""
 
+import gc
 import os
 from types import SimpleNamespace
 
@@ -21,6 +22,12 @@ _TOGETHER = (
     "simulated/author", "tagging/test_alignment.py", "tagging/test_page_tagging.py", "test_wheel.py",
 )  # fmt: skip
 _OF_THE_CODE = ("tests/test_architecture.py", "tests/test_house.py")  # which parse it once
+
+
+def pytest_collection_finish(session):
+    """What was imported and collected stays: a collector that looked through it took 7 % of the time of the tests."""
+    gc.freeze()
+    gc.set_threshold(20_000)
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -83,3 +90,15 @@ def small_hand(small_page):
     from handout.tagging.page_tagging import hand_of_pages
 
     return hand_of_pages("small", [small_page.made], "A small hand")
+
+
+@pytest.fixture(scope="session")
+def small_hand_file(small_hand, tmp_path_factory):
+    """The same as a file, with what is worked out of it once, as `handout hand read` leaves it."""
+    from handout.hand import file
+    from handout.pipeline.kept_hands import learn
+
+    path = tmp_path_factory.mktemp("hand") / "small.hand"
+    file.save(small_hand, path)
+    learn(path)
+    return path

@@ -12,10 +12,10 @@ for pen in ballpoint fineliner fountain pencil; do
   handout write "written with a $pen" --hand house-quick --page 75x20mm --margin 4mm --pages 1 --fit --seed 3 --pen "$pen" --dpi 300 --quiet -o "$work/pen-$pen.png"
 done
 for brush in dry-brush marker sumi crayon; do
-  handout write "painted: $brush" --hand house-print --page 90x24mm --margin 4mm --pages 1 --fit --x-height 5mm --pen-width 1.5mm --seed 4 --pen "$brush" --dpi 200 --quiet -o "$work/brush-$brush.png"
+  handout write "Happy birthday, Zoë" --hand house-print --page 165x34mm --margin 5mm --x-height 7mm --pen-width 1.8mm --seed 1 --pen "$brush" --dpi 130 --quiet -o "$work/brush-$brush.png"
 done
 handout write "Happy birthday, Zoë" --page 130x24mm --margin 4mm --x-height 4mm --seed 3 --dpi 200 --quiet --pose firm --pen brushpen --pen-width 0.9mm -o "$work/pose-firm.png"
-handout write "Happy birthday, Zoë" --page 130x24mm --margin 4mm --x-height 4mm --seed 3 --dpi 200 --quiet --pose light --pen chisel -o "$work/pose-light.png"
+handout write "Happy birthday, Zoë" --page 130x24mm --margin 4mm --x-height 4mm --seed 3 --dpi 200 --quiet --pose light --pen chisel --pen-width 1.1mm -o "$work/pose-light.png"
 handout write --file examples/letter.txt --hand house-quick --page A5 --x-height 1.9mm --fit --seed 4 --pen ballpoint --dpi 130 --quiet -o "$here/letter.png"
 handout pen test --device simulated --page A5 --dry-run "$work/test-sheet.png" --quiet
 handout write "It writes itself." --hand house-joined --page 90x20mm --margin 3mm,6mm --pages 1 --fit --seed 2 --quiet -o "$here/replay.svg"
@@ -79,6 +79,6 @@ tried = Image.open(work / "test-sheet.png").convert("L")
 tried.resize((620, round(620 * tried.height / tried.width)), Image.LANCZOS).quantize(16).save(here / "test-sheet.png", optimize=True)
 sheet([work / "scanned.png"], 1, here / "scanned.png")
 sheet([work / f"pen-{name}.png" for name in ("ballpoint", "fineliner", "fountain", "pencil")], 2, here / "pens.png")
-sheet([work / f"brush-{name}.png" for name in ("dry-brush", "marker", "sumi", "crayon")], 2, here / "brushes.png", 96)
+sheet([work / f"brush-{name}.png" for name in ("dry-brush", "marker", "sumi", "crayon")], 1, here / "brushes.png", 96)
 sheet([work / f"pose-{name}.png" for name in ("firm", "light")], 1, here / "pose.png", 16)
 PY

@@ -25,6 +25,7 @@ _VERBS = {
     "strokes": "Explain recorded or drawn strokes by the movements of a hand, and draw such plans.",
     "restyle": "Draw a drawing in another handstyle.",
     "pose": "Learn from recordings how a pen is held, and show it.",
+    "style": "Learn a handstyle from examples.",
     "asemic": "Invent letters that mean nothing, and write them as a tag.",
     "devices": "List, show and check machines.",
     "score": "Measure how far page images look written by a person.",

@@ -14,14 +14,16 @@ from handout.pipeline.options import PictureOptions, StyleOptions
 
 
 @click.command("asemic")
-@click.option("--letters", type=int, default=5, show_default=True, help="How many letters, 1 to 60.")
+@click.option("--letters", type=int, help="How many letters, 1 to 60; default: 5.")
+@click.option("--structure", help="A learned style whose examples the tag is built like; default: that of --style.")
 @click.option("--output", "-o", multiple=True, required=True, type=click.Path(path_type=Path), help="SVG, PNG, PDF …")
 @click.option("--page", "page_name", default="148x105mm", show_default=True, help=page_sizes.HELP)
 @options.style
 @options.picture
 @options.console
 def command(
-    letters: int,
+    letters: int | None,
+    structure: str | None,
     output: tuple[Path, ...],
     page_name: str,
     styling: StyleOptions,
@@ -32,8 +34,9 @@ def command(
 
     \b
     handout asemic --letters 5 --seed 3 -o tag.svg
+    handout asemic --style mine.style --structure hers.style -o mixed.svg
     """
     from handout.pipeline.drawings import asemic
 
-    result = asemic(output, letters, styling, picture, page_name=page_name)
+    result = asemic(output, letters, styling, picture, page_name=page_name, structure=structure)
     console.report(result, sentence(result))

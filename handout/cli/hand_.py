@@ -201,12 +201,14 @@ def _supplied(supply: Sequence[Outlook]) -> list[str]:
     """How a text comes by the letters that its hand lacks."""
     if not supply:
         return ["Every letter of that text is there."]
-    composed, borrowed = (
-        ", ".join(f"{way.letter} ({way.source})" for way in supply if way.how == how) for how in ("composed", "lent")
+    composed, borrowed, doubted = (
+        ", ".join(f"{way.letter} ({way.source})" for way in supply if way.how == how)
+        for how in ("composed", "lent", "doubted")
     )
     missing = ", ".join(way.letter for way in supply if way.how == "missing")
     lines = [f"Put together from what the author wrote: {composed}."] if composed else []
     lines += [f"Lent with --fallback, as the author never wrote it: {borrowed}."] if borrowed else []
+    lines += [f"Lent with --fallback, as all that the author wrote are doubtful: {doubted}."] if doubted else []
     lines += [f"For that text there is no {missing}, and nothing to lend for it."] if missing else []
     return lines
 

@@ -26,6 +26,11 @@ _SIDES = "e.g. 15mm, or 20mm,15mm (vertical, horizontal), or four from the top c
 
 _POSE = "Hold the pen as a pose library suggests: one that comes with the program, or a .pose file."
 _METHOD = "How the pose is put together of the library's strokes."
+_STYLE = "fast-tag, calm, blackletter, chancery, scrawl, one of your own, or a .toml or .style file."
+_MANNER = (
+    click.option("--prime", help="Of a learned style: the example that primes it, by its name, or a drawing's file."),
+    click.option("--temperature", type=float, help="Of a learned style: how much chance; 1 as in its examples."),
+)
 _HELD = (
     click.option("--pose", help=_POSE),
     click.option(
@@ -65,6 +70,8 @@ _WRITING = (
     click.option(
         "--fallback", is_flag=True, help="Take similar forms for characters that the hand lacks, leave out emoji."
     ),
+    click.option("--style", help=f"Move through what is written in a handstyle: {_STYLE}"),
+    *_MANNER,
     *_HELD,
     click.option("--strict", is_flag=True, help="Refuse a text of which a word, as written, reads as another."),
 )
@@ -167,10 +174,11 @@ style = bind(
     StyleOptions,
     click.option(
         "--style",
-        help="Default: fast-tag. Or calm, blackletter, chancery, scrawl, one of your own, or a .toml file.",
+        help=f"Default: fast-tag. Or {_STYLE.removeprefix('fast-tag, ')}",
     ),
     click.option("--smooth", type=float, help="0.05 to 1: how much the movement rounds; default: the style's."),
     click.option("--shear", help="Lean of the letters, such as 12deg; default: the style's."),
     click.option("--jitter", type=float, help="How much the hand varies, 1 as people do; default: the style's."),
+    *_MANNER,
     click.option("--seed", type=int, help="Same seed, same bytes; without it every run may differ."),
 )

@@ -21,11 +21,18 @@ def writing_time(tally: Tally) -> str:
 
 
 def lent(tally: Tally) -> str:
-    """What was written for characters that the hand lacks, in a sentence or two; "" where there are none."""
+    """What was written for characters that the hand lacks, or doubts, in some sentences; "" where there are none."""
     forms = [f"{letter} ({source}{_times(count)})" for (letter, source), count in tally.lent.items()]
     gone = [letter + _times(count) for letter, count in tally.left_out.items()]
     sentence = f" Lent to the hand: {', '.join(forms)}." if forms else ""
-    return sentence + (f" Left out, since the hand has no form for it: {', '.join(gone)}." if gone else "")
+    sentence += f" Left out, since the hand has no form for it: {', '.join(gone)}." if gone else ""
+    doubtful = [letter + _times(count) for letter, count in tally.doubtful_letters.items()]
+    return sentence + (
+        f" All that the hand has are doubtful of: {', '.join(doubtful)}; --fallback lends others, and `handout hand "
+        "prompt --for` makes a sheet to write them again."
+        if doubtful
+        else ""
+    )
 
 
 def slipped(tally: Tally) -> str:

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 import click
 
 from handout import units
+from handout.cli import options
 from handout.cli.console import Console
+from handout.pipeline.options import PictureOptions, StyleOptions
 
 if TYPE_CHECKING:
     from handout.pipeline.drawings import FittedStrokes
@@ -51,16 +53,57 @@ def _sentence(result: FittedStrokes) -> str:
     return sentence + (f"; wrote {', '.join(map(str, result.files))}." if result.files else ".")
 
 
+_PLAN = click.argument("plan", type=click.Path(path_type=Path))
+_OUTPUT = click.option(
+    "--output", "-o", multiple=True, required=True, type=click.Path(path_type=Path), help="SVG, InkML, PNG …"
+)
+
+
 @command.command("draw")
-@click.argument("plan", type=click.Path(path_type=Path))
-@click.option("--output", "-o", multiple=True, required=True, type=click.Path(path_type=Path), help="SVG, InkML, PNG …")
-def draw(plan: Path, output: tuple[Path, ...]) -> None:
-    """Draw the plans of PLAN, a JSON file that `fit` wrote, changed by hand or not.
+@_PLAN
+@_OUTPUT
+@options.style
+@options.picture
+@options.console
+def draw(
+    plan: Path, output: tuple[Path, ...], styling: StyleOptions, picture: PictureOptions, console: Console
+) -> None:
+    """Draw the plans of PLAN, a JSON file that `fit` wrote, changed by hand or not, or of targets alone.
+
+    Targets alone are drawn in a style, plans only if one is given.
 
     \b
     handout strokes draw plan.json -o again.svg
+    echo '{"targets": [[0, 30], [8, 0], [16, 30], [24, 0], [32, 30]]}' > targets.json
+    handout strokes draw targets.json --style calm -o wave.svg
     """
     from handout.pipeline.drawings import draw_plans
 
-    files = draw_plans(plan, output)
-    click.echo(f"Wrote {', '.join(map(str, files))}.", err=True)
+    result = draw_plans(plan, output, styling, picture)
+    console.report(result, f"Wrote {', '.join(map(str, result.files))}: {units.count(result.strokes, 'movement')}.")
+
+
+@command.command("vary")
+@_PLAN
+@_OUTPUT
+@click.option("--copies", type=int, default=20, show_default=True, help="1 to 500.")
+@options.style
+@options.picture
+@options.console
+def vary(
+    plan: Path,
+    output: tuple[Path, ...],
+    copies: int,
+    styling: StyleOptions,
+    picture: PictureOptions,
+    console: Console,
+) -> None:
+    """Draw PLAN many times on one sheet, each copy a little different.
+
+    \b
+    handout strokes vary plan.json --copies 20 -o sheet.svg
+    """
+    from handout.pipeline.drawings import vary_plans
+
+    result = vary_plans(plan, output, copies, styling, picture)
+    console.report(result, f"Wrote {', '.join(map(str, result.files))}: {result.copies} copies; seed {result.seed}.")

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from handout.completion.letters import LetterMaker, Supply
-from handout.completion.specimens import Specimen, add_page
 from handout.errors import InputError
 from handout.hand.drawn import Hand
+from handout.hand.places import graphemes
 from handout.hand.scanned import ScannedHand
+from handout.writing.glyph_index import better_lent
 from handout.writing.text import Borrowed, borrow, borrowed, lacking, normalise, spell
+
+if TYPE_CHECKING:  # most texts lack nothing, and what makes letters takes longer to load than writing a sentence
+    from handout.completion.letters import LetterMaker, Supply
+    from handout.completion.specimens import Specimen
 
 
 def complete_hand(
@@ -20,7 +25,9 @@ def complete_hand(
 ) -> tuple[Hand | ScannedHand, list[Borrowed]]:
     """The hand with the letters of a text that it lacks, and which those are.
 
-    A drawn hand stays as it is: it borrows similar forms as it writes, and only these are listed.
+    Letters of which all glyphs are doubtful are listed, and with `fallback` lent, too: these forms stand beside their
+    own, and which is written is a question of price (`writing.glyph_index`).  A drawn hand stays as it is: it borrows
+    similar forms as it writes, and only these are listed.
 
     Parameters
     ----------
@@ -47,21 +54,40 @@ def complete_hand(
             "hand with letters as --hand."
         )
     text = normalise(text)
-    places = lacking(text, hand.repertoire)
-    if not places:
+    places, doubted = lacking(text, hand.repertoire), _doubted(hand, text)
+    if not places and not doubted:
         return hand, []
     needed = tuple(sorted(places))
-    completed, supplies = _completed(hand, needed, fallback, seed)
-    lendable = _lendable(LetterMaker(hand, np.random.default_rng(0)), needed)
+    completed, supplies = _completed(hand, (needed, tuple(sorted(doubted)) if fallback else ()), fallback, seed)
+    lendable = _lendable(_maker(hand, 0), needed)
     spell(text, replace(completed.repertoire, lendable=lendable), fallback=fallback)
-    return completed, [Borrowed(x, supply.source, supply.of_author, tuple(places[x])) for x, supply in supplies]
+    lent = {x for x, _ in supplies}
+    return completed, [
+        *(Borrowed(x, supply.source, supply.of_author, tuple(places[x])) for x, supply in supplies if x in places),
+        *(
+            Borrowed(x, f"{supply.source}, as its own are doubtful", False, tuple(doubted[x]), True)
+            for x, supply in supplies
+            if x in doubted
+        ),
+        *(Borrowed(x, "its own, all doubtful", True, tuple(at), True) for x, at in doubted.items() if x not in lent),
+    ]
+
+
+def _doubted(hand: ScannedHand, text: str) -> dict[str, list[int]]:
+    """The letters of a normalised text of which all glyphs of a hand are doubtful, and where they stand."""
+    places: dict[str, list[int]] = {}
+    for at, letter in enumerate(graphemes(text)):
+        if letter in hand.letters:
+            places.setdefault(letter, []).append(at)
+    return {letter: at for letter, at in places.items() if better_lent(hand, letter)}
 
 
 @dataclass(frozen=True)
 class Outlook:
-    """How a letter that a hand lacks can be written: "composed" of what the author wrote, only "lent", or not at all.
+    """How a letter can be written that a hand lacks: "composed" of what the author wrote, only "lent", or not at all.
 
-    letter : what is wanted; how : "composed", "lent" or "missing"; source : what of, in words.
+    letter : what is wanted; how : "composed", "lent", "missing", or "doubted" where the hand has it, but only glyphs
+    that are more doubtful than a lent one would be strange; source : what of, in words.
     """
 
     letter: str
@@ -70,11 +96,12 @@ class Outlook:
 
 
 def outlook(hand: ScannedHand, text: str) -> tuple[Outlook, ...]:
-    """How `complete_hand` would supply each letter of a text that a hand lacks; in the order of the text."""
-    needed = lacking(normalise(text), hand.repertoire)
-    if not needed or not hand.letters:
+    """How `complete_hand` would supply each letter of a text that a hand lacks, or doubts; in the order of the text."""
+    text = normalise(text)
+    needed, doubted = lacking(text, hand.repertoire), _doubted(hand, text)
+    if not (needed or doubted) or not hand.letters:
         return tuple(Outlook(letter, "missing") for letter in needed)
-    maker = LetterMaker(hand, np.random.default_rng(0))
+    maker = _maker(hand, 0)
     lendable = _lendable(maker, tuple(sorted(needed)))
     outlooks = list[Outlook]()
     for letter in needed:
@@ -84,20 +111,23 @@ def outlook(hand: ScannedHand, text: str) -> tuple[Outlook, ...]:
             continue
         source = (maker.make(letter, fallback=True) or maker.instead(letter)).source
         outlooks.append(Outlook(letter, "lent" if source and letter in lendable else "missing", source))
-    return tuple(outlooks)
+    lent = ((letter, maker.make(letter, fallback=True)) for letter in doubted)
+    return (*outlooks, *(Outlook(letter, "doubted", supply.source) for letter, supply in lent if supply))
 
 
 @lru_cache(maxsize=8)  # a batch asks for the same letters again and again
 def _completed(
-    hand: ScannedHand, needed: tuple[str, ...], fallback: bool, seed: int
+    hand: ScannedHand, needed: tuple[tuple[str, ...], tuple[str, ...]], fallback: bool, seed: int
 ) -> tuple[ScannedHand, tuple[tuple[str, Supply], ...]]:
-    """The hand with a page of what can be supplied, and each letter with its supply."""
-    maker = LetterMaker(hand, np.random.default_rng(seed))
-    supplies = list[tuple[str, Supply]]()
-    specimens = list[Specimen]()
-    for letter in needed:
+    """The hand with a page of what can be supplied, and each letter with its supply: those lacked, those doubted."""
+    from handout.completion.specimens import add_page
+
+    maker = _maker(hand, seed)
+    supplies: list[tuple[str, Supply]] = []
+    specimens: list[Specimen] = []
+    for letter in (letter for letters in needed for letter in letters):
         supply = maker.make(letter, fallback)
-        if not supply and fallback:
+        if not supply and fallback and letter not in hand.letters:
             supply = maker.instead(letter)
             present = {specimen.letter for specimen in specimens}
             supply = replace(supply, specimens=[form for form in supply.specimens if form.letter not in present])
@@ -105,6 +135,12 @@ def _completed(
             specimens += supply.specimens
             supplies.append((letter, supply))
     return (add_page(hand, specimens) if specimens else hand), tuple(supplies)
+
+
+def _maker(hand: ScannedHand, seed: int) -> LetterMaker:
+    from handout.completion.letters import LetterMaker
+
+    return LetterMaker(hand, np.random.default_rng(seed))
 
 
 def _lendable(maker: LetterMaker, needed: tuple[str, ...]) -> frozenset[str]:

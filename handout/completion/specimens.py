@@ -92,7 +92,7 @@ def add_page(hand: ScannedHand, specimens: Sequence[Specimen]) -> ScannedHand:
         offsets = [next(starts) for _ in specimen.parts]
         line = int(np.searchsorted(rows, spot[1]))
         glyphs += _glyphs(specimen, offsets, len(glyphs), len(hand.pages), line, number, sheet)
-    return replace(hand, pages=(*hand.pages, sheet), glyphs=tuple(glyphs))
+    return replace(hand, pages=(*hand.pages, sheet), glyphs=tuple(glyphs), author=hand.author or hand)
 
 
 def _origins(specimens: Sequence[Specimen], like: ScannedPage) -> tuple[Array, Page]:

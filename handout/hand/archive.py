@@ -13,6 +13,7 @@ import zipfile
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, TypeVar
@@ -29,13 +30,27 @@ _MOST_BYTES = 1 << 30  # of one member, unpacked
 _MOST_PIXELS = 400_000_000
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # no clock in the file: the same hand, the same bytes
 _KEPT = (".png", ".webp")  # packed already
+_NAME_LENGTH = 26  # bytes into a part's header, where the lengths of its name and its extra field are: APPNOTE 4.3.7
+_SWAPPED = [2, 1, 0, 3]  # of channels with alpha: red and blue change places
 
 Json = TypeVar("Json")
+
+
+@dataclass(frozen=True, eq=False)
+class Packed:
+    """A part of another archive as it is packed there.  info : of the part; data : its packed bytes."""
+
+    info: zipfile.ZipInfo
+    data: bytes
+
+
 Content = bytes | NDArray[Any] | msgspec.Struct
 
 
-def pack(members: Mapping[str, Content], behind: bytes = b"") -> bytes:
+def pack(members: Mapping[str, Content | Packed], behind: bytes = b"") -> bytes:
     """The bytes of an archive: arrays by names that end in ``.npy``, structs in ``.json``, bytes as they are.
+
+    Parts of another archive are copied as they are packed there: packing takes longer than all else.
 
     behind : an archive whose parts, of other names, come first and are not packed anew.
     """
@@ -45,8 +60,24 @@ def pack(members: Mapping[str, Content], behind: bytes = b"") -> bytes:
             info = zipfile.ZipInfo(name, _EPOCH)
             info.compress_type = zipfile.ZIP_STORED if name.endswith(_KEPT) else zipfile.ZIP_DEFLATED
             info.external_attr = 0o644 << 16
-            archive.writestr(info, content_bytes(content), compresslevel=9)
+            if isinstance(content, Packed):
+                _copy(archive, info, content)
+            else:
+                archive.writestr(info, content_bytes(content), compresslevel=9)
     return stream.getvalue()
+
+
+def _copy(archive: zipfile.ZipFile, info: zipfile.ZipInfo, part: Packed) -> None:
+    """Write a packed part behind the others, as `ZipFile.writestr` writes one that it has packed."""
+    assert archive.fp is not None
+    info.compress_type, info.CRC = part.info.compress_type, part.info.CRC
+    info.file_size, info.compress_size = part.info.file_size, len(part.data)
+    archive.fp.seek(archive.start_dir)
+    info.header_offset = archive.fp.tell()
+    archive.fp.write(info.FileHeader() + part.data)
+    archive.start_dir = archive.fp.tell()
+    archive.filelist.append(info)
+    archive.NameToInfo[info.filename] = info
 
 
 def write(path: Path, members: Mapping[str, Content]) -> None:
@@ -61,7 +92,7 @@ def write(path: Path, members: Mapping[str, Content]) -> None:
 
 
 def content_bytes(content: Content) -> bytes:
-    """A part as it is packed."""
+    """A part before it is packed."""
     if isinstance(content, bytes):
         return content
     if isinstance(content, np.ndarray):
@@ -72,11 +103,11 @@ def content_bytes(content: Content) -> bytes:
 
 
 def _unpacked(data: bytes) -> NDArray[np.uint8] | None:
-    """The pixels (h, w, 4) of a picture with an alpha channel; None if it is damaged."""
+    """The pixels (h, w, 4) of a picture with an alpha channel, blue first; None if it is damaged."""
     import cv2
 
     pixels = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
-    return None if pixels is None else np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGRA2RGBA), dtype=np.uint8)
+    return None if pixels is None else np.asarray(pixels, dtype=np.uint8)
 
 
 class Archive:
@@ -142,6 +173,17 @@ class Archive:
             raise self._error(f"{name} has another length than it says")
         return data
 
+    def packed(self, name: str) -> Packed:
+        """A part as it is packed, for another archive; one that is damaged is refused as by `read`."""
+        self.read(name)
+        info = self._zip.getinfo(self._resolved(name))
+        with self._refusing():
+            assert self._zip.fp is not None
+            self._zip.fp.seek(info.header_offset + _NAME_LENGTH)
+            name_length, extra_length = struct.unpack("<HH", self._zip.fp.read(4))
+            self._zip.fp.seek(name_length + extra_length, io.SEEK_CUR)
+            return Packed(info, self._zip.fp.read(info.compress_size))
+
     def json(self, name: str, kind: type[Json]) -> Json:
         """A part as a msgspec struct of type `kind`."""
         try:
@@ -166,7 +208,10 @@ class Archive:
         return array
 
     def picture(self, name: str, mode: str, most: int = _MOST_PIXELS) -> NDArray[np.uint8]:
-        """A part as a picture (h, w[, channels]) uint8, of `most` pixels, of a Pillow `mode` such as ``"RGBA"``."""
+        """A part as a picture (h, w[, channels]) uint8, of `most` pixels, of a Pillow `mode` such as ``"RGBA"``.
+
+        With the mode ``"BGRA"`` the pixels of an RGBA picture have blue first.
+        """
         from PIL import Image, UnidentifiedImageError
         from PIL import WebPImagePlugin as _  # noqa: F401  (or Pillow looks for it by importing all that it has)
 
@@ -176,11 +221,14 @@ class Archive:
             with Image.open(io.BytesIO(data), formats=["PNG", "WEBP"]) as picture:
                 if picture.width * picture.height > most:
                     raise self._error(f"{name} has {picture.width} × {picture.height} pixels, too many")
-                if picture.mode != mode:
-                    raise self._error(f"{name} is a picture in {picture.mode}, not {mode}")
+                wanted = "RGBA" if mode == "BGRA" else mode
+                if picture.mode != wanted:
+                    raise self._error(f"{name} is a picture in {picture.mode}, not {wanted}")
                 # of WebP Pillow makes three copies on the way, which take twice as long as unpacking it
-                pixels = _unpacked(data) if picture.format == "WEBP" and mode == "RGBA" else None
-                return np.asarray(picture) if pixels is None else pixels
+                pixels = _unpacked(data) if picture.format == "WEBP" and wanted == "RGBA" else None
+                if pixels is not None:
+                    return pixels if mode == "BGRA" else pixels[:, :, _SWAPPED]
+                return np.asarray(picture)[:, :, _SWAPPED] if mode == "BGRA" else np.asarray(picture)
         except (OSError, UnidentifiedImageError, SyntaxError, ValueError, struct.error, zlib.error) as error:
             raise self._error(f"{name} is not a picture") from error
 

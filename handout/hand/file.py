@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from handout import atomic
 from handout.errors import InputError
 from handout.hand import learnt
-from handout.hand.archive import Archive, Content, content_bytes, pack
+from handout.hand.archive import Archive, Content, Packed, content_bytes, pack
 from handout.hand.corrections import AnyCorrection, Entry, Journal, apply, read_corrections
 from handout.hand.places import PLACES
 from handout.hand.scanned import Ligature, ScannedGlyph, ScannedHand, ScannedPage, Texture
@@ -106,8 +106,8 @@ def record(source: Path, path: Path, before: ScannedHand, after: ScannedHand, en
         whole, earlier = _journal(archive, source)
         kept = Journal(whole.entries[: whole.made], whole.made)
         folders = _folders(kept.made)
-        parts: dict[str, Content] = {
-            name: archive.read(name)
+        parts: dict[str, Content | Packed] = {
+            name: archive.packed(name)
             for name in archive.names
             if not name.startswith(_ENTRIES) or name.startswith(folders)
         }
@@ -133,10 +133,10 @@ def keep_learnt(path: Path, values: Mapping[str, Array]) -> None:
     """
     with Archive(path) as archive:
         folders = _folders(_journal(archive, path)[0].made)
+        place = ("", *folders)[-1] + _LEARNT
+        again = {name: archive.packed(name) for name in archive.names} if place in archive.names else {}
         archive.look_in(folders)
         found = _Learnt(_fingerprint(archive), {name: value.tolist() for name, value in values.items()})
-        place = ("", *folders)[-1] + _LEARNT
-        again = {name: archive.read(name) for name in archive.names} if place in archive.names else {}
     data = pack({**again, place: msgspec.json.encode(found)}, b"" if again else path.read_bytes())
     atomic.write(path, data)
 
@@ -157,7 +157,7 @@ def rewind(source: Path, path: Path, made: int) -> Journal:
     """
     with Archive(source) as archive:
         journal, _ = _journal(archive, source)
-        parts: dict[str, Content] = {name: archive.read(name) for name in archive.names}
+        parts: dict[str, Content | Packed] = {name: archive.packed(name) for name in archive.names}
     if not 0 <= made <= len(journal.entries):
         raise InputError(f"{source}: there is nothing to be {'undone' if made < 0 else 'made again'}.")
     journal = msgspec.structs.replace(journal, made=made)
@@ -341,7 +341,7 @@ def _page(
         np.column_stack([first, first + apart]),
     )
     ink = folder + ("ink.webp" if folder + "ink.webp" in archive else "ink.png")
-    texture = Texture(facts.corner, facts.texture, partial(load_ink, ink, facts.texture))
+    texture = Texture(facts.corner, facts.texture, partial(load_ink, ink, facts.texture), blue_first=True)
     if ink not in archive:
         raise ValueError(f"page {number} has no ink")
     values = {name: getattr(facts, name) for name in ("source", "transcript", "dpi", "shape", "pitch", "x_height")}
@@ -383,7 +383,7 @@ def _ink(
 ) -> NDArray[np.uint8]:
     with Archive(path, data) as archive:
         archive.look_in(folders)
-        pixels = archive.picture(part, "RGBA", shape[0] * shape[1])
+        pixels = archive.picture(part, "BGRA", shape[0] * shape[1])
     if pixels.shape[:2] != shape:
         raise InputError(f"{path} cannot be used: {part} has another size than it says; make it again.")
     return pixels

@@ -28,6 +28,7 @@ NO_PAGE = -1  # the page of a line that has no ink yet
 _MOST_PIXELS = 400_000_000
 _OVER = 4.0  # pixels beyond the picture that a vertex may lie: hands of earlier programs have such
 _ON_LINES = (0.25, 0.4)  # shares of the distance of lines between which letters keep their own size; set by eye
+_RED_FIRST = [2, 1, 0, 3]  # where red, green, blue and alpha are in pixels that begin with blue
 DOUBTFUL = 0.5  # confidence under which a letter is worth a look
 
 
@@ -86,7 +87,7 @@ class ScannedGlyph:
 
     def __post_init__(self) -> None:
         vertices = readonly_indices(self.vertices, None)
-        if not len(vertices) or (np.diff(vertices) <= 0).any():
+        if not len(vertices) or (vertices[1:] <= vertices[:-1]).any():
             raise ValueError("a glyph has vertices, in rising order")
         object.__setattr__(self, "vertices", vertices)
 
@@ -98,22 +99,38 @@ class Texture:
     corner : (x, y) of its first pixel in the picture of the page.
     shape : (height, width), pixels.
     load : gives (h, w, 4) uint8, straight alpha, 0 where there is no ink.
+    blue_first : whether it gives blue before red, which files do; of a whole page that is put right only where needed.
     """
 
     corner: tuple[int, int]
     shape: tuple[int, int]
     load: Callable[[], NDArray[np.uint8]] = field(repr=False)
+    blue_first: bool = False
 
     __repr__ = one_line
 
     @cached_property
-    def rgba(self) -> NDArray[np.uint8]:
-        """(h, w, 4) uint8, straight alpha, read-only."""
+    def _loaded(self) -> NDArray[np.uint8]:
         pixels = self.load().view()
         if pixels.shape != (*self.shape, 4) or pixels.dtype != np.uint8:
             raise ValueError(f"expected {(*self.shape, 4)} of uint8, got {pixels.shape} of {pixels.dtype}")
         pixels.flags.writeable = False
         return pixels
+
+    @cached_property
+    def rgba(self) -> NDArray[np.uint8]:
+        """(h, w, 4) uint8, straight alpha, read-only."""
+        if not self.blue_first:
+            return self._loaded
+        pixels = self._loaded[:, :, _RED_FIRST]
+        pixels.flags.writeable = False
+        return pixels
+
+    def part(self, rows: slice, columns: slice) -> NDArray[np.uint8]:
+        """(h, w, 4) uint8, straight alpha: some of its pixels."""
+        if not self.blue_first:
+            return self._loaded[rows, columns]
+        return self._loaded[rows, columns][:, :, _RED_FIRST]
 
 
 @dataclass(frozen=True, eq=False)
@@ -237,12 +254,15 @@ class ScannedHand:
 
     name, title : what it is called; for people.
     glyphs : a glyph's number is its place here.
+    author : the hand without the letters that were added to it, whose pages and glyphs come first here; None: there
+        are none.
     """
 
     name: str
     title: str
     pages: tuple[ScannedPage, ...]
     glyphs: tuple[ScannedGlyph, ...]
+    author: ScannedHand | None = None
 
     __repr__ = one_line
 
@@ -252,6 +272,11 @@ class ScannedHand:
     def __post_init__(self) -> None:
         for number, glyph in enumerate(self.glyphs):
             _check(number, glyph, self.pages, self.glyphs)
+
+    @property
+    def own(self) -> int:
+        """How many of its glyphs the author wrote as they are; those that were added come after them."""
+        return len((self.author or self).glyphs)
 
     @cached_property
     def x_height(self) -> float:

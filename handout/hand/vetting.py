@@ -1,8 +1,9 @@
 """Whether each glyph of a scanned hand is what it is called: sure, doubtful or refused.
 
-Three kinds of evidence make one probability: how sure the reading was of the glyph's place
-(`ScannedGlyph.confidence`), how much its shape is like its siblings' (`outlier_score`), and how much those of the
-glyphs beside it are: what one has too much, its neighbour mostly lacks.
+Four kinds of evidence make one probability: how sure the reading was of the glyph's place
+(`ScannedGlyph.confidence`), how much its shape is like its siblings' (`outlier_score`), how much those of the
+glyphs beside it are (what one has too much, its neighbour mostly lacks), and how it reads alone to a reader that knows
+the author (`author_reader`).
 
 Source: own method.
 """
@@ -16,15 +17,19 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.hand import outlier_score
+from handout.hand import author_reader, outlier_score
 from handout.hand.glyph_features import glyph_features
 from handout.hand.learnt import learnt
+from handout.hand.outlier_score import READING
 from handout.hand.scanned import ScannedHand
 from handout.values import Array, Indices
 
 Verdict = Literal["sure", "doubtful", "refused"]
 SURE, REFUSED = 0.8, 0.55  # least probability of the one, and greatest of the other; set on simulated pages kept apart
-_MAKERS = ("hand/vetting.py", "hand/outlier_score.py", "hand/glyph_features.py", "hand/scanned.py", "hand/outliers.npz")
+_MAKERS = (
+    *("hand/vetting.py", "hand/outlier_score.py", "hand/glyph_features.py", "hand/outliers.npz"),
+    *author_reader.MAKERS,
+)
 _CERTAIN = 0.02  # of confidences: nearer to 0 or 1 than this none is believed
 
 
@@ -61,7 +66,10 @@ class Vetting:
 
 @lru_cache(maxsize=2)
 def vet(hand: ScannedHand) -> Vetting:
-    """Judge every glyph of a hand, with its stubs and marks."""
+    """Judge every glyph of a hand, with its stubs and marks; what was added to a hand is right."""
+    if hand.author:
+        added = np.ones(len(hand.glyphs) - hand.own)
+        return Vetting(np.concatenate([vet(hand.author).probability, added]))
     return Vetting(learnt(hand, "vetting", _MAKERS, len(hand.glyphs), lambda: _probability(hand)))
 
 
@@ -69,15 +77,16 @@ def _probability(hand: ScannedHand) -> Array:
     model = outlier_score.shipped()
     score = model.score(glyph_features(hand), [glyph.letter for glyph in hand.glyphs])
     confidence = np.array([glyph.confidence for glyph in hand.glyphs])
-    probability = calibrated(model.calibration, score, confidence)
+    probability = calibrated(model.calibration, score, confidence, author_reader.strangeness(hand))
     named = np.array([bool(glyph.letter) for glyph in hand.glyphs], dtype=bool)
     confirmed = np.array([glyph.confirmed for glyph in hand.glyphs], dtype=bool)
     return np.where(confirmed, 1.0, np.where(named & (confidence > 0), probability, 0.0))
 
 
-def calibrated(calibration: Array, score: Array, confidence: Array) -> Array:
-    """(n,): the probability that glyphs of some score and confidence (n,), in the order of their text, are right."""
-    return np.asarray(1 / (1 + np.exp(-np.clip(calibration_terms(score, confidence) @ calibration, -50, 50))))
+def calibrated(calibration: Array, score: Array, confidence: Array, strangeness: Array | float = 0.0) -> Array:
+    """(n,): the probability that glyphs of some score, confidence and strangeness (n,), in order, are right."""
+    odds = calibration_terms(score, confidence) @ calibration + calibration[1] * READING * strangeness
+    return np.asarray(1 / (1 + np.exp(-np.clip(odds, -50, 50))))
 
 
 def calibration_terms(score: Array, confidence: Array) -> Array:

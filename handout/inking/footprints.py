@@ -9,9 +9,11 @@ Source: own method.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from handout.inking.pen import Pen
 from handout.values import Array, Drawing, Stroke
@@ -19,6 +21,11 @@ from handout.values import Array, Drawing, Stroke
 USUAL_PRESSURE = 0.55  # at which a pen's line has its usual width; see `flow.PRESSURE`
 _THINNEST = 0.04  # of the usual width
 _EDGE = -np.radians(40)  # of a chisel of which nothing is known: as scribes hold it, rising to the right
+_DOT = 1.0  # widths of an edge: a shorter stroke is a dot
+_DRAWN = 0.7  # widths of an edge that it is drawn in a dot: wider than high, as scribes' are; set by eye
+_DOTTING = 0.05  # s
+_APART = 0.65  # of the distance of two dots: how long each is
+_LEAST = 0.3  # of the edge: the smallest corner that draws a dot
 _SMOOTH = 2  # samples on either side over which the direction of a line is taken
 
 
@@ -58,25 +65,57 @@ def marked(drawing: Drawing, pen: Pen) -> Drawing:
     footprint = FOOTPRINTS.get(pen.model)
     if footprint is None:
         return drawing
-    return replace(drawing, strokes=tuple(_marked(stroke, pen.width, footprint) for stroke in drawing.strokes))
+    widths = _room(drawing.strokes, pen.width) if footprint.flat else [pen.width] * len(drawing.strokes)
+    each = zip(drawing.strokes, widths, strict=True)
+    return replace(drawing, strokes=tuple(_marked(stroke, width, footprint, pen.width) for stroke, width in each))
 
 
-def _marked(stroke: Stroke, width: float, footprint: Footprint) -> Stroke:
+def _room(strokes: Sequence[Stroke], width: float) -> list[float]:
+    """mm: how long an edge draws each stroke; dots side by side, as those of ë, are drawn with a corner of it."""
+    widths = np.full(len(strokes), width)
+    dots = [k for k, stroke in enumerate(strokes) if stroke.length < _DOT * width]
+    if len(dots) > 1:
+        middles = np.array([strokes[k].xy.mean(axis=0) for k in dots])
+        nearest, _ = cKDTree(middles).query(middles, 2)
+        widths[dots] = np.clip(_APART * nearest[:, 1], _LEAST * width, width)
+    return widths.tolist()
+
+
+def _marked(stroke: Stroke, width: float, footprint: Footprint, usual: float) -> Stroke:
     if stroke.width is not None or stroke.nib > 0:
         return stroke
     pressure = np.full(len(stroke.t), USUAL_PRESSURE) if stroke.pressure is None else stroke.pressure
     wide = width * np.maximum(1 + footprint.swell * (pressure - USUAL_PRESSURE), _THINNEST)
     if footprint.flat:
+        if stroke.length < _DOT * usual:
+            stroke, wide = _diamond(stroke, width), wide[[0, -1]]
         return replace(stroke, nib=width, rotation=edge(stroke), width=wide)
-    if footprint.lean and stroke.tilt is not None and stroke.azimuth is not None:
-        long = 1 + footprint.lean * np.sin(np.clip(stroke.tilt, 0.0, np.pi / 2))
-        off = _direction(stroke.xy) - stroke.azimuth
-        # as much ink as upright: the ellipse is as much narrower as it is longer
-        wide = wide * np.hypot(np.sqrt(long) * np.sin(off), np.cos(off) / np.sqrt(long))
+    wide = wide * leaning(stroke, footprint.lean)
     if footprint.share and (stroke.rotation is not None or stroke.azimuth is not None):
         across = np.abs(np.sin(_direction(stroke.xy) - edge(stroke)))
         wide = wide * (1 - footprint.share * (1 - across))
     return replace(stroke, width=wide)
+
+
+def leaning(stroke: Stroke, lean: float) -> Array:
+    """(n,): how much wider a pen's line is for leaning; 1 where it stands upright, or nobody knows how it leans."""
+    if not lean or stroke.tilt is None or stroke.azimuth is None:
+        return np.ones(len(stroke.t))
+    long = 1 + lean * np.sin(np.clip(stroke.tilt, 0.0, np.pi / 2))
+    off = _direction(stroke.xy) - stroke.azimuth
+    # as much ink as upright: the ellipse is as much narrower as it is longer
+    return np.asarray(np.hypot(np.sqrt(long) * np.sin(off), np.cos(off) / np.sqrt(long)))
+
+
+def _diamond(stroke: Stroke, width: float) -> Stroke:
+    """A dot as an edge makes it: put down, and drawn a little across itself."""
+    ends = [0, -1]
+    known = {name: values[ends] for name, values in stroke.pose.items()}
+    t = stroke.t[ends] if len(stroke.t) > 1 else stroke.t[0] + np.array([0.0, _DOTTING])
+    angle = float(edge(stroke)[0])
+    way = np.array([-np.sin(angle), np.cos(angle)]) * (1 if np.cos(angle) > 0 else -1)  # downwards
+    middle = (stroke.xy.min(axis=0) + stroke.xy.max(axis=0)) / 2
+    return replace(stroke, t=t, xy=middle + np.outer([-0.5, 0.5], way) * _DRAWN * width, **known)
 
 
 def edge(stroke: Stroke) -> Array:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -38,15 +39,29 @@ class Tooth:
 
 
 def tooth(rng: np.random.Generator) -> Tooth:
-    """A new surface; paper is smoother along no direction."""
-    noise = np.fft.rfft2(rng.standard_normal((_TOOTH_SIDE, _TOOTH_SIDE), dtype=np.float32))
+    """A new surface; paper is smoother along no direction.  From the same state of `rng` comes the same surface."""
+    noise = rng.standard_normal((_TOOTH_SIDE, _TOOTH_SIDE), dtype=np.float32)
+    return _tooth(noise.tobytes())
+
+
+@lru_cache(maxsize=4)  # a page that is inked for several files, or checked, has the same surface each time
+def _tooth(noise: bytes) -> Tooth:
+    waves = np.fft.rfft2(np.frombuffer(noise, dtype=np.float32).reshape(_TOOTH_SIDE, _TOOTH_SIDE))
+    total = np.fft.irfft2(waves * _tooth_spectrum(), s=(_TOOTH_SIDE, _TOOTH_SIDE)).astype(np.float32)
+    total -= total.mean()
+    total /= total.std()
+    total.flags.writeable = False
+    return Tooth(total)
+
+
+@lru_cache(maxsize=1)
+def _tooth_spectrum() -> Array:
+    """Amplitude of each wave along the two sides of a tile."""
     down, across = np.fft.fftfreq(_TOOTH_SIDE, _TOOTH_STEP)[:, None], np.fft.rfftfreq(_TOOTH_SIDE, _TOOTH_STEP)
     square = (2 * np.pi) ** 2 * (down**2 + across**2)
     # a Gaussian of deviation σ has the spectrum exp(−σ² ω² / 2), and leaves a share of 1 / (4 π σ²) of the power
     power = sum(4 * np.pi * (share * size) ** 2 * np.exp(-square * size**2) for size, share in _TOOTH_BANDS)
-    total = np.fft.irfft2(noise * np.sqrt(power), s=(_TOOTH_SIDE, _TOOTH_SIDE)).astype(np.float32)
-    total -= total.mean()
-    return Tooth(total / total.std())
+    return np.asarray(np.sqrt(power))
 
 
 PAPERS = ("none", "plain", "laid", "ruled", "squared")
@@ -152,7 +167,7 @@ def laid(raster: Raster, ground: NDArray[np.uint8] | None = None) -> NDArray[np.
         return flat
     under = ground.reshape(-1, 3)
     page = ground.copy()
-    for at in plain.inked(raster.rgba[..., 3]):
+    for at in plain.inked(raster.rgba[..., 3], raster.rows):
         light = flat.reshape(-1, 3)[at].astype(np.float32) / 255
         page.reshape(-1, 3)[at] = np.rint(under[at] * light)
     return page

@@ -21,7 +21,6 @@ from handout.hand.measures import half_width
 from handout.hand.scanned import NO_PAGE, NOBODY, ScannedHand
 from handout.inking.swatches import Swatches, Track, swatches, tracks
 from handout.inking.texture import texture
-from handout.motion.optimal_control import follow
 from handout.values import ActionPlan, Array, Drawing, Glyph, Ink, Line, LineGraph, Manuscript, Placed
 
 _ONE = 0.12  # mm within which two lines are one
@@ -261,6 +260,8 @@ def _strokes_as_line(placed: Placed, sample: ScannedHand) -> Placed:
 
 def _way(points: Array) -> Array:
     """The way of the pen through some points, as a hand goes it."""
+    from handout.motion.optimal_control import follow
+
     _, xy = follow(ActionPlan(points, 1.0, _SMOOTH), baked_at=_SMOOTH)
     moved = np.concatenate([[True], (np.abs(np.diff(xy, axis=0)) > 1e-9).any(axis=1)])
     return np.asarray(xy[moved])

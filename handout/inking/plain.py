@@ -136,18 +136,22 @@ def flatten(raster: Raster, paper: Colour = WHITE) -> NDArray[np.uint8]:
     flat = np.empty((height, width, 3), dtype=np.uint8)
     flat[:] = np.tile(np.rint(np.clip(base, 0, 1) * 255).astype(np.uint8), (width, 1))  # by rows: ten times as fast
     pixels = raster.rgba.reshape(-1, 4)
-    for at in inked(raster.rgba[..., 3]):
+    for at in inked(raster.rgba[..., 3], raster.rows):
         rgba = pixels[at]
         mixed = base + (rgba[:, :3] - base) * rgba[:, 3:]
         flat.reshape(-1, 3)[at] = np.rint(np.clip(mixed, 0, 1) * 255)
     return flat
 
 
-def inked(cover: NDArray[Any]) -> Iterator[NDArray[np.intp]]:
-    """Flat indices of the pixels (h, w) that are not 0, some rows at a time: most of a page is paper."""
+def inked(cover: NDArray[Any], rows: tuple[int, int] | None = None) -> Iterator[NDArray[np.intp]]:
+    """Flat indices of the pixels (h, w) that are not 0, some rows at a time: most of a page is paper.
+
+    rows : see `values.Raster`.
+    """
     width = cover.shape[1]
-    for top in range(0, len(cover), _ROWS):
-        yield np.flatnonzero(np.ascontiguousarray(cover[top : top + _ROWS])) + top * width
+    first, end = rows or (0, len(cover))
+    for top in range(first, end, _ROWS):
+        yield np.flatnonzero(np.ascontiguousarray(cover[top : min(top + _ROWS, end)])) + top * width
 
 
 def shape(drawing: Drawing, dpi: float, width: float, variation: float = 0.0) -> tuple[int, int]:

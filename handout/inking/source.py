@@ -99,7 +99,7 @@ class Source:
         ink = np.zeros((bottom - top, right - left, 4), dtype=np.float32)
         x0, y0, x1, y1 = max(left, x), max(top, y), min(right, x + w), min(bottom, y + h)
         if x0 < x1 and y0 < y1:
-            part = self.page.texture.rgba[y0 - y : y1 - y, x0 - x : x1 - x].astype(np.float32)
+            part = self.page.texture.part(slice(y0 - y, y1 - y), slice(x0 - x, x1 - x)).astype(np.float32)
             part *= np.float32(1 / 255)
             part[:, :, :3] *= part[:, :, 3:]
             ink[y0 - top : y1 - top, x0 - left : x1 - left] = part

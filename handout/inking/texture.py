@@ -94,12 +94,14 @@ def texture(manuscript: Manuscript, hand: ScannedHand, dpi: float, *, margin: fl
     height, width = _shape(manuscript, dpi)
     rgba = np.zeros((height, width, 4), dtype=np.float32)
     sources = tuple(source_of(page) for page in hand.pages)
+    first, end = height, 0
     for line in manuscript.lines:
         words = groupby((placed for placed in line.placed if placed.ink is not None), key=lambda placed: placed.word)
         inks = [ink for _, word in words for ink in snap_to_pixels([placed.ink for placed in word if placed.ink], dpi)]
         for layer in _parted(_layers(inks, sources, dpi, (height, width), margin)):
             _lay(rgba, layer)
-    return Raster(rgba, dpi)
+            first, end = min(first, layer.corner[1]), max(end, layer.corner[1] + len(layer.near))
+    return Raster(rgba, dpi, rows=(min(first, end), end))
 
 
 def _shape(manuscript: Manuscript, dpi: float) -> tuple[int, int]:

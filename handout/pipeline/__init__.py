@@ -10,6 +10,7 @@ here knows click or a terminal.  Files:
     prompts.py    `prompt`, sheets to write a hand on
     printing.py   `print_`, envelopes from a table of addresses
     drawings.py   `restyle`, `asemic`, and plans of strokes: `fit_strokes`, `draw_plans`
+    styles.py     `learn_style`, and the handstyle that is asked for
     poses.py      `learn_pose`, `show_pose`, and the pose of what is written or drawn
     scoring.py    `score`, measures of page images
     inputs.py     what is to be written: a text, a file, standard input, or a drawing

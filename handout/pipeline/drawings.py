@@ -2,31 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import msgspec
 import numpy as np
 
-from handout import atomic, units
+from handout import atomic
 from handout.errors import InputError
-from handout.motion.styles.style import Style, checked, find
+from handout.motion.styles.style import find
 from handout.page_sizes import page
 from handout.pipeline.options import PictureOptions, PoseOptions, StyleOptions, seed_of
 from handout.pipeline.poses import with_pose
 from handout.pipeline.results import Facts, Result
+from handout.pipeline.styles import style_of
 from handout.sinks import Look, check_outputs, write_drawings
 from handout.sources import read_drawing
-from handout.tables import Angle
-from handout.values import Drawing
+from handout.values import Drawing, Page, Stroke
+
+_LETTERS = 5  # of a tag
+_SPACE = 0.1  # of the larger side of a copy, between copies on a sheet
 
 if TYPE_CHECKING:
+    from handout.motion.learned.training import Variation
     from handout.motion.reconstruction.planned_page import Fit, PlannedPage
-
-_USUAL_STYLE = "fast-tag"
-_NOISE = 0.02  # heights of a letter: motor noise at --jitter 1; set by eye
 
 
 @dataclass(frozen=True)
@@ -103,44 +104,33 @@ def restyle(
 
 def asemic(
     outputs: Sequence[str | Path],
-    letters: int = 5,
+    letters: int | None = None,
     styling: StyleOptions = StyleOptions(),
     picture: PictureOptions = PictureOptions(),
     *,
     page_name: str = "148x105mm",
+    structure: str | None = None,
 ) -> Styled:
-    """Invent letters that mean nothing, 1 to 60, and write them as a tag, to files."""
+    """Invent letters that mean nothing and write them as a tag, to files.
+
+    letters : 1 to 60; None: 5.
+    structure : a learned style whose examples the tag is built like; None: that of `styling`, if it has learned one.
+    """
     from handout.motion.styles.asemic import tag
 
     check_outputs(outputs)
     look, style, seed = _look(picture), style_of(styling), seed_of(styling.seed)
-    drawing = tag(letters, style, page(page_name), np.random.default_rng(seed))
+    built = style if structure is None else find(structure)
+    learned = built.model is not None and built.model.structure is not None
+    if structure is not None and not learned:
+        raise InputError(f"structure: {structure} has learned none; use a .style that handout style learn made.")
+    drawing = tag(_LETTERS if letters is None else letters, style, page(page_name), np.random.default_rng(seed), built)
     drawing = replace(drawing, about={**drawing.about, "seed": seed})
-    return Styled(drawing, style.name, seed, tuple(write_drawings([drawing], outputs, look)), letters=letters)
-
-
-def style_of(styling: StyleOptions) -> Style:
-    """The style that is asked for, changed as asked.
-
-    Raises
-    ------
-    InputError
-        There is no such style, or a number is outside its bounds.
-    """
-    style = find(styling.style or _USUAL_STYLE)
-    if styling.smooth is not None:
-        movement = msgspec.structs.replace(style.movement, smooth=styling.smooth)
-        style = msgspec.structs.replace(style, movement=movement)
-    if styling.shear is not None:
-        lean = Angle(units.parse(styling.shear, "angle", "shear", default="deg"))
-        style = msgspec.structs.replace(style, form=msgspec.structs.replace(style.form, shear=lean))
-    if styling.jitter is not None:
-        noise = msgspec.structs.replace(style.jitter, size=_NOISE * styling.jitter)
-        style = msgspec.structs.replace(style, jitter=noise)
-    try:
-        return checked(style)
-    except ValueError as error:
-        raise InputError(f"style {style.name}: {error}") from error
+    ends = "--letters: what is invented after examples ends as they do."
+    notes = (ends,) if learned and letters is not None else ()
+    count = 0 if learned else letters or _LETTERS
+    files = tuple(write_drawings([drawing], outputs, look))
+    return Styled(drawing, style.name, seed, files, letters=count, notes=notes)
 
 
 def _look(picture: PictureOptions) -> Look:
@@ -224,24 +214,118 @@ def fit_strokes(
     return FittedStrokes(fitted, tuple(files))
 
 
-def draw_plans(plans: Path, outputs: Sequence[str | Path]) -> list[Path]:
-    """Draw the plans of a JSON file that `fit_strokes` wrote, changed by hand or not, to files.
+@dataclass(frozen=True)
+class DrawnPlans(Result):
+    """Plans that were drawn to files; `copies` of them."""
+
+    strokes: int
+    copies: int
+    seed: int
+    files: tuple[Path, ...]
+
+
+def draw_plans(
+    plans: Path,
+    outputs: Sequence[str | Path],
+    styling: StyleOptions = StyleOptions(),
+    picture: PictureOptions = PictureOptions(),
+) -> DrawnPlans:
+    """Draw the plans of a JSON file that `fit_strokes` wrote, changed by hand or not, or of targets alone, to files.
+
+    Targets alone are moved through in a style, the usual one if none is asked for; plans only if one is.
 
     Raises
     ------
     InputError
         The file cannot be read, or holds no plans.
     """
-    from handout.motion.reconstruction import planned_page
-    from handout.sources.plans import from_json
-
     check_outputs(outputs)
+    seed = seed_of(styling.seed)
+    draw, notes, styled = _drawer(plans, styling)
+    drawing = draw(np.random.default_rng(seed), None)
+    look = _look(picture) if styled else picture.look()
+    files = write_drawings([replace(drawing, about={**drawing.about, "seed": seed})], outputs, look)
+    return DrawnPlans(len(drawing.strokes), 1, seed, tuple(files), notes=notes)
+
+
+def vary_plans(
+    plans: Path,
+    outputs: Sequence[str | Path],
+    copies: int = 20,
+    styling: StyleOptions = StyleOptions(),
+    picture: PictureOptions = PictureOptions(),
+) -> DrawnPlans:
+    """Draw plans many times over on one sheet, each copy a little different.
+
+    Plans are varied as those are from which styles are learned: their targets, overlaps and bends.  Targets alone are
+    moved through by chance of their style, each copy by its own.
+
+    Raises
+    ------
+    InputError
+        As `draw_plans`, or a number of copies outside 1 to 500.
+    """
+    from handout.motion.learned.training import Variation
+
+    if not 1 <= copies <= 500:
+        raise InputError(f"copies: {copies} is outside 1 to 500.")
+    check_outputs(outputs)
+    seed = seed_of(styling.seed)
+    draw, notes, styled = _drawer(plans, styling)
+    drawings = [draw(np.random.default_rng((seed, copy)), Variation()) for copy in range(copies)]
+    sheet = _side_by_side(drawings)
+    look = _look(picture) if styled else picture.look()
+    files = write_drawings([replace(sheet, about={**sheet.about, "seed": seed})], outputs, look)
+    return DrawnPlans(len(sheet.strokes), copies, seed, tuple(files), notes=notes)
+
+
+Drawer = Callable[[np.random.Generator, "Variation | None"], Drawing]
+
+
+def _drawer(plans: Path, styling: StyleOptions) -> tuple[Drawer, tuple[str, ...], bool]:
+    """What draws the plans of a file, notes on what it leaves out, and whether a style does it."""
+    from handout.motion.reconstruction import planned_page
+    from handout.motion.styles import restyling, target_plans
+    from handout.sources import plans as plan_files
+    from handout.sources import target_plans as target_files
+
     try:
         data = plans.read_bytes()
     except OSError as error:
         raise InputError(f"Cannot read {plans}: {error.strerror or error}.") from error
+    alone = target_files.looks_like(data)
+    style = style_of(styling) if alone or styling != replace(StyleOptions(), seed=styling.seed) else None
     try:
-        fitted = from_json(data)
+        if alone:
+            thrown = target_files.from_json(data)
+            assert style is not None
+            unused = "The ellipses are left out: a learned style takes targets as they are."
+            notes = (unused,) if style.model is not None and thrown.has_ellipses else ()
+            return lambda rng, _: target_plans.drawn(thrown, style, rng), notes, True
+        fitted = plan_files.from_json(data)
     except InputError as error:
         raise InputError(f"{plans}: {error}") from error
-    return write_drawings([planned_page.drawing(fitted)], outputs)
+
+    def draw(rng: np.random.Generator, variation: Variation | None) -> Drawing:
+        page = fitted if variation is None else planned_page.varied(fitted, variation, rng)
+        drawing = planned_page.drawing(page)
+        return drawing if style is None else restyling.restyle(drawing, style, rng)
+
+    return draw, (), style is not None
+
+
+def _side_by_side(drawings: Sequence[Drawing]) -> Drawing:
+    """Drawings of about one size on one sheet, row by row, one after the other in time."""
+    boxes = np.array([drawing.bounds or (0.0, 0.0, 1.0, 1.0) for drawing in drawings])
+    low, high = boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)
+    cell = (high - low) + _SPACE * float((high - low).max())
+    columns = max(1, round(math.sqrt(len(drawings) * float(cell[1] / cell[0]) * math.sqrt(2))))
+    rows = -(-len(drawings) // columns)
+    strokes, clock = list[Stroke](), 0.0
+    for number, drawing in enumerate(drawings):
+        corner = cell * (number % columns, number // columns) + 0.5 * (cell - (high - low)) - low
+        strokes += [replace(stroke, t=stroke.t + clock, xy=stroke.xy + corner) for stroke in drawing.strokes]
+        clock += drawing.duration + 0.5
+    size = cell * (columns, rows)
+    about = {**drawings[0].about, "title": f"{len(drawings)} variations"}
+    return Drawing(tuple(strokes), Page(float(size[0]), float(size[1])), about)

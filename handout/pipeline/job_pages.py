@@ -22,6 +22,7 @@ import numpy as np
 from handout import __version__
 from handout.errors import HandoutError, InputError
 from handout.hand.library import path
+from handout.motion.styles.style import path as style_path
 from handout.pipeline.options import SheetOptions, WritingOptions
 from handout.pipeline.poses import pose_path
 from handout.pipeline.results import Tally
@@ -50,6 +51,7 @@ _WRITING = (
         "fallback",
         "slips",
         "pose_method",
+        "temperature",
     ),
 )
 
@@ -65,11 +67,23 @@ def inputs(
     options |= {"page_name": page_name, "margin": sheet.margin, "pages": sheet.pages}
     pose = None if writing.pose is None else pose_path(writing.pose)
     kept = writing.pose if pose is None or Path(writing.pose or "") != pose else str(pose.resolve())
-    options |= {"seed": task.seed, "hand": hand, "pose": kept}
+    options |= {"seed": task.seed, "hand": hand, "pose": kept, "style": _kept_file(writing.style)}
+    options["prime"] = _kept_file(writing.prime)
     if (ruling := task.layout.ruling) is not None:  # as it was measured: the picture of a sheet may be gone
         layout = {"margin": task.layout.margin, "x_height": task.layout.x_height, "rules": ruling.rules}
         options["lined"] = {**layout, "line_spacing": task.layout.line_spacing}
-    return {"program": _program(), "text": text, "options": options, "digest": _digest(file, pose)}
+    files = (file, pose, None if writing.style is None else style_path(writing.style), _example(writing.prime))
+    return {"program": _program(), "text": text, "options": options, "digest": _digest(*files)}
+
+
+def _kept_file(name: str | None) -> str | None:
+    """The name of a style or of its example, or the whole path of its file where it was named by that."""
+    return name if name is None or not Path(name).suffix else str(Path(name).resolve())
+
+
+def _example(name: str | None) -> Path | None:
+    """The file of an example that primes a style, if it is none of the style's own."""
+    return Path(name) if name is not None and Path(name).suffix else None
 
 
 def _program() -> str:
@@ -77,8 +91,8 @@ def _program() -> str:
     return f"handout {__version__} with numpy {np.__version__}"
 
 
-def _digest(hand: Path, pose: Path | None) -> str:
-    return hashlib.sha256(b"".join(file.read_bytes() for file in (hand, pose) if file is not None)).hexdigest()
+def _digest(*files: Path | None) -> str:
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files if file is not None)).hexdigest()
 
 
 def made(text: str, task: WritingTask, profile: Plotter, fit: bool, shares: Sequence[float]) -> Iterator[NewPage]:
@@ -172,7 +186,9 @@ def _again(inputs: Mapping[str, Any], pages: int) -> WritingTask:
         )
     try:
         pose = None if options.get("pose") is None else pose_path(options["pose"])
-        same = _digest(path(options["hand"]), pose) == inputs["digest"]
+        style = None if options.get("style") is None else style_path(options["style"])
+        files = (path(options["hand"]), pose, style, _example(options.get("prime")))
+        same = _digest(*files) == inputs["digest"]
     except (OSError, InputError) as error:
         raise InputError(
             f"{lacking}, and the hand {options['hand']} is gone: put it back, or plot the rest of the text anew."
@@ -182,8 +198,9 @@ def _again(inputs: Mapping[str, Any], pages: int) -> WritingTask:
             f"{lacking}, and the hand {options['hand']} has changed: put the old one back, or plot the rest of the "
             "text anew."
         )
-    named = {name: options[name] for name in _WRITING}
-    writing = WritingOptions(hand=options["hand"], seed=options["seed"], pose=options.get("pose"), **named)
+    named = {name: options.get(name) for name in _WRITING}
+    named |= {name: options.get(name) for name in ("pose", "style", "prime")}
+    writing = WritingOptions(hand=options["hand"], seed=options["seed"], **named)
     task = prepare(writing, SheetOptions(options["page_name"], options["margin"], options["pages"]))
     return _on_rules(task, options["lined"]) if "lined" in options else task
 

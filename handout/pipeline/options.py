@@ -51,6 +51,9 @@ class WritingOptions:
     strict : refuse a text of which a word reads as another.
     pose : a pose library, by its name or the path of a .pose file, that says how the pen is held; None: none.
     pose_method : one of `POSE_METHODS`.
+    style : a handstyle, by its name or file, in which the written strokes are moved through anew; None: none.
+    prime : of a learned style, the example that primes it, by its name or the file of a drawing; None: the style's own.
+    temperature : of a learned style, how much chance there is, 1 as in its examples; None: the style's own.
     """
 
     hand: str | Hand | ScannedHand = "house-joined"
@@ -68,6 +71,9 @@ class WritingOptions:
     strict: bool = False
     pose: str | None = None
     pose_method: str = POSE_METHODS[0]
+    style: str | None = None
+    prime: str | None = None
+    temperature: float | None = None
 
 
 @dataclass(frozen=True)
@@ -229,11 +235,23 @@ class PrintOptions:
 class StyleOptions:
     """A handstyle, and what is changed of it."""
 
-    style: str | None = None  # a style's name, or a .toml file; None: fast-tag
+    style: str | None = None  # a style's name, or a .toml or .style file; None: fast-tag
     smooth: float | None = None  # 0.05 to 1: how much the movement rounds; None: the style's
     shear: str | None = None  # lean of the letters, such as "12deg"; None: the style's
     jitter: float | None = None  # how much the hand varies, 1 as people do; None: the style's
+    prime: str | None = None  # of a learned style, an example by its name or file; None: the style's own
+    temperature: float | None = None  # of a learned style, 1 for as much chance as in its examples; None: the style's
     seed: int | None = None  # same seed, same bytes; None: one by chance
+
+
+@dataclass(frozen=True)
+class LessonOptions:
+    """How a style is learned from examples."""
+
+    title: str | None = None  # for people; None: the name of the file
+    size: str = "small"  # of the networks: small, or berio_2017, that of the paper
+    inputs: str = "ahead"  # what they are told of a way: ahead, local, berio_2017, berio_2017_no_history
+    seed: int = 0  # same seed, same style
 
 
 @dataclass(frozen=True)

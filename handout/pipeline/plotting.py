@@ -22,7 +22,7 @@ from handout.pipeline.options import Length, millimetres
 from handout.pipeline.plot_jobs import JobState, outlook
 from handout.pipeline.plot_request import AttendanceOptions, Operator, PlotOptions, PlotRequest
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
-from handout.pipeline.writing import STROKES, WritingTask, draw_pages, on_lined_paper, prepare, written
+from handout.pipeline.writing import STROKES, WritingTask, draw_pages, on_lined_paper, prepare, style_notes, written
 from handout.plotting import fit_to_bed, open_port, plan
 from handout.plotting.connections import is_simulated as is_simulated
 from handout.plotting.connections import surroundings
@@ -200,7 +200,7 @@ def preview(
         drawings = [fit_to_bed(drawing, profile) for drawing in drawings]
     drawings = [laid_out(drawing, profile, request.plotting.layers, request.plotting.order) for drawing in drawings]
     plans = [plan(drawing, profile, speed="fast" if task.fast else 1.0) for drawing in drawings]
-    notes = _notes(task, profile)
+    notes = (*_notes(task, profile), *style_notes(task, drawings))
     listener.note(*notes)
     look = dataclasses.replace(task.look, show_travel=show_travel)
     files = write_drawings(drawings, paths, look)
@@ -212,9 +212,11 @@ def preview(
 
 def _notes(task: WritingTask, profile: Plotter) -> tuple[str, ...]:
     """What is said of a plot: of its paper, and that a pose does not press the pen."""
-    if task.pose.pose is None or profile.pen.pressed is not None:
+    if task.pose.pose is None or profile.pen.pressed not in (None, profile.pen.down):
         return task.paper_notes
-    even = "--pose: the pen is pressed evenly, since this plotter's profile has no pen.pressed."
+    able = profile.pen.lift == "z" or profile.dialect == "ebb"
+    way = "handout pen heights finds it" if able else "such a pen is only lifted and lowered"
+    even = f"--pose: the pen is pressed evenly, since this plotter's profile has no pen.pressed; {way}."
     return (*task.paper_notes, even)
 
 

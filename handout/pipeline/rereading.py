@@ -18,10 +18,11 @@ from functools import lru_cache
 
 import numpy as np
 
+from handout.hand import author_reader as reader_of
+from handout.hand.author_reader import readable
 from handout.hand.learnt import learnt
 from handout.hand.scanned import ScannedHand
 from handout.hand.vetting import vet
-from handout.hand.word_pictures import own_words
 from handout.pipeline.results import Facts
 from handout.reading import pictures
 from handout.reading.adaptation import adapted
@@ -37,7 +38,6 @@ class RereadingSettings:
     """How what was written is read again.
 
     tries : times that the text is set anew; each costs as much as setting it, and the third mends hardly a word more.
-    own_words : of an author that are learnt; half a second.
     wrong : share of the words that come out misspelt: 3 to 8 of 100 in four hands from paper, counted by eye.
     again : probability of being wrong above which a word is written again; told : above which it is told as doubtful.
     worst : surprise that a word counts with at most, a letter; nats: a wrong transcript says nothing of the author.
@@ -48,7 +48,6 @@ class RereadingSettings:
     """
 
     tries: int = 2
-    own_words: int = 100
     wrong: float = 0.05
     again: float = 0.05
     told: float = 0.2
@@ -63,11 +62,7 @@ class RereadingSettings:
 SETTINGS = RereadingSettings()
 _TAKEN_FOR = 5  # other letters that are the likeliest in a letter's place: what is misspelt looks much like it
 _TAIL = 0.16  # of a normal distribution lies so far out that it is a standard deviation off, on either side
-_DIGITS = 4  # of a weight after the point, as it is kept
-_MAKERS = (
-    *("pipeline/rereading.py", "hand/word_pictures.py", "hand/scanned.py", "alphabet.py", "reading/adaptation.py"),
-    *("reading/pictures.py", "reading/ctc.py", "reading/word_space.py", "reading/networks/pictures.npz"),
-)
+_MAKERS = ("pipeline/rereading.py", *reader_of.MAKERS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,26 +124,20 @@ def surprises(readings: Sequence[Reading], words: Sequence[str], settings: Rerea
 @lru_cache(maxsize=4)
 def author_reader(hand: ScannedHand, settings: RereadingSettings = SETTINGS) -> AuthorReader:
     """The reader that knows a hand."""
-    reader = pictures.load()
-    right, misspelt, spread, *weights = learnt(
-        hand, f"author's reader, {settings}", _MAKERS, None, lambda: _figures(hand, settings)
-    ).tolist()
-    return AuthorReader(reader.with_last_layer(np.array(weights)) if weights else reader, right, misspelt, spread)
+    figures = learnt(hand, f"surprise, {settings}", _MAKERS, 3, lambda: _figures(hand, settings))
+    return AuthorReader(reader_of.author_reader(hand), *figures.tolist())
 
 
 def _figures(hand: ScannedHand, settings: RereadingSettings) -> Array:
-    """What `AuthorReader` has of a hand's author, and the weights of the reader's last layer where it learns any."""
-    reader = pictures.load()
-    words = [word for word in own_words(hand) if readable(word.text)][: settings.own_words]
+    """(3,): what `AuthorReader` has of a hand's author."""
+    reader, words = pictures.load(), reader_of.readable_words(hand)
     texts, seen = [word.text for word in words], [reader.features(word.picture) for word in words]
     right, wrong = _held_out(reader, texts, seen, settings)
     share = len(texts) / (len(texts) + settings.trust)
     means, spreads = zip(*map(_normal, (right, wrong)), strict=True) if len(right) else ((0.0, 0.0), (0.0, 0.0))
     before = np.array([settings.right, settings.misspelt, settings.spread])
     own = np.array([*means, float(np.hypot(*spreads)) / np.sqrt(2)])
-    middle = share * own + (1 - share) * before
-    weights = np.vstack(adapted(reader, seen, texts).columns[-1]) if texts else np.zeros(0)
-    return np.concatenate([middle, np.round(weights.ravel().astype(np.float64), _DIGITS)])
+    return np.asarray(share * own + (1 - share) * before)
 
 
 def _held_out(
@@ -180,11 +169,6 @@ def _normal(values: Array) -> tuple[float, float]:
     """Mean and standard deviation of most of the values: those far out are wrong transcripts, or letters not found."""
     low, middle, high = np.quantile(values, (_TAIL, 0.5, 1 - _TAIL))
     return float(middle), float(high - low) / 2
-
-
-def readable(word: str) -> bool:
-    """Whether the reader knows all letters of a word."""
-    return bool(word) and pictures.known(word)
 
 
 @dataclass(frozen=True, eq=False)

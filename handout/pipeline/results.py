@@ -121,6 +121,15 @@ class Tally:
         return counts
 
     @property
+    def doubtful_letters(self) -> dict[str, int]:
+        """How often each letter was written with the author's own glyphs, of which all are doubtful."""
+        counts = Counter[str]()
+        for letter in self.borrowed:
+            if letter["own"] and letter.get("doubtful"):
+                counts[letter["letter"]] += letter["count"]
+        return counts
+
+    @property
     def left_out(self) -> dict[str, int]:
         """How often each character was left out, since the hand has no form for it."""
         counts = Counter[str]()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -16,7 +16,6 @@ from handout.errors import InputError
 from handout.hand import file, library
 from handout.hand.measures import ink_colours
 from handout.inking.pen import is_brush
-from handout.motion.trace import trace
 from handout.page_sizes import margins, page
 from handout.pipeline import programs
 from handout.pipeline.lined_paper import LinedPaper, lined_paper, page_name
@@ -24,12 +23,12 @@ from handout.pipeline.options import (
     PictureOptions,
     PoseOptions,
     SheetOptions,
+    StyleOptions,
     WritingOptions,
     millimetres,
     pace,
     seed_of,
 )
-from handout.pipeline.poses import pose_model, with_pose
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.progress import Tell, silent, within
 from handout.sinks import OF_INK, Look, write_drawings
@@ -42,6 +41,7 @@ from handout.writing.text import Borrowed
 if TYPE_CHECKING:
     from handout.hand.drawn import Hand
     from handout.hand.scanned import ScannedHand
+    from handout.motion.styles.style import Style
     from handout.writing.pages import Sheet
 
 _WRITTEN = 0.35  # of the work on a page, when its strokes are known and it is yet to be drawn; measured, for PNG
@@ -65,6 +65,7 @@ class WritingTask:
     paper : the lined paper that is written on.
     strict : whether words that read as others are an error.
     pose : how the pen is held.
+    style : the handstyle in which the strokes are moved through.
     """
 
     hand: Hand | ScannedHand
@@ -83,6 +84,7 @@ class WritingTask:
     paper: LinedPaper | None = None
     strict: bool = False
     pose: PoseOptions = field(default_factory=PoseOptions)
+    style: Style | None = None
 
     @property
     def paper_notes(self) -> tuple[str, ...]:
@@ -143,7 +145,8 @@ def write(
     wanted = frozenset[str]().union(*(INK if path.suffix.lower() in OF_INK else STROKES for path in paths))
     pages, drawings = draw_pages(text, task, wanted=wanted, tell=within(listener.progress, 0.0, _WRITTEN))
     files = write_drawings(drawings, paths, task.look, extra=extra, tell=within(listener.progress, _WRITTEN, 1.0))
-    notes = (*not_followed(task, picture, wanted >= INK), *_unpainted(picture, paths), *task.paper_notes)
+    unshown = (*not_followed(task, picture, wanted >= INK), *_unpainted(picture, paths), *style_notes(task, drawings))
+    notes = (*unshown, *task.paper_notes)
     return written(Tally.of(pages, drawings), task, files, notes)
 
 
@@ -168,7 +171,7 @@ def prepare(
     (fast, factor), seed, look = (
         pace(writing.speed),
         seed_of(writing.seed),
-        replace(picture.look(), footprint=writing.pose is not None),
+        replace(_pictured(writing, picture).look(), footprint=writing.pose is not None),
     )
     hand = library.find(writing.hand) if isinstance(writing.hand, str) else writing.hand
     hand = hand.hastened(writing.haste)
@@ -194,10 +197,11 @@ def prepare(
         writing.fallback,
         writing.slips,
         _pen_hand(picture.pen, hand) if picture.pen is not None and picture.has_scanned_pen else None,
-        hand.pages is not None and picture.pen is not None and not picture.has_scanned_pen,
+        hand.pages is not None and not picture.has_scanned_pen and (picture.pen, writing.style) != (None, None),
         picture.ink is not None,
         strict=writing.strict,
         pose=_pose(writing),
+        style=_style(writing),
     )
 
 
@@ -217,9 +221,38 @@ def _pen_hand(pen: str, hand: Hand | ScannedHand) -> ScannedHand:
     return file.load(library.scanned_file(pen))
 
 
+def _pictured(writing: WritingOptions, picture: PictureOptions) -> PictureOptions:
+    """How pictures look: a style brings its own widths, so that an even ink is the usual one.
+
+    Raises
+    ------
+    InputError
+        A style, and a pen whose scanned ink cannot be moved anew.
+    """
+    if writing.style is not None and picture.has_scanned_pen:
+        raise InputError(
+            f"--style moves strokes anew, and the ink of {picture.pen} lies as it was scanned: leave --pen out."
+        )
+    return picture if writing.style is None else replace(picture, pen=picture.pen or "plain")
+
+
+def _style(writing: WritingOptions) -> Style | None:
+    """The handstyle that is asked for."""
+    if writing.style is None:
+        given = [name for name in ("prime", "temperature") if getattr(writing, name) is not None]
+        if given:
+            raise InputError(f"--{given[0]} is for learned styles: name one with --style.")
+        return None
+    from handout.pipeline.styles import style_of
+
+    return style_of(StyleOptions(writing.style, prime=writing.prime, temperature=writing.temperature))
+
+
 def _pose(writing: WritingOptions) -> PoseOptions:
     """How the pen is held; what cannot be read is refused before anything is written."""
     if writing.pose is not None:
+        from handout.pipeline.poses import pose_model
+
         pose_model(writing.pose)
     return PoseOptions(writing.pose, writing.pose_method)
 
@@ -258,7 +291,6 @@ def set_pages(
     key = [task.seed] if row is None else [task.seed, row]
     author = task.hand
     hand, lacking = complete_hand(author, text, fallback=task.fallback, seed=task.seed)
-    borrowed = [letter_facts(letter) if row is None else {"row": row, **letter_facts(letter)} for letter in lacking]
     compose = partial(
         each_page,
         text,
@@ -271,7 +303,27 @@ def set_pages(
     )
     sheets = compose() if author.pages is None or hand.pages is None else _reread(compose, hand, author, task)
     task = replace(task, hand=hand)
+    if any(letter.doubted for letter in lacking):
+        sheets = iter(pages := list(sheets))
+        lacking = list(_written(lacking, pages, author))
+    borrowed = [letter_facts(letter) if row is None else {"row": row, **letter_facts(letter)} for letter in lacking]
     return task, (_with(sheet, "borrowed", borrowed) for sheet in sheets) if borrowed else sheets
+
+
+def _written(letters: Iterable[Borrowed], sheets: Sequence[Sheet], author: Hand | ScannedHand) -> Iterator[Borrowed]:
+    """What was lent to an author, of the letters that he has where it was written for his own alone."""
+    added = {
+        placed.at
+        for sheet in sheets
+        for line in sheet.manuscript.lines
+        for placed in line.placed
+        if placed.ink is not None and author.pages is not None and placed.ink.number >= len(author.glyphs)
+    }
+    for letter in letters:
+        lent = letter.doubted and not letter.of_author
+        at = tuple(place for place in letter.at if place in added) if lent else letter.at
+        if at:
+            yield replace(letter, at=at)
 
 
 def _reread(
@@ -308,6 +360,7 @@ def letter_facts(letter: Borrowed) -> Facts:
         "letter": letter.letter,
         "from": letter.source,
         "own": letter.of_author,
+        **({"doubtful": True} if letter.doubted else {}),
         "count": count,
         "at": list(letter.at),
     }
@@ -333,14 +386,44 @@ def draw(
     """A page as timed strokes, or as scanned ink, with what is stored in every output; `wanted` as in `draw_pages`."""
     drawing = Drawing((), page.page, {})
     if task.hand.pages is None or task.traced or wanted & STROKES:
+        from handout.motion.trace import trace
+
         speed = task.speed * (_HURRIED if task.fast else 1.0)
         drawing = trace(page, task.hand, rng, task.kinematics, speed=speed, jitter=task.layout.jitter)
-        drawing = with_pose(_in_colour(drawing, task), task.pose) if drawing.strokes else drawing
+        drawing = _posed(_styled(_in_colour(drawing, task), task, rng), task.pose) if drawing.strokes else drawing
     if task.hand.pages is not None and not task.traced and wanted & INK:
         from handout.inking.pen_replacement import drawn
 
         drawing = replace(drawn(page, task.hand, task.pen_hand), strokes=drawing.strokes)
     return replace(drawing, about={"program": f"handout {__version__}", "seed": task.seed, **about, **drawing.about})
+
+
+def _posed(drawing: Drawing, pose: PoseOptions) -> Drawing:
+    if pose.pose is None:
+        return drawing
+    from handout.pipeline.poses import with_pose
+
+    return with_pose(drawing, pose)
+
+
+def _styled(drawing: Drawing, task: WritingTask, rng: np.random.Generator) -> Drawing:
+    """A drawing in the style of the task; `about["style_losses"]` has what of it the style cannot show."""
+    if task.style is None:
+        return drawing
+    from handout.motion.styles.restyling import losses, restyle
+
+    styled = restyle(drawing, task.style, rng)
+    lost = losses(drawing, styled, task.style)
+    return replace(styled, about={**styled.about, "style_losses": lost}) if lost else styled
+
+
+def style_notes(task: WritingTask, drawings: Sequence[Drawing]) -> list[str]:
+    """Notes on what of some pages their style cannot show, and on what becomes of scanned ink."""
+    if task.style is None:
+        return []
+    lost = dict.fromkeys(str(loss) for drawing in drawings for loss in drawing.about.get("style_losses", []))
+    ink = f"--style: the strokes of {task.hand.name} are moved anew and drawn with a pen; its scanned ink is left out."
+    return [*([ink] if task.hand.pages is not None else []), *lost]
 
 
 def _in_colour(drawing: Drawing, task: WritingTask) -> Drawing:

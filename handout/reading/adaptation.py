@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from handout.networks import log_softmax
 from handout.reading import ctc
 from handout.reading.pictures import Floats, Reader
 from handout.values import Array
@@ -48,7 +49,7 @@ def adapted(
     borders = np.cumsum([len(one) for one in seen])[:-1]
     weights = begun
     for _ in range(settings.rounds):
-        given = np.split(ctc.log_softmax((steps @ weights.astype(np.float32)).astype(np.float64)), borders)
+        given = np.split(log_softmax((steps @ weights.astype(np.float32)).astype(np.float64)), borders)
         weights = begun + _change(begun, weights - begun, steps, _targets(given, labels), settings)
     return reader.with_last_layer(weights)
 

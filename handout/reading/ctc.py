@@ -32,11 +32,6 @@ class Hypothesis:
     log_probability: float
 
 
-def log_softmax(logits: Array) -> Array:
-    """(n, classes): natural logarithms of the classes' probabilities."""
-    return np.asarray(logits - np.logaddexp.reduce(logits, axis=1, keepdims=True))
-
-
 def log_probability(log_posteriors: Array, labels: Sequence[int]) -> float:
     """The natural logarithm of the probability that the steps (n, classes) read as `labels`.
 

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from handout import alphabet
 from handout.alphabet import fold
 from handout.errors import InputError
+from handout.networks import log_softmax
 from handout.reading import ctc
 from handout.reading.path_features import Floats, SampledPath, features, sampled, slant_of
 from handout.values import Array
@@ -155,15 +156,9 @@ def save(network: PathNetwork, path: Path) -> None:
     )
 
 
-def log_posteriors(logits: Array) -> Array:
-    """(m, classes): logarithms of the classes' probabilities."""
-    high = logits.max(axis=1, keepdims=True)
-    return np.asarray(logits - high - np.log(np.exp(logits - high).sum(axis=1, keepdims=True)))
-
-
 def label_probability(logits: Array, labels: Sequence[int]) -> float:
     """Logarithm of the probability of labels, given what the steps say."""
-    return ctc.log_probability(log_posteriors(logits), labels)
+    return ctc.log_probability(log_softmax(logits), labels)
 
 
 def _in_x_heights(strokes: Sequence[Array], baseline: float, x_height: float) -> list[Array]:
@@ -193,7 +188,7 @@ def _posteriors(
     known = x_height is not None and baseline is not None
     frames = [(baseline, x_height)] if baseline is not None and x_height is not None else _guesses(strokes)
     described = [features(upright_path(_in_x_heights(strokes, low, high))) for low, high in frames]
-    seen = [log_posteriors(one) for one in network.logits(described)]
+    seen = [log_softmax(one) for one in network.logits(described)]
     return seen[0] if known else max(seen, key=lambda one: float(one.max(axis=1).sum()))
 
 
@@ -266,7 +261,7 @@ def spans(
     """
     reader = network or shipped()
     path = upright_path(_in_x_heights(strokes, baseline, x_height))
-    seen = log_posteriors(reader.logits([features(path)])[0])
+    seen = log_softmax(reader.logits([features(path)])[0])
     steps = ctc.alignment(seen, labels_of(text))
     each = int(np.prod([layer.stride for layer in reader.layers]))
     at = np.clip(np.column_stack([steps[:, 0], steps[:, 1] - 1]) * each, 0, len(path.source) - 1)

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from handout.alphabet import JUNK, fold
 from handout.errors import InputError
+from handout.networks import log_softmax
 from handout.reading import ctc
 from handout.reading.word_space import MARGIN, normalised
 from handout.values import Array
@@ -85,7 +86,7 @@ class Reading:
     @cached_property
     def log_posteriors(self) -> Array:
         """(steps, classes), natural logarithms."""
-        return ctc.log_softmax(np.asarray(self.logits, dtype=np.float64) / self.temperature)
+        return log_softmax(np.asarray(self.logits, dtype=np.float64) / self.temperature)
 
     @cached_property
     def grouped(self) -> tuple[Array, str]:

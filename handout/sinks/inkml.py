@@ -4,7 +4,8 @@ Channels: X, Y (mm, y down), T (s, on the clock of the page), and where a stroke
 (elevation and azimuth of the pen, rad; elevation is what tilt lacks to a right angle), OR (rotation of the barrel,
 rad) and W (width of the line, mm).  The page, and seed, hand and all else that is known about the drawing, are
 annotations in JSON; strokes of a word form a group with the word's index, and with their layer and colour if they have
-any.  Reading back gives the same drawing to 1e-6 of each unit.
+any; a flat nib is a brush with a rectangular tip as wide as its edge, which lies along OR.  Reading back gives the same
+drawing to 1e-6 of each unit.
 """
 
 from __future__ import annotations
@@ -36,6 +37,7 @@ def to_inkml(drawing: Drawing) -> bytes:
     """A page as an InkML file, in the form described at the top of this file."""
     page = {"width": drawing.page.width, "height": drawing.page.height, "name": drawing.page.name}
     kinds = list(dict.fromkeys(_names(stroke) for stroke in drawing.strokes))
+    nibs = list(dict.fromkeys(stroke.nib for stroke in drawing.strokes))
     parts = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         '<ink xmlns="http://www.w3.org/2003/InkML">',
@@ -44,10 +46,12 @@ def to_inkml(drawing: Drawing) -> bytes:
         f'<annotation type="about">{about.escaped(about.as_json(drawing.about))}</annotation>',
         "<definitions>",
         *(_context(names, number) for number, names in enumerate(kinds)),
+        *(_brush(nib, number) for number, nib in enumerate(nibs) if nib),
         "</definitions>",
     ]
-    for (notes, names), group in groupby(drawing.strokes, lambda s: (_notes(s), _names(s))):
-        parts.append(f'<traceGroup contextRef="#pen{kinds.index(names)}">{notes}')
+    for (notes, names, nib), group in groupby(drawing.strokes, lambda s: (_notes(s), _names(s), s.nib)):
+        brush = f' brushRef="#nib{nibs.index(nib)}"' if nib else ""
+        parts.append(f'<traceGroup contextRef="#pen{kinds.index(names)}"{brush}>{notes}')
         parts += [f"<trace>{_trace(stroke)}</trace>" for stroke in group]
         parts.append("</traceGroup>")
     return "\n".join([*parts, "</ink>\n"]).encode("utf-8")
@@ -66,6 +70,14 @@ def _names(stroke: Stroke) -> tuple[str, ...]:
 def _context(names: Sequence[str], number: int) -> str:
     channels = "".join(f'<channel name="{n}" type="decimal" {kind}/>' for n, kind, _ in _CHANNELS if n in names)
     return f'<context xml:id="pen{number}"><traceFormat>{channels}</traceFormat></context>'
+
+
+def _brush(nib: float, number: int) -> str:
+    width = np.format_float_positional(nib, trim="-")
+    properties = (
+        f'<brushProperty name="width" value="{width}" units="mm"/><brushProperty name="tip" value="rectangle"/>'
+    )
+    return f'<brush xml:id="nib{number}">{properties}</brush>'
 
 
 def _trace(stroke: Stroke) -> str:

@@ -12,6 +12,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import count
+from typing import Any
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -29,9 +30,11 @@ _LEAST = 3  # points: a file with fewer holds no tag
 
 
 def from_gml(data: bytes) -> Drawing:
-    """Read a GML file; `about` holds the entries of the header's ``client`` and, if several, the number of drawings.
+    """Read a GML file; `about` holds the entries of the header's ``client``.
 
-    Every drawing of a file uses the whole screen, so several are laid out in rows.
+    Every drawing of a file uses the whole screen, so several are laid out in rows.  The strokes of each have its number
+    as their word, from 0; `about["drawings"]` is how many there are, `about["letters"]` the ``letter`` of each ("" if
+    it has none), where any has one.
 
     Raises
     ------
@@ -44,13 +47,19 @@ def from_gml(data: bytes) -> Drawing:
     scale, rotated = _scale(root)
     numbers = count(1)
     drawings = [e for e in root.iter() if e.tag.lower() == "drawing"] or [root]
-    strokes_of = [_strokes(drawing, scale, rotated, numbers) for drawing in drawings]
-    strokes_of = [strokes for strokes in strokes_of if strokes]
+    read = [(_strokes(drawing, scale, rotated, numbers), _letter(drawing)) for drawing in drawings]
+    strokes_of, letters = [strokes for strokes, _ in read if strokes], [letter for strokes, letter in read if strokes]
     points = sum(len(stroke.xy) for strokes in strokes_of for stroke in strokes)
     if points < _LEAST:
         raise InputError(f"This GML has {points} points of a pen that draws; at least {_LEAST} are needed.")
-    several = {"drawings": len(strokes_of)} if len(strokes_of) > 1 else {}
+    several: dict[str, Any] = {"drawings": len(strokes_of)} if len(strokes_of) > 1 else {}
+    several |= {"letters": letters} if any(letters) else {}
     return recorded.as_drawing(_apart(strokes_of), "GML", _about(root) | several)
+
+
+def _letter(drawing: Element) -> str:
+    """What letter a drawing says that it is, "" for none."""
+    return next(((e.text or "").strip() for e in drawing.iter() if e.tag.lower() == "letter"), "")
 
 
 def _strokes(drawing: Element, scale: Array, rotated: bool, numbers: Iterator[int]) -> list[Raw]:
@@ -74,10 +83,10 @@ def _apart(drawings: Sequence[Sequence[Raw]]) -> list[Raw]:
     gap = _GAP * float(sizes.max())
     room = max(float(sizes[:, 0].max()), math.sqrt(len(drawings)) * float(sizes.max()))
     placed, corner, lowest = [], np.zeros(2), 0.0
-    for strokes, low, size in zip(drawings, lows, sizes, strict=True):
+    for word, (strokes, low, size) in enumerate(zip(drawings, lows, sizes, strict=True)):
         if corner[0] > 0 and corner[0] + size[0] > room:
             corner = np.array([0.0, lowest + gap])
-        placed += [replace(stroke, xy=stroke.xy - low + corner) for stroke in strokes]
+        placed += [replace(stroke, xy=stroke.xy - low + corner, word=word) for stroke in strokes]
         lowest = max(lowest, corner[1] + size[1])
         corner = corner + np.array([size[0] + gap, 0.0])
     return placed
@@ -132,7 +141,7 @@ def _raw(points: Array, scale: Array, rotated: bool) -> Raw:
     return Raw(xy, t, channels)
 
 
-def _about(root: Element) -> dict[str, str]:
+def _about(root: Element) -> dict[str, Any]:
     client = next((e for e in root.iter() if e.tag.lower() == "client"), None)
     texts = {e.tag.lower(): (e.text or "").strip() for e in (client if client is not None else [])}
     return {key: text for key, text in texts.items() if text}

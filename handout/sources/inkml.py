@@ -37,11 +37,12 @@ class _Channel:
 
 
 class _Notes(NamedTuple):
-    """What a trace group's annotations say of its traces."""
+    """What a trace group's annotations, and its brush, say of its traces."""
 
     word: int = -1
     layer: str = ""
     colour: str = ""
+    nib: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -95,6 +96,18 @@ class _Formats:
     def __init__(self, root: Element, unit: float) -> None:
         self._named = {element.get("id"): element for element in root.iter() if element.get("id")}
         self.unit = unit
+
+    def nib(self, element: Element) -> float | None:
+        """mm, of the flat nib that is the brush of a group or a trace; None if it names no brush."""
+        brush = self._named.get((element.get("brushRef") or "").partition("#")[2])
+        if brush is None:
+            return None
+        properties = {p.get("name"): p for p in brush.findall("brushProperty")}
+        if "width" not in properties or "tip" not in properties or properties["tip"].get("value") != "rectangle":
+            return 0.0
+        width = properties["width"]
+        nib = (_number(width.get("value")) or 0.0) * _LENGTHS.get(width.get("units", ""), self.unit)
+        return nib if 0 < nib < np.inf else 0.0
 
     def of(self, element: Element, current: tuple[_Channel, ...], depth: int = 0) -> tuple[_Channel, ...]:
         """The channels that `element` (trace, group, context, source or format) names, else `current`."""
@@ -155,7 +168,7 @@ def _traces(root: Element, formats: _Formats) -> Iterator[_Trace]:
             if element.tag in ("context", "inkSource", "traceFormat"):
                 current = formats.of(element, current)
             elif element.tag == "traceGroup":
-                yield from walk(element, formats.of(element, current), _notes(element, notes))
+                yield from walk(element, formats.of(element, current), _notes(element, notes, formats.nib(element)))
             elif element.tag == "trace":
                 count += 1
                 values = _values((element.text or "").strip(), formats.of(element, current), count)
@@ -166,13 +179,14 @@ def _traces(root: Element, formats: _Formats) -> Iterator[_Trace]:
     yield from walk(root, formats.of(root, tuple(_Channel(c.name, formats.unit) for c in _PLAIN)), _Notes())
 
 
-def _notes(group: Element, outer: _Notes) -> _Notes:
+def _notes(group: Element, outer: _Notes, nib: float | None) -> _Notes:
     notes = {n.get("type", ""): n.text or "" for n in group.findall("annotation")}
     word, colour = notes.get("word", "").strip(), notes.get("colour", "").strip().lower()
     return _Notes(
         int(word) if word.isdecimal() else outer.word,
         notes.get("layer", outer.layer),
         colour if _COLOUR.fullmatch(colour) else outer.colour,
+        outer.nib if nib is None else nib,
     )
 
 
@@ -254,7 +268,9 @@ def _own(traces: list[_Trace], notes: dict[str, str]) -> Drawing:
 
 
 def _foreign(traces: list[_Trace], notes: dict[str, str]) -> Drawing:
-    raw = [Raw(_xy(trace), trace.channels.get("T"), _pen(trace), *trace.notes, start=trace.start) for trace in traces]
+    raw = [
+        Raw(_xy(trace), trace.channels.get("T"), _pen(trace), *trace.notes[:3], start=trace.start) for trace in traces
+    ]
     return recorded.as_drawing(raw, "InkML", {kind: text for kind, text in notes.items() if kind}, fit=False)
 
 
@@ -271,11 +287,10 @@ def _pen(trace: _Trace) -> dict[str, Any]:
 
 
 def _stroke(trace: _Trace, number: int) -> Stroke:
-    word, layer, colour = trace.notes
     try:
         if "T" not in trace.channels:
             raise ValueError("it has no times")
-        return Stroke(trace.channels["T"], _xy(trace), **_pen(trace), word=word, layer=layer, colour=colour)
+        return Stroke(trace.channels["T"], _xy(trace), **_pen(trace), **trace.notes._asdict())
     except ValueError as error:
         raise InputError(f"Trace {number} cannot be used: {error}.") from error
 

@@ -17,7 +17,7 @@ from handout.tagging import network
 from handout.tagging.decoder import Decoded
 from handout.tagging.line_space import Frame, Strip, frames, strips
 from handout.tagging.network import Network
-from handout.tagging.segmentation import PageReader, by_segments, confidence
+from handout.tagging.segmentation import PageReader, by_segments, confidence, page_reader
 from handout.tagging.transcript import TranscriptLine, read_transcript
 from handout.tagging.transcript_fit import POOR, assigned_to_lines, refuse_other_text
 
@@ -147,7 +147,7 @@ def align_strips(
     lines = read_transcript(transcript)
     if not strips:
         raise InputError("No lines of writing were found on the page: nothing can be aligned.")
-    reader = PageReader([strip.image for strip in strips], networks or network.shipped())
+    reader = page_reader([strip.image for strip in strips], networks or network.shipped())
     texts, fits = assigned_to_lines(reader, lines, rng)
     with_text = [i for i, text in enumerate(texts) if text.letters]
     refuse_other_text([fits[i] for i in with_text], (len(strips), len(lines)))

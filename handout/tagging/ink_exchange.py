@@ -1,15 +1,18 @@
 """Ink that neighbouring letters exchange where both then look more like the other glyphs of their letters.
 
 A line is cut where its columns say, and a stem, a bar or a loop may come to the wrong side.  Here every letter offers
-each neighbour what lies along the graph within some distance of where the two meet, each branch near there, and each
-small piece by itself.  What makes both more probable among their siblings (`hand.outlier_score`) changes hands, the
-clearest first, until nothing gains enough.
+each neighbour, and each letter of another line that it touches, what lies along the graph within some distance of where
+the two meet, or come nearest, each branch near there, and each small piece by itself.  What makes most letters right,
+as far as their shape among their siblings (`hand.outlier_score`) and how they read alone (`hand.author_reader`) tell,
+changes hands, until nothing gains enough.
 
 Both have to gain: where their sum alone counted, letters got rid of what made them strange at letters of which anything
-is believed, capitals above all, and people's pages were read worse with it than without.  By eye, of 17 exchanges on
-five of their pages (csafe w0076 w0122 w0154 w0277 w0394, by which the bounds were chosen) 11 put a stem, a bar or a
-side of a bowl right and 6 hardly matter; of 11 on four others (cvl 0052, csafe w0023 w0418 w0533) 7 are right, 2 hardly
-matter and 2 are wrong, in words that were written over.  It takes .4 to 2.5 s of CPU a page.
+is believed, capitals above all, and people's pages were read worse with it than without.  Reading better counts only
+where it becomes reading right: a looped k lost its foot when it read a little less like an h without.  By eye, on five
+people's pages where an exchange by shape between letters that touch had come to rest (csafe w0076 w0154 w0238 w0394,
+cvl 0012, by which the bounds were chosen) 17 of 21 more put a stem, an arch or a side of a bowl right, 3 hardly matter
+and 1 is wrong; on two others (cvl 0052, csafe w0277) 14 of 19 are right, and 5 hardly matter.  It takes 4 to 6 s of CPU
+a page.
 
 Source: own method.
 """
@@ -23,12 +26,15 @@ from itertools import pairwise
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.spatial import cKDTree
 
 from handout.hand import outlier_score
+from handout.hand.author_reader import Reader, author_reader, reads_alone, surprise, usual_surprise
 from handout.hand.glyph_features import features_of
 from handout.hand.outlier_score import Siblings
-from handout.hand.scanned import ScannedPage
+from handout.hand.scanned import ScannedHand, ScannedPage
 from handout.tagging.alignment import Alignment
+from handout.tagging.glyph_extraction import extract_glyphs
 from handout.values import Array, Indices
 
 NOBODY = -1  # the letter of a vertex that belongs to none
@@ -42,9 +48,11 @@ class ExchangeSettings:
     near: float = 0.8  # along the graph, within which a branch is offered whole
     piece: float = 1.6  # length of a separate piece that is offered
     beside: float = 0.6  # from the taker's ink to such a piece
+    cut: float = 0.5  # length at least of what is cut off a line for a taker that it does not touch: more than a dot
     kept: float = 0.3  # share of its line that a letter keeps at least
-    margin: float = 0.4  # of merit (see `Siblings.merit`) that an exchange must gain
-    each: float = 0.1  # of it that each of the two must gain
+    margin: float = 0.3  # letters that are right (see `Siblings.right`) that an exchange must gain
+    each: float = 0.02  # of them that each of the two must gain
+    read: float = 0.7  # surprise, nats, up to which a glyph reads as what it is rather than as all else
     rounds: int = 3  # most that follow one another
     least: int = 150  # letters of a page below which it is left as it is: siblings say too little
 
@@ -69,6 +77,7 @@ class InkExchange:
     sheet : the page.
     letter : (n,) int: the letter of each vertex, −1 for none.
     names, lines : of all letters, in the order of writing.
+    reader : that knows the author.
     held : letters whose ink is known: they neither give nor take, and their neighbours alone begin.
     """
 
@@ -78,9 +87,11 @@ class InkExchange:
         letter: Indices,
         names: Sequence[str],
         lines: Indices,
+        reader: Reader,
         held: frozenset[int] = frozenset(),
     ) -> None:
         self.letter, self._sheet, self._lines, self._held = letter.copy(), sheet, lines, held
+        self._names, self._reader = names, reader
         graph, count = sheet.graph, len(sheet.graph)
         a, b = graph.edges.T
         self._step = np.hypot(*(graph.xy[a] - graph.xy[b]).T) / sheet.x_height
@@ -93,8 +104,12 @@ class InkExchange:
         self._known = np.array(list(self._sets), dtype=np.intp)
         self._row = {number: row for row, number in enumerate(self._sets)}
         features = features_of(sheet, lines[self._known], list(self._sets.values()))
-        self._siblings = Siblings(outlier_score.shipped(), features, [names[i] for i in self._known])
-        self._merit = self._siblings.merit(np.arange(len(features)), features)
+        known = [names[i] for i in self._known]
+        self._siblings = Siblings(outlier_score.shipped(), features, known)
+        self._alone = np.array([reads_alone(name) for name in known], dtype=bool)
+        self._seen = np.array([self._surprise(number, vertices) for number, vertices in self._sets.items()])
+        self._usual = usual_surprise(self._seen, known, self._alone)
+        self._right = self._siblings.right(np.arange(len(features)), features, self._seen - self._usual)
 
     def settle(self) -> int:
         """Exchange ink until nothing gains enough; how often any was."""
@@ -133,19 +148,45 @@ class InkExchange:
         both = [offer.giver, offer.taker]
         features = features_of(self._sheet, self._lines[both], [self._sets[number] for number in both])
         rows = np.array([self._row[number] for number in both])
-        self._merit[rows] = self._siblings.merit(rows, features)
+        self._seen[rows] = [self._credited(number, self._sets[number]) for number in both]
+        self._right[rows] = self._siblings.right(rows, features, self._seen[rows] - self._usual[rows])
+
+    def _surprise(self, number: int, vertices: Indices) -> float:
+        """How oddly some vertices would read as a letter."""
+        if not self._alone[self._row[number]]:
+            return 0.0
+        return surprise(self._reader, self._sheet, int(self._lines[number]), vertices, self._names[number])
+
+    def _credited(self, number: int, vertices: Indices) -> float:
+        """The same, where reading less oddly than now counts only if it is read as nothing else any more."""
+        now, then = self._seen[self._row[number]], self._surprise(number, vertices)
+        return now if SETTINGS.read < then < now else then
 
     def _gains(self, offers: Sequence[_Offer]) -> Array:
-        """(k,): how much better each offer makes its two letters together, as `Siblings.merit`; 0 if not each."""
+        """(k,): how many more letters each offer makes right, as `Siblings.right` expects; 0 if not each.
+
+        Only what would gain if both read perfectly is read.
+        """
         letters = np.array([(offer.giver, offer.taker) for offer in offers], dtype=np.intp)
         left = [np.setdiff1d(self._sets[o.giver], o.vertices, assume_unique=True) for o in offers]
         grown = [np.sort(np.concatenate([self._sets[o.taker], o.vertices])) for o in offers]
-        gains = []
-        for side, sets in enumerate((left, grown)):
-            rows = np.array([self._row[number] for number in letters[:, side].tolist()])
-            features = features_of(self._sheet, self._lines[letters[:, side]], sets)
-            gains.append(self._siblings.merit(rows, features) - self._merit[rows])
-        giver, taker = gains
+        rows = np.array([[self._row[number] for number in pair] for pair in letters.tolist()], dtype=np.intp).T
+        features = [
+            features_of(self._sheet, self._lines[numbers], sets)
+            for numbers, sets in zip(letters.T, (left, grown), strict=True)
+        ]
+        strange = -self._usual[rows]
+        gains = self._gained(rows, features, strange)
+        for k in np.flatnonzero(gains >= SETTINGS.margin).tolist():
+            for side, sets in enumerate((left, grown)):
+                strange[side, k] += self._credited(int(letters[k, side]), sets[k])
+        return self._gained(rows, features, strange)
+
+    def _gained(self, rows: Indices, features: Sequence[Array], strange: Array) -> Array:
+        """(k,): what givers and takers (rows, 2 × k) gain together; 0 if not each of them does."""
+        giver, taker = (
+            self._siblings.right(*side) - self._right[side[0]] for side in zip(rows, features, strange, strict=True)
+        )
         return np.where(np.minimum(giver, taker) >= SETTINGS.each, giver + taker, 0.0)
 
     def _branches(self) -> Indices:
@@ -157,15 +198,18 @@ class InkExchange:
         return np.asarray(connected_components(joined, directed=False)[1], dtype=np.intp)
 
     def _offers(self, letters: set[int]) -> Iterator[_Offer]:
-        order = list(self._sets)
-        for first, second in pairwise(order):
-            if (
-                self._lines[first] == self._lines[second]
-                and {first, second} & letters
-                and not {first, second} & self._held
-            ):
+        for first, second in self._pairs():
+            if {first, second} & letters and not {first, second} & self._held:
                 yield from self._offered(first, second)
                 yield from self._offered(second, first)
+
+    def _pairs(self) -> list[tuple[int, int]]:
+        """Letters that stand side by side on a line, and those of different lines that touch."""
+        beside = [(a, b) for a, b in pairwise(self._sets) if self._lines[a] == self._lines[b]]
+        owners = self.letter[self._sheet.graph.edges]
+        crossing = owners[(owners[:, 0] != owners[:, 1]) & (owners >= 0).all(axis=1)]
+        touching = np.unique(np.sort(crossing, axis=1), axis=0)
+        return [*beside, *((a, b) for a, b in touching.tolist() if self._lines[a] != self._lines[b])]
 
     def _offered(self, giver: int, taker: int) -> Iterator[_Offer]:
         own = self._sets[giver]
@@ -182,11 +226,17 @@ class InkExchange:
         """(k,) bool: what lies near the places where a letter meets its taker."""
         rows = self._graph[own]
         meets = np.flatnonzero(np.add.reduceat(np.r_[self.letter[rows.indices] == taker, False], rows.indptr[:-1]) > 0)
-        if not len(meets):
-            return
+        touching = bool(len(meets))
+        if not touching:
+            gap = self._away(own, taker)
+            if gap.min() > SETTINGS.beside:
+                return
+            meets = np.array([gap.argmin()])
         away = dijkstra(inner, indices=meets, min_only=True)
         for reach in SETTINGS.reaches:
-            yield np.asarray(away <= reach)
+            part = away <= reach
+            if touching or self._length[own[part]].sum() >= SETTINGS.cut:
+                yield np.asarray(part)
         branch = self._branch[own]
         for number in np.unique(branch[away <= SETTINGS.near]).tolist():
             yield np.asarray(branch == number)
@@ -196,11 +246,14 @@ class InkExchange:
         count, piece = connected_components(inner, directed=False)
         if count == 1:
             return
-        size, theirs = np.bincount(piece, self._length[own]), self._place[self._sets[taker]]
+        size, gap = np.bincount(piece, self._length[own]), self._away(own, taker)
         for number in np.flatnonzero(size < SETTINGS.piece).tolist():
-            gap = np.abs(self._place[own[piece == number], None] - theirs[None]).max(axis=2).min()
-            if gap < SETTINGS.beside:
+            if gap[piece == number].min() < SETTINGS.beside:
                 yield np.asarray(piece == number)
+
+    def _away(self, own: Indices, taker: int) -> Array:
+        """(k,): how far each vertex of a letter lies from its taker's ink, across or up."""
+        return np.asarray(cKDTree(self._place[self._sets[taker]]).query(self._place[own], p=np.inf)[0])
 
 
 def exchanged(
@@ -214,8 +267,10 @@ def exchanged(
     """
     if len(alignment.letters) < SETTINGS.least:
         return letters
+    glyphs, _ = extract_glyphs(sheet, alignment, letters)
+    reader = author_reader(ScannedHand("", "", (sheet,), glyphs))
     names = [letter.text for letter in alignment.letters]
     lines = np.array([line.number for line in alignment.lines for _ in line.letters], dtype=np.intp)
-    exchange = InkExchange(sheet, letters, names, lines, held)
+    exchange = InkExchange(sheet, letters, names, lines, reader, held)
     exchange.settle()
     return exchange.letter

@@ -199,9 +199,14 @@ def strips(mask: NDArray[np.bool_], frames: Sequence[Frame], slant: float | None
     slant : tangent; without it the page's, found here.
     """
     owners = line_owners(mask, frames)
+    # the rows that each line takes: looking through the whole page for every line would take most of the time
+    rows = [np.flatnonzero((owners == i).any(axis=1)) for i in range(len(frames))]
+    spans = [(int(of_line[0]), int(of_line[-1]) + 1) if len(of_line) else (0, 0) for of_line in rows]
+    inks = [(owners[top:bottom] == i, top) for i, (top, bottom) in enumerate(spans)]
     if slant is None:
-        slant = median_slant([straightened(owners == i, replace(f, slant=0.0)).image for i, f in enumerate(frames)])
-    return [straightened(owners == i, replace(frame, slant=slant)) for i, frame in enumerate(frames)]
+        flat = [straightened(*ink, replace(frame, slant=0.0)) for ink, frame in zip(inks, frames, strict=True)]
+        slant = median_slant([strip.image for strip in flat])
+    return [straightened(*ink, replace(frame, slant=slant)) for ink, frame in zip(inks, frames, strict=True)]
 
 
 def median_slant(images: Sequence[Image]) -> float:
@@ -219,20 +224,21 @@ def median_slant(images: Sequence[Image]) -> float:
     return float(np.median(slants))
 
 
-def straightened(ink: NDArray[np.bool_], frame: Frame) -> Strip:
-    """The ink of one line (h, w) in line space; `frame.left` is set to where the strip begins."""
+def straightened(ink: NDArray[np.bool_], first: int, frame: Frame) -> Strip:
+    """The ink of one line, rows of the page from `first` on, in line space; `frame.left` is where the strip begins."""
     import cv2
 
     y, x = np.nonzero(ink)
     if len(x) == 0:
         return Strip(np.zeros((HEIGHT, 2 * _MARGIN), np.uint8), frame)
+    y += first
     feet = x - frame.slant * (frame.base(x) - y)
     scale = frame.scale
     left = float(feet.min()) - _MARGIN / scale
     placed = replace(frame, left=left)
     width = int((feet.max() - left) * scale) + _MARGIN
     top, bottom = int(y.min()), int(y.max()) + 1
-    grey = ink[top:bottom].astype(np.uint8) * 255
+    grey = ink[top - first : bottom - first].astype(np.uint8) * 255
     if scale < 1:
         grey = np.asarray(cv2.GaussianBlur(grey, (0, 0), 0.45 / scale), dtype=np.uint8)
     u, v = np.meshgrid(np.arange(width, dtype=np.float64), np.arange(HEIGHT))

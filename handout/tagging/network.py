@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from handout import atomic
 from handout.alphabet import LETTERS, THIRDS
 from handout.errors import InputError
+from handout.networks import Adam, Floats, dropout, log_softmax
 from handout.tagging.line_space import COUNT, SPREAD_FLOOR
 
-Floats = NDArray[np.float32]
 _LAYERS = 3  # of weights, in the shipped files: two hidden layers
 
 
@@ -31,9 +31,6 @@ class Recipe:
     dropout: float = 0.2  # share of the second hidden layer
     label_smoothing: float = 0.05  # share spread over all states
     final_rate: float = 0.1  # of the learning rate, at the end of the last epoch
-    beta_1: float = 0.9  # of Adam: Kingma and Ba 2015, Algorithm 1
-    beta_2: float = 0.999  # the same
-    epsilon: float = 1e-8  # the same
     sample: int = 40_000  # columns that suffice for the mean and spread of each feature
     pseudocount: float = 20.0  # added to the columns of each state, so that a state never seen has a finite prior
 
@@ -83,17 +80,12 @@ class Network:
         x: Floats = (features.astype(np.float32) - self.mean) / self.spread
         for weight, bias in zip(self.weights[:-1], self.biases[:-1], strict=True):
             x = np.asarray(np.maximum(x @ weight + bias, 0), dtype=np.float32)
-        return _log_softmax(np.asarray(x @ self.weights[-1] + self.biases[-1], dtype=np.float32))
+        return log_softmax(np.asarray(x @ self.weights[-1] + self.biases[-1], dtype=np.float32))
 
 
 def averaged(each: Sequence[Floats]) -> Floats:
     """(n, states) log of the mean of several networks' probabilities, given their logarithms."""
     return np.asarray(np.logaddexp.reduce(each, axis=0) - np.float32(np.log(len(each))))
-
-
-def _log_softmax(z: Floats) -> Floats:
-    z = z - z.max(axis=1, keepdims=True)
-    return np.asarray(z - np.log(np.exp(z).sum(axis=1, keepdims=True)))
 
 
 def untrained(columns: LabelledColumns, widths: Floats, hidden: int, rng: np.random.Generator) -> Network:
@@ -135,7 +127,7 @@ def trained(
     on_epoch : called after every epoch with its number and mean loss.
     """
     parameters = [np.array(p) for p in (*network.weights, *network.biases)]
-    adam = _Adam(parameters)
+    adam = Adam(parameters)
     n = len(columns)
     for epoch in range(epochs):
         order, loss = rng.permutation(n), 0.0
@@ -158,9 +150,9 @@ def _gradients(
     x = x * (rng.random(x.shape, dtype=np.float32) > _RECIPE.input_dropout)
     first = np.maximum(x @ w[0] + b[0], 0)
     second = np.maximum(first @ w[1] + b[1], 0)
-    mask = (rng.random(second.shape, dtype=np.float32) > _RECIPE.dropout) / np.float32(1 - _RECIPE.dropout)
+    mask = dropout(second.shape, _RECIPE.dropout, rng)
     dropped = second * mask
-    log = _log_softmax(dropped @ w[2] + b[2])
+    log = log_softmax(dropped @ w[2] + b[2])
     rows = np.arange(len(states))
     off = np.exp(log)
     off[rows, states] -= 1 - _RECIPE.label_smoothing
@@ -170,30 +162,6 @@ def _gradients(
     front = (back @ w[1].T) * (first > 0)
     gradients = [x.T @ front, first.T @ back, dropped.T @ off, front.sum(0), back.sum(0), off.sum(0)]
     return gradients, -float(log[rows, states].sum())
-
-
-class _Adam:
-    """Adam, changing the parameters in place."""
-
-    def __init__(self, parameters: Sequence[Floats]) -> None:
-        self._parameters = parameters
-        self._mean = [np.zeros_like(p) for p in parameters]
-        self._square = [np.zeros_like(p) for p in parameters]
-        self._steps = 0
-
-    def step(self, gradients: Sequence[Floats], rate: float) -> None:
-        self._steps += 1
-        first = np.float32(rate / (1 - _RECIPE.beta_1**self._steps))
-        second = np.float32(1 / np.sqrt(1 - _RECIPE.beta_2**self._steps))
-        for parameter, mean, square, gradient in zip(
-            self._parameters, self._mean, self._square, gradients, strict=True
-        ):
-            mean *= np.float32(_RECIPE.beta_1)
-            mean += np.float32(1 - _RECIPE.beta_1) * gradient
-            square *= np.float32(_RECIPE.beta_2)
-            gradient *= gradient
-            square += np.float32(1 - _RECIPE.beta_2) * gradient
-            parameter -= first * mean / (second * np.sqrt(square) + np.float32(_RECIPE.epsilon))
 
 
 def save(network: Network, path: Path) -> None:

@@ -32,7 +32,7 @@ from handout.tagging.glyph_extraction import extract_glyphs, letters_within_reac
 from handout.tagging.ink_exchange import exchanged
 from handout.tagging.letter_assignment import assign_letters
 from handout.tagging.line_space import X_HEIGHT, Frame, Strip, lines_at, strips
-from handout.tagging.segmentation import PageReader, by_segments
+from handout.tagging.segmentation import by_segments, page_reader
 from handout.tagging.transcript import TranscriptLine, in_one_line, read_transcript
 from handout.tagging.transcript_fit import POOR, line_fits
 from handout.values import Indices
@@ -287,7 +287,7 @@ def _aligned(
     tell: Tell,
 ) -> Alignment:
     some = [i for i, text in enumerate(texts) if text.letters]
-    reader = PageReader([line.image for line in lines], network.shipped()).part(some)
+    reader = page_reader([line.image for line in lines], network.shipped()).part(some)
     written = [texts[i] for i in some]
     # in one thread, as `alignment.align_strips`
     with threadpool_limits(limits=1, user_api="blas"):

@@ -12,12 +12,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from handout.alphabet import JUNK, LETTERS, SPACE, fold, state
 from handout.hand.places import graphemes
+from handout.networks import Floats
 from handout.progress import Tell, silent, within
 from handout.tagging import network
 from handout.tagging.decoder import TERMS, Decoded, Held, Reading, Terms, decode, read
@@ -77,6 +79,9 @@ class PageReader:
         self.images = tuple(images)
         self.networks = tuple(networks)
         self.features = [describe(image) for image in images]
+        # text lines → the same broken as suits the page; line → what the networks together make of its columns
+        self.broken: dict[tuple[TranscriptLine, ...], list[TranscriptLine]] = {}
+        self._together: dict[int, Floats] = {}
         self._terms = terms
         self._prior = np.mean([network.log_prior for network in networks], axis=0)
 
@@ -85,23 +90,42 @@ class PageReader:
         some = copy(self)
         some.images = tuple(self.images[i] for i in lines)
         some.features = [self.features[i] for i in lines]
+        some.broken, some._together = {}, {i: self._together[k] for i, k in enumerate(lines) if k in self._together}
         return some
 
     def reading(self, line: int) -> Reading:
         """What the networks together read on a line."""
-        return self.readings(line, self.networks)[-1]
+        if line not in self._together:
+            self._together[line] = self._posteriors(line, self.networks)[-1]
+        return self._read(line, self._together[line])
 
     def readings(self, line: int, networks: Sequence[Network]) -> list[Reading]:
         """What each of some networks reads on a line, and last what they read together; one alone counts once."""
+        return [self._read(line, posterior) for posterior in self._posteriors(line, networks)]
+
+    def _posteriors(self, line: int, networks: Sequence[Network]) -> list[Floats]:
         each = [network.log_posterior(self.features[line]) for network in networks]
-        posteriors = [*each, averaged(each)] if len(each) > 1 else each
-        return [read(self.images[line], posterior, self._prior, self._terms) for posterior in posteriors]
+        return [*each, averaged(each)] if len(each) > 1 else each
+
+    def _read(self, line: int, posterior: Floats) -> Reading:
+        return read(self.images[line], posterior, self._prior, self._terms)
 
     def widths(self, lines: Sequence[TranscriptLine]) -> dict[str, float]:
         """Letter → usual width on this page, pixels of line space, given what is written on its lines."""
         mean = np.mean([network.widths for network in self.networks], axis=0).astype(np.float64)
         usual = np.maximum(mean * page_scale(self.images, lines, mean) * X_HEIGHT, 3.0)
         return dict(zip(LETTERS, usual.tolist(), strict=True))
+
+
+def page_reader(images: Sequence[Image], networks: Sequence[Network]) -> PageReader:
+    """The reader of some lines: the same one where they are asked for again."""
+    return _page_reader(tuple((image.shape[1], image.tobytes()) for image in images), tuple(networks))
+
+
+@lru_cache(maxsize=2)  # the lines as they were found, and as many as the text has
+def _page_reader(images: tuple[tuple[int, bytes], ...], networks: tuple[Network, ...]) -> PageReader:
+    pixels = [np.frombuffer(data, dtype=np.uint8).reshape(HEIGHT, width) for width, data in images]
+    return PageReader(pixels, networks)
 
 
 def spans(line: TranscriptLine, decoded: Decoded) -> list[tuple[str, float, float]]:

@@ -12,7 +12,7 @@ from handout.errors import InputError
 from handout.tagging import network
 from handout.tagging.decoder import Decoded, Reading, decode, in_a_row
 from handout.tagging.line_space import STEP, Strip
-from handout.tagging.segmentation import PageReader, page_scale
+from handout.tagging.segmentation import PageReader, page_reader, page_scale
 from handout.tagging.transcript import TranscriptLine, in_one_line
 
 _SHUFFLES = 3  # of a line's letters, whose mean score is that of chance
@@ -37,8 +37,11 @@ def assigned_to_lines(
         fits = line_fits(reader, lines, rng)
         if sum(of_line < POOR for of_line in fits) <= _MOST_POOR:
             return list(lines), fits
-    readings = [reader.reading(i) for i in range(count)]
-    rebroken = broken_freely(readings, lines, reader.widths(_evenly_broken(lines, count)))
+    if tuple(lines) not in reader.broken:
+        readings = [reader.reading(i) for i in range(count)]
+        widths = reader.widths(_evenly_broken(lines, count))
+        reader.broken[tuple(lines)] = broken_freely(readings, lines, widths)
+    rebroken = reader.broken[tuple(lines)]
     refits = line_fits(reader, rebroken, rng)
     if len(lines) == count and float(np.median(fits)) > float(np.median(refits)):
         return list(lines), fits
@@ -106,7 +109,7 @@ def median_fit(fits: Sequence[float]) -> float:
 
 def text_fit(strips: Sequence[Strip], lines: Sequence[TranscriptLine], rng: np.random.Generator) -> float:
     """How well a text fits straightened lines, broken as suits it best: the middle line's fit."""
-    reader = PageReader([strip.image for strip in strips], network.shipped())
+    reader = page_reader([strip.image for strip in strips], network.shipped())
     parts, fits = assigned_to_lines(reader, lines, rng)
     return median_fit([of_line for of_line, part in zip(fits, parts, strict=True) if part.letters])
 

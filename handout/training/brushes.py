@@ -69,9 +69,9 @@ def sumi(length: float, wet: float, rng: np.random.Generator) -> tuple[Array, Ar
     u, v = _frame(length)
     share = np.clip(u / length, 0, 1)
     landing = np.sqrt(np.clip(share / 0.1, 0, 1) * (2 - np.clip(share / 0.1, 0, 1)))
-    leaving = np.clip((1.02 - share) / 0.28, 0, 1) ** 0.6
+    leaving = np.clip((1 - share) / 0.28, 0, 1) ** 0.6
     swell = 1 - 0.1 * np.cos(2 * np.pi * share + rng.uniform(-1, 1))
-    shape = landing * leaving * swell * np.where((u >= 0) & (u <= length), 1, 0)
+    shape = np.where((u >= 0) & (u <= length), landing * leaving * swell, -1)  # noise inks nothing before or after
     edge = np.abs(v + 0.12 * (share - 0.5)) + 0.018 * _noise(u.shape, 16, 4, rng)
     hairs = _noise(u.shape, 120, 1.1, rng) + 0.5 * _noise(u.shape, 14, 1.2, rng) + 0.8 * np.abs(v)
     dry = np.clip((share - wet) / 0.4, 0, 1)

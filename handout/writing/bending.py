@@ -9,7 +9,7 @@ Source: own method; seed 000, §6.2 for the need; seed 002, §3.3 for the target
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -75,6 +75,7 @@ class Bend:
     targets: Array
     misses: Array
     around: float
+    _kept: dict[int, tuple[Array, Array]] = field(default_factory=dict, init=False, repr=False)
 
     def __call__(self, xy: Array) -> Array:
         """Where places (n, 2) go."""
@@ -83,6 +84,14 @@ class Bend:
         moved = moved + np.sin(xy @ self.waves.T + self.phases) @ self.pushes
         near = np.exp(-cdist(xy, self.targets, "sqeuclidean") / (2 * self.around**2))
         return np.asarray(moved + near @ self.misses / (near.sum(axis=1) + _AWAY)[:, None])
+
+    def of_form(self, xy: Array) -> Array:
+        """The same, read-only, for places (n, 2) of a form, which are asked for when it is bent, spaced and laid."""
+        found = self._kept.get(id(xy))
+        if found is None:
+            found = self._kept[id(xy)] = (xy, self(xy))
+            found[1].flags.writeable = False
+        return found[1]
 
     def scaled(self, share: float) -> Bend:
         """The bend, `share` times as strong."""
@@ -120,7 +129,7 @@ def bend(
         full = replace(full, pushes=side * full.pushes, targets=form.targets, misses=side * reach * missed)
         for share in _TRIES:
             tried = full.scaled(share)
-            then = measure(tried(form.xy), form.radius, spread.x_height)
+            then = measure(tried.of_form(form.xy), form.radius, spread.x_height)
             if ((then >= low) & (then <= high)).all():
                 return tried
     return unbent()

@@ -129,12 +129,17 @@ class ExtractedStrokes:
         inside = (holder == owner[pairs[:, 1]]) & (holder != NOBODY)
         holder, pairs = holder[inside], pairs[inside]
         codes = holder[:, None] * self._count + pairs
-        at = np.minimum(np.searchsorted(self._codes, codes), len(self._codes) - 1)
+        # the place of each vertex in the body of the glyph that owns it
+        place = np.full(self._count, NOBODY)
+        own = np.flatnonzero(owner[self._codes % self._count] == self._codes // self._count)
+        place[self._codes[own] % self._count] = own
+        at = place[pairs]
         walked = [
             self._steps(np.delete(np.column_stack([way[:-1], way[1:]]), first[1:-1] - 1, axis=0))
             for way, first in self._ways
         ]
-        in_body = (self._codes[at] == codes).all(axis=1) & ~_among(self._steps(codes), np.sort(np.concatenate(walked)))
+        in_body = (at != NOBODY).all(axis=1)
+        in_body[in_body] = ~_among(self._steps(codes[in_body]), np.sort(np.concatenate(walked)))
         order = np.flatnonzero(in_body)[np.argsort(holder[in_body], kind="stable")]
         local = at[order] - self.bodies.first[holder[order], None]
         return np.split(local, np.searchsorted(holder[order], np.arange(1, len(self._centre))))
@@ -379,6 +384,10 @@ class Forms:
         """(n,) int, rising: the vertices of a form's body, by their numbers in the graph of its page."""
         return self._extracted.vertices(number)
 
+    def connectors(self, *, leaving: bool) -> Connectors:
+        """All ways out of the hand's glyphs, or all ways into them."""
+        return self._extracted.exits if leaving else self._extracted.entries
+
     def ends(self) -> tuple[Array, Array]:
         """Twice (n, k, 2): y of the first and of the last vertex of each glyph's exits, and of its entries; nan where
         there are fewer."""
@@ -502,9 +511,9 @@ def _clear(path: Indices, entries: list[Indices], beyond: list[Indices]) -> Indi
     """A path without what it shares with the ligatures on the far sides of its two letters; two vertices at least."""
     first, last = 0, len(path) - 1
     for other in entries:
-        first = max(first, *np.flatnonzero(np.isin(path, other)).tolist(), 0)
+        first = max(first, *np.flatnonzero(_among(path, np.sort(other))).tolist(), 0)
     for other in beyond:
-        last = min(last, *np.flatnonzero(np.isin(path, other)).tolist(), last)
+        last = min(last, *np.flatnonzero(_among(path, np.sort(other))).tolist(), last)
     if last <= first:
         first = min(first, len(path) - 2)
         last = first + 1

@@ -25,7 +25,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise, product
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 from handout.hand.measures import body_sizes
 from handout.hand.places import PLACES, Place, places
 from handout.hand.scanned import NOBODY, ScannedHand
-from handout.hand.vetting import SURE, Vetting, vet
+from handout.hand.vetting import SURE, vet
 from handout.values import Array, Indices, readonly, readonly_indices
 from handout.writing.choosing import Candidates, fading_cost
 from handout.writing.forms import along, ways
@@ -49,6 +49,10 @@ class ChoiceWeights:
     # are wrong by eye (49 of 1036) were 26, 56 and 57 with a cost that spared doubtful ones, 10, 33 and 32 with this;
     # with 35 they were 4, 19 and 20, but the repetition of a page was .039 instead of .009
     doubtful: float = 20.0
+    # a glyph that was added to the hand: as one that is right with .6.  On four people's pages (csafe w0076 w0154
+    # w0394, cvl 0052) four letters had no glyph above .8; the best of each had .70 to .79, and all were right by eye
+    lent: float = 8.0
+    blot: float = 20.0  # times its `blots`
     broken: float = 3.0  # without a body
     # of a glyph for a letter
     elsewhere: float = 0.5  # from another place in its word
@@ -81,10 +85,40 @@ class ChoiceWeights:
 WEIGHTS = ChoiceWeights()
 
 
-def intrinsic_cost(vetting: Vetting, bodies: Sequence[Indices]) -> Array:
+def intrinsic_cost(hand: ScannedHand, bodies: Sequence[Indices]) -> Array:
     """(n,) float ≥ 0: of writing each glyph at all, given its body, which may be empty."""
     empty = np.array([not len(body) for body in bodies], dtype=bool)
-    return np.asarray(WEIGHTS.doubtful * (1 - vetting.probability) + WEIGHTS.broken * empty)
+    lent = np.arange(len(bodies)) >= hand.own
+    doubt = WEIGHTS.doubtful * (1 - vet(hand).probability)
+    return np.asarray(doubt + WEIGHTS.broken * empty + WEIGHTS.lent * lent + WEIGHTS.blot * blots(hand))
+
+
+_WIDE = 1.6  # times the usual width of a page's line: what crosses or is retraced is narrower; by eye, four pages
+
+
+def blots(hand: ScannedHand) -> Array:
+    """(n,) float ≥ 0: how much more ink than their letter's median glyphs have where their line is far too wide.
+
+    It is the length of such line, x-heights, times the widths by which it is too wide.
+    """
+    surplus = []
+    for page in hand.pages:
+        graph, count = page.graph, len(page.graph)
+        a, b = graph.edges.T
+        step = np.hypot(*(graph.xy[a] - graph.xy[b]).T) / (2 * page.x_height)
+        length = np.bincount(a, step, count) + np.bincount(b, step, count)
+        usual = float(np.median(graph.radius)) if count else 1.0
+        surplus.append(length * np.maximum(graph.radius / usual - _WIDE, 0.0))
+    each = np.array([surplus[glyph.page][glyph.vertices].sum() for glyph in hand.glyphs])
+    for letter in hand.letters:
+        numbers = hand.of(letter)
+        each[numbers] = np.maximum(each[numbers] - np.median(each[numbers]), 0.0)
+    return readonly(each, len(hand.glyphs))
+
+
+def better_lent(hand: ScannedHand, letter: str) -> bool:
+    """Whether all glyphs of a letter are more doubtful than a lent one would be strange."""
+    return WEIGHTS.doubtful * (1 - float(vet(hand).probability[hand.of(letter)].max(initial=0.0))) > WEIGHTS.lent
 
 
 class TransitionCosts:
@@ -103,15 +137,18 @@ class TransitionCosts:
         self._residual, self._after = residual, after
         self._exit_count, self._entry_count = ((~np.isnan(ways[:, :, 0, 0])).sum(axis=1) for ways in (exits, entries))
         self.has_exit, self.has_entry = self._exit_count > 0, self._entry_count > 0
-        self._costs = np.full((len(after), len(after)), np.nan, dtype=np.float32)
+        # takes memory only where costs are asked for
+        self._costs = np.empty((len(after), len(after)), dtype=np.float32)
+        self._known = np.zeros((len(after), len(after)), dtype=bool)
 
     def cost(self, first: Indices, second: Indices, parted: bool) -> Array:
         """(k, l) float ≥ 0: of each of `first` (k,) before each of `second` (l,), with or without a space between."""
-        costs = self._costs[first[:, None], second]
-        if np.isnan(costs).any():
-            row, column = np.nonzero(np.isnan(costs))
+        pairs = first[:, None], second
+        costs, known = self._costs[pairs], self._known[pairs]
+        if not known.all():
+            row, column = np.nonzero(~known)
             costs[row, column] = self._of_pairs(first[row], second[column])
-            self._costs[first[:, None], second] = costs
+            self._costs[pairs], self._known[pairs] = costs, True
         cost = costs.astype(np.float64)
         if parted:
             return np.asarray(
@@ -130,7 +167,10 @@ class TransitionCosts:
         """(m,) float: of pairs."""
         joined = self.has_exit[first] & self.has_entry[second]
         cost = np.full(len(first), WEIGHTS.unseen)
-        cost[joined] = WEIGHTS.fit * mismatch(self._exits[first[joined]], self._entries[second[joined]])
+        single = joined & (self._exit_count[first] == 1) & (self._entry_count[second] == 1)
+        for pairs, which in ((single, slice(1)), (joined & ~single, slice(None))):
+            exits, entries = self._exits[:, which][first[pairs]], self._entries[:, which][second[pairs]]
+            cost[pairs] = WEIGHTS.fit * mismatch(exits, entries)
         cost[joined] += WEIGHTS.unmatched * np.abs(self._exit_count[first[joined]] - self._entry_count[second[joined]])
         cost += WEIGHTS.unlike * np.abs(self._residual[first] - self._residual[second]).mean(axis=1)
         cost[self._after[first] == second] = 0.0
@@ -150,17 +190,16 @@ def mismatch(exits: Array, entries: Array) -> Array:
     exits, entries : (…, k, p, 2) float, line space: places along ligatures, nan for none.
     """
     pairs = np.broadcast_shapes(exits.shape[:-3], entries.shape[:-3])
-    least = np.full(pairs, np.inf)
+    out, into = (
+        np.broadcast_to(ways, (*pairs, *ways.shape[-3:])).reshape(-1, *ways.shape[-3:]) for ways in (exits, entries)
+    )
     # few glyphs have more than one ligature: only those that there are, are compared
-    for i, j in product(range(exits.shape[-3]), range(entries.shape[-3])):
-        both = exits[..., i, :, :], entries[..., j, :, :]
-        out, into = (np.broadcast_to(ways, (*pairs, *ways.shape[-2:])) for ways in both)
-        there = ~np.isnan(out[..., 0, 0] + into[..., 0, 0])
-        of = ... if there.all() else there
-        away = out[of] - into[of]
-        away[..., 0] -= away[..., 0].mean(axis=-1, keepdims=True)
-        least[of] = np.minimum(least[of], np.hypot(away[..., 0], away[..., 1]).mean(axis=-1))
-    return least
+    of, i, j = np.nonzero(~(np.isnan(out[:, :, None, 0, 0]) | np.isnan(into[:, None, :, 0, 0])))
+    away = out[of, i] - into[of, j]
+    away[..., 0] -= away[..., 0].mean(axis=-1, keepdims=True)
+    least = np.full(len(out), np.inf)
+    np.minimum.at(least, of, np.hypot(away[..., 0], away[..., 1]).mean(axis=-1))
+    return least.reshape(pairs)
 
 
 @dataclass(frozen=True, eq=False)
@@ -391,7 +430,6 @@ def index_glyphs(hand: ScannedHand) -> GlyphIndex:
     bodies = [glyph.vertices[~inner[glyph.page][glyph.vertices]] for glyph in glyphs]
     whole = [body if len(body) else glyph.vertices for body, glyph in zip(bodies, glyphs, strict=True)]
     exits, entries = _ligatures(hand)
-    vetting = vet(hand)
     return GlyphIndex(
         hand,
         tuple(glyph.letter for glyph in glyphs),
@@ -402,8 +440,8 @@ def index_glyphs(hand: ScannedHand) -> GlyphIndex:
         entries,
         residuals(hand, whole),
         *_joined_shares(hand),
-        readonly(intrinsic_cost(vetting, bodies), count),
-        vetting.refused,
+        readonly(intrinsic_cost(hand, bodies), count),
+        vet(hand).refused,
     )
 
 

@@ -124,7 +124,11 @@ _TOUCH = 0.5  # of the two radii: a stroke that is cut ends so deep in the ink o
 
 
 def set_line(
-    forms: Sequence[Form], bends: Sequence[Bend], centres: Array, apart: Sequence[bool], x_height: float
+    forms: Sequence[Form],
+    bends: Sequence[Bend],
+    centres: Array,
+    joints: Sequence[Sequence[tuple[Connector, Connector]]],
+    x_height: float,
 ) -> list[LineGraph]:
     """The ink of one line.
 
@@ -132,7 +136,7 @@ def set_line(
     ----------
     forms, bends : n, of its glyphs.
     centres : (n, 2) float, line space: where they lie.
-    apart : n: whether there is a space before each; what it says of the first is not looked at.
+    joints : n − 1: the ways out of each and into the next that become one ligature; none where there is a space.
     x_height : of the hand, line space.
 
     Returns
@@ -144,8 +148,8 @@ def set_line(
     Source: seed 000, §6.4.
     """
     laid = [_LaidForm(form, bent, centre) for form, bent, centre in zip(forms, bends, centres, strict=True)]
-    for first, second, separate in zip(laid[:-1], laid[1:], apart[1:], strict=True):
-        _join(first, second, x_height, apart=separate)
+    for first, second, between in zip(laid[:-1], laid[1:], joints, strict=True):
+        _join(first, second, x_height, between)
     for glyph in laid:
         glyph.lift()
     return [glyph.graph() for glyph in laid]
@@ -157,7 +161,7 @@ class _LaidForm:
     def __init__(self, form: Form, bent: Bend, centre: Array) -> None:
         self.form = form
         self._bent, self._centre = bent, centre
-        self.xy = self.place(form.xy)
+        self.xy = bent.of_form(form.xy) + centre
         self.free: list[Connector] = []  # exits and entries that nothing has met
         self.obstacles: list[tuple[Array, Array]] = []
         self._parts = [(self.xy, form.radius, form.density, form.uv)]
@@ -199,10 +203,9 @@ class _LaidForm:
         return LineGraph(xy, radius, density, uv, np.concatenate(self._edges))
 
 
-def _join(first: _LaidForm, second: _LaidForm, x_height: float, *, apart: bool) -> None:
+def _join(first: _LaidForm, second: _LaidForm, x_height: float, joints: Sequence[tuple[Connector, Connector]]) -> None:
     """Ligatures of two neighbours, the whole of each for either; what stays loose may not run through the other."""
-    for i, j in () if apart else matches(first.form, second.form):
-        out, into = first.form.exits[i], second.form.entries[j]
+    for out, into in joints:
         t, xy, radius = blend(out, into, first.place(out.xy), second.place(into.xy), x_height)
         first.add(out, (xy, radius, at(out, out.density, t), at(out, out.uv, t)))
         second.add(into, (xy[::-1], radius[::-1], at(into, into.density, t)[::-1], at(into, into.uv, t)[::-1]))

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from handout.writing.choosing import Choice
 from handout.writing.forms import Form, Forms
 from handout.writing.glyph_index import GlyphIndex, Neighbours, index_glyphs, neighbours
 from handout.writing.joining import set_line
+from handout.writing.joints import Joint
 from handout.writing.layout import author_baselines
 from handout.writing.pages import ToPage, Unit, Word, wide_gap
 from handout.writing.spacing import WORDS, HeightModel, SpacingModel, height_model, resolve_collisions, spacing_model
@@ -47,6 +49,11 @@ class LayoutModel:
         reaches = [_reach(self.forms[int(number)], bend) for number, bend in zip(numbers, bends, strict=True)]
         return np.array(reaches).reshape(-1, 2)
 
+    def joints(self, numbers: Sequence[int], apart: Sequence[bool]) -> list[tuple[Joint, ...]]:
+        """The ligatures from each of some glyphs to the next; `apart` says before which there is a space."""
+        between = self.spacing.joints.between
+        return [() if space else between(*pair) for pair, space in zip(pairwise(numbers), apart[1:], strict=True)]
+
     def bends(self, numbers: Indices, rng: np.random.Generator, variation: float = 1.0) -> list[Bend]:
         """How each of some glyphs (n,) is bent, never further than the author's own letters vary.
 
@@ -55,11 +62,17 @@ class LayoutModel:
         # size and slant drift, as people's do; a generator a glyph, so that another in its place changes no others
         drifts = np.stack([walk(rng, len(numbers), 1.0) for _ in range(3)], axis=1)
         seeds = rng.integers(2**63, size=len(numbers))
-        height = self.heights.height[numbers].tolist()
         return [
-            bend(self.forms[number], number, self.spread, high, drift, np.random.default_rng(seed), variation)
-            for number, high, drift, seed in zip(numbers.tolist(), height, drifts, seeds.tolist(), strict=True)
+            _bent(self, number, tuple(drift), seed, variation)
+            for number, drift, seed in zip(numbers.tolist(), drifts.tolist(), seeds.tolist(), strict=True)
         ]
+
+
+@lru_cache(maxsize=4096)  # glyphs: 900 words, which are set several times when some of them read as others
+def _bent(model: LayoutModel, number: int, drift: tuple[float, ...], seed: int, variation: float) -> Bend:
+    """How a glyph is bent: as it was, where the same place is written with it again."""
+    height, rng = float(model.heights.height[number]), np.random.default_rng(seed)
+    return bend(model.forms[number], number, model.spread, height, np.array(drift), rng, variation)
 
 
 def layout_model(hand: ScannedHand) -> LayoutModel:
@@ -71,7 +84,7 @@ def layout_model(hand: ScannedHand) -> LayoutModel:
 
 def _reach(form: Form, bend: Bend) -> tuple[float, float]:
     xy, radius = form.whole
-    xy = bend(xy)
+    xy = bend.of_form(xy)
     return float((xy[:, 0] - radius).min()), float((xy[:, 0] + radius).max())
 
 
@@ -172,7 +185,8 @@ class ScannedHandwriting:
         apart = [i == 0 and not word.glued for word in words for i in range(len(word.glyphs))]
         forms = [self._model.forms[glyph.number] for _, _, glyph in glyphs]
         bends = [glyph.bend for _, _, glyph in glyphs]
-        graphs = set_line(forms, bends, centres, apart, self._model.spread.x_height)
+        numbers = [glyph.number for _, _, glyph in glyphs]
+        graphs = set_line(forms, bends, centres, self._model.joints(numbers, apart), self._model.spread.x_height)
         letters = [letter for word in words for letter in zip(word.at, word.spelt, strict=True)]
         for (number, _, glyph), graph, (at, letter) in zip(glyphs, graphs, letters, strict=True):
             source = self._hand.glyphs[glyph.number]

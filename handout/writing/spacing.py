@@ -45,6 +45,7 @@ from handout.writing.bending import Bend
 from handout.writing.forms import Form, Forms, Line
 from handout.writing.glyph_index import Neighbours
 from handout.writing.joining import matches, meets, partners, rises
+from handout.writing.joints import Joints
 
 _HEIGHTS = np.arange(-0.48, 1.13, 0.04)  # over the baseline, line space
 LETTERS, WORDS, MARKS = range(3)  # kinds of pairs: two letters of a word, across a space, with punctuation in a word
@@ -202,6 +203,7 @@ class SpacingModel:
     """
 
     forms: Forms
+    joints: Joints
     sides: Sides
     slant: float
     lean: Array
@@ -223,7 +225,7 @@ class SpacingModel:
         wanted = _sampled_gaps(estimates, usual, np.where(parted, 0.0, spread), rng, variation)
         low, high = self.gaps.low[kind], self.gaps.high[kind]
         pairs = zip(first.tolist(), second.tolist(), strict=True)
-        lifted = (kind == LETTERS) & np.array([not matches(self.forms[i], self.forms[j]) for i, j in pairs], dtype=bool)
+        lifted = (kind == LETTERS) & np.array([not self.joints.between(i, j) for i, j in pairs], dtype=bool)
         high = np.where(lifted, np.maximum(self.gaps.lifted, low), high)
         held = np.where(sourced, wanted, np.clip(wanted, low, high))
         away = held - self.sides.clearance(first, second, kind) + self.lean[second] - self.lean[first]
@@ -270,10 +272,11 @@ class SpacingModel:
 
     def _with_ligatures(self, first: int, second: int, away: float) -> float:
         """The mean of a distance and of those at which the ligatures meet, weighted by their precisions."""
-        forms = self.forms[first], self.forms[second]
-        meetings = [meets(forms[0].exits[i], forms[1].entries[j]) for i, j in matches(*forms)]
+        meetings = [meets(out, into) for out, into in self.joints.between(first, second)]
         if not meetings:
             return away
+        if self.joints.is_new(first, second):
+            return float(np.mean([distance for distance, _ in meetings]))
         ours = [max(deviation, _EVEN) ** -2.0 for _, deviation in meetings]
         theirs = float(self.gaps.deviation[LETTERS]) ** -2.0
         met = float(np.dot(ours, [distance for distance, _ in meetings]))
@@ -311,7 +314,10 @@ def spacing_model(forms: Forms, neighbours: Neighbours) -> SpacingModel:
     beyond = sides(forms, slant)
     lean = slant * forms.centre[:, 1]
     least = float(learnt(forms.hand, "least distance", _MAKERS, 1, lambda: [_least(forms, neighbours)])[0])
-    return SpacingModel(forms, beyond, slant, lean, _gaps(forms, beyond, neighbours, forms.centre[:, 0] - lean), least)
+    joints = Joints(forms)
+    return SpacingModel(
+        forms, joints, beyond, slant, lean, _gaps(forms, beyond, neighbours, forms.centre[:, 0] - lean), least
+    )
 
 
 def _least(forms: Forms, neighbours: Neighbours) -> float:
@@ -631,9 +637,9 @@ class _BentGlyph:
 
     @cached_property
     def _body(self) -> Form:
-        return replace(self._form, xy=self._bend(self._form.xy))
+        return replace(self._form, xy=self._bend.of_form(self._form.xy))
 
     @cached_property
     def _whole(self) -> tuple[Array, Array]:
         xy, radius = self._form.whole
-        return self._bend(xy), radius
+        return self._bend.of_form(xy), radius

@@ -152,12 +152,14 @@ class Borrowed:
 
     source : what of, in words; `LEFT_OUT` if nothing was written.
     of_author : whether all of it is the author's.
+    doubted : the hand has the letter, but all its glyphs are doubtful.
     """
 
     letter: str
     source: str
     of_author: bool
     at: tuple[int, ...]
+    doubted: bool = False
 
 
 def normalise(text: str) -> str:

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from handout.shipped import files
 from handout.sinks import write_drawing
 from handout.sources import read_drawing
 from handout.values import Drawing, Page, Stroke
@@ -66,15 +65,13 @@ def test_writing_has_the_pose_in_all_channels(artist, call):
 
 def test_a_z_plotter_goes_as_deep_as_the_pen_is_pressed(artist, call, tmp_path):
     """The depths of a program follow the pose, not the pressure that drawn hands have by themselves."""
-    text = files("devices", "plotter-*.toml")["plotter-grbl-z"].read_text(encoding="utf-8")
-    profile = tmp_path / "sprung.toml"
-    profile.write_text(text.replace("[pen]", "[pen]\npressed = -0.6", 1), encoding="utf-8")
     depths = []
     for more in ((), ("--pose", artist)):
-        call("write", "nun", "--page", "60x30mm", "--seed", "1", "-o", "page.gcode", "--device", profile, *more)
+        call("write", "nun", "--page", "60x30mm", "--seed", "1", "-o", "page.gcode", "--device", "grbl-z", *more)
         program = (tmp_path / "page.gcode").read_text(encoding="ascii")
         depths.append([float(depth) for depth in re.findall(r"Z(-?[\d.]+)", program)])
     assert len(set(depths[1])) > 10 and depths[0] != depths[1]
+    assert min(depths[1]) >= -0.5 and max(depths[1]) == 2.5
 
 
 @pytest.mark.parametrize("method", ["optimal", "average", "closest"])

@@ -1,6 +1,7 @@
 """Hands from scans, as a user makes, looks at, corrects and keeps them."""
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,8 +13,8 @@ from handout.hand import file
 
 
 @pytest.fixture
-def kept(small_hand):
-    file.save(small_hand, Path("small.hand"))
+def kept(small_hand_file):
+    shutil.copy(small_hand_file, "small.hand")
     return "small.hand"
 
 

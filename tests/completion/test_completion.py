@@ -5,8 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from handout.completion.completed_hand import complete_hand
+from handout.cli.sentences import lent
+from handout.completion.completed_hand import complete_hand, outlook
 from handout.errors import InputError, MissingCharacters
+from handout.hand.vetting import vet
+from handout.pipeline.options import WritingOptions
+from handout.pipeline.results import Tally
+from handout.pipeline.writing import prepare, set_pages
 
 
 def spelt(borrowed):
@@ -112,3 +117,33 @@ def test_a_pen_is_no_hand(small_hand):
     nameless = replace(small_hand, glyphs=tuple(replace(glyph, letter="") for glyph in small_hand.glyphs))
     with pytest.raises(InputError, match="ink without letters"):
         complete_hand(nameless, "a", fallback=True)
+
+
+def doubted(hand, letter):
+    glyphs = tuple(replace(g, confidence=0.0) if g.letter == letter else g for g in hand.glyphs)
+    return replace(hand, glyphs=glyphs)
+
+
+def test_a_letter_of_which_all_are_doubtful_is_lent_beside_its_own(small_hand):
+    hand = doubted(small_hand, "h")
+    completed, borrowed = complete_hand(hand, "hen hen", fallback=True)
+    assert spelt(borrowed) == {"h": ("the form of house-joined, as its own are doubtful", False, (0, 4))}
+    assert borrowed[0].doubted and completed.author is hand and completed.own == len(hand.glyphs)
+    assert set(hand.of("h")) < set(completed.of("h")) and (vet(completed).probability[completed.own :] == 1).all()
+    same, told = complete_hand(hand, "hen hen")  # lent only where that is accepted
+    assert same is hand and spelt(told) == {"h": ("its own, all doubtful", True, (0, 4))} and told[0].doubted
+    assert complete_hand(small_hand, "hen hen", fallback=True) == (small_hand, [])
+
+
+def test_what_is_lent_for_doubtful_letters_is_told_with_the_places_where_it_is_written(small_hand):
+    hand = doubted(small_hand, "h")
+    options = WritingOptions(hand=hand, seed=3, fallback=True)
+    _, sheets = set_pages("hen hen", prepare(options))
+    (about,) = (sheet.manuscript.about for sheet in sheets)
+    (fact,) = about["borrowed"]
+    assert fact["doubtful"] and not fact["own"] and fact["at"] == [0, 4] and "doubtful" in fact["from"]
+    _, sheets = set_pages("hen hen", prepare(WritingOptions(hand=hand, seed=3)))
+    (about,) = (sheet.manuscript.about for sheet in sheets)
+    assert about["borrowed"][0]["own"] and about["borrowed"][0]["doubtful"] and about["borrowed"][0]["at"] == [0, 4]
+    assert lent(Tally(borrowed=about["borrowed"])).startswith(" All that the hand has are doubtful of: h, 2 times;")
+    assert {way.letter: way.how for way in outlook(hand, "hen")} == {"h": "doubted"}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from handout.errors import InputError
-from handout.hand import outlier_score
+from handout.hand import author_reader, outlier_score
 from handout.hand.glyph_features import COUNT, glyph_features
 from handout.hand.vetting import vet
 
@@ -41,6 +41,14 @@ def test_a_glyph_under_another_name_is_the_first_to_look_at(small_hand):
     after = vet(changed(small_hand, number, letter="h"))
     assert after.probability[number] < before[number]
     assert number in after.worst_first[:5]
+
+
+def test_a_glyph_that_reads_as_another_letter_is_strange_and_marks_are_not_read(small_hand):
+    number = int(small_hand.of("e")[0])
+    before, after = (author_reader.strangeness(hand) for hand in (small_hand, changed(small_hand, number, letter="h")))
+    assert after[number] > 2 > before[number]
+    marks = [i for i, glyph in enumerate(small_hand.glyphs) if not glyph.letter.isalnum()]
+    assert marks and not before[marks].any()
 
 
 def test_most_glyphs_of_a_good_hand_are_sure_and_none_without_name_or_confidence_is(small_hand):

@@ -254,3 +254,22 @@ def test_json_of_a_file_is_read_with_care(brush, tmp_path):
         (tmp_path / "bad.brush").write_bytes(spoilt)
         with pytest.raises(InputError, match=words):
             brushes.load(tmp_path / "bad.brush")
+
+
+def test_a_stroke_has_its_own_colour_and_is_pressed_as_it_was(brush):
+    """The harder a stroke is pressed, the wetter it is; a light one leaves more paper."""
+    line = np.array([[5.0, 5.0], [35.0, 5.0]])
+    red = Stroke(np.arange(2.0), line, width=np.full(2, 4.0), colour="#c02020")
+    green = Stroke(np.arange(2.0) + 3, line + np.array([0, 8]), width=np.full(2, 4.0), colour="#208020")
+    drawing = Drawing((red, green), Page(40, 20))
+    sheet = np.ones((160 * 320, 3), np.float32)
+    for at, light in canvas.passed(drawing, 8 * 25.4, brush, Pen(4.0, brush.colour, "sumi"), np.random.default_rng(1)):
+        sheet[at] = light
+    rows = sheet.reshape(160, 320, 3)
+    upper, lower = (rows[a:b, 80:240].reshape(-1, 3).mean(axis=0) for a, b in ((24, 56), (88, 120)))
+    assert upper[0] > upper[1] + 0.1 and lower[1] > lower[0] + 0.1
+    covers = []
+    for pressed in (-0.5, 0.4):
+        chooser = Chooser(brush.library, np.random.default_rng(4))
+        covers.append(np.mean([brush.library.cover[chooser.row(np.zeros(40), pressed)].mean() for _ in range(12)]))
+    assert covers[1] > covers[0] + 0.02

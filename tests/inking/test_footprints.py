@@ -40,6 +40,20 @@ def test_a_chisel_has_an_edge():
     np.testing.assert_allclose(edge(line(0.0)), -np.radians(40))
 
 
+def test_a_chisels_dots_are_diamonds_that_stay_apart():
+    """A dash along the edge would be a hairline; the two dots of ë are nearer than the edge is long."""
+    width = usual("chisel").width
+    dash = np.array([[0.0, 0.0], [0.3, -0.25]])
+    dots = [Stroke(np.array([t, t + 0.1]), at + dash) for t, at in ((0.0, (5, 5)), (1.0, (6.2, 5)), (2.0, (20, 5)))]
+    dots.append(Stroke(np.array([3.0]), np.array([[30.0, 5.0]])))
+    made = marked(Drawing(tuple(dots), Page(40, 10)), usual("chisel")).strokes
+    assert [round(s.nib / width, 2) for s in made] == [round(0.65 * 1.2 / width, 2)] * 2 + [1.0, 1.0]
+    for stroke in made:
+        way = stroke.xy[-1] - stroke.xy[0]
+        edge = np.array([np.cos(stroke.rotation[0]), np.sin(stroke.rotation[0])])
+        assert abs(way @ edge) < 1e-9 and np.hypot(*way) == pytest.approx(0.7 * stroke.nib) and way[1] > 0
+
+
 def test_a_fountain_pen_is_thin_along_its_edge():
     thin, broad = (drawn(line(way, pressure=0.55, rotation=0.4), "fountain").width.mean() for way in (0.4, 1.97))
     assert thin == pytest.approx(0.7 * broad, rel=0.01)

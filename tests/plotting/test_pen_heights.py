@@ -1,5 +1,7 @@
 """Finding the heights of a pen, with a person who looks at the simulated one."""
 
+import re
+
 import msgspec
 import pytest
 
@@ -38,7 +40,7 @@ class Looking:
         self.asked.append(question)
         if "t" in answers:
             return "t" if touches(self.port) else "d"
-        said = next(value for key, value in [("o", "o"), ("y", "n"), ("3", "3")] if key in answers)
+        said = next(value for key, value in [("o", "o"), ("y", "n"), ("s", "s"), ("3", "3")] if key in answers)
         said = self.told.get(said, said)
         assert said in answers
         return said
@@ -64,8 +66,10 @@ def test_both_heights_are_found(name):
     assert 0 <= steps.sign * (touching - first) <= steps.sizes[0] + 1e-9
     assert steps.sign * (found.down - found.up) >= 0.9 * abs(pen.up - pen.down)
     assert not port.pen_is_down
-    drawn = port.executed().strokes
-    assert len(drawn) == sum(range(2, pen_heights.ROWS + 2))  # a wave and its marks
+    drawn, sheets = port.executed().strokes, 2 if steps.follows else 1
+    assert len(drawn) == sheets * sum(range(2, pen_heights.ROWS + 2))  # a wave and its marks
+    deepest = None if found.pressed is None else steps.sign * (found.pressed - found.down)
+    assert deepest == (pytest.approx(3 * steps.row) if steps.follows else None)
 
 
 def test_nothing_moves_before_the_person_says_so():
@@ -122,6 +126,22 @@ def test_the_paper_can_be_called_zero():
     profile, port, controller = met("grbl-z")
     found = pen_heights.find(pen_heights.begin(controller, port, Looking(port, n="y"), lambda _: None))
     assert found.down == pytest.approx(-0.2) and found.up == pytest.approx(profile.pen.up)
+
+
+def test_a_pen_that_is_clamped_hard_is_not_pressed(tmp_path):
+    """And what is found is written, whether the profile had a number for it or not."""
+    profile, port, controller = met("grbl-z")
+    found = pen_heights.find(pen_heights.begin(controller, port, Looking(port, s="h"), lambda _: None))
+    assert found.pressed == found.down
+    source = shipped.folder("devices") / "plotter-grbl-z.toml"
+    for text in (
+        source.read_text(encoding="utf-8"),
+        re.sub("(?m)^pressed.*\n", "", source.read_text(encoding="utf-8")),
+    ):
+        own, path = tmp_path / "own.toml", tmp_path / "plotter-mine.toml"
+        own.write_text(text, encoding="utf-8")
+        saved_heights.save(own, path, saved_heights.lines(found, profile))
+        assert profiles.read(path).pen.pressed == found.down
 
 
 def test_given_heights_are_tried():

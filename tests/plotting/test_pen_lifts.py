@@ -12,7 +12,7 @@ from handout.errors import ProfileError
 from handout.plotting import open_port, pen_lift, plan, run
 from handout.plotting.dialects.grbl import protocol
 from handout.plotting.driving import fidelity
-from handout.plotting.planning.blocks import Move, Pen
+from handout.plotting.planning.blocks import Move, Pen, Timed
 from handout.values import Drawing, Stroke
 
 SERVO, ON_Z = profiles.find("simulated", "plotter"), profiles.find("grbl-z", "plotter")
@@ -85,9 +85,31 @@ def test_a_z_axis_may_count_downwards():
     assert 5.3 < max(block.z for block in made.blocks if isinstance(block, Move) and block.z is not None) <= 6
 
 
+@pytest.mark.parametrize("firmware", ["2.4.4", "2.6.2", "2.8.1", "3.0.2"])
+def test_the_servo_of_an_ebb_follows_the_pressure_in_small_steps(firmware):
+    drawing = with_pressure(page(words=2), np.random.default_rng(3))
+    board = profiles.find("axidraw-v3", "plotter")
+    profile = msgspec.structs.replace(with_pen(board, pressed=board.pen.down - 2000), firmware=firmware)
+    port = open_port(f"sim:?firmware={firmware}", profile)
+    made = plan(drawing, profile)
+    run(made, port, profile)
+    got = port.executed()
+    assert fidelity.compare(drawing, got).deviation < 0.1 and not port.pen_is_down
+    told = [block.servo for block in made.blocks if isinstance(block, Timed) and block.servo is not None]
+    assert len(set(told)) > 6 and board.pen.down - 2000 <= min(told) and max(told) <= board.pen.down
+    pairs = [pair for pair in zip(drawing.strokes, got.strokes, strict=True) if pair[0].length > 5]
+    same = []
+    for pair in pairs:
+        shares = [(s.t - s.t[0]) / (s.t[-1] - s.t[0]) for s in pair]
+        pressures = [np.interp(np.linspace(0, 1, 50), at, s.pressure) for at, s in zip(shares, pair, strict=True)]
+        same.append(np.corrcoef(*pressures)[0, 1])
+    assert len(same) >= 2 and np.median(same) > 0.9
+
+
 def test_what_does_not_follow_says_nothing_of_heights():
     drawing = with_pressure(page(words=1), np.random.default_rng(3))
-    assert all(block.z is None for block in plan(drawing, ON_Z).blocks if isinstance(block, Move))
+    stiff = plan(drawing, with_pen(ON_Z, pressed=None))
+    assert all(block.z is None for block in stiff.blocks if isinstance(block, Move))
     flat = plan(page(words=1), with_pen(ON_Z, pressed=-0.8))
     assert all(block.z is None for block in flat.blocks if isinstance(block, Move))
 

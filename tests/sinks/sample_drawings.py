@@ -52,9 +52,8 @@ def strokes(draw: st.DrawFn) -> Stroke:
     has = draw(st.sets(st.sampled_from(_channels)))
     channels = {c: np.array(draw(st.lists(st.floats(0, 1.5), min_size=n, max_size=n))) for c in _channels if c in has}
     layer, colour = draw(st.sampled_from(["", "red & <thin>", "tinte"])), draw(st.sampled_from(["", "#c01020"]))
-    return Stroke(
-        np.cumsum(steps), np.array(xy), word=draw(st.integers(-1, 40)), layer=layer, colour=colour, **channels
-    )
+    word, nib = draw(st.integers(-1, 40)), draw(st.sampled_from([0.0, 0.7, 2.0])) if "rotation" in has else 0.0
+    return Stroke(np.cumsum(steps), np.array(xy), word=word, layer=layer, colour=colour, nib=nib, **channels)
 
 
 drawings = st.builds(
@@ -82,4 +81,4 @@ def _alike(a: Stroke, b: Stroke, tolerance: float) -> bool:
             return False
         if one is not None and (one.shape != other.shape or np.abs(one - other).max() > tolerance):
             return False
-    return (a.word, a.layer, a.colour) == (b.word, b.layer, b.colour)
+    return (a.word, a.layer, a.colour) == (b.word, b.layer, b.colour) and abs(a.nib - b.nib) <= tolerance

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from handout.reading import pictures
 from handout.tagging.ink_exchange import NOBODY, SETTINGS, InkExchange, exchanged
 
 
@@ -22,37 +23,53 @@ def test_a_stem_that_its_neighbour_took_comes_back(shared, small_hand, known):
         i for i in small_hand.of("n").tolist() if min(small_hand.glyphs[i].before, small_hand.glyphs[i].after) >= 0
     )
     held = frozenset({small_hand.glyphs[giver].after}) if known else frozenset()
-    settled = InkExchange(sheet, letter, names, lines, held)
+    settled = InkExchange(sheet, letter, names, lines, pictures.load(), held)
     settled.settle()
     taken = settled.letter.copy()
     own = np.flatnonzero(taken == giver)
     x = sheet.graph.uv[own, 0]
     lost = own[x < np.median(x)]
     taken[lost] = small_hand.glyphs[giver].before
-    exchange = InkExchange(sheet, taken, names, lines, held)
+    exchange = InkExchange(sheet, taken, names, lines, pictures.load(), held)
     assert exchange.settle() > 0
     assert (exchange.letter[lost] == giver).mean() > 0.5
+
+
+def test_a_stem_comes_back_to_a_letter_that_does_not_touch_it(shared, small_hand):
+    sheet, letter, names, lines = shared
+    dotted = next(i for i in small_hand.of("i").tolist() if small_hand.glyphs[i].before >= 0)
+    own = np.flatnonzero(letter == dotted)
+    height = small_hand.outline(dotted)[:, 1] * sheet.pitch / sheet.x_height
+    stem = own[height < 1.2]
+    assert 0 < len(stem) < len(own)
+    taken = letter.copy()
+    taken[stem] = small_hand.glyphs[dotted].before
+    exchange = InkExchange(sheet, taken, names, lines, pictures.load())
+    exchange.settle()
+    assert (exchange.letter[stem] == dotted).mean() > 0.5
 
 
 def test_nothing_is_lost_and_each_letter_keeps_its_share(shared):
     sheet, letter, names, lines = shared
     held = frozenset(range(0, len(names), 3))
-    exchange = InkExchange(sheet, letter, names, lines, held)
+    exchange = InkExchange(sheet, letter, names, lines, pictures.load(), held)
     exchange.settle()
     assert all(np.array_equal(exchange.letter == i, letter == i) for i in held)
     assert np.array_equal(exchange.letter == NOBODY, letter == NOBODY)
     kept = np.bincount(exchange.letter[exchange.letter >= 0], minlength=len(names))
     assert (kept > 0).all()
-    again = InkExchange(sheet, letter, names, lines, held)
+    again = InkExchange(sheet, letter, names, lines, pictures.load(), held)
     again.settle()
     assert np.array_equal(again.letter, exchange.letter)
 
 
-def test_a_page_that_was_cut_well_stays(shared):
+def test_a_page_that_has_settled_stays(shared):
     sheet, letter, names, lines = shared
-    exchange = InkExchange(sheet, letter, names, lines)
+    settled = InkExchange(sheet, letter, names, lines, pictures.load())
+    settled.settle()
+    exchange = InkExchange(sheet, settled.letter, names, lines, pictures.load())
     assert exchange.settle() == 0
-    assert np.array_equal(exchange.letter, letter)
+    assert np.array_equal(exchange.letter, settled.letter)
 
 
 def test_a_page_of_few_letters_is_left_alone(shared, small_page):

@@ -42,4 +42,5 @@ def bent(model, numbers, rng, variation=1.0):
 def set_line(model, numbers, x, y, new_word, bends):
     forms = [model.forms[int(number)] for number in numbers]
     centres = np.column_stack([x, y])
-    return joining.set_line(forms, bends, centres, [bool(apart) for apart in new_word], model.spread.x_height)
+    joints = model.joints([int(number) for number in numbers], [bool(apart) for apart in new_word])
+    return joining.set_line(forms, bends, centres, joints, model.spread.x_height)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from handout.hand.scanned import ScannedHand
 from handout.values import LineGraph
-from handout.writing.glyph_index import WEIGHTS, TransitionCosts, index_glyphs, mismatch, residuals
+from handout.writing.glyph_index import WEIGHTS, TransitionCosts, blots, index_glyphs, mismatch, residuals
 
 
 @pytest.fixture(scope="module")
@@ -24,6 +24,20 @@ def test_every_glyph_is_there(kept, small_hand):
     for (letter, place), count in small_hand.instances.items():
         assert len(kept.of(letter, place)) == count
     assert len(kept.of("Q")) == len(kept.of("Q", "start")) == 0
+
+
+def test_a_blot_is_dear_to_write(small_hand):
+    number = int(small_hand.of("e")[2])
+    page, body = small_hand.pages[0], small_hand.body(number)
+    radius = page.graph.radius.copy()
+    radius[body[: len(body) // 2]] *= 3
+    sheet = replace(page, graph=replace(page.graph, radius=radius))
+    plain, blotted = blots(small_hand), blots(replace(small_hand, pages=(sheet,)))
+    assert (plain >= 0).all() and blotted[number] > plain[number] + 0.3
+    others = np.setdiff1d(small_hand.of("n"), number)
+    assert np.allclose(blotted[others], plain[others], atol=0.02)
+    dear = index_glyphs(replace(small_hand, pages=(sheet,))).intrinsic_cost[number]
+    assert dear > index_glyphs(small_hand).intrinsic_cost[number] + 3
 
 
 def test_departures_are_those_from_a_letter_s_usual(small_hand):

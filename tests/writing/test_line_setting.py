@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from handout.writing.joining import _clear, matches
+from handout.writing.joining import _clear
 from handout.writing.spacing import resolve_collisions
 from tests.writing.lines_of_glyphs import bent, gaps, heights, set_line
 
@@ -37,21 +37,21 @@ def test_a_text_of_the_source_comes_back_at_its_own_places(small_hand, small_man
 
 @pytest.mark.slow
 def test_both_letters_have_the_whole_of_their_ligature(small_manner, jumbles):
-    joined = 0
+    joined, between = 0, small_manner.spacing.joints.between
     for numbers, new_word in jumbles:
         _, _, graphs = whole(small_manner, numbers, new_word)
         for k in range(len(numbers) - 1):
             first, second = (small_manner.forms[int(numbers[k + i])] for i in (0, 1))
-            pairs = () if new_word[k + 1] else matches(first, second)
+            pairs = () if new_word[k + 1] else between(*numbers[k : k + 2].tolist())
             places = [{tuple(p) for p in np.round(graph.xy, 9).tolist()} for graph in graphs[k : k + 2]]
             bodies = [len(first.xy), len(second.xy)]
             shared = places[0] & places[1]
-            for i, j in pairs:
-                count = max(len(first.exits[i]), len(second.entries[j]))
-                start = tuple(np.round(graphs[k].xy[first.exits[i].anchor], 9).tolist())
-                end = tuple(np.round(graphs[k + 1].xy[second.entries[j].anchor], 9).tolist())
+            for out, into in pairs:
+                count = max(len(out), len(into))
+                start = tuple(np.round(graphs[k].xy[out.anchor], 9).tolist())
+                end = tuple(np.round(graphs[k + 1].xy[into.anchor], 9).tolist())
                 assert start in shared and end in shared and len(shared) >= count
-                assert first.exits[i].anchor < bodies[0] and second.entries[j].anchor < bodies[1]
+                assert out.anchor < bodies[0] and into.anchor < bodies[1]
                 joined += 1
             if not pairs:
                 assert not shared

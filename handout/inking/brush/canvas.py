@@ -16,10 +16,12 @@ from handout.inking.brush.brushes import Brush
 from handout.inking.brush.painting import bends, lay
 from handout.inking.brush.ribbon import SEGMENTS
 from handout.inking.brush.synthesis import Chooser
+from handout.inking.footprints import USUAL_PRESSURE, leaning
 from handout.inking.pen import Pen, rgb
 from handout.values import Array, Drawing, Stroke
 
 _PRESSED = 0.35  # of the width: wider at full pressure, thinner at none.  All these are set by eye
+_LEAN = 0.8  # how much longer what touches the paper is when the brush lies flat; a brush pen's
 _BEYOND = 0.3  # widths that a stroke reaches past both ends of its path, as a round point's does by half
 _SHORTEST = 1.0  # widths: what is shorter is stamped
 _DOT = np.array([0.8, 0.6])  # way of the brush in a dot, which has none of its own
@@ -35,22 +37,32 @@ def passed(
 ) -> Iterator[tuple[NDArray[np.intp], NDArray[np.float32]]]:
     """Flat indices (n,) of the pixels that are painted, and the light (n, 3) in 0–1 that they send back; in parts.
 
-    pen : its width, mm, is that of strokes that have none of their own; its colour replaces the brush's.
+    pen : its width, mm, is that of strokes that have none of their own, its colour of those that have none, and it
+        replaces the brush's.
     """
     canvas = np.zeros((*plain.shape(drawing, dpi, pen.width), 4), dtype=np.uint8)
     chooser = Chooser(brush.library, rng)
     for stroke, curve in zip(drawing.strokes, curves.fit(drawing.strokes), strict=True):
         line, width = way(stroke, curve, pen.width)
         sized = brush.sized(float(width.mean()) * dpi / 25.4)
-        row = chooser.row(bends(line))
-        lay(canvas, sized.quilted(row), line * (dpi / 25.4), width * (dpi / 50.8))
-    absorbed, own = (1 - np.asarray(rgb(colour), dtype=np.float32) for colour in (pen.colour, brush.colour))
-    other = np.ones(3, np.float32) if pen.colour == brush.colour else absorbed / np.maximum(own, 0.02)
+        pressed = USUAL_PRESSURE if stroke.pressure is None else float(stroke.pressure.mean())
+        row = chooser.row(bends(line), pressed - USUAL_PRESSURE)
+        ribbon = _coloured(sized.quilted(row), brush.colour, stroke.colour or pen.colour)
+        lay(canvas, ribbon, line * (dpi / 25.4), width * (dpi / 50.8))
     pixels = canvas.reshape(-1, 4)
     for start in range(0, len(pixels), _BAND):
         at = np.flatnonzero(pixels[start : start + _BAND, 3]) + start
         ink = pixels[at].astype(np.float32) / 255
-        yield at, np.clip(1 - (ink[:, 3:] - ink[:, :3]) * other, 0, 1)
+        yield at, np.minimum(1 - (ink[:, 3:] - ink[:, :3]), 1)
+
+
+def _coloured(ink: NDArray[np.float32], own: str, colour: str) -> NDArray[np.float32]:
+    """Premultiplied ink (…, 4) that absorbs as one colour does, as another: its streaks stay darker and lighter."""
+    if colour == own:
+        return ink
+    other, was = (1 - np.asarray(rgb(each), dtype=np.float32) for each in (colour, own))
+    absorbed = (ink[..., 3:] - ink[..., :3]) * (other / np.maximum(was, 0.02))
+    return np.asarray(np.concatenate([np.maximum(ink[..., 3:] - absorbed, 0), ink[..., 3:]], axis=-1))
 
 
 def way(stroke: Stroke, curve: curves.Curve, width: float) -> tuple[Array, Array]:
@@ -100,7 +112,8 @@ def _smooth(line: Array, sigma: float) -> Array:
 def _widths(stroke: Stroke, width: float) -> Array:
     """(n,) mm: of the line at each sample; a flat nib's as its direction makes it."""
     if not stroke.nib > 0 or stroke.rotation is None or len(stroke.xy) < 2:
-        return plain.widths(stroke, width, _PRESSED)
+        wide = plain.widths(stroke, width, _PRESSED)
+        return wide if stroke.width is not None else wide * leaning(stroke, _LEAN)
     step = np.gradient(stroke.xy, axis=0)
     across = np.abs(np.sin(np.arctan2(step[:, 1], step[:, 0]) - stroke.rotation))
     return np.asarray(stroke.nib * np.maximum(across, _FLAT_LEAST))

@@ -29,6 +29,12 @@ _ASIDE = 2  # columns of them, from one row to the next
 _OVERLAP = 2  # segments on either side of a border that the cut may go
 _LEAST = 2  # columns of a segment, however thin the line
 
+# what laying takes of the finest streaks is given to a ribbon before; squares of differences of neighbouring pixels in
+# eight strokes laid where they were photographed are then .94 of the photograph's, without it .56
+_SHARP = np.array([-0.24, 1.48, -0.24], dtype=np.float32)
+
+_SMALLER = 1.3  # times: what is shrunk by more would alias
+
 _Pixels = NDArray[np.float32]
 
 
@@ -55,7 +61,9 @@ class Sized:
 
         rows = round(self.columns * SEGMENTS * SPAN)
         shape = (len(ribbon) * self.columns, rows)
-        ink = cv2.resize(ribbon.premultiplied, shape, interpolation=cv2.INTER_AREA)
+        smaller = ribbon.columns > _SMALLER * self.columns
+        way = cv2.INTER_AREA if smaller else cv2.INTER_CUBIC
+        ink = cv2.resize(ribbon.premultiplied, shape, interpolation=way)
         return np.pad(ink, ((0, 0), (_OVERLAP * self.columns,) * 2, (0, 0)))
 
     def hard(self, row: Indices) -> _Pixels:
@@ -128,11 +136,18 @@ def lay(canvas: NDArray[np.uint8], ribbon: _Pixels, line: Array, half: Array) ->
     line : (m + 1, 2) float, pixels: places along the line that the columns are spread over evenly.
     half : (m + 1,) float, pixels: half the width of the stroke there.
     """
+    import cv2
+
+    filtered = cv2.sepFilter2D(ribbon, -1, _SHARP, _SHARP, borderType=cv2.BORDER_REPLICATE)
+    sharp = np.asarray(filtered, dtype=np.float32)
+    np.clip(sharp, 0, 1, out=sharp)
+    for colour in range(3):
+        np.minimum(sharp[..., colour], sharp[..., 3], out=sharp[..., colour])
     turn = _turns(line)
     cuts = _cuts(turn)
     for first, last in zip([0, *cuts], [*cuts, len(line) - 1], strict=True):
         part = _Part(line, half, first, last)
-        _lay_part(canvas, ribbon, _sides(part.line, part.half * SPAN), part)
+        _lay_part(canvas, sharp, _sides(part.line, part.half * SPAN), part)
 
 
 def _turns(line: Array) -> Array:

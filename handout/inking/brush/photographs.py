@@ -9,7 +9,9 @@ Source: seed 004, §3.1 (mask, spine); the light, the parting from frames and th
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +33,12 @@ _FILLED = (
 )
 _THICK = 0.12  # half widths: what is thicker is no line of a frame but streaks of a stroke
 _THIN = (0.05, 0.15)  # widths: how thick a rest of a frame is at most, and how long at least
+# half widths: a blur that joins streaks; cover of the driest part; half widths: how much wider the blur makes a solid
+# edge; seen on the driest of twenty strokes
+_STREAKY, _SPARSE, _SPREAD = 0.2, 0.08, 0.25
+_RIM = 2.0  # pixels: of a line's edge
+_STANDS_OUT = 0.4  # of a line's darkness: what lies beside it is lighter, where it passes through streaks
+_BY = 0.12  # widths: nothing of a stroke lies further from its shape
 _BRANCH = 1.0  # widths beside the longest way through a stroke: more is a second stroke
 _BLOB = 1.3  # widths: what is shorter has no direction
 _FORKED = 0.55  # widths from either end, where a middle line runs into the corners
@@ -80,19 +88,21 @@ def find_strokes(rgb: NDArray[np.uint8], source: str) -> Photograph:
     scale = min(1.0, _COARSE / max(light.shape[:2]))
     size = (max(1, round(light.shape[1] * scale)), max(1, round(light.shape[0] * scale)))
     small = np.asarray(cv2.resize(light, size, interpolation=cv2.INTER_AREA), dtype=np.float32)
-    bodies, ink, half = _bodies(_dark(small), source, scale)
+    dark = _dark(small)
+    solid, ink, half = _bodies(dark, source, scale)
+    lines = _lines(dark, solid, half)
+    bodies = _grown(dark, solid, _frames(dark, lines, 1.0, 2 * half), half)
     count, labelled, stats, _ = cv2.connectedComponentsWithStats(bodies.astype(np.uint8))
     labels = np.asarray(labelled, dtype=np.int32)
-    frames = _frames(_dark(small), bodies, half)
-    clear = cv2.resize(frames.astype(np.uint8), light.shape[1::-1], interpolation=cv2.INTER_NEAREST).astype(bool)
+    clear = _frames(_dark(light), lines, scale, 2 * half)
     order = sorted(range(1, count), key=lambda k: int(stats[k, cv2.CC_STAT_TOP]))
     strokes, reasons = list[Found](), list[str]()
     for label in order:
-        body = labels == label
-        if _distance(body).max() < _THINNER * half or ink[body].mean() < _FILLED:
+        core = (labels == label) & solid
+        if not core.any() or _distance(core).max() < _THINNER * half or ink[core].mean() < _FILLED:
             continue
         x, y = int(stats[label, cv2.CC_STAT_LEFT] / scale), int(stats[label, cv2.CC_STAT_TOP] / scale)
-        found = _stroke(light, clear, labels, label, scale)
+        found = _stroke(light, clear, labels, label, dark)
         if isinstance(found, str):
             reasons.append(f"{source}: the stroke at ({x}, {y}) {found}.")
         else:
@@ -179,8 +189,29 @@ def _bodies(dark: _Pixels, source: str, scale: float) -> tuple[_Mask, _Mask, flo
     return np.asarray(opened, dtype=bool), ink, half
 
 
-def _frames(dark: _Pixels, bodies: _Mask, half: float) -> _Mask:
-    """Straight thin lines and small marks beside the strokes."""
+def _grown(dark: _Pixels, solid: _Mask, lines: _Mask, half: float) -> _Mask:
+    """The strokes with their dry parts, whose streaks are too thin for `_bodies`, but near each other."""
+    import cv2
+
+    cover = cv2.GaussianBlur(np.where(lines, np.float32(0), dark), (0, 0), _STREAKY * half)
+    wide = np.asarray(cover > _SPARSE).astype(np.uint8)
+    back = cv2.erode(wide, _disc(_SPREAD * half)).astype(bool) | solid
+    return np.asarray(cv2.morphologyEx(back.astype(np.uint8), cv2.MORPH_OPEN, _disc(_OPENED * half)), dtype=bool)
+
+
+class _Line(NamedTuple):
+    """A thin line, nearly level, or nearly upright (then x and y are exchanged): y = at + slope · x, pixels."""
+
+    upright: bool
+    at: float
+    slope: float
+    first: int
+    last: int
+    wide: float
+
+
+def _lines(dark: _Pixels, bodies: _Mask, half: float) -> list[_Line]:
+    """The lines of frames in a coarse picture."""
     import cv2
 
     near = cv2.dilate(bodies.astype(np.uint8), _disc(0.08 * half)).astype(bool)
@@ -188,24 +219,52 @@ def _frames(dark: _Pixels, bodies: _Mask, half: float) -> _Mask:
     marks = cv2.dilate(((dark > _CONTRAST / 2) & ~near).astype(np.uint8), np.ones((3, 3), np.uint8))
     thick = max(6, round(_THICK * half))
     thin = cv2.subtract(marks, cv2.morphologyEx(marks, cv2.MORPH_OPEN, np.ones((thick, thick), np.uint8)))
-    length = max(5, round(1.6 * half))
-    level, upright = (
-        cv2.morphologyEx(thin, cv2.MORPH_OPEN, np.ones(side, np.uint8)) for side in ((2, length), (length, 2))
-    )
-    return np.asarray(cv2.dilate(np.maximum(level, upright), np.ones((3, 3), np.uint8)) > 0)
+    lines = list[_Line]()
+    for upright in (False, True):
+        ink, found = (np.ascontiguousarray(each.T) if upright else each for each in (dark, thin))
+        runs = cv2.morphologyEx(found, cv2.MORPH_OPEN, np.ones((2, max(5, round(1.6 * half))), np.uint8))
+        count, labels = cv2.connectedComponents(runs)
+        for label in range(1, count):
+            y, x = np.nonzero(labels == label)
+            weight = np.bincount(x - x.min(), ink[y, x])
+            middle = np.bincount(x - x.min(), ink[y, x] * y) / np.maximum(weight, 1e-6)
+            at = np.flatnonzero(weight > _CONTRAST / 2)
+            if len(at) > 2:
+                slope, start = np.polyfit(at + x.min(), middle[at], 1)
+                wide = float(np.median(weight[at])) / float(np.percentile(ink[y, x], 90))
+                lines.append(_Line(upright, float(start), float(slope), int(x.min()), int(x.max()), wide))
+    return lines
 
 
-def _stroke(light: _Pixels, clear: _Mask, labels: NDArray[np.int32], label: int, scale: float) -> Found | str:
-    """The stroke of a coarse component, or what is wrong with it."""
+def _frames(dark: _Pixels, lines: Sequence[_Line], scale: float, reach: float) -> _Mask:
+    """What of a picture `scale` times as coarse as `lines` is theirs, up to `reach` beyond where they stand out."""
+    gone = np.zeros(dark.shape, dtype=bool)
+    for line in lines:
+        ink, mask = (dark.T, gone.T) if line.upright else (dark, gone)
+        x = np.arange(max(0, int((line.first - reach) / scale)), min(ink.shape[1], int((line.last + reach) / scale)))
+        y = (line.at + line.slope * ((x + 0.5) * scale - 0.5) + 0.5) / scale - 0.5
+        half = line.wide / scale / 2 + _RIM
+        across = np.arange(-int(2 * half) - 2, int(2 * half) + 3)
+        rows = np.clip(np.rint(y).astype(int) + across[:, None], 0, len(ink) - 1)
+        inner = np.abs(across) <= half
+        around = ink[rows, x]
+        ridge = around[~inner].mean(axis=0) < _STANDS_OUT * around[inner].max(axis=0)
+        theirs = ridge | ((x >= line.first / scale) & (x <= line.last / scale))
+        mask[rows[inner][:, theirs], x[theirs]] = True
+    return gone
+
+
+def _stroke(light: _Pixels, clear: _Mask, labels: NDArray[np.int32], label: int, dark: _Pixels) -> Found | str:
+    """The stroke of a component of a coarse picture, or what is wrong with it."""
     import cv2
 
-    body = labels == label
+    body, scale = labels == label, dark.shape[1] / light.shape[1]
     if body[0].any() or body[-1].any() or body[:, 0].any() or body[:, -1].any():
         return "is cut by the edge of the picture: leave some paper all around it"
     way = _longest_way(body)
     if isinstance(way, str):
         return way
-    spine, width = _smooth_spine(way, body)
+    spine, width = _smooth_spine(way, body, dark)
     if len(spine) == 0:
         return "is as wide as it is long and shows no direction: paint a longer one"
     y, x = np.nonzero(body)
@@ -218,18 +277,21 @@ def _stroke(light: _Pixels, clear: _Mask, labels: NDArray[np.int32], label: int,
     own = cv2.resize(near.astype(np.uint8), light.shape[1::-1], interpolation=cv2.INTER_LINEAR)[window] > 0
     part = light[window]
     density = _density(part, cv2.resize(body.astype(np.uint8), light.shape[1::-1])[window] > 0)
-    density = _without_lines(np.where(own & ~clear[window], density, 0), width / scale)
+    beside = cv2.dilate(body.astype(np.uint8), _disc(_BY * width))
+    by = np.asarray(cv2.resize(beside, light.shape[1::-1], interpolation=cv2.INTER_NEAREST)[window] > 0)
+    density = _without_marks(np.where(own & ~clear[window], density, 0), by, width / scale)
     line = (spine + 0.5) / scale - 0.5 - low
     return Found(part, np.asarray(density, dtype=np.float32), line, width / scale, (int(low[0]), int(low[1])))
 
 
-def _without_lines(density: _Pixels, width: float) -> _Pixels:
-    """The density of a stroke without level and upright thin pieces that lie apart from it: rests of a frame."""
+def _without_marks(density: _Pixels, by: _Mask, width: float) -> _Pixels:
+    """The density of a stroke without what lies apart from it: level and upright rests of a frame, and numbers."""
     import cv2
 
     count, labels, stats, _ = cv2.connectedComponentsWithStats((density > _CLEAR).astype(np.uint8))
     sides = np.sort(np.asarray(stats)[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]], axis=1) / width
-    gone = (sides[:, 0] < _THIN[0]) & (sides[:, 1] > _THIN[1]) & (np.arange(count) > 0)
+    gone = (sides[:, 0] < _THIN[0]) & (sides[:, 1] > _THIN[1]) | (np.bincount(labels[by], minlength=count) == 0)
+    gone[0] = False
     return np.where(gone[labels], np.float32(0), density)
 
 
@@ -279,7 +341,7 @@ def _beside(graph: object, way: Indices) -> float:
     return float(away[np.isfinite(away)].max())
 
 
-def _smooth_spine(way: Array, body: _Mask) -> tuple[Array, float]:
+def _smooth_spine(way: Array, body: _Mask, dark: _Pixels) -> tuple[Array, float]:
     """A smooth line along a shape and past its ends, one point a pixel, and the shape's width; no points for a blob."""
     from scipy.ndimage import gaussian_filter1d
 
@@ -294,10 +356,10 @@ def _smooth_spine(way: Array, body: _Mask) -> tuple[Array, float]:
         ends = [2 * line[0] - line[half:0:-1], line, 2 * line[-1] - line[-2 : -half - 2 : -1]]
         line = gaussian_filter1d(np.concatenate(ends), _CALM * width, axis=0, mode="nearest")
         line = line[len(ends[0]) : -len(ends[2]) or None]
-    else:  # as short as this, all that is known is where it is longest
-        middle = at.mean(axis=0)
-        _, _, axes = np.linalg.svd(at - middle, full_matrices=False)
-        line = middle + np.linspace(-0.1, 0.1, 5)[:, None] * width * axes[0]
+    else:  # as short as this, its streaks tell its direction better than its shape
+        line = at.mean(axis=0) + np.linspace(-0.1, 0.1, 5)[:, None] * width * _streaks_way(
+            np.where(body, dark, 0), width
+        )
     step = max(2, round(0.4 * width))
     line = _resampled(line)
     out = [line[k] - line[m] for k, m in ((0, min(step, len(line) - 1)), (-1, max(-step - 1, -len(line))))]
@@ -308,6 +370,16 @@ def _smooth_spine(way: Array, body: _Mask) -> tuple[Array, float]:
     fits = np.all((rows >= 0) & (rows < body.shape[::-1]), axis=1)
     inside = body[tuple(rows[fits].T[::-1])]
     return (line if np.count_nonzero(inside) >= _BLOB * width else np.zeros((0, 2))), width
+
+
+def _streaks_way(dark: _Pixels, width: float) -> Array:
+    """(2,): which way the streaks and the long edges of a stroke run: across the mean gradient, its angle doubled."""
+    import cv2
+
+    soft = cv2.GaussianBlur(dark, (0, 0), max(0.5, 0.02 * width))
+    gradient = cv2.Sobel(soft, cv2.CV_32F, 1, 0) + 1j * cv2.Sobel(soft, cv2.CV_32F, 0, 1)
+    angle = float(np.angle((gradient**2).sum())) / 2 + np.pi / 2
+    return np.array([np.cos(angle), np.sin(angle)])
 
 
 def _resampled(line: Array, step: float = 1.0) -> Array:

@@ -194,7 +194,8 @@ def _unwrapped(picture: _Pixels, line: Array, half: float, rows: int, span: floa
     across = ((np.arange(rows) + 0.5) / rows * 2 - 1) * span * half
     at = line + across[:, None, None] * _normals(line)
     x, y = (np.ascontiguousarray(at[..., k], dtype=np.float32) for k in (0, 1))
-    return np.asarray(cv2.remap(picture, x, y, cv2.INTER_AREA, borderMode=cv2.BORDER_CONSTANT), dtype=np.float32)
+    taken = cv2.remap(picture, x, y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_CONSTANT)
+    return np.asarray(np.clip(taken, 0, 1), dtype=np.float32)
 
 
 def _colours(light: _Pixels, density: _Pixels) -> _Pixels:

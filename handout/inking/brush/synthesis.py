@@ -28,18 +28,25 @@ Method = Literal["optimal", "two-pass"]
 _Costs = NDArray[np.floating[Any]]  # float32 in fact, for speed
 
 _NEAR = 1.0  # widths from an end within which the distance from it matters, a Gaussian's deviation
+_TIP, _INSIDE = 0.5, 1.0  # widths from an end whose ink is shaped by landing or leaving; what it costs inside a stroke
 _END, _BEND, _COVER, _STREAKS = 1.0, 0.1, 1.5, 1.0  # weights of what a segment costs
 _COLOUR, _WIDTH = 6.0, 3.0  # weights of what a border costs
 _CUT = 0.3  # of any border that is not a ribbon's own
 WITHIN = 8  # segments within which nothing should come again
-_AGAIN = 8.0  # cost of a segment at once after itself
+_AGAIN = 12.0  # cost of a segment at once after itself
 _SEEN = 32  # segments until a stroke may show one again at no cost
-_LATELY, _FORGOTTEN = 0.25, 96  # cost of one that the strokes before have just used; segments until it is as new
+# cost of a segment that the strokes before have just used; segments until it is as new: on three lots of twelve strokes
+# painted from eight, a stroke shares .59 of its segments with the one most like it, .69 at .25 and 96 and with
+# guides forgotten sooner; more makes more joints
+_LATELY, _FORGOTTEN = 0.5, 300
 _CHANCE = 0.1  # of the perturbation by which two strokes differ
 _LENGTH = 2.0  # how much rather a stroke is guided by one of its own length
 _WET = 3.5 * SEGMENTS  # segments: much shorter strokes are rather guided by those that cover well from the start
 _ALIKE = (0.15, 2.5)  # in cover, in streaks: segments that differ by less from what a guide asks for can follow it
-_FADING = 0.7  # of how lately a guide was followed, a stroke
+_PRESSED = 12.0  # exponent of the cover at full pressure; set by eye
+_STRICT = 8  # exponent of what can be followed: rare dry segments that take turns with wet ones look like beads
+_ANY = 1e-6  # of the likeliest guide's chance
+_FADING = 0.9  # of how lately a guide was followed, a stroke
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,8 +155,7 @@ class Library:
 
         Source: seed 004, eq. 7.
         """
-        before = np.concatenate([each.borders[1:] for each in self.ribbons]).reshape(len(self.place), -1)
-        after = np.concatenate([each.borders[:-1] for each in self.ribbons]).reshape(len(self.place), -1)
+        after, before = self._inks
         colour = _distances(before, after) / before.shape[1]
         widths = [np.concatenate([each.widths[part] for each in self.ribbons]) for part in (np.s_[1:], np.s_[:-1])]
         edge = _distances(*widths)
@@ -158,6 +164,37 @@ class Library:
         on = np.flatnonzero(np.diff(self.ribbon) == 0)
         cost[on, on + 1] = 0
         return np.asarray(cost)
+
+    @cached_property
+    def _inks(self) -> tuple[Array, Array]:
+        """(n, ROWS · 4) each: the ink at each segment's beginning, and at its end."""
+        parts = (np.s_[:-1], np.s_[1:])
+        first, last = (np.concatenate([each.borders[part] for each in self.ribbons]) for part in parts)
+        return first.reshape(len(first), -1), last.reshape(len(last), -1)
+
+    @cached_property
+    def _cut_off(self) -> Array:
+        """(2, n): cost of each segment as the first, and as the last: of a border with nothing."""
+        ends = np.stack([(ink**2).mean(axis=1) for ink in self._inks])
+        return np.asarray(_COLOUR * ends / max(float(ends.mean()), 1e-6))
+
+    @cached_property
+    def _alike(self) -> tuple[Array, Array]:
+        """(n,) each: how many segments are like each, in the library and in its own ribbon; mirror images left out."""
+        feature = np.stack([self.cover / _ALIKE[0], self.streaks / _ALIKE[1]])
+        apart = np.hypot(*(feature[:, :, None] - feature[:, None, :]))
+        own = self.ribbon[:, None] == self.ribbon
+        return (apart < 1).sum(axis=1) / 2, ((apart < 1) & own).sum(axis=1)
+
+    def followed(self, count: int) -> Array:
+        """(ribbons,) in 0–1: how well each can guide a stroke of so many segments without repeating what is rare.
+
+        What a guide has of a kind is asked for as often as it is stretched, but comes again after `_SEEN` segments.
+        """
+        length = np.array([len(each) for each in self.ribbons])
+        have, own = self._alike
+        share = np.minimum(1, have / np.minimum(_SEEN, own * count / length[self.ribbon]))
+        return np.asarray(np.bincount(self.ribbon, share) / length)
 
     def target(self, bend: Array, guide: Ribbon) -> Target:
         """What is wanted of a stroke of so many bends (m,): its ends as the guide's ends, the rest stretched."""
@@ -180,7 +217,11 @@ class Library:
         cost: Array = np.zeros((m, len(self.place)))
         reach = min(_NEAR * SEGMENTS, m / 3)
         for wanted, have in ((at, self.place), (m - 1 - at, length - 1 - self.place)):
-            cost += _END * np.exp(-((wanted / reach) ** 2) / 2) * ((wanted - have) / reach) ** 2
+            apart = ((wanted - have) / reach) ** 2
+            cost += _END * np.exp(-((wanted / reach) ** 2) / 2) * apart
+            cost += _END * np.exp(-((have / (_TIP * SEGMENTS)) ** 2) / 2) * np.minimum(apart, _INSIDE)
+        cost[0] += self._cut_off[0]
+        cost[-1] += self._cut_off[1]
         wanted_of = (target.bend, target.cover, target.streaks)
         weights = (_BEND, _COVER, _STREAKS)
         for weight, asked, feature, scale in zip(weights, wanted_of, self._features, self._scales, strict=True):
@@ -207,15 +248,18 @@ class Chooser:
         self._used = np.full(int(library.same.max()) + 1, -float(_FORGOTTEN))
         self._painted, self._guided = 0, np.zeros(len(library.ribbons))
 
-    def row(self, bend: Array) -> Indices:
-        """(m,): the segments of a stroke whose path bends so, with a guide of about its length."""
+    def row(self, bend: Array, pressed: float = 0.0) -> Indices:
+        """(m,): the segments of a stroke whose path bends so, with a guide of about its length.
+
+        pressed : by how much harder than usual, −1 to 1: the harder, the rather are guides followed that cover well.
+        """
         library, rng = self._library, self._rng
         lengths = np.array([len(each) for each in library.ribbons])
         near = np.exp(-_LENGTH * np.abs(np.log(len(bend) / lengths)) - self._guided)
         targets = [library.target(bend, guide) for guide in library.ribbons]
-        cover, streaks = (np.array([getattr(each, name).mean() for each in targets]) for name in ("cover", "streaks"))
-        apart = np.hypot((library.cover - cover[:, None]) / _ALIKE[0], (library.streaks - streaks[:, None]) / _ALIKE[1])
-        near *= cover ** ((_WET / len(bend)) ** 2) * np.minimum(1, (apart < 1).sum(axis=1) / 2 / len(bend))
+        cover = np.array([each.cover.mean() for each in targets])
+        near *= cover ** ((_WET / len(bend)) ** 2 + _PRESSED * pressed) * library.followed(len(bend)) ** _STRICT
+        near += _ANY * near.max() + np.finfo(np.float64).tiny  # if none can be followed, each is as good
         guide = int(rng.choice(len(lengths), p=near / near.sum()))
         self._guided *= _FADING
         self._guided[[guide, guide ^ 1]] += 1

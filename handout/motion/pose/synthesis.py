@@ -142,8 +142,9 @@ class PoseModel:
         # for directions 1 − cos, which is half the square of the distance of their unit vectors
         unlike = _apart(self.directions[near.number]) ** 2 / 2 if turning else _apart(library.pose[near.number])
         jumps = costs.jump + costs.change * unlike
-        ways = _followed(number)
-        steps = [_Segments(ways[0][i], ways[1][i], jumps[i], short, costs) for i in range(len(own) - 1)]
+        came, price = _followed(number)
+        price += np.array([costs.repeat, 0.0, costs.skip])[:, None]
+        steps = [_Segments(*each, short) for each in zip(came, price, jumps, strict=True)]
         shape = (2, costs.least, near.number.shape[1])
         unary = np.broadcast_to(own[:, None, None, :], (len(own), *shape)).reshape(len(own), -1)
         begun = np.full(shape, np.inf)
@@ -178,22 +179,22 @@ class _Segments:
     (2, least, k); segments of `least` samples and more are alike.
     """
 
-    def __init__(self, came: Indices, price: Array, jump: Array, short: Array, costs: Costs) -> None:
+    def __init__(self, came: Indices, price: Array, jump: Array, short: Array) -> None:
         self._same, self._next, self._after = came
-        self._still, self._on, self._over = price[0] + costs.repeat, price[1], price[2] + costs.skip
+        self._still, self._on, self._over = price
         self._jump, self._short = jump, short
 
     def totals(self, costs: Array) -> Array:
         before = costs.reshape(2, len(self._short), -1)
         either = np.minimum(before[0], before[1])
         closed = (either + self._short[:, None]).min(axis=0)
-        on = np.minimum(either[:, self._next] + self._on, either[:, self._after] + self._over)
-        again = before[0][:, self._same] + self._still
-        total = np.full(before.shape, np.inf)
-        for kind, reached in enumerate((on, again)):
-            total[kind, 1:] = reached[:-1]
-            np.minimum(total[kind, -1], reached[-1], out=total[kind, -1])
-        total[0, 0] = np.minimum(total[0, 0], (closed[:, None] + self._jump).min(axis=0))
+        reached, total = np.empty_like(before), np.empty_like(before)
+        np.minimum(either[:, self._next] + self._on, either[:, self._after] + self._over, out=reached[0])
+        np.add(before[0][:, self._same], self._still, out=reached[1])
+        total[:, 1:-1] = reached[:, :-2]
+        np.minimum(reached[:, -2], reached[:, -1], out=total[:, -1])
+        total[0, 0] = (closed[:, None] + self._jump).min(axis=0)
+        total[1, 0] = np.inf
         return total.reshape(-1)
 
     def origin(self, costs: Array, state: int) -> int:

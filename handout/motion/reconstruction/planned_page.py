@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from handout.motion.reconstruction.key_points import extent, resampled, snr
 from handout.motion.reconstruction.plan import LognormalPlan
 from handout.summary import one_line
 from handout.values import Array, Drawing, Page, Stroke
+
+if TYPE_CHECKING:
+    from handout.motion.learned.training import Variation
 
 _DOT = 0.2  # mm: a stroke of this extent or less is a dot
 _RATE = 200.0  # samples a second of a drawing made of plans
@@ -114,6 +117,28 @@ def _course(plan: LognormalPlan) -> tuple[float, float]:
     pulses = plan.pulses()
     reach = lognormal.REACH
     return float(pulses.time(-reach).min()), float(pulses.time(reach).max())
+
+
+def varied(page: PlannedPage, variation: Variation, rng: np.random.Generator) -> PlannedPage:
+    """The same page, made a little differently: targets, overlaps and bends of its plans are perturbed.
+
+    Source: seed 002, §3.3 and fig. 7.
+    """
+    from handout.motion.learned import sequences, training
+
+    sequence = training.vary(sequences.of_plans([fit.plan for fit in page.fits]), variation, rng)
+    fits, at = [], 0.0
+    for fit, part in zip(page.fits, sequence.parts, strict=True):
+        plan, ways, onset = fit.plan, slice(part.start, part.stop - 1), fit.plan.onset
+        lasts = plan.end - plan.start
+        if plan.strokes:
+            onset = onset[0] + lognormal.onsets(sequence.dt[ways], plan.duration)
+            lasts = max(lasts + float(onset[-1] - plan.onset[-1]), 0.5 * lasts)
+        start, targets, theta = plan.start + at, sequence.targets[part], sequence.theta[ways]
+        changed = replace(plan, targets=targets, onset=onset + at, theta=theta, start=start, end=start + lasts)
+        fits.append(replace(fit, plan=changed))
+        at += lasts - (plan.end - plan.start)
+    return replace(page, fits=tuple(fits))
 
 
 def sampled(plan: LognormalPlan) -> Array:

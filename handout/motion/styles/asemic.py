@@ -15,6 +15,9 @@ from typing import Any
 import numpy as np
 
 from handout.errors import InputError
+from handout.motion.learned.sequences import MovementSequence
+from handout.motion.learned.structure import StructureModel
+from handout.motion.styles.learned_movement import through_targets
 from handout.motion.styles.restyling import TargetSequence, broken_path, draw_sequences, flicked, join_targets, scaled
 from handout.motion.styles.style import Style
 from handout.values import Array, Drawing, Indices, Page, Stroke
@@ -31,10 +34,11 @@ _TOURNAMENT = 3  # rivals
 _MUTATION = 0.25  # share of children of which two targets change places
 _ELITE = 2
 _DOWN, _RIGHT = 0.5, 0.35  # reward of a way down and to the right, in lengths
+_LEAST_WAYS, _WAYS = 6, 1.4  # of a tag that is invented; usual ways in the height of its letters
 _LEAST_TURN = 0.35  # of an even share of the circle between neighbouring targets
 
 
-def tag(letters: int, style: Style, page: Page, rng: np.random.Generator) -> Drawing:
+def tag(letters: int, style: Style, page: Page, rng: np.random.Generator, built: Style | None = None) -> Drawing:
     """A tag of some glyphs in a style, in the middle of a page.
 
     Parameters
@@ -44,20 +48,37 @@ def tag(letters: int, style: Style, page: Page, rng: np.random.Generator) -> Dra
         With a ligature's `reach` above 0 the glyphs are joined; otherwise each is a stroke of its own.
     page : Page
     rng : numpy.random.Generator
+    built : a learned style that invents the targets of the whole tag; None, or one without a structure: the genetic
+        algorithm.
 
     Raises
     ------
     InputError
-        A number of letters outside 1 to 60.
+        A number of letters outside 1 to 60, or a structure for a style of rules.
     """
+    if built is not None and built.model is not None and built.model.structure is not None:
+        return _invented(built.model.structure, built.primer, style, page, rng)
     if not 1 <= letters <= MOST_LETTERS:
         raise InputError(f"letters: {letters} is outside 1 to {MOST_LETTERS}.")
     forms = _row(letters, _GAP + style.brush.width * _HEIGHT, rng)
     joined = [join_targets(forms, style.ligature.turn)[0]] if style.ligature.reach > 0 else forms
     lean = np.array([[style.form.stretch, 0.0], [-math.tan(style.form.shear), 1.0]])
-    parts = [_styled(points @ lean, style) for points in joined]
     about = {"title": f"A tag of {letters}", "style": style.name, "letters": letters}
+    if style.model is not None:
+        return _placed(through_targets([points @ lean for points in joined], style, rng, _HEIGHT), page, about)
+    parts = [_styled(points @ lean, style) for points in joined]
     return _placed(draw_sequences(parts, style, _HEIGHT, rng), page, about)
+
+
+def _invented(
+    structure: StructureModel, primer: MovementSequence | None, style: Style, page: Page, rng: np.random.Generator
+) -> Drawing:
+    """A tag whose targets are invented, moved through in a learned manner."""
+    if style.model is None:
+        raise InputError(f"structure: {style.name} moves by rules; a learned structure needs a learned style.")
+    new = structure.invent(rng, style.learned.temperature, primer, _LEAST_WAYS)
+    strokes = through_targets([new.targets[part] for part in new.parts], style, rng, _WAYS)
+    return _placed(strokes, page, {"title": "A tag", "style": style.name})
 
 
 def _row(letters: int, gap: float, rng: np.random.Generator) -> list[Array]:

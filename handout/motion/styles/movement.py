@@ -42,6 +42,7 @@ def move(
     height: float,
     rng: np.random.Generator,
     guide: Guide | None = None,
+    spreads: Array | None = None,
 ) -> tuple[Array, Array]:
     """The movement of a style near some points.
 
@@ -53,6 +54,7 @@ def move(
     height : mm, of a letter.
     rng : of the sizes of the targets, and of motor noise.
     guide : instead of the style's own.
+    spreads : (m, 2, 2), covariances of the points instead of the style's own; only their relative sizes matter.
 
     Returns
     -------
@@ -61,7 +63,8 @@ def move(
     """
     if len(points) == 1:
         return np.array([0.0, style.movement.interval]), np.repeat(points, 2, axis=0)
-    xy = _path(points, covariances(corner, style, rng), style, height, rng, guide, style.movement.end)
+    sizes = covariances(corner, style, rng) if spreads is None else covariance.settled(spreads, points)
+    xy = _path(points, sizes, style, height, rng, guide, style.movement.end)
     if style.movement.end == "free":  # the pen touches down and leaves in flight, above the first and the last target
         xy = xy[STEPS // 2 : len(xy) - STEPS // 2]
     return _clock(len(xy), style), xy

@@ -39,6 +39,7 @@ class TargetSequence:
     ring : whether the first follows the last.
     word, layer, colour : as in `Stroke`.
     channels : what the pen recorded, by the names of `Stroke`'s channels, (m,) each.
+    spreads : (m, 2, 2), covariances of the targets of a movement that is no ring, instead of the style's.
     """
 
     points: Array
@@ -48,6 +49,7 @@ class TargetSequence:
     layer: str = ""
     colour: str = ""
     channels: Mapping[str, Array] = field(default_factory=dict)
+    spreads: Array | None = None
 
 
 def restyle(drawing: Drawing, style: Style, rng: np.random.Generator, height: float | None = None) -> Drawing:
@@ -68,11 +70,28 @@ def restyle(drawing: Drawing, style: Style, rng: np.random.Generator, height: fl
     if not drawing.strokes:
         raise InputError("There is no stroke to restyle.")
     tall = targets.letter_height(drawing) if height is None else height
+    about = {key: value for key, value in drawing.about.items() if key != "timing"} | {"style": style.name}
+    if style.model is not None:
+        from handout.motion.styles.learned_movement import moved
+
+        strokes = moved(_formed(drawing, style), style, rng, tall)
+        return Drawing(_on_page(strokes, drawing), drawing.page, about)
     lines = zip(drawing.strokes, _middles(drawing.strokes), strict=True)
     sequences = [_sequence(stroke, style, tall, middle) for stroke, middle in lines]
     strokes = draw_sequences(_joined(sequences, style, tall), style, tall, rng)
-    about = {key: value for key, value in drawing.about.items() if key != "timing"} | {"style": style.name}
     return Drawing(_on_page(strokes, drawing), drawing.page, about)
+
+
+def _formed(drawing: Drawing, style: Style) -> Drawing:
+    """The drawing, leant and stretched as the style wants it."""
+    lines = zip(drawing.strokes, _middles(drawing.strokes), strict=True)
+    formed = (replace(stroke, xy=middle + (stroke.xy - middle) @ _form(style)) for stroke, middle in lines)
+    return replace(drawing, strokes=tuple(formed))
+
+
+def _form(style: Style) -> Array:
+    """(2, 2): by which places are multiplied that are to lean and stretch as the style wants it."""
+    return np.array([[style.form.stretch, 0.0], [-math.tan(style.form.shear), 1.0]])
 
 
 def draw_sequences(
@@ -85,8 +104,10 @@ def draw_sequences(
             way = float(np.linalg.norm(sequence.points[0] - before)) / height
             clock += style.movement.interval * (_LIFT + _AIR * math.sqrt(way))
         guide = _along(sequence.points) if style.breaking.directions and len(sequence.points) > 1 else None
-        motion = around if sequence.ring else move
-        t, xy = motion(sequence.points, sequence.corner, style, height, rng, guide)
+        if sequence.ring:
+            t, xy = around(sequence.points, sequence.corner, style, height, rng, guide)
+        else:
+            t, xy = move(sequence.points, sequence.corner, style, height, rng, guide, sequence.spreads)
         width = widths(t, xy, style, height, tapered=not sequence.ring)
         carried = pose_along(sequence.channels, len(t), free=style.movement.end == "free", ring=sequence.ring)
         nib = style.brush.kind == "nib"
@@ -132,7 +153,7 @@ def losses(before: Drawing, after: Drawing, style: Style) -> list[str]:
 def _kept(before: Drawing, after: Drawing, style: Style) -> float:
     """Length of the restyled lines, as a share of that at the smoothing at which letters keep their form."""
     movement = style.movement
-    if movement.smooth <= movement.drawn_at:
+    if movement.smooth <= movement.drawn_at or style.model is not None:
         return 1.0
     through = replaced(style, movement=replaced(movement, smooth=movement.drawn_at))
     whole = restyle(before, through, np.random.default_rng(0))
@@ -193,7 +214,7 @@ def _sides(stroke: Stroke) -> tuple[float, float]:
 def _sequence(stroke: Stroke, style: Style, height: float, middle: Array) -> TargetSequence:
     """A stroke's targets in the form that the style gives it."""
     motif = targets.find(stroke.xy, height)
-    form = np.array([[style.form.stretch, 0.0], [-math.tan(style.form.shear), 1.0]])
+    form = _form(style)
     # channels are looked up by share of the recorded line's length, which the form hardly changes
     formed = replace(stroke, xy=middle + (stroke.xy - middle) @ form)
     channels = partial(pose_at_targets, formed)

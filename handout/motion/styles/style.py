@@ -1,4 +1,4 @@
-"""Handstyles as TOML files: `styles/*.toml` read into frozen, validated structs.
+"""Handstyles as files: `styles/*.toml` read into frozen, validated structs, and `.style` archives of what was learned.
 
 The fields are documented for people who do not program in `docs/styles.md`.  Lengths are shares of the height of a
 letter, so that a style looks the same at every size; angles are as seen, anticlockwise from the line of writing.
@@ -10,12 +10,15 @@ import difflib
 import math
 from itertools import pairwise
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import msgspec
 
 from handout import shipped, tables
 from handout.errors import InputError
+from handout.motion.learned.model import LearnedMovement
+from handout.motion.learned.sequences import MovementSequence
+from handout.motion.styles import style_file
 from handout.tables import Angle, Table, Time
 
 
@@ -121,8 +124,23 @@ class Jitter(Table, frozen=True):
     size: float = 0.0
 
 
+class Learned(Table, frozen=True):
+    """How a learned manner is moved in; for `.style` archives.
+
+    temperature: chance in it, 1 as in the examples; hold: how far the path is led through the places that a drawing
+    passes, 0 not, 1 as far as its movement lets it; keep: share of a drawing's own bends and overlaps that stays;
+    duration: of a stroke; primer: the example that primes it, "" the first.
+    """
+
+    temperature: float = 0.5
+    hold: float = 1.0
+    keep: float = 0.5
+    duration: Time = Time(0.3)
+    primer: str = ""
+
+
 class Style(Table, frozen=True):
-    """A handstyle; `name` is that of its file without ``.toml``."""
+    """A handstyle; `name` is that of its file, without its suffix; `model` is what a ``.style`` has learned."""
 
     title: str
     form: Form = Form()
@@ -134,10 +152,19 @@ class Style(Table, frozen=True):
     ligature: Ligature = Ligature()
     brush: Brush = Brush()
     jitter: Jitter = Jitter()
+    learned: Learned = Learned()
     notes: str = ""
     name: str = ""
+    model: LearnedMovement | None = None
+
+    @property
+    def primer(self) -> MovementSequence | None:
+        """The example that primes a learned style, if it has any."""
+        primers = {} if self.model is None else self.model.primers
+        return primers.get(self.learned.primer) or next(iter(primers.values()), None)
 
 
+_PLAIN = Style(title="")
 _STEEPEST = math.radians(75)  # of shear
 _APART = math.radians(4.5)  # between directions that are not the same
 # key path → (least, greatest)
@@ -147,23 +174,54 @@ BOUNDS: dict[str, tuple[float, float]] = {
     "covariance.spread": (0, 2), "covariance.corners": (0.05, 5), "guide.strength": (0, 10),
     "breaking.least": (0.02, 1), "breaking.foot": (0, 1), "flick.entry": (0, 3), "flick.exit": (0, 3),
     "ligature.reach": (0, 5), "ligature.turn": (0, 3.15), "brush.width": (0.002, 1), "brush.thin": (0.02, 1),
-    "brush.pace": (0.01, 100), "brush.taper": (0, 3), "jitter.size": (0, 1),
+    "brush.pace": (0.01, 100), "brush.taper": (0, 3), "jitter.size": (0, 1), "learned.temperature": (0.01, 5),
+    "learned.hold": (0, 1), "learned.keep": (0, 1), "learned.duration": (0.02, 5),
 }  # fmt: skip
 
 
+# tables by which rules move; a learned manner has no use for them
+_RULES = ("movement", "covariance", "guide", "breaking", "flick", "ligature", "jitter")
+
+
 def read(path: Path) -> Style:
-    """Read and check a style's TOML file.
+    """Read and check a style's TOML file, or a ``.style`` archive.
 
     Raises
     ------
     InputError
-        Not TOML, an unknown key, a missing unit, a value out of bounds; the message names file and key.
+        Not TOML, an unknown key, a missing unit, a value out of bounds (the message names file and key); or an archive
+        that is damaged or holds no style.
     """
-    values = tables.loaded(path, "a style")
-    if "name" in values:
-        raise InputError(f"{path}: name cannot be set; a style is called as its file is.")
+    if path.suffix == ".style":
+        values, model = style_file.load(path)
+        return _checked_in(msgspec.structs.replace(of_table(values, path), model=model), path)
+    style = of_table(tables.loaded(path, "a style"), path)
+    if style.learned != Learned():
+        raise InputError(f"{path}: [learned] is for .style archives, which handout style learn makes.")
+    return style
+
+
+def of_table(values: dict[str, Any], path: Path) -> Style:
+    """The style of the tables of a file.
+
+    Raises
+    ------
+    InputError
+        As `read`.
+    """
+    for name in ("name", "model"):
+        if name in values:
+            raise InputError(f"{path}: {name} cannot be set; a style is called as its file is.")
     try:
-        return checked(msgspec.structs.replace(tables.converted(values, Style), name=path.stem))
+        style = tables.converted(values, Style)
+    except ValueError as error:
+        raise InputError(f"{path}: {error}") from error
+    return _checked_in(msgspec.structs.replace(style, name=path.stem), path)
+
+
+def _checked_in(style: Style, path: Path) -> Style:
+    try:
+        return checked(style)
     except ValueError as error:
         raise InputError(f"{path}: {error}") from error
 
@@ -177,6 +235,13 @@ def checked(style: Style) -> Style:
         One is not.
     """
     tables.check_bounds(style, BOUNDS)
+    if style.model is not None:
+        rules = [name for name in _RULES if getattr(style, name) != getattr(_PLAIN, name)]
+        if rules:
+            raise ValueError(f"{rules[0]} is a rule: a learned style has its movement from its examples.")
+        if style.learned.primer not in ("", *style.model.primers):
+            known = ", ".join(style.model.primers)
+            raise ValueError(f"learned.primer = {style.learned.primer!r} is none of its examples: {known}.")
     first, second = style.covariance.axes
     if not (min(first, second) > 0 and max(first, second) <= 100 * min(first, second)):
         raise ValueError(f"covariance.axes = {[first, second]} must be above 0, and within a hundredfold.")
@@ -191,21 +256,37 @@ def checked(style: Style) -> Style:
 
 def names() -> list[str]:
     """Names of all known styles, the user's own included."""
-    return sorted(shipped.files("styles", "*.toml"))
+    return sorted(_files())
+
+
+def _files() -> dict[str, Path]:
+    """Name → file of all known styles; of a user's two of one name the archive."""
+    return shipped.files("styles", "*.toml") | shipped.files("styles", "*.style")
 
 
 def find(name: str) -> Style:
-    """The style of that name, or of that TOML file.
+    """The style of that name, or of that TOML file or ``.style`` archive.
 
     Raises
     ------
     InputError
         Unknown (the message lists the nearest), or not valid.
     """
-    if name.endswith(".toml"):
-        return read(Path(name))
-    styles = shipped.files("styles", "*.toml")
+    return read(path(name))
+
+
+def path(name: str) -> Path:
+    """The file of a style that `find` finds.
+
+    Raises
+    ------
+    InputError
+        Unknown; the message lists the nearest.
+    """
+    if name.endswith((".toml", ".style")):
+        return Path(name)
+    styles = _files()
     if name in styles:
-        return read(styles[name])
+        return styles[name]
     near = difflib.get_close_matches(name, styles, 3, 0.5) or sorted(styles)
-    raise InputError(f"style: {name!r} is neither a style nor a .toml file; the nearest: {', '.join(near)}.")
+    raise InputError(f"style: {name!r} is neither a style nor a .toml or .style file; the nearest: {', '.join(near)}.")

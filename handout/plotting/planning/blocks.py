@@ -15,11 +15,15 @@ class Move(NamedTuple):
 
 
 class Timed(NamedTuple):
-    """A straight move to x, y (mm, machine coordinates) in exactly that many seconds, for machines that keep time."""
+    """A straight move to x, y (mm, machine coordinates) in exactly that many seconds, for machines that keep time.
+
+    servo : value of the pen's from here on, if it changes.
+    """
 
     x: float
     y: float
     seconds: float
+    servo: float | None = None
 
 
 class Pen(NamedTuple):

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import msgspec
 import numpy as np
 
+from handout.plotting import pen_lift
 from handout.plotting.planning import time_scaling
 from handout.plotting.planning.blocks import Pause, Pen, Timed
 from handout.plotting.planning.lookahead import Motion
@@ -23,6 +24,7 @@ from handout.plotting.planning.plan import Plan, Request
 from handout.plotting.planning.segments import Trajectory, stroke_ends
 from handout.plotting.planning.time_scaling import MotionLimits, TimedCurve
 from handout.plotting.planning.toolpath import TRAVEL, Toolpath, lay_out, start_times
+from handout.profiles import Pen as PenProfile
 from handout.profiles import Plotter, Time
 from handout.values import Array, readonly
 
@@ -30,6 +32,8 @@ _STEP_RATE = 24_900.0  # steps/s of a motor at most; the boards count 25 000 tic
 _SHORTEST = 0.006  # s; boards of any age read the next move within that time
 _TRAVEL = 0.025  # s; slices of a move with the pen lifted
 _MS = 1000.0
+_PULSE = 0.024  # s between two pulses to the servo: it would not hear of a value sooner
+_VALUES = 16  # that the servo is told between no pressure and full
 _CORNER = np.radians(30.0)  # a turn by more is the end of a slice
 
 
@@ -40,12 +44,34 @@ def plan(request: Request) -> Plan:
     target = np.interp(path.trajectory.t, asked.path.t, asked.target)
     slow = time_scaling.scaled(path, motion_limits(profile))
     cuts, when = slices(slow, profile)
-    toolpath, motion = _motion(lay_out(cuts, asked.dots, _attentive(profile)), profile)
+    drawn = np.interp(path.trajectory.t, asked.path.t, asked.drawn)  # on the drawing's clock, which has the pressure
+    clock = np.interp(when, slow.trajectory.t, drawn) * request.factor
+    values = pen_lift.along(request.drawing, clock, profile.pen)
+    toolpath, motion = _motion(lay_out(cuts, asked.dots, _attentive(profile), values), profile)
     starts = start_times(toolpath, motion, _attentive(profile))
     ends, took = toolpath.points[1:, :2].tolist(), np.round(motion.duration, 6).tolist()
-    blocks = toolpath.blocks(lambda row: Timed(ends[row][0], ends[row][1], took[row]))
+    servo = _pressed(toolpath, took, profile.pen)
+    blocks = toolpath.blocks(lambda row: Timed(ends[row][0], ends[row][1], took[row], servo[row]))
     times = toolpath.drawn_times(cuts, np.interp(when, slow.trajectory.t, target))
     return Plan.of(request, toolpath, motion, starts, blocks, times)
+
+
+def _pressed(toolpath: Toolpath, took: list[float], pen: PenProfile) -> list[float | None]:
+    """Values for the servo as each move begins, by the pressure at its end; None: it stays."""
+    values: list[float | None] = [None] * len(took)
+    if pen.pressed is None or not toolpath.follows_pressure:
+        return values
+    step = (pen.pressed - pen.down) / _VALUES
+    parts = np.rint((toolpath.points[1:, 2] - pen.down) / step).astype(int).tolist()
+    told, since = 0, np.inf
+    for row, draws in enumerate(toolpath.draws.tolist()):
+        if not draws:
+            told, since = 0, np.inf
+        elif parts[row] != told and since >= _PULSE:
+            told, since = parts[row], 0.0
+            values[row] = float(round(pen.down + step * told))
+        since += took[row]
+    return values
 
 
 def motion_limits(profile: Plotter) -> MotionLimits:

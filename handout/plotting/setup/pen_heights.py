@@ -1,7 +1,8 @@
 """Finding how high a pen has to be lifted and how low it has to be let down, with a person who looks.
 
 Nothing moves before the person has said so.  The pen is lowered step by step until it touches; then it draws a few
-short rows, each a little lower than the one before, and the person chooses the lightest that is whole.
+short rows, each a little lower than the one before, and the person chooses the lightest that is whole.  A pen that
+gives way then draws deeper rows, for how deep it may go at full pressure.
 """
 
 from __future__ import annotations
@@ -49,10 +50,11 @@ class Person(Protocol):
 
 
 class Heights(NamedTuple):
-    """What the pen is told, as in the profile: servo values or mm."""
+    """What the pen is told, as in the profile: servo values or mm; pressed: None, it was not asked for."""
 
     up: float
     down: float
+    pressed: float | None = None
 
 
 def check(profile: Plotter) -> None:
@@ -177,6 +179,7 @@ class Steps:
     def __init__(self, profile: Plotter) -> None:
         pen, span = profile.pen, abs(profile.pen.down - profile.pen.up)
         self.lift_z = pen.lift == "z"
+        self.follows = self.lift_z or profile.dialect == "ebb"  # it can be pressed while it draws
         self.sign = 1.0 if pen.down > pen.up else -1.0  # of what is nearer to the paper
         self.sizes = _STEPS_Z if self.lift_z else tuple(dict.fromkeys(max(round(share * span), 1) for share in _SHARES))
         self.row = _ROW_Z if self.lift_z else max(float(round(_ROW_SHARE * span)), 1.0)
@@ -216,7 +219,8 @@ def find(bench: Bench) -> Heights:
         bench.person.hear("Now how high it is lifted: clear of the paper everywhere, and no higher than it needs.")
         up = _asked(bench, steps, "o", "that is right", may_turn=False)
         bench.take(up=up)
-        return Heights(up, _chosen(bench, steps, touching, up))
+        down = _chosen(bench, steps, touching, up, "Which row is the lightest that is whole?")
+        return Heights(up, down, _pressed(bench, steps, down, up) if steps.follows else None)
 
 
 def _asked(bench: Bench, steps: Steps, done: str, means: str, *, may_turn: bool) -> float:
@@ -247,7 +251,21 @@ def _is_to_be_zero(bench: Bench, touching: float) -> bool:
     return bench.person.answer("Call this height 0 until it is switched off?", answers) == "y"
 
 
-def _chosen(bench: Bench, steps: Steps, first: float, up: float) -> float:
+def _pressed(bench: Bench, steps: Steps, down: float, up: float) -> float:
+    """How deep the pen goes at full pressure; `down` where nothing gives way."""
+    bench.person.hear(
+        "Where the pen gives way (a spring in its holder, a soft tip), it can be pressed by going deeper, as a hand "
+        "presses. A pen that is clamped hard would be bent; one that lies on the paper by its weight goes no deeper."
+    )
+    answers = {"s": "it gives way: find how deep it may go", "h": "no, or it goes no deeper"}
+    if bench.person.answer("Does the pen give way when it is pushed up?", answers) == "h":
+        return down
+    first = steps.from_(down, steps.row)
+    asked = "Which row is as bold as a line at full pressure should be?"
+    return down if first is None else _chosen(bench, steps, first, up, asked)
+
+
+def _chosen(bench: Bench, steps: Steps, first: float, up: float, question: str) -> float:
     """Let the person choose from rows, each lower than the one before."""
     answers = {str(n): f"the row with {n} mark{'s'[: n > 1]}" for n in range(1, ROWS + 1)}
     answers |= {"0": "none: press harder", "a": "draw them again"}
@@ -256,7 +274,7 @@ def _chosen(bench: Bench, steps: Steps, first: float, up: float) -> float:
         bench.person.do(f"{ROWS} rows will be drawn, from {values[0]:g} down to {values[-1]:g}: put in a fresh sheet")
         for number, value in enumerate(values.tolist(), 1):
             bench.row(number, Heights(up, value))
-        answer = bench.person.answer("Which row is the lightest that is whole?", answers)
+        answer = bench.person.answer(question, answers)
         if answer in "12345":
             return float(values[int(answer) - 1])
         if answer == "0":

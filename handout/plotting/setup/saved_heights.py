@@ -32,17 +32,22 @@ def place(name: str, again: bool) -> Path:
 
 
 def lines(heights: Heights, profile: Plotter) -> dict[str, float]:
-    """The keys of the group ``[pen]`` that change; a pen that follows pressure presses as much deeper as it did."""
+    """The keys of the group ``[pen]`` that change.
+
+    A pen that follows pressure presses as much deeper as it did, unless that was found, too.
+    """
     pen = profile.pen
     keys = {"up": heights.up, "down": heights.down}
-    if pen.pressed is not None:
+    if heights.pressed is not None:
+        keys["pressed"] = heights.pressed
+    elif pen.pressed is not None:
         keys["pressed"] = round(heights.down + pen.pressed - pen.down, 3)
     return keys
 
 
 def edited(text: str, keys: dict[str, float]) -> str:
     """A profile's text with other numbers in ``[pen]``; the comments of these lines say where they are from."""
-    group, rows = "", []
+    group, rows = "", list[str]()
     for row in text.splitlines():
         if heading := re.match(r"\s*\[([^\]]*)\]", row):
             group = heading.group(1).strip()
@@ -52,6 +57,8 @@ def edited(text: str, keys: dict[str, float]) -> str:
             number = f"{match.group(1)}{match.group(2)}{match.group(3)}{keys[match.group(2)]:g}"
             row = f"{number:<24} # {_FOUND}; {was}"
         rows.append(row)
+        if group == "pen" and match and match.group(2) == "down" and not re.search(r"(?m)^\s*pressed\s*=", text):
+            rows += [f"{f'pressed = {keys[name]:g}':<24} # {_FOUND}" for name in keys if name == "pressed"]
     return "\n".join(rows) + "\n"
 
 

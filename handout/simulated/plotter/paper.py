@@ -123,6 +123,9 @@ def strokes(
     t = np.array([time for time, _ in trace])
     at = np.array([position for _, position in trace], dtype=float).reshape(-1, 3) / np.array(steps)
     down = _by_height(t, at[:, 2], pen) if pen.lift == "z" else _by_power(power, pen)
+    if pen.lift == "servo" and power:  # its value stands where a Z axis has its height
+        when, value = np.array(power).T
+        at[:, 2] = value[np.maximum(np.searchsorted(when, t, side="right") - 1, 0)]
     drawn = (_stroke(t, at, begin, end, placement, pen) for begin, end in down)
     return [stroke for stroke in drawn if stroke is not None]
 

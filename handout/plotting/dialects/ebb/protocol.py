@@ -21,6 +21,7 @@ from handout.profiles import Plotter
 
 SERVO_PERIOD = 0.024  # s between two pulses to the servo, of which each may change its place by the rate (SC,11 SC,12)
 _SWEEP = 0.7  # share of the time allowed for the pen in which the servo goes all its way, if nothing slower is asked
+_SERVO_PIN = 4  # RP4, the output B1 of the pen's servo, which S2 moves between two moves of the motors at no delay
 _HOME_SPEED = 15.0  # mm/s, slow enough to be begun and ended at once: HM knows no acceleration
 _LONGEST = 65535  # ms a command may pause
 
@@ -97,7 +98,7 @@ def command(name: str, *numbers: int) -> bytes:
 
 
 PRESSED, BUSY, WAITING = 32, 8, 1  # bits of the answer to QG
-QUEUED = frozenset({"SM", "LM", "LT", "HM", "SP"})  # commands that wait for their turn
+QUEUED = frozenset({"SM", "LM", "LT", "HM", "SP", "S2"})  # commands that wait for their turn
 _LONGEST_WAY = 60.0  # s that a board may take to go back to its zero
 
 
@@ -186,6 +187,8 @@ def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
         if isinstance(block, Timed):
             run = _run(blocks, index)
             for offset, data in motors.run(run):
+                if (value := run[offset].servo) is not None:
+                    yield Command(command("S2", round(value), _SERVO_PIN, 0, 0), index + offset)
                 yield Command(data, index + offset + 1)
             index += len(run)
             continue

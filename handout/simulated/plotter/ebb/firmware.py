@@ -16,10 +16,10 @@ _DEFAULT = (2, 8, 1)  # if no other version is asked for
 _SINCE = {
     "XM": (2, 3, 0), "LM": (2, 5, 3), "LT": (2, 7, 0), "HM": (2, 6, 2), "QM": (2, 4, 4), "ES": (2, 2, 7),
     "QS": (2, 4, 3), "CS": (2, 4, 3), "SR": (2, 6, 0), "QC": (2, 2, 3), "QG": (2, 6, 1), "QE": (2, 8, 0),
-    "QB": (1, 9, 2),
+    "QB": (1, 9, 2), "S2": (2, 2, 0),
 }  # fmt: skip
 _MOTION = ("SM", "XM", "LM", "LT", "HM")
-_PLOTS = frozenset({*_MOTION, "SP"})
+_PLOTS = frozenset({*_MOTION, "SP", "S2"})
 _MODES = {1: 16, 2: 8, 3: 4, 4: 2, 5: 1}
 _LONGEST_FIFO = 32  # commands (CU,4), by the board's documentation
 _PRESSED_AGAIN = 20.0  # s
@@ -149,9 +149,9 @@ class EbbFirmware(Firmware):
                 job = self._hm(numbers)
             yield "room"
             self.engine.add(job, self.now)
-        elif name == "SP":
+        elif name in ("SP", "S2"):
             yield "room"
-            self.engine.add(self._sp(numbers), self.now)
+            self.engine.add((self._sp if name == "SP" else self._s2)(numbers), self.now)
         elif name == "CU" and numbers[:1] == [4] and self.version >= (3, 0, 0):
             yield "rest"
             self.engine.depth = min(max(numbers[1], 1), _LONGEST_FIFO)
@@ -250,6 +250,15 @@ class EbbFirmware(Firmware):
         up = numbers[0] != 0
         place, rate = self._settings[4 if up else 5], self._settings[11 if up else 12]
         return Job(ticks=25 * (numbers[1] if len(numbers) > 1 else 0), servo=(place, rate), lifts=up)
+
+    def _s2(self, numbers: list[int]) -> Job:
+        if len(numbers) < 2:
+            raise Refused("!4 Err: Missing parameter(s)")
+        place, pin, rate, delay = (*numbers, 0, 0)[:4]
+        if not 0 <= pin <= 24:
+            raise Refused("!6 Err: Invalid parameter value")
+        # another servo than the pen's moves nothing here
+        return Job(ticks=25 * delay, servo=(place, rate) if pin == 4 else None, lifts=self.engine.told_up)
 
     def _sm(self, numbers: list[int]) -> Job:
         if len(numbers) < 2:

@@ -1,0 +1,169 @@
+"""Handstyles: the one that is asked for, and styles learned from examples."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+from msgspec.structs import replace
+
+from handout import atomic, units
+from handout.errors import InputError
+from handout.motion.learned.model import LearnedMovement, Lesson, learn, primer_of
+from handout.motion.learned.sequences import Inputs
+from handout.motion.styles.style import Style, checked, find
+from handout.motion.styles.style_file import to_bytes
+from handout.pipeline.options import LessonOptions, StyleOptions, seed_of
+from handout.pipeline.results import SILENT, Listener, Result
+from handout.sources import read_drawing
+from handout.tables import Angle
+from handout.units import count
+from handout.values import Drawing
+
+_USUAL_STYLE = "fast-tag"
+_NOISE = 0.02  # heights of a letter: motor noise at --jitter 1; set by eye
+
+
+def style_of(styling: StyleOptions) -> Style:
+    """The style that is asked for, changed as asked.
+
+    Raises
+    ------
+    InputError
+        There is no such style, or a number is outside its bounds.
+    """
+    style = find(styling.style or _USUAL_STYLE)
+    if styling.smooth is not None:
+        movement = replace(style.movement, smooth=styling.smooth)
+        style = replace(style, movement=movement)
+    if styling.shear is not None:
+        lean = Angle(units.parse(styling.shear, "angle", "shear", default="deg"))
+        style = replace(style, form=replace(style.form, shear=lean))
+    if styling.jitter is not None:
+        noise = replace(style.jitter, size=_NOISE * styling.jitter)
+        style = replace(style, jitter=noise)
+    style = _moved_as_asked(style, styling)
+    try:
+        return checked(style)
+    except ValueError as error:
+        raise InputError(f"style {style.name}: {error}") from error
+
+
+def _moved_as_asked(style: Style, styling: StyleOptions) -> Style:
+    """The style, if it is a learned one primed and as warm as asked."""
+    given = [name for name in ("prime", "temperature") if getattr(styling, name) is not None]
+    if not given:
+        return style
+    if style.model is None:
+        raise InputError(f"--{given[0]} is for learned styles (.style): {style.name} moves by rules.")
+    learned = style.learned
+    if styling.temperature is not None:
+        learned = replace(learned, temperature=styling.temperature)
+    if styling.prime is not None and styling.prime not in style.model.primers:
+        style = replace(style, model=_primed(style, style.model, styling.prime))
+    return replace(style, learned=replace(learned, primer=styling.prime or learned.primer))
+
+
+def _primed(style: Style, model: LearnedMovement, name: str) -> LearnedMovement:
+    """The model with a drawing's file as another primer."""
+    if not Path(name).suffix:
+        known = ", ".join(model.primers) or "none"
+        raise InputError(f"prime: {name!r} is no example of {style.name} ({known}), nor the file of a drawing.")
+    drawing = read_drawing(name)
+    try:
+        primer = primer_of(drawing)
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from error
+    return LearnedMovement(model.dynamics, model.structure, {**model.primers, name: primer})
+
+
+@dataclass(frozen=True, kw_only=True)
+class LearnedStyle(Result):
+    """A style that was learned: of how many drawings and strokes, and its file."""
+
+    style: str
+    drawings: int
+    strokes: int
+    duration_s: float
+    primers: tuple[str, ...]
+    seed: int
+    files: tuple[Path, ...]
+
+
+# what a learned style's file says
+_TOML = """\
+title = {title}
+notes = {notes}
+
+[learned]
+temperature = 0.5      # chance: 1 as in the examples
+hold = 1.0             # how far the path is led through the places that a drawing passes
+keep = 0.5             # share of a drawing's own bends and overlaps that stays: letters are read by them
+duration = "{duration:.0f}ms"
+
+[brush]
+kind = "speed"
+width = 0.08
+thin = 0.3
+pace = 1.0
+taper = 0.2
+"""
+
+
+def learn_style(
+    examples: Sequence[str | Path],
+    output: str | Path,
+    lesson: LessonOptions = LessonOptions(),
+    listener: Listener = SILENT,
+) -> LearnedStyle:
+    """Learn how a hand moves from drawings (GML, InkML, UNIPEN, SVG …), one is enough, and keep it as a .style file.
+
+    The drawings of a file with several are examples each.
+
+    Raises
+    ------
+    InputError
+        A drawing that cannot be read, too little or too much to learn from, or a file of another name.
+    """
+    path = Path(output)
+    if path.suffix.lower() != ".style":
+        raise InputError(f"{path}: a learned style is kept as .style: use {path.stem}.style.")
+    atomic.check_writable(path)
+    drawings = [drawing for example in examples for drawing in apart(read_drawing(example))]
+    untimed = sum(not drawing.timed or "timing" in drawing.about for drawing in drawings)
+    how = Lesson(lesson.size, cast(Inputs, lesson.inputs))
+    rng = np.random.default_rng(seed_of(lesson.seed))
+    learned = learn({path.stem: drawings}, rng, how, listener.progress)
+    slow = "Examples without times say nothing of how fast the hand is."
+    result = LearnedStyle(
+        style=path.stem,
+        drawings=len(drawings),
+        strokes=learned.strokes,
+        duration_s=round(learned.duration, 3),
+        primers=tuple(learned.movement.primers),
+        seed=lesson.seed,
+        files=(path,),
+        notes=(slow,) if untimed else (),
+    )
+    atomic.write(path, to_bytes(toml_of(lesson.title or path.stem, result), learned.movement))
+    return result
+
+
+def toml_of(title: str, learned: LearnedStyle) -> str:
+    """The text that a learned style's file begins with."""
+    notes = f"Learned from {count(learned.drawings, 'drawing')}, {count(learned.strokes, 'stroke')}."
+    return _TOML.format(title=json.dumps(title), notes=json.dumps(notes), duration=1e3 * learned.duration_s)
+
+
+def apart(drawing: Drawing) -> list[Drawing]:
+    """The drawings of a file that holds several; any other is one."""
+    if "drawings" not in drawing.about:
+        return [drawing]
+    groups = groupby(drawing.strokes, key=lambda stroke: stroke.word)
+    return [dataclasses.replace(drawing, strokes=tuple(strokes)) for _, strokes in groups]
