@@ -61,7 +61,5 @@ def picture_of_vertices(page: ScannedPage, line: int, vertices: Indices) -> Arra
     uv = page.graph.uv[vertices]
     up = page.base(line, uv[:, 0]) - uv[:, 1]
     places = np.column_stack([uv[:, 0] - page.slant * up, up]) * scale
-    number = np.full(len(page.graph), -1, dtype=np.intp)
-    number[vertices] = np.arange(len(vertices))
-    edges = number[page.graph.edges]
-    return drawn(places, page.graph.radius[vertices] / page.pixel * scale, edges[(edges >= 0).all(axis=1)])
+    edges = page.graph.edges_between(vertices)
+    return drawn(places, page.graph.radius[vertices] / page.pixel * scale, edges)

@@ -175,7 +175,6 @@ class WordCrossbars:
 
     def __init__(self, hand: ScannedHand, ligatures: Mapping[int, Sequence[Indices]]) -> None:
         self._hand, self._ligatures = hand, ligatures
-        self._edges_of_page: dict[int, tuple[Indices, Indices]] = {}
         self._of_word: dict[int, tuple[Crossbar, ...]] = {}
 
     def __getitem__(self, number: int) -> tuple[Crossbar, ...]:
@@ -198,7 +197,7 @@ class WordCrossbars:
         page = self._hand.pages[number]
         letter_vertices = [np.concatenate([self._hand.glyphs[n].vertices, *self._ligatures.get(n, ())]) for n in word]
         every = np.unique(np.concatenate(letter_vertices))
-        local = np.searchsorted(every, self._edges_between(number, every))
+        local = page.graph.edges_between(every)
         xy = page.to_line(self._hand.glyphs[word[0]].line, page.graph.uv[every])
         net = build_network(xy, page.graph.radius[every] / page.pitch, page.graph.density[every], local)
         chains = list(_level_chains(net, page.x_height / page.pitch))
@@ -216,21 +215,6 @@ class WordCrossbars:
                 before, after = _hidden_part(net, chain, right=False), _hidden_part(net, chain, right=True)
                 bars.append(Crossbar(way, every[before[::-1]], every[after], loose, glyph))
         return tuple(bars)
-
-    def _edges_between(self, page: int, every: Indices) -> Indices:
-        """(m, 2): the edges of a page between some of its vertices, which are rising, in the page's order."""
-        edges = self._hand.pages[page].graph.edges
-        indexed = self._edges_of_page.get(page)
-        if indexed is None:
-            order = np.argsort(edges[:, 0], kind="stable")
-            indexed = self._edges_of_page[page] = order, edges[order, 0]
-        order, first = indexed
-        start, stop = np.searchsorted(first, every), np.searchsorted(first, every, side="right")
-        count = stop - start
-        leaving = np.repeat(stop - np.cumsum(count), count) + np.arange(count.sum())
-        near = edges[np.sort(order[leaving])]
-        at = np.minimum(np.searchsorted(every, near[:, 1]), len(every) - 1)
-        return np.asarray(near[every[at] == near[:, 1]])
 
 
 def _level_chains(net: Network, x_height: float) -> Iterator[tuple[tuple[int, ...], float]]:

@@ -173,14 +173,14 @@ def _item(tag: int, name: bytes, body: bytes) -> bytes:
 
 def _body(value: Value) -> bytes:
     held = value.value
+    if isinstance(held, str):  # most are
+        return held.encode("utf-8", "surrogateescape")
+    if isinstance(held, bytes):
+        return held
     if isinstance(held, Resolution):
         return struct.pack(">iib", held.across, held.along, held.unit)
     if isinstance(held, Range):
         return struct.pack(">ii", held.least, held.greatest)
-    if isinstance(held, str):
-        return held.encode("utf-8", "surrogateescape")
-    if isinstance(held, bytes):
-        return held
     if isinstance(held, tuple):
         raise ValueError("a collection needs the tag of a collection")
     return struct.pack(">?", held) if value.tag == Tag.BOOLEAN else struct.pack(">i", held)
@@ -214,19 +214,20 @@ class _Reader:
         self._data, self.at = data, 0
 
     def take(self, count: int) -> bytes:
-        if self.at + count > len(self._data):
+        begin, self.at = self.at, self.at + count
+        if self.at > len(self._data):
             raise PrinterError(f"An IPP message ends in the middle, after {len(self._data)} bytes.")
-        self.at += count
-        return self._data[self.at - count : self.at]
+        return self._data[begin : self.at]
 
     def tag(self) -> int:
         return self.take(1)[0]
 
     def field(self) -> bytes:
-        length = int.from_bytes(self.take(2), "big")
+        high, low = self.take(2)
+        length = high << 8 | low
         if length > _LONGEST:
             raise PrinterError(f"An IPP message has a field of {length} bytes; {_LONGEST} is the most.")
-        return self.take(length)
+        return self.take(length) if length else b""
 
 
 def _attributes(reader: _Reader) -> tuple[tuple[Attribute, ...], int]:
@@ -265,6 +266,8 @@ def _read_value(reader: _Reader, tag: int, depth: int) -> Value:
 
 
 def _held(tag: int, body: bytes) -> int | str | bytes | Resolution | Range:
+    if 0x40 <= tag <= 0x5F:  # most are
+        return _text(body)
     if tag in _NUMBERS and len(body) == 4:
         return int.from_bytes(body, "big", signed=True)
     if tag == Tag.BOOLEAN and len(body) == 1:
@@ -273,7 +276,7 @@ def _held(tag: int, body: bytes) -> int | str | bytes | Resolution | Range:
         return Resolution(*struct.unpack(">iib", body))
     if tag == Tag.RANGE and len(body) == 8:
         return Range(*struct.unpack(">ii", body))
-    return _text(body) if 0x40 <= tag <= 0x5F else body
+    return body
 
 
 def _text(body: bytes) -> str:
