@@ -104,7 +104,7 @@ notes = {notes}
 [learned]
 temperature = 0.5      # chance: 1 as in the examples
 hold = 1.0             # how far the path is led through the places that a drawing passes
-keep = 0.5             # share of a drawing's own bends and overlaps that stays: letters are read by them
+keep = 0.75            # share of a drawing's own bends and overlaps that stays: letters are read by them
 duration = "{duration:.0f}ms"
 
 [brush]

@@ -32,19 +32,19 @@ from handout.values import Drawing, Page
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
 
-TAGS = ("fast-tag", "scrawl", "calm")  # styles of rules, unlike each other in bends and overlaps
+TAGS = ("fast-tag", "blackletter", "calm")  # styles of rules, unlike each other in bends and overlaps
 HANDS = ("house-joined", "house-print")
-_EACH, _LETTERS, _WORDS = 24, 5, 90  # tags of a style, letters of a tag, words of a hand
-_STEPS = 1500  # of each network: more changed the likelihood of kept-out tags by less than .02 nat
+_EACH, _LETTERS, _WORDS = 16, 5, 60  # tags of a style, letters of a tag, words of a hand
+_MOVES, _FORMS = 1200, 600  # steps of training: of the dynamics, and of the structure
 _PRIMER = 64  # ways, as long as the windows of training
 _TOML = """\
-title = "Learned: five manners, by --prime: fast-tag, scrawl, calm, house-joined, house-print"
+title = "Learned: five manners, by --prime: fast-tag, blackletter, calm, house-joined, house-print"
 notes = "Learned from tags in three styles of rules and pages of two built-in hands."
 
 [learned]
 temperature = 0.5
 hold = 1.0
-keep = 0.5
+keep = 0.75
 duration = "200ms"
 
 [brush]
@@ -101,9 +101,8 @@ def main(arguments: list[str] | None = None) -> None:
     found = examples(rng)
     strung = {name: sequences.joined(each) for name, each in found.items()}
     assert len(strung) <= PRIMERS
-    recipe = replace(SEVERAL_STYLES, steps=_STEPS)
-    moves = dynamics.learn(list(strung.values()), rng, recipe)
-    forms = structure.learn([strung[name] for name in TAGS], rng, recipe)
+    moves = dynamics.learn(list(strung.values()), rng, replace(SEVERAL_STYLES, steps=_MOVES))
+    forms = structure.learn([strung[name] for name in TAGS], rng, replace(SEVERAL_STYLES, steps=_FORMS))
     primers = {name: _beginning(sequence) for name, sequence in strung.items()}
     atomic.write(given.output, to_bytes(_TOML, LearnedMovement(moves, forms, primers)))
     strokes = sum(int((~sequence.up).sum()) for sequence in strung.values())

@@ -97,9 +97,9 @@ def test_drawings_of_a_gml_are_kept_apart(tag):
 def test_learns_a_style_and_draws_in_it(written, tag, tmp_path, capsys, monkeypatch):
     from dataclasses import replace
 
-    from handout.motion.learned import model
+    from handout.motion.learned import training
 
-    monkeypatch.setattr(model, "ONE_STYLE", replace(model.ONE_STYLE, steps=8))
+    monkeypatch.setattr(training, "ONE_STYLE", replace(training.ONE_STYLE, steps=8))
     style, outs = tmp_path / "mine.style", [tmp_path / f"{n}.svg" for n in range(3)]
     assert run("style", "learn", tag, "-o", style, "--json", "-q") == 0
     facts = json.loads(capsys.readouterr().out)

@@ -17,7 +17,7 @@ import numpy as np
 from handout.motion.learned import mixture, recurrent, sequences, training
 from handout.motion.learned.recurrent import Runner
 from handout.motion.learned.sequences import Inputs, MovementSequence
-from handout.motion.learned.training import ONE_STYLE, SIZES, Recipe, Windows
+from handout.motion.learned.training import SIZES, Recipe, Windows
 from handout.networks import Floats
 from handout.progress import Tell, silent
 from handout.values import Array
@@ -154,17 +154,20 @@ class DynamicsModel:
 def learn(
     examples: Sequence[MovementSequence],
     rng: np.random.Generator,
-    recipe: Recipe = ONE_STYLE,
+    recipe: Recipe | None = None,
     inputs: Inputs = "ahead",
     tell: Tell = silent,
 ) -> DynamicsModel:
     """A model of the dynamics of some examples; one is enough.
+
+    recipe : None: `training.recipe_for` them.
 
     Raises
     ------
     ValueError
         Fewer than two ways on the paper in all.
     """
+    recipe = recipe or training.recipe_for(examples)
     seen = training.windows(examples, recipe.length)
     size, on_paper = SIZES[recipe.size], seen.paper > 0
     told = sequences.features(seen.targets, seen.up, seen.there, inputs, np.ones(len(seen.dt)))[seen.there[:, 1:-1] > 0]
@@ -181,5 +184,5 @@ def learn(
     told_spread = np.maximum([dt.std() if len(dt) else 0.0, theta.std()], least).astype(np.float32)
     weights = recurrent.untrained(told.shape[1], size.hidden, 6 * size.gaussians, rng)
     model = DynamicsModel(tuple(weights), inputs, mean, spread, told_mean, told_spread)
-    training.train(weights, seen, model, recipe, rng, size.dropout, tell)
+    training.train(weights, seen, model, recipe, rng, size.dropout if recipe.dropout is None else recipe.dropout, tell)
     return model

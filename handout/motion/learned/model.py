@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from handout.motion.learned import dynamics, sequences, structure
 from handout.motion.learned.dynamics import DynamicsModel, State
 from handout.motion.learned.sequences import INPUTS, Inputs, MovementSequence
 from handout.motion.learned.structure import StructureModel
-from handout.motion.learned.training import ONE_STYLE, SEVERAL_STYLES, SIZES, Recipe
+from handout.motion.learned.training import SEVERAL_STYLES, SIZES, Recipe, recipe_for
 from handout.motion.reconstruction import LognormalPlan, from_shape
 from handout.motion.reconstruction.key_points import extent
 from handout.motion.reconstruction.shape_fit import DURATION
@@ -127,8 +127,9 @@ def learn(
             f"{count(strokes, 'movement')} from one target to another is too little to learn from: give a drawing with "
             "at least one turn."
         )
-    recipe = lesson.recipe or (SEVERAL_STYLES if several else ONE_STYLE)
     strung = [sequences.joined(each) for each in sequences_of.values()]
+    recipe = replace(SEVERAL_STYLES if several else recipe_for(strung), size=lesson.size)
+    recipe = lesson.recipe or recipe
     moves = dynamics.learn(strung, rng, recipe, lesson.inputs, within(tell, _FITTED, 0.8 if lesson.structure else 1.0))
     forms = structure.learn(strung, rng, recipe, within(tell, 0.8, 1.0)) if lesson.structure else None
     pace = float(np.clip(np.median(paces), _FASTEST, _SLOWEST)) if paces else DURATION

@@ -18,13 +18,14 @@ import numpy as np
 from handout.motion.learned import mixture, recurrent, sequences, training
 from handout.motion.learned.recurrent import Runner
 from handout.motion.learned.sequences import MovementSequence
-from handout.motion.learned.training import ONE_STYLE, SIZES, Recipe, Windows
+from handout.motion.learned.training import SIZES, Recipe, Windows
 from handout.networks import Floats
 from handout.progress import Tell, silent
 from handout.values import Array
 
 _LIFTED, _LAST = -2, -1  # of the outputs, behind those of the mixture
 _DROPOUT = 0.0  # with any, what is invented after one tag is a straight row of its mean ways
+_LONGER = 1.5  # times its longest example: what is invented ends there at the latest
 _FLOOR = 1e-2  # usual ways: least spread of the ways
 
 
@@ -83,7 +84,8 @@ class StructureModel:
             for row in _told(way, cut.up.astype(np.float64), cut.there.astype(np.float64)):
                 raw = self.runner.step(row.astype(np.float32))
         ways, up = [], []
-        for _ in range(2 * self.longest):
+        most = self.longest if example is None else longest([example])
+        for _ in range(max(round(_LONGER * most), least)):
             numbers = raw.tolist()
             normals = rng.standard_normal(2).tolist()
             step = mixture.draw(numbers[:_LIFTED], temperature, float(rng.random()), (normals[0], normals[1]))
@@ -94,6 +96,12 @@ class StructureModel:
                 break
             raw = self.runner.step(np.array([*step, float(lifted)], np.float32))
         return _ended(np.array(ways) * self.spread, np.array(up))
+
+
+def longest(examples: Sequence[MovementSequence]) -> int:
+    """Ways of the longest of examples that are strung together."""
+    bounds = [np.flatnonzero(np.concatenate([[True], ~example.there, [True]])) for example in examples]
+    return int(max(np.diff(each).max() for each in bounds)) - 1
 
 
 def _told(way: Array, up: Array, there: Array) -> Array:
@@ -113,22 +121,27 @@ def _ended(ways: Array, up: sequences.Bools) -> MovementSequence:
 
 
 def learn(
-    examples: Sequence[MovementSequence], rng: np.random.Generator, recipe: Recipe = ONE_STYLE, tell: Tell = silent
+    examples: Sequence[MovementSequence],
+    rng: np.random.Generator,
+    recipe: Recipe | None = None,
+    tell: Tell = silent,
 ) -> StructureModel:
     """A model of the structure of some examples; one is enough.
+
+    recipe : None: `training.recipe_for` them.
 
     Raises
     ------
     ValueError
         Fewer than two ways in all.
     """
+    recipe = recipe or training.recipe_for(examples)
     seen = training.windows(examples, recipe.length)
     here = seen.there[:, 1:-1] > 0
     ways = np.diff(seen.targets, axis=1)[:, 1:-1][here]
     spread = np.maximum(np.sqrt((ways**2).mean(axis=0)), _FLOOR).astype(np.float32)
     size = SIZES[recipe.size]
     weights = recurrent.untrained(3, size.hidden, 6 * size.gaussians + 2, rng)
-    runs = [np.diff(np.flatnonzero(np.concatenate([[True], ~s.there, [True]]))) - 1 for s in examples]
-    model = StructureModel(tuple(weights), spread, int(np.concatenate(runs).max()))
+    model = StructureModel(tuple(weights), spread, longest(examples))
     training.train(weights, seen, model, recipe, rng, _DROPOUT, tell)
     return model

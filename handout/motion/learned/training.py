@@ -55,23 +55,38 @@ SIZES = {"small": Size(), "berio_2017": Size((400, 400), 20, 0.1)}  # the latter
 class Recipe:
     """How a network is trained.
 
-    size : one of `SIZES`.  length : ways of a window; seed 002 found 15 enough for one style, and needed longer ones
-    where an example is to prime one style of several.  batch : windows.  steps : of the optimiser.  rate : of Adam at
-    first; falls as a cosine to `final` of it.  clip : greatest norm of the gradient.  variation : more than a hand's
-    own, since it keeps a network from learning one page by heart.
+    size : one of `SIZES`.
+    length : ways of a window; seed 002 found 15 enough for one style, and needed longer ones where an example is to
+        prime one style of several.
+    batch, steps : windows of a step of the optimiser, and how many steps there are.
+    rate, final : of Adam at first; it falls as a cosine to that share.
+    clip : greatest norm of the gradient.
+    dropout : None: that of the size.
+    variation : more than a hand's own, since it keeps a network from learning one page by heart.
     """
 
     size: str = "small"
     length: int = 15
     batch: int = 32
-    steps: int = 800
+    steps: int = 400
     rate: float = 4e-3
     final: float = 0.02
     clip: float = 1.0
-    variation: Variation = Variation(0.015, 0.06, 0.12)
+    dropout: float | None = None
+    variation: Variation = Variation(0.03, 0.1, 0.2)
 
 
-ONE_STYLE, SEVERAL_STYLES = Recipe(), Recipe(length=64, batch=16)
+ONE_STYLE, SEVERAL_STYLES = Recipe(), Recipe(length=64, batch=16, dropout=0.1, variation=Variation(0.015, 0.05, 0.1))
+
+
+_MANY = 1000  # strokes: with more, as on a page, less has to be varied and there is more to be learned
+
+
+def recipe_for(examples: Sequence[MovementSequence]) -> Recipe:
+    """The recipe for examples of one style."""
+    if sum(int((~sequence.up).sum()) for sequence in examples) < _MANY:
+        return ONE_STYLE
+    return replace(ONE_STYLE, steps=2 * ONE_STYLE.steps, variation=Variation(0.015, 0.06, 0.12))
 
 
 def vary(sequence: MovementSequence, variation: Variation, rng: np.random.Generator) -> MovementSequence:

@@ -134,7 +134,7 @@ class Learned(Table, frozen=True):
 
     temperature: float = 0.5
     hold: float = 1.0
-    keep: float = 0.5
+    keep: float = 0.75
     duration: Time = Time(0.3)
     primer: str = ""
 

@@ -17,6 +17,12 @@ def test_five_ship():
     assert all(style.read(path).name == path.stem and style.read(path).title for path in SHIPPED)
 
 
+def test_a_learned_one_ships_with_five_primers():
+    learned = style.find("learned")
+    assert learned.model is not None and learned.model.structure is not None and len(learned.model.primers) == 5
+    assert (shipped.folder("styles") / "learned.style").stat().st_size < 250_000
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
