@@ -5,7 +5,8 @@ A true stroke counts as far as the line graph has it: ink that failed, or that t
 the two run the same way.  A recovered path may make detours of one x-height on the way: a retraced stem a little too
 long is no other stroke.  Dots, shorter than half a millimetre, are found where a path is, and have no direction.  A
 word is *in order* where all its strokes are found and the recovered paths, and places on one path, come in the order
-of writing; *all right* where all directions are right, too.
+of writing; *all right* where all directions are right, too; its *bodies* are in order where it is without dots,
+bars and accents.
 
 Detours over what is not there are not seen by that: so much of the length that is drawn lies off the ink, farther than
 `NEAR` from the line graph.  A lift, between two strokes of a word, is *kept* unless one recovered path has half of both
@@ -28,6 +29,8 @@ NEAR = 0.25  # mm, a tenth of an x-height
 FOUND = 0.9
 _DETOUR = 2.5  # mm
 _DOT, _MET = 0.5, 0.3  # mm; share of a dot that a path meets
+_MARK = 1.0  # mm, no longer is a mark …
+_LEVEL = 1.5  # … unless it is so much wider than tall
 _STEP = 0.1  # mm
 _BACK = 0.02  # of a path: places so near one another are one
 _PASSED = 0.5  # of a stroke that a path has
@@ -44,6 +47,7 @@ class Tally:
     words: int = 0
     ordered: int = 0
     good: int = 0
+    bodies: int = 0
     drawn: float = 0.0
     off: float = 0.0
     lifts: int = 0
@@ -51,7 +55,19 @@ class Tally:
     wrong: list[int] = field(default_factory=list)
 
     def __iadd__(self, other: Tally) -> Tally:
-        for name in ("strokes", "found", "right", "words", "ordered", "good", "drawn", "off", "lifts", "kept"):
+        for name in (
+            "strokes",
+            "found",
+            "right",
+            "words",
+            "ordered",
+            "good",
+            "bodies",
+            "drawn",
+            "off",
+            "lifts",
+            "kept",
+        ):
             setattr(self, name, getattr(self, name) + getattr(other, name))
         self.wrong += other.wrong
         return self
@@ -94,6 +110,9 @@ def tally(true: Sequence[Array], words: Sequence[int], recovered: Sequence[Array
         result.lifts += len(own) - 1
         result.kept += _parts(own, paths) - 1
     for word, strokes in found.items():
+        waits = marks(followed[word])
+        bodies = [one for one, mark in zip(strokes, waits, strict=True) if not mark]
+        result.bodies += all(ok for ok, _, _ in bodies) and not (np.diff([at for _, _, at in bodies]) < -_BACK).any()
         places_ = [place for _, _, place in strokes]
         ordered = all(ok for ok, _, _ in strokes) and bool((np.diff(places_) >= -_BACK).all())
         good = ordered and all(right for _, right, _ in strokes)
@@ -106,6 +125,21 @@ def tally(true: Sequence[Array], words: Sequence[int], recovered: Sequence[Array
         if not good:
             result.wrong.append(word)
     return result
+
+
+def marks(strokes: Sequence[Array]) -> list[bool]:
+    """Which strokes of a word look like dots, bars and accents: small or level, over or under a larger one."""
+    size = [float(np.ptp(xy, axis=0).max()) for xy in strokes]
+    bounds = [(float(xy[:, 0].min()), float(xy[:, 0].max())) for xy in strokes]
+    found = []
+    for own, xy, (left, right) in zip(size, strokes, bounds, strict=True):
+        beside = any(
+            other > own and left - NEAR <= high and right + NEAR >= low
+            for other, (low, high) in zip(size, bounds, strict=True)
+        )
+        wide, tall = np.ptp(xy, axis=0)
+        found.append(bool(beside and (own < _MARK or wide > _LEVEL * tall)))
+    return found
 
 
 def evenly(xy: Array) -> Array:

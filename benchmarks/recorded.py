@@ -23,7 +23,11 @@ from handout.values import Array, Drawing, Indices, LineGraph, Page, Stroke
 
 DPI = 300.0
 _SHEET = Page(210, 297, "A4")
-_SCALE = 0.55  # people write larger on a tablet
+_SCALE = 0.55  # people write larger on a tablet; those of English words less so:
+_ENGLISH = 0.8
+_APART = 4.0  # mm between two English words, at least
+_BACK = 15.0  # mm to the left where the next line begins
+_ROWS = 15  # of a page of English words
 _LETTER = 6.0  # mm, the longer side of a letter that was recorded larger, or very small
 _MOST = 10  # recordings of one letter from one source
 _CELL = (18.0, 19.0)  # mm
@@ -53,11 +57,13 @@ class Recording:
 
     text : what it wrote; source : the file.
     strokes : (n, 2) float, mm, y down.
+    words : the word that each stroke is of; empty where that is not known.
     """
 
     text: str
     source: str
     strokes: tuple[Array, ...]
+    words: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +85,36 @@ def words(folder: Path) -> list[Recording]:
 def writers(recordings: Sequence[Recording]) -> list[list[Recording]]:
     """Recordings of words, those of one writer together: the first three letters of the file name them."""
     return [list(own) for _, own in groupby(recordings, key=lambda one: one.source[:3])]
+
+
+def english(folder: Path) -> list[list[Recording]]:
+    """Lines of English words, hardly joined, of three writers, in pages."""
+    pages = list[list[Recording]]()
+    for writer in ("01", "03", "08"):
+        rows = [row for part in ("trn", "tst") for row in _rows(folder / f"data/1c/art/art{writer}{part}.dat")]
+        pages += [rows[k : k + _ROWS] for k in range(0, len(rows), _ROWS)]
+    return pages
+
+
+def _rows(path: Path) -> Iterator[Recording]:
+    """The lines of a file that has its letters one after the other."""
+    row: list[tuple[Recording, bool]] = []  # letters, and whether a word begins with each
+    left = right = 0.0
+    for letter in _segments(path, "CHARACTER"):
+        x = np.concatenate(letter.strokes)[:, 0]
+        if row and x.min() < left - _BACK:
+            yield _row(row)
+            row = []
+        row.append((letter, bool(row) and float(x.min()) - right > _APART))
+        left, right = float(x.min()), float(x.max()) if len(row) == 1 else max(right, float(x.max()))
+    yield _row(row)
+
+
+def _row(letters: Sequence[tuple[Recording, bool]]) -> Recording:
+    word = np.cumsum([begins for _, begins in letters]).tolist()
+    text = "".join(" " * begins + letter.text for letter, begins in letters)
+    of = tuple(number for (letter, _), number in zip(letters, word, strict=True) for _ in letter.strokes)
+    return Recording(text, letters[0][0].source, tuple(xy for letter, _ in letters for xy in letter.strokes), of)
 
 
 def letters(folder: Path) -> list[Recording]:
@@ -134,7 +170,7 @@ def sheet(recordings: Sequence[Recording], pitch: float = 16.0) -> tuple[list[Ar
     strokes, rows = list[Array](), list[int]()
     for row, recording in enumerate(recordings):
         places = np.concatenate(recording.strokes)
-        scale = min(_SCALE, 170 / float(np.ptp(places[:, 0])))
+        scale = min(_ENGLISH if recording.words else _SCALE, 170 / float(np.ptp(places[:, 0])))
         middle = np.array([float(places[:, 0].min()), float(np.median(places[:, 1]))])
         strokes += [(xy - middle) * scale + (20.0, 25.0 + row * pitch) for xy in recording.strokes]
         rows += [row] * len(recording.strokes)

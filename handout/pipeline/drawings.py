@@ -18,7 +18,7 @@ from handout.pipeline.options import PictureOptions, PoseOptions, StyleOptions, 
 from handout.pipeline.poses import with_pose
 from handout.pipeline.results import Facts, Result
 from handout.pipeline.styles import style_of
-from handout.sinks import Look, check_outputs, write_drawings
+from handout.sinks import check_outputs, write_drawings
 from handout.sources import read_drawing
 from handout.values import Drawing, Page, Stroke
 
@@ -87,7 +87,7 @@ def restyle(
     from handout.motion.styles import restyling
 
     check_outputs(outputs)
-    look, seed = _look(picture), seed_of(styling.seed)
+    look, seed = picture.look(styled=True), seed_of(styling.seed)
     style = None if posing.pose and styling == replace(StyleOptions(), seed=styling.seed) else style_of(styling)
     try:
         drawing = read_drawing(source)
@@ -119,7 +119,7 @@ def asemic(
     from handout.motion.styles.asemic import tag
 
     check_outputs(outputs)
-    look, style, seed = _look(picture), style_of(styling), seed_of(styling.seed)
+    look, style, seed = picture.look(styled=True), style_of(styling), seed_of(styling.seed)
     built = style if structure is None else find(structure)
     learned = built.model is not None and built.model.structure is not None
     if structure is not None and not learned:
@@ -131,11 +131,6 @@ def asemic(
     count = 0 if learned else letters or _LETTERS
     files = tuple(write_drawings([drawing], outputs, look))
     return Styled(drawing, style.name, seed, files, letters=count, notes=notes)
-
-
-def _look(picture: PictureOptions) -> Look:
-    """How pictures look: a style brings its own widths, so that an even ink is the usual one."""
-    return replace(picture, pen=picture.pen or "plain").look()
 
 
 @dataclass(frozen=True)
@@ -243,7 +238,7 @@ def draw_plans(
     seed = seed_of(styling.seed)
     draw, notes, styled = _drawer(plans, styling)
     drawing = draw(np.random.default_rng(seed), None)
-    look = _look(picture) if styled else picture.look()
+    look = picture.look(styled=styled)
     files = write_drawings([replace(drawing, about={**drawing.about, "seed": seed})], outputs, look)
     return DrawnPlans(len(drawing.strokes), 1, seed, tuple(files), notes=notes)
 
@@ -274,7 +269,7 @@ def vary_plans(
     draw, notes, styled = _drawer(plans, styling)
     drawings = [draw(np.random.default_rng((seed, copy)), Variation()) for copy in range(copies)]
     sheet = _side_by_side(drawings)
-    look = _look(picture) if styled else picture.look()
+    look = picture.look(styled=styled)
     files = write_drawings([replace(sheet, about={**sheet.about, "seed": seed})], outputs, look)
     return DrawnPlans(len(sheet.strokes), copies, seed, tuple(files), notes=notes)
 

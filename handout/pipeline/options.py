@@ -125,18 +125,25 @@ class PictureOptions:
         name = self.pen
         return name is not None and name not in PENS and (name.endswith(".hand") or name in library.scanned())
 
-    def look(self) -> Look:
+    def look(self, *, styled: bool = False) -> Look:
         """How pictures look that are asked for so; where a scanned hand lends its ink, strokes are a ballpoint's.
+
+        styled : whether strokes are moved anew by a style, which brings its own widths: an even ink is the usual one.
 
         Raises
         ------
         InputError
-            A pen, a colour or a paper that there is not, or both a paper and --transparent.
+            A pen, a colour or a paper that there is not, both a paper and --transparent, or a style and a pen whose
+            scanned ink cannot be moved anew.
         """
         from handout.inking import papers, pen
         from handout.sinks import Look
 
-        name, width = self.pen or "ballpoint", self.pen_width
+        name, width = self.pen or ("plain" if styled else "ballpoint"), self.pen_width
+        if styled and self.has_scanned_pen:
+            raise InputError(
+                f"--style moves strokes anew, and the ink of {name} lies as it was scanned: leave --pen out."
+            )
         if self.has_scanned_pen:
             strokes = pen.usual("ballpoint", colour=self.ink)
         elif name in PENS or pen.is_brush(name):

@@ -171,7 +171,7 @@ def prepare(
     (fast, factor), seed, look = (
         pace(writing.speed),
         seed_of(writing.seed),
-        replace(_pictured(writing, picture).look(), footprint=writing.pose is not None),
+        replace(picture.look(styled=writing.style is not None), footprint=writing.pose is not None),
     )
     hand = library.find(writing.hand) if isinstance(writing.hand, str) else writing.hand
     hand = hand.hastened(writing.haste)
@@ -219,21 +219,6 @@ def _pen_hand(pen: str, hand: Hand | ScannedHand) -> ScannedHand:
     if hand.pages is None:
         raise InputError(f"pen: {pen} holds scanned ink, which only scanned hands can be written with.")
     return file.load(library.scanned_file(pen))
-
-
-def _pictured(writing: WritingOptions, picture: PictureOptions) -> PictureOptions:
-    """How pictures look: a style brings its own widths, so that an even ink is the usual one.
-
-    Raises
-    ------
-    InputError
-        A style, and a pen whose scanned ink cannot be moved anew.
-    """
-    if writing.style is not None and picture.has_scanned_pen:
-        raise InputError(
-            f"--style moves strokes anew, and the ink of {picture.pen} lies as it was scanned: leave --pen out."
-        )
-    return picture if writing.style is None else replace(picture, pen=picture.pen or "plain")
 
 
 def _style(writing: WritingOptions) -> Style | None:

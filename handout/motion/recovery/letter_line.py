@@ -34,6 +34,7 @@ class LetterLine:
     baseline : y of it, None where that is not known.
     own_bars, foreign_bars : vertices along the crossbars that are known from the whole word: the letter's own, and
         those of others.
+    usual : radius and density of the line where the pen passes once; default: the medians of this line.
     bar_overlaps : for each of both vertices before and after it that it shares with other strokes.
     """
 
@@ -50,6 +51,7 @@ class LetterLine:
     own_bars: tuple[Indices, ...] = ()
     foreign_bars: tuple[Indices, ...] = ()
     bar_overlaps: tuple[tuple[Indices, Indices], ...] = ()
+    usual: tuple[float, float] | None = None
 
     @property
     def joints(self) -> set[int]:

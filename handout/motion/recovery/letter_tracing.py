@@ -44,6 +44,7 @@ from handout.motion.recovery.network import (
     Network,
     build_network,
     chain_vertices,
+    ring_seams,
     subnetwork,
 )
 from handout.motion.recovery.traversal import Traversal, beam_search, form_guides, guided_search
@@ -167,8 +168,7 @@ def _search(
 ) -> _Search:
     """The cheap traversals of some branches of a letter, those that its forms would take among them."""
     laid, turns = _nearest(net, rest, line, letter, hands)
-    bar_ends = [int(bar[end]) for bar in (*line.own_bars, *line.foreign_bars) for end in (0, -1)]
-    net = subnetwork(net, rest, [*turns, *bar_ends])
+    net = subnetwork(net, rest, _cuts(net, rest, line, turns))
     ends = Ends(*(_ends_at(net, vertices) for vertices in (line.entries, line.exits, line.bar_entries)))
     foreign = _foreign_bars(net, line)
     cheap = _with_crossbars(net, line, letter, ends, foreign, weights)
@@ -179,6 +179,14 @@ def _search(
         guided = _guided(net, line.x_height, ends, laid, weights)
         cheap += [traversal for traversal in guided if traversal.strokes not in there]
     return _Search(line, letter, net, cheap, foreign, laid)
+
+
+def _cuts(net: Network, rest: Sequence[int], line: LetterLine, turns: Sequence[int]) -> list[int]:
+    """Vertices at which branches are cut: where forms turn, rings were closed, and bars end."""
+    seams = ring_seams(net, rest)
+    rings = set[int]().union(*seams.values())
+    bar_ends = [int(bar[end]) for bar in (*line.own_bars, *line.foreign_bars) for end in (0, -1)]
+    return [*(v for v in turns if v not in rings), *seams, *bar_ends]
 
 
 def _foreign_bars(net: Network, line: LetterLine) -> list[tuple[int, ...]]:
@@ -200,7 +208,7 @@ def _bridged_network(line: LetterLine, letter: str) -> Network:
     half_width = float(np.median(line.radius))
     least = DOT * line.x_height if has_dots(letter) else 0.0
     edges = bridge_gaps(line.xy, line.radius, line.edges, half_width, line.joints, least)
-    return build_network(line.xy, line.radius, line.density, edges, half_width)
+    return build_network(line.xy, line.radius, line.density, edges, half_width, line.usual)
 
 
 def _nearest(

@@ -51,6 +51,7 @@ class StrokeOrderModel:
         self.width = 2 * measures.half_width(hand)
         self._x_height = measures.x_height(hand)
         self.half_widths = measures.x_height_in_half_widths(hand)
+        self._usual = [_usual_ink(hand, number) for number in range(len(hand.pages))]
         self._crossbars = WordCrossbars(hand, self.forms.paths)
         self._endpoints: dict[int, list[Endpoint]] = {}
         self._instances: dict[int, tuple[Instance, tuple[Indices, ...]]] = {}
@@ -129,6 +130,7 @@ class StrokeOrderModel:
             entries=tuple(entries),
             exits=tuple(exits),
             joined_hand=self._joined_hand,
+            usual=self._usual[glyph.page],
             baseline=-float(self.forms.centre[number, 1]),
         )
 
@@ -195,6 +197,14 @@ class StrokeOrderModel:
 def stroke_order_model(hand: ScannedHand, hands: tuple[str, ...]) -> StrokeOrderModel:
     """The model of a hand; that of the last few hands is kept."""
     return StrokeOrderModel(hand, hands)
+
+
+def _usual_ink(hand: ScannedHand, number: int) -> tuple[float, float]:
+    """Radius, in x-heights of its forms, and density of the line of the letters on a page."""
+    page = hand.pages[number]
+    letters = [glyph.vertices for glyph in hand.glyphs if glyph.page == number]
+    vertices = np.concatenate(letters) if letters else np.arange(len(page.graph.radius))
+    return float(np.median(page.graph.radius[vertices])) / page.pitch, float(np.median(page.graph.density[vertices]))
 
 
 @dataclass(frozen=True, eq=False)

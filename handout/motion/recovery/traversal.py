@@ -27,7 +27,7 @@ _WIDTH = 32  # traversals that are followed
 _GUIDED = 4  # where a form is followed
 _ALIKE = 3  # of them that have covered the same and stand at the same place
 _LIFTS = 6  # places where a lifted pen may land
-_DEEP = 4  # branches that are retraced in one go
+_DEEP = 7  # branches that are retraced in one go
 _ROUNDED = 1e-9  # costs that differ less may be equal
 _PLACES = 6  # of a branch that are compared with a form
 
@@ -113,7 +113,12 @@ def _search(
                 look = len(reached) + width
             _steps(state, costs, weights, reached, bound)
         states = _cheapest(reached, width)
-    done = [(state[0] + costs.leaving[state[1] ^ 1], state) for state in states]
+    doubtful = [(1 << branch, cost) for branch, cost in enumerate(costs.once) if cost]
+    done = [
+        (last[0] + costs.leaving[last[1] ^ 1] + sum(cost for bit, cost in doubtful if not last[3] & bit), last)
+        for state in states
+        for last in _ways_out(state, costs)
+    ]
     done.sort(key=itemgetter(0))
     return [(cost, _strokes(state)) for cost, state in done[:most]]
 
@@ -142,11 +147,11 @@ def _cost(strokes: Sequence[Sequence[int]], costs: EdgeCosts, first: Sequence[fl
             if step:
                 total += next(cost for e, cost in costs.turning[before ^ 1] if e == end)
             often = passed.get(end >> 1, 0)
-            total += (costs.again if often else costs.passing)[end] + (weights.third if often > 1 else 0.0)
+            total += (costs.again if often else costs.passing)[end] + (costs.third[end] if often > 1 else 0.0)
             passed[end >> 1] = often + 1
             before = end
         total += costs.leaving[before ^ 1]
-    return total
+    return total + sum(cost for branch, cost in enumerate(costs.once) if passed.get(branch, 0) < 2)
 
 
 # a traversal so far: what it cost, the end by which its last step left a node, bits of the branches that it covered,
@@ -160,17 +165,31 @@ def _steps(state: _State, costs: EdgeCosts, weights: CostWeights, reached: list[
     if cost <= bound:
         most = min(cost + weights.lift + weights.landing + weights.leaving, bound)
         _without_lift(state, costs, weights, reached, _DEEP, most)
-    stop = cost + costs.leaving[end ^ 1] + weights.lift + (weights.after if end ^ 1 in costs.exits else 0.0)
-    count = 0
-    for air, landing in costs.air[end ^ 1]:
-        if stop + air > bound:
-            break
-        bit = 1 << (landing >> 1)
-        if not covered & bit:
-            reached.append((stop + air + costs.passing[landing], landing, covered | bit, twice, thrice, state, True))
-            count += 1
-            if count == _LIFTS:
+    for last in _ways_out(state, costs):
+        cost, end, covered, twice, thrice, _, _ = last
+        stop = cost + costs.leaving[end ^ 1] + weights.lift + (weights.after if end ^ 1 in costs.exits else 0.0)
+        count = 0
+        for air, landing in costs.air[end ^ 1]:
+            if stop + air > bound:
                 break
+            bit = 1 << (landing >> 1)
+            if not covered & bit:
+                reached.append((stop + air + costs.passing[landing], landing, covered | bit, twice, thrice, last, True))
+                count += 1
+                if count == _LIFTS:
+                    break
+
+
+def _ways_out(state: _State, costs: EdgeCosts) -> list[_State]:
+    """A traversal before the pen is lifted, and after it has gone back over what the ink tells was passed twice."""
+    found = [state]
+    for before in found:
+        cost, arrived, covered, twice, thrice, _, _ = before
+        for end, turning in costs.turning[arrived ^ 1]:
+            bit = 1 << (end >> 1)
+            if covered & bit and not twice & bit and turning + costs.again[end] < costs.once[end >> 1]:
+                found.append((cost + turning + costs.again[end], end, covered, twice | bit, thrice, before, False))
+    return found
 
 
 def _without_lift(
@@ -186,7 +205,7 @@ def _without_lift(
             after = cost + turning + costs.again[end]
             third = bit & twice
             if third:
-                after += weights.third
+                after += costs.third[end]
                 if third & thrice and not costs.crossings & bit:
                     continue
             if after < most:

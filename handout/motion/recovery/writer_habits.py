@@ -18,8 +18,8 @@ from handout.motion.recovery.letter_line import Candidate, LetterLine
 from handout.values import Array, Indices
 
 POOL = 6  # instances of a letter that tell how its writer writes it
-CANDIDATES = 5  # ways of writing an instance that are weighed
-MARGIN = 4.5  # one that costs so much more than the cheapest is not made good by the writer's habit
+CANDIDATES = 8  # ways of writing an instance that are weighed
+MARGIN = 6.0  # one that costs so much more than the cheapest is not made good by the writer's habit
 
 
 @dataclass(frozen=True)
