@@ -1,16 +1,20 @@
 """Whether what scanned hands write reads as what it should: by our reader and an off-the-shelf one, beside the author.
 
 Every word is read as a picture of its traced lines: the author's own from his page, and a text that is written in his
-hand, as it comes and after it was read again.  The shipped hands are measured; with HANDOUT_HANDS set, the .hand files
-of that folder, too.  The other reader is ``rapidocr-onnxruntime``, which the program does not need; it knows words.
+hand, as it comes and after it was read again; without vetting, where every glyph is taken for what it is called, and
+with the ligatures that the author made alone, new ones left out.  The shipped hands are measured; with HANDOUT_HANDS
+set, the .hand files of that folder, too.  The other reader is ``rapidocr-onnxruntime``, which the program does not
+need; it knows words.
 """
 
 from __future__ import annotations
 
 import importlib.util
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 
@@ -18,12 +22,14 @@ from benchmarks.legibility import TEXT, character_error
 from handout.completion.completed_hand import complete_hand
 from handout.hand import library
 from handout.hand.scanned import ScannedHand
+from handout.hand.vetting import Vetting
 from handout.hand.word_pictures import own_words
 from handout.page_sizes import page
 from handout.pipeline.rereading import reread
 from handout.reading import pictures
 from handout.reading.made_words import made_words
 from handout.values import Array
+from handout.writing import scanned_words
 from handout.writing.choosing import Prices
 from handout.writing.compose import each_page
 from handout.writing.layout import Layout
@@ -31,6 +37,13 @@ from handout.writing.pages import Sheet
 
 WORDS = int(os.environ.get("HANDOUT_WORDS", "100"))  # of the text that are written
 SEED = 1
+# title, how often it is set anew, what is switched off
+COLUMNS = (
+    ("as they come", 0, ""),
+    ("read again", 2, ""),
+    ("read again, without vetting", 2, "vetting"),
+    ("read again, without new ligatures", 2, "new ligatures"),
+)
 _ROOM = 10  # pixels of paper around a word for the other reader
 
 Words = Sequence[tuple[str, Array]]
@@ -81,8 +94,25 @@ def made(hand: ScannedHand, tries: int) -> tuple[Words, int]:
     return words, len(doubts)
 
 
+@contextmanager
+def without(part: str) -> Iterator[None]:
+    """One part of the writing switched off: "vetting", "new ligatures", or "" for none."""
+    with ExitStack() as stack:
+        if part == "vetting":
+            stack.enter_context(patch("handout.writing.glyph_index.vet", _unvetted))
+        elif part == "new ligatures":
+            stack.enter_context(patch("handout.writing.joints.Joints._usual", lambda *_: False))
+        scanned_words._learnt.cache_clear()
+        yield
+        scanned_words._learnt.cache_clear()
+
+
+def _unvetted(hand: ScannedHand) -> Vetting:
+    return Vetting(np.ones(len(hand.glyphs)))
+
+
 def main() -> None:
-    """Print, of each hand: the author's words, the made ones, and those that were read again."""
+    """Print, of each hand: the author's words, the made ones, those that were read again, and what each part earns."""
     other = other_reader()
     folder = os.environ.get("HANDOUT_HANDS")
     names = [*sorted(library.scanned()), *(map(str, sorted(Path(folder).glob("*.hand"))) if folder else ())]
@@ -90,6 +120,7 @@ def main() -> None:
         hand = library.find(name)
         assert isinstance(hand, ScannedHand)
         print(f"{hand.name}: author's own: {row([(word.text, word.picture) for word in own_words(hand)], other)}")
-        for title, tries in (("as they come", 0), ("read again", 2)):
-            words, doubtful = made(hand, tries)
+        for title, tries, part in COLUMNS:
+            with without(part):
+                words, doubtful = made(hand, tries)
             print(f"  {title}: {row(words, other)}; doubtful {doubtful} of {len(words)}", flush=True)
