@@ -49,6 +49,7 @@ MAY = {
     "sinks": {"motion", "inking"},
     "sources": {"motion"},
     "printing": {"writing", "inking", "sinks", "colour"},
+    "merging": {"printing"},
     "calibrating": {"hand", "writing", "motion", "inking", "sinks", "colour", "printing"},
     "plotting": {"hand", "writing", "motion", "sinks", "sources"},
     "score": {"scanning"},
@@ -71,6 +72,7 @@ MAY = {
         "tagging",
         "colour",
         "calibrating",
+        "merging",
     },
     # stand-ins for people and machines, and what makes the files that ship; nothing of the product stands on them
     "simulated": {
