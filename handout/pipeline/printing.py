@@ -15,7 +15,7 @@ from handout.calibrating.calibrated_ink import CalibratedInk
 from handout.errors import InputError
 from handout.merging.fields import RowManner
 from handout.pipeline import merging, writing
-from handout.pipeline.merging import Merge, RowPages
+from handout.pipeline.merging import RowPages
 from handout.pipeline.options import (
     MergeOptions,
     PictureOptions,
@@ -121,22 +121,17 @@ def print_(
     pages.seed = record.seed
     calibrations = _Calibrations(printing, listener)
     pages.calibrated = calibrations.of
-    fed = partial(_fed, profile, printing, merged.with_letters)
-    way = Way(
-        fed(task.layout.page),
-        fed,
-        {"seed": pages.seed, "hand": task.hand.name},
-        resumed=record.resumed,
-        say=listener.say,
-        change=change or listener.say,
-    )
-    options = _batch_options(printing, merged)
+    out = None if printing.dry_run is None else Path(printing.dry_run)
+    all_or_none = merged.with_letters and not merge.skip_bad
+    options = BatchOptions(printing.rows, printing.copies, printing.again, out, all_or_none)
     chosen_rows(merged.table, options, record.resumed)
     if merged.with_envelopes:
         envelope.address_layout(pages.envelope, 1, 1, pages.x_height)  # what is wrong for every row is said once
+    about = {"seed": pages.seed, "hand": task.hand.name}
+    fed = partial(_fed, profile, printing, merged.with_letters)
+    way = Way(fed(task.layout.page), fed, about, None, record.resumed, listener.say, change or listener.say)
     with record, destination(way, options, pages.sheets()) as place:
-        progress = BatchListener(_progress(listener), listener.say)
-        report = make_rows(merged.table, pages, place, options, record, progress)
+        report = make_rows(merged.table, pages, place, options, record, BatchListener(progress(listener), listener.say))
     printed = Printed(
         report,
         pages.tally,
@@ -225,11 +220,6 @@ class _Calibrations:
         return made
 
 
-def _batch_options(printing: PrintOptions, merged: Merge) -> BatchOptions:
-    out = None if printing.dry_run is None else Path(printing.dry_run)
-    all_or_none = merged.with_letters and not merged.options.skip_bad
-    return BatchOptions(printing.rows, printing.copies, printing.again, out, all_or_none)
-
-
-def _progress(listener: Listener) -> Callable[[int, int, str], object]:
+def progress(listener: Listener) -> Callable[[int, int, str], object]:
+    """How far a batch has come, for a listener."""
     return lambda done, total, stage: listener.progress(done / max(total, 1), f"{stage} {done}/{total}")

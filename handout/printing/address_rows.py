@@ -280,12 +280,12 @@ def notes(
 ) -> list[str]:
     """What has to be said of a table as a whole, each a phrase; `elsewhere` : headers that a letter uses."""
     phrases = []
-    left = [column for column in columns if column.role is None and column.header not in elsewhere]
-    unused = [column.name for column in left if holds(column, cells)]
+    left = [column for column in columns if column.header not in elsewhere]
+    unused = [column.name for column in left if column.role is None and holds(column, cells)]
     if unused:
         phrases.append(f"{'this column is' if len(unused) == 1 else 'these columns are'} not used: {', '.join(unused)}")
-    for column in columns:
-        if column.number in account.unwritten and column.header not in elsewhere:
+    for column in left:
+        if column.number in account.unwritten:
             rows = named(account.unwritten[column.number], numbers)
             phrases.append(f"what {column.name} holds is not written in {rows}: {_why_unwritten(column)}")
     for kind, others in account.other_addresses.items():

@@ -200,29 +200,33 @@ def make_rows(
     if isinstance(place, Spool):
         todo = remaining(journal, place.queue, todo.fresh, copies, again)
         chosen = [row for row in chosen if row.problem or row.number in todo.rows]
-    checked, parts = Checked(), dict[int, list[str]]()
-    for n, row in enumerate(chosen):
-        listener.progress(n, len(chosen), "check")
-        parts[row.number] = _check(row, write, place, copies[row.number], checked)
-    listener.progress(len(chosen), len(chosen), "check")
+    checked, parts = _checked(chosen, write, place, copies, listener)
     if checked.failed and options.all_or_none:
         raise RowsRefused(Report((), tuple(checked.failed), warnings=tuple(checked.warnings)))
-    made = {row: pieces(row, copies[row], parts[row]) for row in checked.done}
     jobs: tuple[Job, ...] = ()
     if isinstance(place, Spool):
-        table = [row.number for row in rows if not row.problem]
-        jobs = send(place, checked, todo, made, table, journal, listener)
+        made = {row: pieces(row, copies[row], parts[row]) for row in checked.done}
+        jobs = send(place, checked, todo, made, _makeable(rows), journal, listener)
     place.finish()
-    done = sorted({*checked.done, *(piece.row for piece in todo.wait)})
-    return Report(
-        tuple(done),
-        tuple(checked.failed),
-        place.files(),
-        jobs,
-        tuple(checked.warnings),
-        tuple(todo.done),
-        tuple(todo.unknown),
-    )
+    done = tuple(sorted({*checked.done, *(piece.row for piece in todo.wait)}))
+    before, unknown = tuple(todo.done), tuple(todo.unknown)
+    return Report(done, tuple(checked.failed), place.files(), jobs, tuple(checked.warnings), before, unknown)
+
+
+def _makeable(rows: Sequence[Row]) -> list[int]:
+    return [row.number for row in rows if not row.problem]
+
+
+def _checked(
+    rows: Sequence[Row], write: WriteRow, place: Destination, copies: Mapping[int, int], listener: Listener
+) -> tuple[Checked, dict[int, list[str]]]:
+    """Every row written and made ready, and the parts that each has."""
+    checked, parts = Checked(), dict[int, list[str]]()
+    for n, row in enumerate(rows):
+        listener.progress(n, len(rows), "check")
+        parts[row.number] = _check(row, write, place, copies[row.number], checked)
+    listener.progress(len(rows), len(rows), "check")
+    return checked, parts
 
 
 class RowsRefused(InputError):

@@ -322,21 +322,20 @@ class _Run:
     def _what_went(self, sent: Sequence[int], sheet: Sequence[Piece]) -> str:
         """What was sent before a batch stopped, and what of the rows that it had begun."""
         row = sheet[0].row
-        went = f"{_rows(sent, self.whole)} {'was' if len(sent) == 1 else 'were'} sent" if sent else ""
-        parted = [n for n in self.begun if self.left.get(n) and n not in sent and n != row]
-        if parted:
-            part = f"a part of {_rows(parted, self.whole).lower()}"
-            went = f"{went} and {part}" if went else f"{part[0].upper()}{part[1:]} was sent"
-        begun, every = self.begun.get(row, 0), len(self.made.get(row, ()))
-        if begun and every > 1:
-            kind = "copies" if len({piece.part for piece in self.made[row]}) == 1 else "sheets"
-            last = f"{begun} of {every} {kind} of row {row}"
-            return f"{went} and {last}" if went else f"{last} {'was' if begun == 1 else 'were'} sent"
-        if self._in_doubt(sheet[0]):
+        went = [f"{_rows(sent, self.whole)} {'was' if len(sent) == 1 else 'were'} sent"] if sent else []
+        parted = [n for n in self.begun if n != row and n not in sent]
+        went += [f"a part of {_rows(parted, self.whole).lower()}"] if parted else []
+        begun, every = self.begun.get(row, 0), self.made.get(row, ())
+        if begun and len(every) > 1:
+            kind = "copies" if len({piece.part for piece in every}) == 1 else "sheets"
+            went.append(f"{begun} of {len(every)} {kind} of row {row}")
+        elif self._in_doubt(sheet[0]):
             job = self.journal.steps[sheet[0]].job
-            last = f"row {row} was sent as job {job}" if job else f"whether row {row} was sent is not known"
-            return f"{went}, and {last}" if went else last[0].upper() + last[1:]
-        return went or "Nothing was sent"
+            went.append(f"row {row} was sent as job {job}" if job else f"whether row {row} was sent is not known")
+        if not went:
+            return "Nothing was sent"
+        text = " and ".join(went)
+        return f"{text[0].upper()}{text[1:]}{'' if ' sent' in text else ' was sent'}"
 
     def _cancel(self, sheet: Sequence[Piece]) -> None:
         """Cancel the job in flight, if there is one, and note what became of it."""
