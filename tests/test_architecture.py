@@ -53,6 +53,7 @@ MAY = {
     "plotting": {"hand", "writing", "motion", "sinks", "sources"},
     "score": {"scanning"},
     "prompting": {"hand"},
+    "pdf_forms": {"hand", "writing"},
     "tagging": {"hand", "writing", "motion", "inking", "scanning", "prompting"},
     "pipeline": {
         "completion",
@@ -65,6 +66,7 @@ MAY = {
         "printing",
         "plotting",
         "score",
+        "pdf_forms",
         "prompting",
         "reading",
         "scanning",

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import islice
 from typing import Any
 
 import numpy as np
 
+from handout.errors import DoesNotFit
 from handout.hand.drawn import Hand
 from handout.hand.scanned import ScannedHand
 from handout.values import Manuscript
@@ -93,6 +95,43 @@ def each_page(
     words = (handwriting.set_paragraph(chosen) for chosen in choices(paragraphs, choosers))
     layout, rows = rows_on_pages(words, handwriting.pitch, layout, pages)
     return paginate(rows, handwriting, layout, rng)
+
+
+def each_part(
+    texts: Sequence[str],
+    hand: Hand | ScannedHand,
+    layouts: Sequence[Layout],
+    seed: Sequence[int],
+    *,
+    fallback: bool = False,
+    prices: Prices | None = None,
+) -> list[Sheet | None]:
+    """Texts that are written one after the other, each in a place of its own: a page for each of them.
+
+    None stands for a text that is larger than its place; `Placed.at` counts through all texts, with one character
+    between two.
+
+    Raises
+    ------
+    InputError, MissingCharacters
+        Nothing to write, or not in this hand.
+    """
+    rng = np.random.default_rng(seed)
+    streams = (rng, rng.spawn(1)[0])
+    handwriting = _handwriting(hand, streams, max(layout.jitter for layout in layouts))
+    choosers = [Chooser(handwriting.stock, stream, min(layouts[0].jitter, 1.0), prices) for stream in streams]
+    counts = [len(paragraphs_of(text, handwriting.repertoire, fallback=fallback)) for text in texts]
+    paragraphs = paragraphs_of("\n".join(texts), handwriting.repertoire, fallback=fallback)
+    words = (handwriting.set_paragraph(chosen) for chosen in choices(paragraphs, choosers))
+    sheets = list[Sheet | None]()
+    for count, layout in zip(counts, layouts, strict=True):
+        part = [iter(list(units)) for units in islice(words, count)]
+        try:
+            fitting, rows = rows_on_pages(part, handwriting.pitch, layout, 1)
+            sheets.append(next(paginate(rows, handwriting, fitting, rng.spawn(1)[0])))
+        except DoesNotFit:
+            sheets.append(None)
+    return sheets
 
 
 def _handwriting(hand: Hand | ScannedHand, streams: Sequence[np.random.Generator], jitter: float) -> Handwriting[Any]:
