@@ -85,17 +85,17 @@ def each_page(
     # streams of their own for slips and for what is struck out: with slips and without, all else is written alike
     slip_stream = rng.spawn(1)[0] if slips else None
     streams = (rng, rng.spawn(1)[0])
-    handwriting = _handwriting(hand, streams, layout.jitter)
-    paragraphs: Iterable[Sequence[Piece]] = paragraphs_of(text, handwriting.repertoire, fallback=fallback)
+    writer = handwriting(hand, streams, layout.jitter)
+    paragraphs: Iterable[Sequence[Piece]] = paragraphs_of(text, writer.repertoire, fallback=fallback)
     if slip_stream is not None:
         paragraphs = slip(paragraphs, slips, slip_stream)
-    choosers = [Chooser(handwriting.stock, stream, min(layout.jitter, 1.0), prices) for stream in streams]
-    words = (handwriting.set_paragraph(chosen) for chosen in choices(paragraphs, choosers))
-    layout, rows = rows_on_pages(words, handwriting.pitch, layout, pages)
-    return paginate(rows, handwriting, layout, rng)
+    choosers = [Chooser(writer.stock, stream, min(layout.jitter, 1.0), prices) for stream in streams]
+    words = (writer.set_paragraph(chosen) for chosen in choices(paragraphs, choosers))
+    layout, rows = rows_on_pages(words, writer.pitch, layout, pages)
+    return paginate(rows, writer, layout, rng)
 
 
-def _handwriting(hand: Hand | ScannedHand, streams: Sequence[np.random.Generator], jitter: float) -> Handwriting[Any]:
+def handwriting(hand: Hand | ScannedHand, streams: Sequence[np.random.Generator], jitter: float) -> Handwriting[Any]:
     """How a hand writes: nothing behind this asks which kind it is."""
     if hand.pages is None:
         return DrawnHandwriting(hand, streams, jitter)
