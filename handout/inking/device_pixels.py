@@ -39,7 +39,6 @@ class DevicePixels:
         left = int(columns[0])
         return inked[:, left : int(columns[-1]) + 1], x + left, y + top
 
-
     def trimmed(self) -> DevicePixels:
         """The same without the white around it, as a copy; itself, if all is white."""
         found = self.cropped()

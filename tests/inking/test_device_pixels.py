@@ -18,7 +18,9 @@ def pages(draw):
     height, width = draw(SIDES), draw(SIDES)
     rgb = np.full((height, width, 3), 255, np.uint8)
     top, left = draw(st.integers(0, height - 1)), draw(st.integers(0, width - 1))
-    rgb[top : draw(st.integers(top + 1, height)), left : draw(st.integers(left + 1, width)), draw(st.integers(0, 2))] = 7
+    rgb[
+        top : draw(st.integers(top + 1, height)), left : draw(st.integers(left + 1, width)), draw(st.integers(0, 2))
+    ] = 7
     return DevicePixels(rgb, 25.4, (draw(st.integers(-3, 3)), draw(st.integers(-3, 3))))
 
 
@@ -34,7 +36,9 @@ def laid(pixels, side=30):
 def test_what_is_trimmed_lies_where_it_lay(pixels):
     trimmed = pixels.trimmed()
     assert (laid(trimmed) == laid(pixels)).all()
-    assert (trimmed.rgb[[0, -1]] < 255).any(axis=(1, 2)).all() and (trimmed.rgb[:, [0, -1]] < 255).any(axis=(0, 2)).all()
+    assert (trimmed.rgb[[0, -1]] < 255).any(axis=(1, 2)).all() and (trimmed.rgb[:, [0, -1]] < 255).any(
+        axis=(0, 2)
+    ).all()
 
 
 @pytest.mark.parametrize("turn", ["left", "right"])
