@@ -137,8 +137,8 @@ def write(
         An option is wrong, the hand lacks letters, or the text is larger than its pages; nothing is written then.
     """
     paths = [Path(name) for name in outputs]
-    extra = programs.Programs(device, paths).sinks
-    check_outputs(paths, extra)
+    machines = programs.Programs(device, paths)
+    check_outputs(paths, extra := machines.sinks)
     task = prepare(writing, sheet, picture)
     if picture.paper != "none":
         task = on_lined_paper(task, writing, sheet, picture)
@@ -146,7 +146,8 @@ def write(
     pages, drawings = draw_pages(text, task, wanted=wanted, tell=within(listener.progress, 0.0, _WRITTEN))
     files = write_drawings(drawings, paths, task.look, extra=extra, tell=within(listener.progress, _WRITTEN, 1.0))
     unshown = (*not_followed(task, picture, wanted >= INK), *_unpainted(picture, paths), *style_notes(task, drawings))
-    notes = (*unshown, *task.paper_notes)
+    even = machines.pressed_evenly() if task.pose.pose is not None else []
+    notes = (*unshown, *even, *task.paper_notes)
     return written(Tally.of(pages, drawings), task, files, notes)
 
 
