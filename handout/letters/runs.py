@@ -1,8 +1,8 @@
 """The words of a letter, set in its hands, still without a place.
 
 Every hand of a letter writes one text: the runs of the letter that are its own, in order, each a paragraph to it.  So a
-hand varies, and takes turns with its glyphs, over the whole letter, and rereading prices its glyphs by their places in
-that text.
+hand varies, and takes turns with its glyphs, over the whole letter, and letters are known
+by their places in that text.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from handout.hand.drawn import Hand
 from handout.hand.places import graphemes
 from handout.hand.scanned import ScannedHand
 from handout.letters.document import Boxed, Letter, Manner, Paragraph, Signature, Span, blocks_in
-from handout.writing.choosing import Chooser, Prices, choices
-from handout.writing.compose import handwriting
+from handout.writing.choosing import Chooser, choices
+from handout.writing.compose import Proofreader, handwriting, set_paragraph
 from handout.writing.pages import Handwriting, Unit, Word
 from handout.writing.slips import slip
 from handout.writing.text import Piece, normalise, paragraphs_of
@@ -183,7 +183,7 @@ def written(
     hand: Hand | ScannedHand,
     options: WriterOptions,
     seed: Sequence[int],
-    prices: Prices | None = None,
+    proofread: Proofreader | None = None,
 ) -> Writer:
     """The runs of a hand, set; errors are those of `compose.compose`."""
     rng = np.random.default_rng(seed)
@@ -201,9 +201,9 @@ def written(
             next(slip([pieces], options.slips, slip_stream)) if run.may_slip else pieces
             for run, pieces in zip(own, parted, strict=True)
         ]
-    choosers = [Chooser(writer.stock, stream, min(options.jitter, 1.0), prices) for stream in streams]
+    choosers = [Chooser(writer.stock, stream, min(options.jitter, 1.0)) for stream in streams]
     words = [
-        tuple(_words(writer.set_paragraph(chosen), run, ratio, manners))
+        tuple(_words(set_paragraph(writer, choosers[0], chosen, proofread), run, ratio, manners))
         for run, chosen in zip(own, choices(parted, choosers), strict=True)
     ]
     return Writer(hand, writer, ratio, tuple(words))

@@ -13,7 +13,7 @@ from handout.pipeline.options import SheetOptions, WritingOptions
 from handout.pipeline.plot_request import ExportOptions
 from handout.pipeline.programs import SUFFIXES, Programs
 from handout.pipeline.results import Facts, Result, Tally
-from handout.pipeline.writing import STROKES, draw_pages, prepare
+from handout.pipeline.writing import STROKES, draw_pages, prepare, style_notes
 from handout.sinks import check_outputs, write_drawings
 from handout.values import Manuscript
 
@@ -30,7 +30,8 @@ class Exported(Result):
 
     def facts(self) -> Facts:
         devices = {name: round(seconds, 2) for name, seconds in self.seconds.items()}
-        return {**self.tally.facts(self.seed, self.hand, self.files), "devices": devices}
+        notes = {"notes": list(self.notes)} if self.notes else {}
+        return {**self.tally.facts(self.seed, self.hand, self.files), "devices": devices, **notes}
 
 
 def check_suffixes(outputs: Sequence[str | Path]) -> None:
@@ -67,4 +68,7 @@ def export(
     else:
         pages, drawings = [Manuscript((), source.drawing.page, 0.0)], [source.drawing]
     files = write_drawings(drawings, paths, extra=programs.sinks)
-    return Exported(Tally.of(pages, drawings), task.seed, task.hand.name, tuple(files), programs.seconds)
+    even = programs.pressed_evenly() if task.pose.pose is not None else []
+    notes = (*even, *style_notes(task, drawings)) if source.drawing is None else ()
+    tally = Tally.of(pages, drawings)
+    return Exported(tally, task.seed, task.hand.name, tuple(files), programs.seconds, notes=notes)

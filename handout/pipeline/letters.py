@@ -5,7 +5,7 @@ A page is a function of the letter, the options, the seed and the row: `draw_let
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
@@ -18,8 +18,8 @@ from handout.errors import InputError, MissingCharacters
 from handout.hand.measures import ink_colours
 from handout.inking.mixing import mixed, recoloured
 from handout.letters.document import Letter, Picture, blocks_in
-from handout.letters.runs import Runs, Writer, WriterOptions, lines_of, runs_of, written
-from handout.letters.setting import LetterPage, Setting, Voice, set_letter
+from handout.letters.runs import Runs, WriterOptions, lines_of, runs_of, written
+from handout.letters.setting import LetterPage, Setting, set_letter
 from handout.motion.timing import time_in_air
 from handout.page_sizes import margins
 from handout.pipeline import programs
@@ -31,14 +31,13 @@ from handout.pipeline.writing import INK, STROKES, WritingTask, Written, check_o
 from handout.progress import Tell, silent, within
 from handout.sinks import OF_INK, write_drawings
 from handout.values import Drawing, Manuscript, Raster, Stroke
-from handout.writing.choosing import Prices
 from handout.writing.layout import Layout
-from handout.writing.pages import Sheet
 from handout.writing.text import LEFT_OUT
 
 if TYPE_CHECKING:
     from handout.hand.drawn import Hand
     from handout.hand.scanned import ScannedHand
+    from handout.pipeline.rereading import Doubt, Rereader
     from handout.writing.text import Borrowed
 
 _SET, _WRITTEN = 0.5, 0.35  # of the work: setting a letter, and writing it before it is drawn; as of a text
@@ -167,32 +166,70 @@ def _set(task: LetterTask, row: int | None) -> tuple[Mapping[str, Hand | Scanned
         numbers = 2 + len(letter.text) // _PAGE + len(letter.blocks) // 2
     runs = runs_of(letter, numbers)
     key = [main.seed] if row is None else [main.seed, row]
-    hands, lacking = dict[str, Any](), dict[str, Any]()
-    for name in task.tasks:
-        try:
-            hand = task.tasks[name].hand
-            done = (
-                complete_hand(hand, runs.text(name), fallback=main.fallback, seed=main.seed)
-                if runs.of(name)
-                else (hand, [])
-            )
-            hands[name], lacking[name] = done
-        except MissingCharacters as error:
-            raise MissingCharacters(runs.located(name, str(error))) from error
-    composer = _Composer(task, runs, hands, key)
-    pages = composer.pages()
-    doubts: list[Facts] = []
-    for name, hand in hands.items():
-        author = task.tasks[name].hand
-        if author.pages is not None and hand.pages is not None and runs.of(name):
-            pages, some = composer.reread(name, author)
-            doubts += some
+    supplied = {name: _supplied(name, runs, task) for name in task.tasks}
+    rereaders = {name: _rereader(hand, task.tasks[name]) for name, (hand, _) in supplied.items()}
+    writers = {}
+    for number, (name, (hand, _)) in enumerate(supplied.items()):
+        own = task.tasks[name].layout.x_height
+        options = WriterOptions(own, main.layout.x_height, main.layout.jitter, main.fallback, main.slips)
+        writers[name] = written(runs, name, hand, options, [*key, number], rereaders[name])
+    limit = main.pages or (1 if main.layout.fit else None)
+    setting = Setting(letter, runs, writers, task.first, task.following, _sizes(letter), limit)
+    pages = set_letter(setting, lines_of(runs, writers), [*key, len(writers)])
+    doubts = [
+        doubt for name, reader in rereaders.items() if reader is not None for doubt in _doubts(name, reader, pages)
+    ]
+    texts.refuse_doubts(doubts, main)
     borrowed = [
         letter_facts(lent) if row is None else {"row": row, **letter_facts(lent)}
-        for name in hands
-        for lent in _written(lacking[name], name, pages, task.tasks[name].hand)
+        for name, (_, lacking) in supplied.items()
+        for lent in _written(lacking, name, pages, task.tasks[name].hand)
     ]
-    return hands, [_told(page, number, doubts, borrowed) for number, page in enumerate(pages, 1)]
+    told = [doubt.facts() for doubt in doubts]
+    return {name: hand for name, (hand, _) in supplied.items()}, [
+        _told(page, number, told, borrowed) for number, page in enumerate(pages, 1)
+    ]
+
+
+def _supplied(name: str, runs: Runs, task: LetterTask) -> tuple[Hand | ScannedHand, Sequence[Borrowed]]:
+    """A hand with the letters of its runs, and what was supplied; see `complete_hand`."""
+    hand, main = task.tasks[name].hand, task.main
+    try:
+        return (
+            complete_hand(hand, runs.text(name), fallback=main.fallback, seed=main.seed)
+            if runs.of(name)
+            else (hand, [])
+        )
+    except MissingCharacters as error:
+        raise MissingCharacters(runs.located(name, str(error))) from error
+
+
+def _rereader(hand: Hand | ScannedHand, task: WritingTask) -> Rereader | None:
+    """Who reads what a scanned hand has written, and has it written again; None for a drawn hand."""
+    if hand.pages is None or task.hand.pages is None:
+        return None
+    from handout.pipeline import rereading
+
+    # without variation the best glyphs are wanted, always the same: what reads badly is only told
+    tries = rereading.SETTINGS.tries if task.layout.jitter else 0
+    return rereading.Rereader(hand, rereading.author_reader(task.hand), tries, rereading.SETTINGS)
+
+
+def _doubts(name: str, reader: Rereader, pages: Sequence[LetterPage]) -> Iterator[Doubt]:
+    """The words of a hand that read as others after all, with their pages and lines."""
+    from handout.pipeline.rereading import SETTINGS, Doubt
+
+    lines = {
+        placed.at: (number, row + 1)
+        for number, page in enumerate(pages, 1)
+        for voice, manuscript in page.layers.items()
+        if voice.hand == name
+        for row, line in zip(page.rows[voice], manuscript.lines, strict=True)
+        for placed in line.placed
+    }
+    for word in reader.words:
+        if word.verdict is not None and word.wrong >= SETTINGS.told and word.at in lines:
+            yield Doubt(word.text, *lines[word.at], word.verdict.reads_as, 1.0 - word.wrong)
 
 
 def _told(page: LetterPage, number: int, doubts: Sequence[Facts], borrowed: Sequence[Facts]) -> LetterPage:
@@ -200,59 +237,6 @@ def _told(page: LetterPage, number: int, doubts: Sequence[Facts], borrowed: Sequ
     here = [doubt for doubt in doubts if doubt["page"] == number]
     more = {**({"borrowed": list(borrowed)} if borrowed else {}), **({"doubtful": here} if here else {})}
     return replace(page, whole=replace(page.whole, about={**page.whole.about, **more}))
-
-
-class _Composer:
-    """Sets a letter, as often as it is asked for, each hand anew only where its glyphs are priced otherwise."""
-
-    def __init__(
-        self, task: LetterTask, runs: Runs, hands: Mapping[str, Hand | ScannedHand], key: Sequence[int]
-    ) -> None:
-        self._task, self._runs, self._hands, self._key = task, runs, hands, key
-        self._writers: dict[str, Writer] = {}
-        for name in hands:
-            self._write(name, None)
-        self._pages: list[LetterPage] = []
-
-    def _write(self, name: str, prices: Prices | None) -> None:
-        main, own = self._task.main, self._task.tasks[name]
-        options = WriterOptions(
-            own.layout.x_height, main.layout.x_height, main.layout.jitter, main.fallback, main.slips
-        )
-        number = list(self._hands).index(name)
-        self._writers[name] = written(self._runs, name, self._hands[name], options, [*self._key, number], prices)
-
-    def pages(self) -> list[LetterPage]:
-        """The pages as the hands have written last."""
-        task = self._task
-        limit = task.main.pages or (1 if task.main.layout.fit else None)
-        setting = Setting(
-            task.letter, self._runs, self._writers, task.first, task.following, _sizes(task.letter), limit
-        )
-        self._pages = set_letter(setting, lines_of(self._runs, self._writers), [*self._key, len(self._hands)])
-        return self._pages
-
-    def reread(self, name: str, author: ScannedHand) -> tuple[list[LetterPage], list[Facts]]:
-        """The pages, of which no word of a hand reads as another as far as that can be; and the words that do."""
-        from handout.pipeline.rereading import reread
-
-        places: list[tuple[int, LetterPage, Voice]] = []
-
-        def compose(prices: Prices) -> list[Sheet]:
-            self._write(name, prices)
-            pages = enumerate(self.pages(), 1)
-            places[:] = [(n, page, voice) for n, page in pages for voice in page.layers if voice.hand == name]
-            return [Sheet(page.layers[voice], page.rng, False) for _, page, voice in places]
-
-        # without variation the best glyphs are wanted, always the same: what reads badly is only told
-        tries = None if self._task.main.layout.jitter else 0
-        hand: Any = self._hands[name]
-        _, doubts = reread(compose, hand, author, tries)
-        facts = []
-        for doubt in doubts:
-            number, page, voice = places[doubt.page - 1]
-            facts.append({**doubt.facts(), "page": number, "line": page.rows[voice][doubt.line - 1] + 1})
-        return self._pages, facts
 
 
 def _written(

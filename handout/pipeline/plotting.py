@@ -22,6 +22,7 @@ from handout.pipeline.lined_paper import page_name
 from handout.pipeline.options import Length, millimetres
 from handout.pipeline.plot_jobs import JobState, outlook
 from handout.pipeline.plot_request import AttendanceOptions, Operator, PlotOptions, PlotRequest
+from handout.pipeline.programs import pressed_evenly
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.pipeline.writing import STROKES, WritingTask, draw_pages, on_lined_paper, prepare, style_notes, written
 from handout.plotting import fit_to_bed, open_port, plan
@@ -217,12 +218,8 @@ def preview(
 
 def _notes(task: WritingTask, profile: Plotter) -> tuple[str, ...]:
     """What is said of a plot: of its paper, and that a pose does not press the pen."""
-    if task.pose.pose is None or profile.pen.pressed not in (None, profile.pen.down):
-        return task.paper_notes
-    able = profile.pen.lift == "z" or profile.dialect == "ebb"
-    way = "handout pen heights finds it" if able else "such a pen is only lifted and lowered"
-    even = f"--pose: the pen is pressed evenly, since this plotter's profile has no pen.pressed; {way}."
-    return (*task.paper_notes, even)
+    even = None if task.pose.pose is None else pressed_evenly(profile)
+    return (*task.paper_notes, even) if even else task.paper_notes
 
 
 def resume(

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from handout.hand.drawn import Hand
 from handout.hand.scanned import ScannedHand
 from handout.values import Manuscript
-from handout.writing.choosing import Chooser, Prices, choices
+from handout.writing.choosing import Choice, Chooser, choices
 from handout.writing.drawn_words import DrawnHandwriting
 from handout.writing.layout import Layout
-from handout.writing.pages import Handwriting, Sheet, paginate, rows_on_pages
+from handout.writing.pages import Handwriting, Sheet, Unit, paginate, rows_on_pages
 from handout.writing.slips import slip
 from handout.writing.text import Piece, paragraphs_of
+
+if TYPE_CHECKING:
+    from handout.writing.scanned_words import SetParagraph
+
+Proofreader = Callable[["SetParagraph"], None]
 
 
 def compose(
@@ -27,7 +32,6 @@ def compose(
     pages: int | None = None,
     fallback: bool = False,
     slips: float = 0.0,
-    prices: Prices | None = None,
 ) -> list[Manuscript]:
     """Write `text` in `hand`, without ink and without time.
 
@@ -45,10 +49,6 @@ def compose(
         Accept borrowed forms for characters that the hand lacks.
     slips : float
         How many words in 100 are begun wrongly, struck out and written again, 0 to 100; which, is told in `about`.
-    prices : Prices, optional
-        What glyphs cost besides, from whoever has read what was written and has it written again: with the same seed
-        chance falls alike, so that words of which no glyph is priced stay as they are, unless glyphs that others take
-        now have become dear by that.
 
     Returns
     -------
@@ -61,7 +61,7 @@ def compose(
     DoesNotFit
         More text than the pages hold; the message says by how much.
     """
-    sheets = each_page(text, hand, layout, rng, pages=pages, fallback=fallback, slips=slips, prices=prices)
+    sheets = each_page(text, hand, layout, rng, pages=pages, fallback=fallback, slips=slips)
     return [sheet.manuscript for sheet in sheets]
 
 
@@ -74,12 +74,14 @@ def each_page(
     pages: int | None = None,
     fallback: bool = False,
     slips: float = 0.0,
-    prices: Prices | None = None,
+    proofread: Proofreader | None = None,
 ) -> Iterator[Sheet]:
     """The same, one page when it is asked for, with the generator that `motion.trace` is to go on with.
 
     No more is written for a page than it takes, a word at a time in a drawn hand, a paragraph in a scanned one, unless
     `pages` or `layout.fit` ask how much there is.  All characters are checked before the first page.
+
+    proofread : looks at each paragraph of a scanned hand when it is set, and has words of it written again.
     """
     rng = np.random.default_rng(seed)
     # streams of their own for slips and for what is struck out: with slips and without, all else is written alike
@@ -89,10 +91,23 @@ def each_page(
     paragraphs: Iterable[Sequence[Piece]] = paragraphs_of(text, writer.repertoire, fallback=fallback)
     if slip_stream is not None:
         paragraphs = slip(paragraphs, slips, slip_stream)
-    choosers = [Chooser(writer.stock, stream, min(layout.jitter, 1.0), prices) for stream in streams]
-    words = (writer.set_paragraph(chosen) for chosen in choices(paragraphs, choosers))
+    choosers = [Chooser(writer.stock, stream, min(layout.jitter, 1.0)) for stream in streams]
+    words = (set_paragraph(writer, choosers[0], chosen, proofread) for chosen in choices(paragraphs, choosers))
     layout, rows = rows_on_pages(words, writer.pitch, layout, pages)
     return paginate(rows, writer, layout, rng)
+
+
+def set_paragraph(
+    writer: Any, chooser: Chooser, words: Iterator[Choice], proofread: Proofreader | None
+) -> Iterator[Unit[Any]]:
+    """A paragraph as a handwriting sets it, and what its proofreader makes of it."""
+    if proofread is None:
+        return iter(writer.set_paragraph(words))
+    from handout.writing.scanned_words import SetParagraph
+
+    paragraph = SetParagraph(writer, chooser, list(words))
+    proofread(paragraph)
+    return iter(paragraph.units)
 
 
 def handwriting(hand: Hand | ScannedHand, streams: Sequence[np.random.Generator], jitter: float) -> Handwriting[Any]:

@@ -13,8 +13,12 @@ from handout.pipeline.writing import STROKES
 
 WORD = st.text("abcdefghijklmnopqrstuvwxyzABCD,.", min_size=1, max_size=8).filter(lambda word: word.strip(",."))
 TEXT = st.lists(WORD, min_size=1, max_size=9).map(" ".join)
-MARKUP = st.sampled_from(["{}", "*{}*", "**{}**", "~~{}~~", "[{}]{{size=1.2}}", "[{}]{{ink=navy}}", "[{}]{{hand=house-print}}"])
-SPANS = st.lists(st.tuples(MARKUP, TEXT).map(lambda pair: pair[0].format(pair[1])), min_size=1, max_size=3).map(" ".join)
+MARKUP = st.sampled_from(
+    ["{}", "*{}*", "**{}**", "~~{}~~", "[{}]{{size=1.2}}", "[{}]{{ink=navy}}", "[{}]{{hand=house-print}}"]
+)
+SPANS = st.lists(st.tuples(MARKUP, TEXT).map(lambda pair: pair[0].format(pair[1])), min_size=1, max_size=3).map(
+    " ".join
+)
 BLOCK = st.one_of(
     SPANS,
     TEXT.map("## {}".format),

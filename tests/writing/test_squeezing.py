@@ -3,7 +3,7 @@
 from types import SimpleNamespace
 from typing import Any
 
-from handout.writing.pages import LEAST_GAP, squeezed, extent
+from handout.writing.pages import LEAST_GAP, extent, squeezed
 
 
 def _units(gaps: list[float]) -> list[Any]:
