@@ -45,6 +45,7 @@ MAY = {
     "writing": {"hand"},
     "motion": {"hand", "writing"},
     "inking": {"hand", "writing", "motion", "scanning"},
+    "letters": {"hand", "writing", "inking"},
     "completion": {"hand", "writing", "motion", "inking"},
     "sinks": {"motion", "inking"},
     "sources": {"motion"},
@@ -58,6 +59,7 @@ MAY = {
     "pipeline": {
         "completion",
         "hand",
+        "letters",
         "writing",
         "motion",
         "inking",
@@ -107,6 +109,7 @@ MAY = {
 DOORS = {"pipeline/calibrating.py", "pipeline/guided_calibration.py"}
 HEAVY = {
     "numpy", "scipy", "sklearn", "skimage", "cv2", "colour", "reportlab", "rich", "PIL", "serial", "torch", "tifffile",
+    "markdown_it", "mdit_py_plugins",
 }  # fmt: skip
 
 

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from handout.hand.drawn import Hand
     from handout.hand.scanned import ScannedHand
     from handout.motion.styles.style import Style
+    from handout.pipeline.rereading import Doubt
     from handout.writing.pages import Sheet
 
 _WRITTEN = 0.35  # of the work on a page, when its strokes are known and it is yet to be drawn; measured, for PNG
@@ -137,8 +138,8 @@ def write(
         An option is wrong, the hand lacks letters, or the text is larger than its pages; nothing is written then.
     """
     paths = [Path(name) for name in outputs]
-    extra = programs.Programs(device, paths).sinks
-    check_outputs(paths, extra)
+    machines = programs.Programs(device, paths)
+    check_outputs(paths, extra := machines.sinks)
     task = prepare(writing, sheet, picture)
     if picture.paper != "none":
         task = on_lined_paper(task, writing, sheet, picture)
@@ -146,7 +147,8 @@ def write(
     pages, drawings = draw_pages(text, task, wanted=wanted, tell=within(listener.progress, 0.0, _WRITTEN))
     files = write_drawings(drawings, paths, task.look, extra=extra, tell=within(listener.progress, _WRITTEN, 1.0))
     unshown = (*not_followed(task, picture, wanted >= INK), *_unpainted(picture, paths), *style_notes(task, drawings))
-    notes = (*unshown, *task.paper_notes)
+    even = machines.pressed_evenly() if task.pose.pose is not None else []
+    notes = (*unshown, *even, *task.paper_notes)
     return written(Tally.of(pages, drawings), task, files, notes)
 
 
@@ -296,9 +298,8 @@ def set_parts(
     """
 
     def compose(**options: Any) -> Iterator[Sheet]:
-        for text, sheet in zip(
-            texts, each_part(texts, layouts=layouts, fallback=task.fallback, **options), strict=True
-        ):
+        sheets = each_part(texts, layouts=layouts, fallback=task.fallback, **options)
+        for text, sheet in zip(texts, sheets, strict=True):
             if sheet is None:
                 raise DoesNotFit(f"{title(text)!r} is larger than its place.")
             yield sheet
@@ -309,7 +310,7 @@ def set_parts(
 def try_parts(texts: Sequence[str], layouts: Sequence[Layout], task: WritingTask, row: int) -> list[Sheet | None]:
     """The same, as they are set before any word is read again; None for what is larger than its layout."""
     hand, _ = complete_hand(task.hand, "\n".join(texts), fallback=task.fallback, seed=task.seed)
-    return each_part(texts, hand, layouts, [task.seed, row], fallback=task.fallback)
+    return list(each_part(texts, hand, layouts, [task.seed, row], fallback=task.fallback))
 
 
 def _set(
@@ -358,17 +359,22 @@ def _reread(
 
     # without variation the best glyphs are wanted, always the same: what reads badly is only told
     tries = None if task.layout.jitter else 0
-    sheets, doubts = reread(lambda prices: list(compose(prices=prices)), hand, author, tries)
+    sheets, doubts, _ = reread(lambda reader: compose(proofread=reader), hand, author, tries)
+    refuse_doubts(doubts, task)
+    for number, sheet in enumerate(sheets, 1):
+        here = [doubt.facts() for doubt in doubts if doubt.page == number]
+        yield _with(sheet, "doubtful", here) if here else sheet
+
+
+def refuse_doubts(doubts: Sequence[Doubt], task: WritingTask) -> None:
+    """Raise InputError where the task is strict and words read as others."""
     if doubts and task.strict:
         named = ", ".join(f"{doubt.word} as {doubt.reads_as or 'nothing'}" for doubt in doubts[:_MOST_NAMED])
         more = f" and {len(doubts) - _MOST_NAMED} more" if len(doubts) > _MOST_NAMED else ""
         raise InputError(
             f"--strict: {units.count(len(doubts), 'word')} may be misread ({named}{more}); use another seed or other "
-            f"words, or correct the letters of {author.name} (handout hand edit)."
+            f"words, or correct the letters of {task.hand.name} (handout hand edit)."
         )
-    for number, sheet in enumerate(sheets, 1):
-        here = [doubt.facts() for doubt in doubts if doubt.page == number]
-        yield _with(sheet, "doubtful", here) if here else sheet
 
 
 def letter_facts(letter: Borrowed) -> Facts:

@@ -24,7 +24,7 @@ def written(field, value, printed=(), seed=1, jitter=1.0):
     filler = Filler(HAND, 2.5, lambda page, box: printed, jitter)
     entries = filler.entries({field.name: field}, {field.name: value}, np.random.default_rng(seed))
     layouts = [entry.layout for entry in entries if entry.layout]
-    sheets = each_part([e.text for e in entries], HAND, layouts, [seed]) if layouts else [None] * len(entries)
+    sheets = list(each_part([e.text for e in entries], HAND, layouts, [seed])) if layouts else [None] * len(entries)
     pairs = [(entry, sheet and sheet.manuscript) for entry, sheet in zip(entries, sheets, strict=True)]
     page = page_manuscript(A4, pairs, HAND, "cross", jitter, np.random.default_rng(seed))
     return page, entries
@@ -71,7 +71,7 @@ def test_long_answers_are_written_smaller_and_then_not_at_all():
     assert long.x_height < 0.9 * short.x_height and xy(long)[:, 0].max() <= 60
     filler = Filler(HAND, 2.5, lambda page, box: ())
     (entry,) = filler.entries({"a": field}, {"a": "nun mum " * 30}, np.random.default_rng(1))
-    assert each_part([entry.text], HAND, [entry.layout], [1]) == [None]
+    assert list(each_part([entry.text], HAND, [entry.layout], [1])) == [None]
 
 
 @settings(max_examples=12)
