@@ -45,6 +45,7 @@ MAY = {
     "writing": {"hand"},
     "motion": {"hand", "writing"},
     "inking": {"hand", "writing", "motion", "scanning"},
+    "letters": {"hand", "writing", "inking"},
     "completion": {"hand", "writing", "motion", "inking"},
     "sinks": {"motion", "inking"},
     "sources": {"motion"},
@@ -54,10 +55,12 @@ MAY = {
     "plotting": {"hand", "writing", "motion", "sinks", "sources"},
     "score": {"scanning"},
     "prompting": {"hand"},
+    "pdf_forms": {"hand", "writing"},
     "tagging": {"hand", "writing", "motion", "inking", "scanning", "prompting"},
     "pipeline": {
         "completion",
         "hand",
+        "letters",
         "writing",
         "motion",
         "inking",
@@ -66,6 +69,7 @@ MAY = {
         "printing",
         "plotting",
         "score",
+        "pdf_forms",
         "prompting",
         "reading",
         "scanning",
@@ -107,6 +111,7 @@ MAY = {
 DOORS = {"pipeline/calibrating.py", "pipeline/guided_calibration.py"}
 HEAVY = {
     "numpy", "scipy", "sklearn", "skimage", "cv2", "colour", "reportlab", "rich", "PIL", "serial", "torch", "tifffile",
+    "markdown_it", "mdit_py_plugins",
 }  # fmt: skip
 
 

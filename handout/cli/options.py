@@ -7,6 +7,7 @@ from functools import partial, wraps
 from pathlib import Path
 
 import click
+from click.core import ParameterSource
 
 from handout import page_sizes
 from handout.cli.console import Console
@@ -130,6 +131,7 @@ _PICTURE = (
 )
 
 
+_OF_USER = (ParameterSource.COMMANDLINE, ParameterSource.ENVIRONMENT)
 Option = Callable[[Callable[..., object]], Callable[..., object]]
 Verb = Callable[..., object]
 
@@ -157,6 +159,12 @@ def bind(name: str, kind: Callable[..., object], *options: Option) -> Callable[[
         return result
 
     return decorate
+
+
+def given() -> frozenset[str]:
+    """The options of the running command that its user gave: they win over what the head of a letter says."""
+    context = click.get_current_context()
+    return frozenset(name for name in context.params if context.get_parameter_source(name) in _OF_USER)
 
 
 def sheet(usual_page: str) -> Callable[[Verb], Verb]:

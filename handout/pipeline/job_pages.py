@@ -23,6 +23,7 @@ from handout import __version__
 from handout.errors import HandoutError, InputError
 from handout.hand.library import path
 from handout.motion.styles.style import path as style_path
+from handout.pipeline.letters import LetterTask, draw_letter
 from handout.pipeline.options import SheetOptions, WritingOptions
 from handout.pipeline.poses import pose_path
 from handout.pipeline.results import Tally
@@ -121,6 +122,18 @@ def made(text: str, task: WritingTask, profile: Plotter, fit: bool, shares: Sequ
         if number > 1:
             tally = dataclasses.replace(tally, borrowed=[])  # which is told of once for all pages
         drawing = dataclasses.replace(drawing, about={**drawing.about, "words": words(sheet.manuscript)})
+        yield NewPage(fit_to_bed(drawing, profile) if fit else drawing, share, dataclasses.asdict(tally))
+
+
+def of_letter(task: LetterTask, profile: Plotter, fit: bool) -> Iterator[NewPage]:
+    """The pages of a letter, all made at once; `fit` and errors as those of `made`."""
+    manuscripts, drawings = draw_letter(task, wanted=STROKES)
+    for number, (page, drawing) in enumerate(zip(manuscripts, drawings, strict=True), 1):
+        tally = Tally.of([page], [drawing])
+        if number > 1:
+            tally = dataclasses.replace(tally, borrowed=[])
+        drawing = dataclasses.replace(drawing, about={**drawing.about, "words": words(page)})
+        share = number / len(drawings)
         yield NewPage(fit_to_bed(drawing, profile) if fit else drawing, share, dataclasses.asdict(tally))
 
 

@@ -274,6 +274,17 @@ class MergeOptions:
 
 
 @dataclass(frozen=True)
+class FillOptions:
+    """How a PDF form is filled in."""
+
+    columns: tuple[str, ...] = ()  # what columns answer, where their headers do not say it: "field=column", "=column"
+    rows: str = ""  # by their numbers in the file, "3-7,9" or "7-"; all for ""
+    mark: Literal["cross", "tick"] = "cross"  # in a box
+    writing_only: bool = False  # .pdf and .png without the form, for sheets on which it is printed already
+    device: str | None = None  # the plotter; None: a common one
+
+
+@dataclass(frozen=True)
 class StyleOptions:
     """A handstyle, and what is changed of it."""
 
