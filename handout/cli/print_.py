@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -89,7 +90,8 @@ def command(
 
     try:
         with console.working():
-            result = print_(table, printing, writing, picture, merge, change=change, listener=console)
+            asked = replace(merge, given=options.given())
+            result = print_(table, printing, writing, picture, asked, change=change, listener=console)
     except (PrintingStopped, RowsRefused) as stopped:
         name_problems(stopped.report, console)
         raise
