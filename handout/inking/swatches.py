@@ -9,6 +9,7 @@ Source: seed 000, §7.2.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -158,6 +159,7 @@ class Swatches:
         return chosen
 
 
+@lru_cache(maxsize=2)  # several layers of a page, and all pages of a batch, are written with one pen
 def swatches(sample: ScannedHand) -> tuple[Swatches, ...]:
     """The pieces of every page that has enough of them.
 
