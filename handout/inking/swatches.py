@@ -9,8 +9,7 @@ Source: seed 000, §7.2.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np

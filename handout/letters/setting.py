@@ -19,10 +19,8 @@ from handout.letters.rows import FlowPage, Mark, Pasted, Row, Segment, Setting, 
 from handout.letters.runs import LetterWord
 from handout.values import Array, Glyph, Line, Manuscript, Placed
 from handout.writing.layout import LineGeometry, line_geometries, on_rules
-from handout.writing.pages import ToPage, extent, on_page
+from handout.writing.pages import SMALLEST_FIT, ToPage, extent, on_page
 from handout.writing.slips import StrikeThrough
-
-_SMALLEST_FIT = 0.55  # --fit never makes writing smaller than this share of what was asked for
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +52,7 @@ def set_letter(
         Something is too wide or too high for its place, or there are too many pages; the message has the line.
     """
     layout = setting.first
-    scales = np.linspace(1.0, _SMALLEST_FIT, 19) if layout.fit else np.ones(1)
+    scales = np.linspace(1.0, SMALLEST_FIT, 19) if layout.fit else np.ones(1)
     for scale in scales.tolist():
         smaller = setting if scale == 1.0 else setting.scaled(scale)
         flow_rng, rng = np.random.default_rng(seed).spawn(2)
@@ -99,13 +97,16 @@ class _Placing:
         layers: dict[Voice, list[Line]] = {}
         places: dict[Voice, list[int]] = {}
         whole = []
+        signatures = list[Pasted]()
         for at, (row, geometry) in enumerate(zip(page.rows, geometries, strict=True)):
+            signatures += [replace(each, word=self._take()) for each in page.signatures if each.row == at]
             line, of_voice = self._row(row, geometry, number, at + 1)
             whole.append(line)
             for voice, placed in of_voice.items():
                 text = "".join(glyph.glyph.letter for glyph in placed)
                 layers.setdefault(voice, []).append(replace(line, text=text, placed=tuple(placed)))
                 places.setdefault(voice, []).append(at)
+        signatures += [replace(each, word=self._take()) for each in page.signatures if each.row == len(page.rows)]
         writers, layout = self._setting.writers, self._setting.first
         spacing = layout.baseline_distance(writers[""].handwriting.pitch)
         about: dict[str, Any] = {"line_spacing": round(spacing, 3)}
@@ -125,7 +126,7 @@ class _Placing:
             {voice: tuple(rows) for voice, rows in places.items()},
             Manuscript(tuple(whole), layout.page, self._xh, about),
             tuple(page.pictures),
-            tuple(page.signatures),
+            tuple(signatures),
             rng,
         )
 

@@ -5,21 +5,23 @@ A page is a function of the letter, the options, the seed and the row: `draw_let
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from handout.completion.completed_hand import complete_hand
 from handout.errors import InputError, MissingCharacters
 from handout.hand.measures import ink_colours
-from handout.inking.mixing import mixed, recoloured
-from handout.letters.document import Letter, Picture, blocks_in
+from handout.inking.mixing import mixed, pasted, recoloured
+from handout.letters.document import Letter, Picture, Signature, blocks_in
+from handout.letters.rows import Setting
 from handout.letters.runs import Runs, WriterOptions, lines_of, runs_of, written
-from handout.letters.setting import LetterPage, Setting, set_letter
+from handout.letters.setting import LetterPage, set_letter
 from handout.motion.timing import time_in_air
 from handout.page_sizes import margins
 from handout.pipeline import programs
@@ -27,6 +29,7 @@ from handout.pipeline import writing as texts
 from handout.pipeline.inputs import Source
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
 from handout.pipeline.results import SILENT, Facts, Listener, Tally
+from handout.pipeline.signatures import find_signature, placed_signature, size
 from handout.pipeline.writing import INK, STROKES, WritingTask, Written, check_outputs, draw, letter_facts, prepare
 from handout.progress import Tell, silent, within
 from handout.sinks import OF_INK, write_drawings
@@ -40,6 +43,7 @@ if TYPE_CHECKING:
     from handout.pipeline.rereading import Doubt, Rereader
     from handout.writing.text import Borrowed
 
+_PDF_DPI = 300.0  # pixels an inch of a letterhead in PDF, as PNG files have
 _SET, _WRITTEN = 0.5, 0.35  # of the work: setting a letter, and writing it before it is drawn; as of a text
 Options = TypeVar("Options", WritingOptions, SheetOptions, PictureOptions)
 _PAGE = 250  # characters: no page of a letter holds fewer, but for its pictures
@@ -63,6 +67,13 @@ class LetterTask:
     tasks: Mapping[str, WritingTask]
     first: Layout
     following: Layout
+
+    def background(self, page: int) -> Path | None:
+        """What lies behind the writing of a page, from 1, in previews."""
+        head = self.letter.head
+        own = (head.first if page == 1 else head.following).background
+        name = head.background if own is None else own
+        return None if name in (None, "none") else self.letter.folder / str(name)
 
     @property
     def main(self) -> WritingTask:
@@ -111,7 +122,11 @@ def prepare_letter(
         replace(layout, margin=margins(text, layout.page)) if text is not None and own_margins else layout
         for text in (head.first.margin, head.following.margin)
     )
-    return LetterTask(letter, tasks, first, following)
+    task = LetterTask(letter, tasks, first, following)
+    for page in (1, 2):
+        if (background := task.background(page)) is not None and not background.is_file():
+            raise letter.wrong(1, f"there is no background {background}.")
+    return task
 
 
 def _is_given(name: str, options: Any, given: Collection[str] | None) -> bool:
@@ -265,7 +280,7 @@ def _places(name: str, pages: Sequence[LetterPage], author: Hand | ScannedHand) 
 
 
 def _sizes(letter: Letter) -> dict[str | Path, tuple[float, float]]:
-    """The sizes of the pictures and signatures of a letter."""
+    """The sizes of the pictures (pixels) and signatures (mm) of a letter."""
     from PIL import Image
 
     sizes: dict[str | Path, tuple[float, float]] = {}
@@ -276,6 +291,11 @@ def _sizes(letter: Letter) -> dict[str | Path, tuple[float, float]]:
                     sizes[block.path] = (float(picture.width), float(picture.height))
             except (OSError, ValueError, Image.DecompressionBombError) as error:
                 raise letter.wrong(block.line, f"{block.path} cannot be read as a picture: {error}.") from error
+        elif isinstance(block, Signature) and block.name:
+            try:
+                sizes[block.name] = size(find_signature(block.name, letter.folder))
+            except InputError as error:
+                raise letter.wrong(block.line, str(error)) from error
     return sizes
 
 
@@ -295,8 +315,15 @@ def _drawn(
         own = replace(task.tasks[voice.hand], hand=hands[voice.hand])
         drawing = draw(manuscript, own, page.rng.spawn(1)[0], about, wanted)
         layers.append(_inked(drawing, voice.ink, own) if voice.ink else drawing)
+    for place in page.signatures:
+        signature = find_signature(str(place.source), task.letter.folder)
+        own = replace(task.main, hand=signature, pen_hand=None)
+        manuscript = placed_signature(signature, place, page.whole.page)
+        drawing = draw(manuscript, own, page.rng.spawn(1)[0], about, wanted)
+        layers.append(_inked(drawing, place.ink, own) if place.ink else drawing)
+    beneath = _beneath(task, page, int(about["page_number"]))
     if not layers:
-        return Drawing((), page.whole.page, {**about, **page.whole.about})
+        return Drawing((), page.whole.page, {**about, **page.whole.about}, beneath=beneath)
     told = {**layers[0].about, **page.whole.about}
     ink = partial(_mixed, layers, task.main) if any(layer.ink is not None for layer in layers) else None
     whole = all(layer.strokes or layer.bounds is None for layer in layers)
@@ -306,7 +333,47 @@ def _drawn(
     if ink is not None and inked:
         low, high = np.min([box[:2] for box in inked], axis=0), np.max([box[2:] for box in inked], axis=0)
         bounds = (*low.tolist(), *high.tolist())
-    return Drawing(strokes, page.whole.page, told, ink, bounds)
+    return Drawing(strokes, page.whole.page, told, ink, bounds, beneath=beneath)
+
+
+def _beneath(
+    task: LetterTask, page: LetterPage, number: int
+) -> Callable[[NDArray[np.uint8], float], NDArray[np.uint8]] | None:
+    """What previews of a page show under its ink: the letterhead, and pictures."""
+    background, sheet = task.background(number), page.whole.page
+    places = [(Path(each.source), (each.x, each.y, each.width, each.height)) for each in page.pictures]
+    if background is not None:
+        places.insert(0, (background, (0.0, 0.0, sheet.width, sheet.height)))
+    if not places:
+        return None
+
+    def laid(paper: NDArray[np.uint8], dpi: float) -> NDArray[np.uint8]:
+        return pasted(paper, dpi, [(_pixels(path), place) for path, place in places])
+
+    return laid
+
+
+@lru_cache(maxsize=4)
+def _pixels(path: Path) -> NDArray[np.uint8]:
+    """(h, w, 3): a picture, or the first page of a PDF."""
+    from PIL import Image, ImageOps
+
+    try:
+        if path.suffix.lower() != ".pdf":
+            with Image.open(path) as picture:
+                upright = ImageOps.exif_transpose(picture).convert("RGBA")
+                white = Image.new("RGBA", upright.size, "white")
+                return np.asarray(Image.alpha_composite(white, upright).convert("RGB"))
+        try:
+            import pypdfium2
+        except ImportError as error:
+            raise InputError(
+                f"{path}: a background of PDF needs the extra pdf: pip install 'handout-driver[pdf]'."
+            ) from error
+        with pypdfium2.PdfDocument(path) as document:
+            return np.asarray(document[0].render(scale=_PDF_DPI / 72).to_pil().convert("RGB"))
+    except (OSError, ValueError, RuntimeError, Image.DecompressionBombError) as error:
+        raise InputError(f"{path} cannot be read as a picture: {error}.") from error
 
 
 def _inked(drawing: Drawing, colour: str, task: WritingTask) -> Drawing:
@@ -375,8 +442,16 @@ def write_letter(
     pages, drawings = draw_letter(task, wanted=wanted, tell=within(listener.progress, 0.0, _WRITTEN))
     files = write_drawings(drawings, paths, task.main.look, extra=extra, tell=within(listener.progress, _WRITTEN, 1.0))
     notes = (*letter.dropped, *texts.not_followed(task.main, picture, wanted >= INK), *task.main.paper_notes)
-    notes = (*notes, *texts.style_notes(task.main, drawings))
+    notes = (*notes, *texts.style_notes(task.main, drawings), *_unshown(drawings, paths))
     return texts.written(Tally.of(pages, drawings), task.main, files, notes)
+
+
+def _unshown(drawings: Sequence[Drawing], paths: Sequence[Path]) -> list[str]:
+    """A note on files that leave room for pictures and show none."""
+    others = sorted({path.suffix for path in paths if path.suffix.lower() != ".png"})
+    if not others or all(drawing.beneath is None for drawing in drawings):
+        return []
+    return [f"{' and '.join(others)} files leave the pictures and the background out, which PNG files show."]
 
 
 def write_source(
