@@ -351,7 +351,7 @@ class DrawnHandwriting:
         self._hand, self._jitter = hand, jitter
         self._writers = [WordWriter(hand, rng, jitter) for rng in streams]
         self.baseline_model, self.stock = USUAL_BASELINES, DrawnForms(hand)
-        self.name, self.pitch, self.repertoire = hand.name, hand.pitch, hand.repertoire
+        self.name, self.pitch, self.space, self.repertoire = hand.name, hand.pitch, hand.word_space, hand.repertoire
 
     def set_paragraph(self, words: Iterable[Choice]) -> Iterator[Unit[PlannedGlyph]]:
         """See `pages.Handwriting`."""

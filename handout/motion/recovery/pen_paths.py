@@ -69,7 +69,8 @@ def pen_paths(
     paths: list[PenPath] = []
     for _, word in groupby(placed, key=lambda glyph: glyph.word):
         units = list(word)
-        paths += _word_paths([unit for unit in units if unit.ink is not None], model, delayed_after == "word")
+        if inked := [unit for unit in units if unit.ink is not None]:
+            paths += _word_paths(inked, model, delayed_after == "word")
         paths += [_drawn(points, unit, model) for unit in units for points in unit.strokes]
     return paths
 
