@@ -50,10 +50,12 @@ MAY = {
     "sinks": {"motion", "inking"},
     "sources": {"motion"},
     "printing": {"writing", "inking", "sinks", "colour"},
+    "merging": {"printing"},
     "calibrating": {"hand", "writing", "motion", "inking", "sinks", "colour", "printing"},
     "plotting": {"hand", "writing", "motion", "sinks", "sources"},
     "score": {"scanning"},
     "prompting": {"hand"},
+    "pdf_forms": {"hand", "writing"},
     "tagging": {"hand", "writing", "motion", "inking", "scanning", "prompting"},
     "pipeline": {
         "completion",
@@ -67,12 +69,14 @@ MAY = {
         "printing",
         "plotting",
         "score",
+        "pdf_forms",
         "prompting",
         "reading",
         "scanning",
         "tagging",
         "colour",
         "calibrating",
+        "merging",
     },
     # stand-ins for people and machines, and what makes the files that ship; nothing of the product stands on them
     "simulated": {

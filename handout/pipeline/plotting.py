@@ -257,15 +257,33 @@ def plot_drawing(
     drawing: Drawing, profile: Plotter, port: str, title: str, operator: Operator, listener: Listener
 ) -> tuple[Job, Report]:
     """Plot one drawing as a job like any other, at the pace of its clock."""
+    job, (report,) = plot_drawings([drawing], profile, port, title, operator, listener)
+    return job, report
+
+
+def plot_drawings(
+    drawings: Sequence[Drawing],
+    profile: Plotter,
+    port: str,
+    title: str,
+    operator: Operator,
+    listener: Listener,
+    *,
+    attendance: AttendanceOptions = AttendanceOptions(),
+    fast: bool = False,
+) -> tuple[Job, list[Report]]:
+    """Plot some drawings, a sheet each, as a job like any other."""
+    account = _ReportFile(attendance.report)
     connected = open_port(port, profile)
     try:
-        job = store.create([drawing], profile, Options(overlap=OVERLAP), title=title, port=port)
+        overlap = usual_overlap(profile, True) if fast else OVERLAP
+        options = Options(speed="fast" if fast else 1.0, overlap=overlap)
+        job = store.create(drawings, profile, options, title=title, port=port)
     except BaseException:
         connected.close()
         raise
-    listener.say(f"{profile.title}: {title}, {job.ink / 1000:.2f} m of ink, job {job.name}.")
-    (report,) = _run(job, port, AttendanceOptions(), _ReportFile(None), operator, connected)
-    return job, report
+    listener.say(f"{profile.title}: {title}, {_amount(job)}, job {job.name}.")
+    return job, _run(job, port, attendance, account, operator, connected)
 
 
 def _machine(plotting: PlotOptions, port: str | None) -> Plotter:

@@ -12,7 +12,7 @@ import numpy as np
 
 from handout import __version__, units
 from handout.completion.completed_hand import complete_hand
-from handout.errors import InputError
+from handout.errors import DoesNotFit, InputError
 from handout.hand import file, library
 from handout.hand.measures import ink_colours
 from handout.inking.pen import is_brush
@@ -34,7 +34,7 @@ from handout.progress import Tell, silent, within
 from handout.sinks import OF_INK, Look, write_drawings
 from handout.sinks import check_outputs as check_outputs
 from handout.values import Drawing, Manuscript
-from handout.writing.compose import each_page
+from handout.writing.compose import each_page, each_part
 from handout.writing.layout import Layout
 from handout.writing.text import Borrowed
 
@@ -275,19 +275,51 @@ def set_pages(
     text: str, task: WritingTask, layout: Layout | None = None, row: int | None = None
 ) -> tuple[WritingTask, Iterator[Sheet]]:
     """The pages of a text, each set when it is asked for, and the task with the hand that has all their letters."""
-    key = [task.seed] if row is None else [task.seed, row]
-    author = task.hand
-    hand, lacking = complete_hand(author, text, fallback=task.fallback, seed=task.seed)
     compose = partial(
         each_page,
         text,
-        hand,
-        layout or task.layout,
-        key,
+        layout=layout or task.layout,
         pages=task.pages,
         fallback=task.fallback,
         slips=task.slips,
     )
+    return _set(text, compose, task, row)
+
+
+def set_parts(
+    texts: Sequence[str], layouts: Sequence[Layout], task: WritingTask, row: int
+) -> tuple[WritingTask, Iterator[Sheet]]:
+    """The same for texts that are written one after the other, each in a layout of its own: a page for each.
+
+    Raises
+    ------
+    DoesNotFit
+        One of them is larger than its layout; see `try_parts`.
+    """
+
+    def compose(**options: Any) -> Iterator[Sheet]:
+        sheets = each_part(texts, layouts=layouts, fallback=task.fallback, **options)
+        for text, sheet in zip(texts, sheets, strict=True):
+            if sheet is None:
+                raise DoesNotFit(f"{title(text)!r} is larger than its place.")
+            yield sheet
+
+    return _set("\n".join(texts), compose, task, row)
+
+
+def try_parts(texts: Sequence[str], layouts: Sequence[Layout], task: WritingTask, row: int) -> list[Sheet | None]:
+    """The same, as they are set before any word is read again; None for what is larger than its layout."""
+    hand, _ = complete_hand(task.hand, "\n".join(texts), fallback=task.fallback, seed=task.seed)
+    return list(each_part(texts, hand, layouts, [task.seed, row], fallback=task.fallback))
+
+
+def _set(
+    text: str, compose: Callable[..., Iterator[Sheet]], task: WritingTask, row: int | None
+) -> tuple[WritingTask, Iterator[Sheet]]:
+    """What `compose` makes of a text in the hand of a task, as soon as it has all its letters."""
+    author = task.hand
+    hand, lacking = complete_hand(author, text, fallback=task.fallback, seed=task.seed)
+    compose = partial(compose, hand=hand, seed=[task.seed] if row is None else [task.seed, row])
     sheets = compose() if author.pages is None or hand.pages is None else _reread(compose, hand, author, task)
     task = replace(task, hand=hand)
     if any(letter.doubted for letter in lacking):

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from handout.errors import DoesNotFit
 from handout.hand.drawn import Hand
 from handout.hand.scanned import ScannedHand
 from handout.values import Manuscript
@@ -95,6 +97,42 @@ def each_page(
     words = (set_paragraph(writer, choosers[0], chosen, proofread) for chosen in choices(paragraphs, choosers))
     layout, rows = rows_on_pages(words, writer.pitch, layout, pages)
     return paginate(rows, writer, layout, rng)
+
+
+def each_part(
+    texts: Sequence[str],
+    hand: Hand | ScannedHand,
+    layouts: Sequence[Layout],
+    seed: Sequence[int],
+    *,
+    fallback: bool = False,
+    proofread: Proofreader | None = None,
+) -> Iterator[Sheet | None]:
+    """Texts that are written one after the other, each in a place of its own: a page for each of them.
+
+    None stands for a text that is larger than its place; `Placed.at` counts through all texts, with one character
+    between two.
+
+    Raises
+    ------
+    InputError, MissingCharacters
+        Nothing to write, or not in this hand.
+    """
+    rng = np.random.default_rng(seed)
+    streams = (rng, rng.spawn(1)[0])
+    jitter = max(layout.jitter for layout in layouts)
+    writer = handwriting(hand, streams, jitter)
+    choosers = [Chooser(writer.stock, stream, min(jitter, 1.0)) for stream in streams]
+    counts = [len(paragraphs_of(text, writer.repertoire, fallback=fallback)) for text in texts]
+    paragraphs = paragraphs_of("\n".join(texts), writer.repertoire, fallback=fallback)
+    words = (set_paragraph(writer, choosers[0], chosen, proofread) for chosen in choices(paragraphs, choosers))
+    for count, layout in zip(counts, layouts, strict=True):
+        part = [iter(list(units)) for units in islice(words, count)]
+        try:
+            fitting, rows = rows_on_pages(part, writer.pitch, layout, 1)
+            yield next(paginate(rows, writer, fitting, rng.spawn(1)[0]))
+        except DoesNotFit:
+            yield None
 
 
 def set_paragraph(
