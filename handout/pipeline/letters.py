@@ -176,34 +176,40 @@ def draw_letter(
 def _set(task: LetterTask, row: int | None) -> tuple[Mapping[str, Hand | ScannedHand], list[LetterPage]]:
     """The pages of a letter, with what `Manuscript.about` says of them, and its hands with all letters they need."""
     letter, main = task.letter, task.main
-    numbers = 0
-    if letter.head.page_numbers != "none":
-        numbers = 2 + len(letter.text) // _PAGE + len(letter.blocks) // 2
-    runs = runs_of(letter, numbers)
+    runs = runs_of(letter, _page_numbers(letter))
     key = [main.seed] if row is None else [main.seed, row]
     supplied = {name: _supplied(name, runs, task) for name in task.tasks}
-    rereaders = {name: _rereader(hand, task.tasks[name]) for name, (hand, _) in supplied.items()}
-    writers = {}
-    for number, (name, (hand, _)) in enumerate(supplied.items()):
-        own = task.tasks[name].layout.x_height
-        options = WriterOptions(own, main.layout.x_height, main.layout.jitter, main.fallback, main.slips)
-        writers[name] = written(runs, name, hand, options, [*key, number], rereaders[name])
+    hands = {name: hand for name, (hand, _) in supplied.items()}
+    readers = {name: _rereader(hand, task.tasks[name]) for name, hand in hands.items()}
+    writers = {
+        name: written(runs, name, hand, _writer_options(task, name), [*key, number], readers[name])
+        for number, (name, hand) in enumerate(hands.items())
+    }
     limit = main.pages or (1 if main.layout.fit else None)
     setting = Setting(letter, runs, writers, task.first, task.following, _sizes(letter), limit)
     pages = set_letter(setting, lines_of(runs, writers), [*key, len(writers)])
-    doubts = [
-        doubt for name, reader in rereaders.items() if reader is not None for doubt in _doubts(name, reader, pages)
-    ]
+    doubts = [doubt for name, reader in readers.items() for doubt in _doubts(name, reader, pages)]
     texts.refuse_doubts(doubts, main)
-    borrowed = [
-        letter_facts(lent) if row is None else {"row": row, **letter_facts(lent)}
+    lent = [
+        letter_facts(each)
         for name, (_, lacking) in supplied.items()
-        for lent in _written(lacking, name, pages, task.tasks[name].hand)
+        for each in _written(lacking, name, pages, task.tasks[name].hand)
     ]
+    borrowed = lent if row is None else [{"row": row, **facts} for facts in lent]
     told = [doubt.facts() for doubt in doubts]
-    return {name: hand for name, (hand, _) in supplied.items()}, [
-        _told(page, number, told, borrowed) for number, page in enumerate(pages, 1)
-    ]
+    return hands, [_told(page, number, told, borrowed) for number, page in enumerate(pages, 1)]
+
+
+def _page_numbers(letter: Letter) -> int:
+    """The highest page number that a letter could have, 0 where it has none."""
+    if letter.head.page_numbers == "none":
+        return 0
+    return 2 + len(letter.text) // _PAGE + len(letter.blocks) // 2
+
+
+def _writer_options(task: LetterTask, name: str) -> WriterOptions:
+    main, own = task.main, task.tasks[name].layout.x_height
+    return WriterOptions(own, main.layout.x_height, main.layout.jitter, main.fallback, main.slips)
 
 
 def _supplied(name: str, runs: Runs, task: LetterTask) -> tuple[Hand | ScannedHand, Sequence[Borrowed]]:
@@ -230,8 +236,10 @@ def _rereader(hand: Hand | ScannedHand, task: WritingTask) -> Rereader | None:
     return rereading.Rereader(hand, rereading.author_reader(task.hand), tries, rereading.SETTINGS)
 
 
-def _doubts(name: str, reader: Rereader, pages: Sequence[LetterPage]) -> Iterator[Doubt]:
+def _doubts(name: str, reader: Rereader | None, pages: Sequence[LetterPage]) -> Iterator[Doubt]:
     """The words of a hand that read as others after all, with their pages and lines."""
+    if reader is None:
+        return
     from handout.pipeline.rereading import SETTINGS, Doubt
 
     lines = {
@@ -310,30 +318,36 @@ def _drawn(
     wanted: frozenset[str],
 ) -> Drawing:
     """A page as one drawing."""
-    layers = []
+    layers = list(_layers(page, task, hands, about, wanted))
+    told = {**(layers[0].about if layers else about), **page.whole.about}
+    drawing = Drawing((), page.whole.page, told, beneath=_beneath(task, page, int(about["page_number"])))
+    if all(layer.strokes or layer.bounds is None for layer in layers):
+        drawing = replace(drawing, strokes=_in_order(layers, page.whole.x_height))
+    if all(layer.ink is None for layer in layers):
+        return drawing
+    inked = np.array([layer.inked for layer in layers if layer.inked is not None])
+    bounds = (*inked[:, :2].min(axis=0).tolist(), *inked[:, 2:].max(axis=0).tolist()) if len(inked) else None
+    return replace(drawing, ink=partial(_mixed, layers, task.main), inked=bounds)
+
+
+def _layers(
+    page: LetterPage,
+    task: LetterTask,
+    hands: Mapping[str, Hand | ScannedHand],
+    about: Mapping[str, Any],
+    wanted: frozenset[str],
+) -> Iterator[Drawing]:
+    """What is written on a page in one hand, ink and size, and its signatures, each as a drawing."""
     for voice, manuscript in page.layers.items():
         own = replace(task.tasks[voice.hand], hand=hands[voice.hand])
         drawing = draw(manuscript, own, page.rng.spawn(1)[0], about, wanted)
-        layers.append(_inked(drawing, voice.ink, own) if voice.ink else drawing)
+        yield _inked(drawing, voice.ink, own) if voice.ink else drawing
     for place in page.signatures:
         signature = find_signature(str(place.source), task.letter.folder)
         own = replace(task.main, hand=signature, pen_hand=None)
         manuscript = placed_signature(signature, place, page.whole.page)
         drawing = draw(manuscript, own, page.rng.spawn(1)[0], about, wanted)
-        layers.append(_inked(drawing, place.ink, own) if place.ink else drawing)
-    beneath = _beneath(task, page, int(about["page_number"]))
-    if not layers:
-        return Drawing((), page.whole.page, {**about, **page.whole.about}, beneath=beneath)
-    told = {**layers[0].about, **page.whole.about}
-    ink = partial(_mixed, layers, task.main) if any(layer.ink is not None for layer in layers) else None
-    whole = all(layer.strokes or layer.bounds is None for layer in layers)
-    strokes = _in_order(layers, page.whole.x_height) if whole else ()
-    inked = [layer.inked for layer in layers if layer.inked is not None]
-    bounds = None
-    if ink is not None and inked:
-        low, high = np.min([box[:2] for box in inked], axis=0), np.max([box[2:] for box in inked], axis=0)
-        bounds = (*low.tolist(), *high.tolist())
-    return Drawing(strokes, page.whole.page, told, ink, bounds, beneath=beneath)
+        yield _inked(drawing, place.ink, own) if place.ink else drawing
 
 
 def _beneath(
@@ -398,8 +412,8 @@ def _mixed(layers: Sequence[Drawing], task: WritingTask, dpi: float) -> Raster:
 
 def _in_order(layers: Sequence[Drawing], x_height: float) -> tuple[Stroke, ...]:
     """The strokes of all layers, a word after the other as they stand on the page, on one clock."""
-    if len(layers) == 1:
-        return layers[0].strokes
+    if len(layers) < 2:
+        return layers[0].strokes if layers else ()
     strokes = [(stroke.word, layer, at) for layer, each in enumerate(layers) for at, stroke in enumerate(each.strokes)]
     ordered, clock, before = list[Stroke](), 0.0, (-1, -1)
     for _, layer, at in sorted(strokes, key=lambda entry: entry[0]):
