@@ -38,12 +38,12 @@ _INDENT = 2.6  # x-heights, of a first line
 _ITEM, _ITEM_SD = 2.1, 0.1  # x-heights that the text of an item stands further in
 _LABEL_GAP = 0.9  # x-heights from an item's number to its text
 _QUOTE = 3.2  # x-heights that a quotation stands further in, left and half of it right
-_COLUMN_GAP = 1.9  # x-heights between what two columns of a table hold
+_COLUMN_GAP = 2.2  # x-heights between what two columns of a table hold
 _BESIDE = 2.0  # x-heights between a picture and the words beside it
 _FOOT = 0.55  # share of the lower margin that is below a page number
 # gaps above and below blocks, in distances of lines
 _ABOVE = {"heading": 0.8, "table": 0.45, "signature": 0.35, "postscript": 1.0, "rule": 0.1, "list": 0.3}
-_BELOW = {"heading": 0.18, "date": 1.0, "table": 0.5, "rule": 0.1, "list": 0.3}
+_BELOW = {"heading": 0.25, "date": 1.0, "table": 0.5, "rule": 0.1, "list": 0.3}
 
 
 class _At(NamedTuple):
@@ -95,7 +95,7 @@ class _Flow:
         self._frame, self._page, self._boxed = self._frame_of(0), self.pages[0], ""
         self._last: float | None = None
         self._pitch, self._gap, self._skipped = self._usual, 0.0, 0.0
-        self._tight, self._after_text = False, False
+        self._tight, self._after_text, self._after_heading = False, False, False
         self._label: _Label | None = None
         self._right = False  # whether the row that is placed stands to the right
         self._side: Side | None = None  # of paragraphs that say nothing of it
@@ -130,6 +130,7 @@ class _Flow:
                 case Signature():
                     self._signature(block, left, right)
             self._after_text = isinstance(block, Paragraph) and not block.level
+            self._after_heading = isinstance(block, Paragraph) and block.level > 0
 
     def number_pages(self) -> None:
         """Write the numbers of all pages but the first, where the head asks for them."""
@@ -278,7 +279,7 @@ class _Flow:
             self._space(_ABOVE["heading"])
         elif paragraph.kind == "postscript":
             self._space(_ABOVE["postscript"])
-        elif not self._tight and not begin_indented:
+        elif not (self._tight or begin_indented or self._after_heading):
             self._space(_PARAGRAPH)
 
     def _row(self, words: Sequence[LetterWord], left: float, right: float, side: Side | None) -> int:
@@ -464,6 +465,8 @@ class _Flow:
             for depth in range(deep):
                 at = self._table_row(broken, depth, sides, (starts, widths), (left, right))
                 top = min(top, at.baseline - 1.6 * self._xh * size)
+            if deep > 1:  # rows of several lines are kept apart
+                self._gap = 0.22 * self._usual * size
             if number == 0:
                 y = 0.42 * self._usual * size
                 mark = Mark("ruled", (at.x - 0.4 * gap, y), (at.x + end + 0.3 * gap, y), voice)
@@ -517,10 +520,7 @@ class _Flow:
                 "({size=0.8} in a line before it) or a larger page.",
                 DoesNotFit,
             )
-        spare = room - sum(least)
-        wanted = [a - b for a, b in zip(natural, least, strict=True)]
-        share = min(1.0, spare / sum(wanted)) if sum(wanted) else 1.0
-        widths = [b + share * more + 1e-6 for b, more in zip(least, wanted, strict=True)]
+        widths = _shared(natural, least, room)
         left = max(room - sum(widths), 0.0) / len(widths)
         # who rules columns by eye leaves one a little wider than it had to be
         eased = [width + min(left, 0.5 * gap * abs(float(self._rng.normal(0.0, self._jitter)))) for width in widths]
@@ -552,7 +552,7 @@ class _Flow:
         """Draw the lines between the columns of a table, from `top` mm to the last row of a page."""
         last = page.rows[-1]
         for start in starts[1:]:
-            place = start - 0.5 * gap
+            place = start - 0.58 * gap
             self._mark(page, Mark("ruled", (place, top - last.baseline), (place, 0.35 * self._usual), voice))
 
     def _clear(self, left: float, right: float) -> None:
@@ -564,6 +564,18 @@ class _Flow:
             and self._room(self._last or 0.0, 1.0, left, right)[1] < self._frame.width - left - right - 1e-6
         ):
             self._below(max(lower))
+
+
+def _shared(natural: Sequence[float], least: Sequence[float], room: float) -> list[float]:
+    """Widths of columns that share some room: as what they hold, but none wider than it must be for the others."""
+    low, high = 0.0, max(natural)
+    if sum(natural) > room:
+        for _ in range(40):
+            middle = (low + high) / 2
+            wide = sum(max(min(a, middle), b) for a, b in zip(natural, least, strict=True)) > room
+            low, high = (low, middle) if wide else (middle, high)
+        high = low
+    return [max(min(a, high), b) + 1e-6 for a, b in zip(natural, least, strict=True)]
 
 
 def _sizes(lines: Sequence[Sequence[LetterWord]]) -> list[float]:

@@ -16,10 +16,10 @@ from handout.letters.document import Underline
 from handout.values import Array
 
 _STEP = 0.9  # from one point of a line to the next: drawn in one go, quicker than letters
-_FIRST_UNDER, _UNDER_SD = -0.42, 0.06  # of an underline, and how that varies
+_FIRST_UNDER, _UNDER_SD = -0.47, 0.06  # of an underline, and how that varies
 _APART = (0.2, 0.32)  # between two underlines
 _BEYOND = (-0.15, 0.4)  # how far an underline begins before its words, and goes on after them
-_SLOPE_SD, _MOST_RISE = 0.022, 0.26  # tangent; x-heights from the middle of a line to its end
+_SLOPE_SD, _MOST_RISE = 0.02, 0.17  # tangent; x-heights from the middle of a line to its end
 _TREMBLE, _BOW = 0.022, 0.075
 _WAVE, _SWING = (0.85, 1.25), (0.09, 0.15)  # of a wavy underline: length and amplitude
 _LONG_TREMBLE = 0.035  # of lines across a page: no ruler is laid
@@ -42,7 +42,7 @@ class Ornaments:
         """Strokes (n, 2) under words whose ink goes from `left` to `right`."""
         y = _FIRST_UNDER + self._off(_UNDER_SD)
         if kind == "wavy":
-            return [self._wave(left, right, y)]
+            return [self._wave(left, right, y - _SWING[1])]
         first = self._line(left, right, y)
         if kind != "double":
             return [first]

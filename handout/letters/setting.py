@@ -68,11 +68,15 @@ def set_letter(
 
 @dataclass(frozen=True)
 class _Run:
-    """Glyphs of neighbouring words of a row under or through which something is drawn: left and right end, mm."""
+    """Glyphs of neighbouring words of a row under or through which something is drawn.
+
+    left, right : its ends, mm; most : how far what is drawn may go on; last : the word that it ends with.
+    """
 
     kind: str
     left: float
     right: float
+    most: float
     last: int
 
 
@@ -195,9 +199,10 @@ class _Placing:
             left, right = run.left / size, run.right / size
             struck = run.kind == "struck"
             strokes = self._strikes.strokes(left, right) if struck else self._ornaments.underline(kind, left, right)
-            placed.append(
-                (voice_of(word.manner), _drawn([s * size for s in strokes], number, word.written.at[-1], to_page))
-            )
+            for points in strokes:  # the next word is not marked
+                points[:, 0] = np.minimum(points[:, 0], max(run.most / size, right))
+            drawn = _drawn([points * size for points in strokes], number, word.written.at[-1], to_page)
+            placed.append((voice_of(word.manner), drawn))
         return sorted(placed, key=lambda pair: pair[1].word)
 
     def _take(self) -> int:
@@ -237,7 +242,8 @@ class _Placing:
         if side == "centre":
             return max(0.0, 0.5 * spare + edge)
         wander = edge if side == "ragged" else 0.25 * edge
-        return min(max(wander, -0.5), max(0.0, spare))
+        # in a column of a table there is a line to keep away from
+        return min(max(wander, -0.12 if segment.side else -0.5), max(0.0, spare))
 
 
 def _drawn(strokes: Sequence[Array], number: int, at: int, to_page: ToPage) -> Placed:
@@ -257,7 +263,10 @@ def _marked(words: Sequence[LetterWord], starts: Sequence[float], scale: float) 
         for kind, group in groupby(glyphs, key=lambda glyph: glyph[0]):
             some = list(group)
             if kind:
-                yield _Run(kind, min(g[2] for g in some), max(g[3] for g in some), some[-1][1])
+                last = some[-1][1]
+                right = max(glyph[3] for glyph in some)
+                behind = starts[last + 1] + scale * words[last + 1].word.left if last + 1 < len(words) else np.inf
+                yield _Run(kind, min(glyph[2] for glyph in some), right, 0.4 * right + 0.6 * behind, last)
 
 
 def _text(words: Sequence[LetterWord]) -> str:
