@@ -6,6 +6,7 @@ A page is a function of the letter, the options, the seed and the row: `draw_let
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache, partial
 from pathlib import Path
@@ -181,10 +182,10 @@ def _set(task: LetterTask, row: int | None) -> tuple[Mapping[str, Hand | Scanned
     supplied = {name: _supplied(name, runs, task) for name in task.tasks}
     hands = {name: hand for name, (hand, _) in supplied.items()}
     readers = {name: _rereader(hand, task.tasks[name]) for name, hand in hands.items()}
-    writers = {
-        name: written(runs, name, hand, _writer_options(task, name), [*key, number], readers[name])
-        for number, (name, hand) in enumerate(hands.items())
-    }
+    writers = {}
+    for number, (name, hand) in enumerate(hands.items()):
+        with _located(name, runs):
+            writers[name] = written(runs, name, hand, _writer_options(task, name), [*key, number], readers[name])
     limit = main.pages or (1 if main.layout.fit else None)
     setting = Setting(letter, runs, writers, task.first, task.following, _sizes(letter), limit)
     pages = set_letter(setting, lines_of(runs, writers), [*key, len(writers)])
@@ -215,12 +216,17 @@ def _writer_options(task: LetterTask, name: str) -> WriterOptions:
 def _supplied(name: str, runs: Runs, task: LetterTask) -> tuple[Hand | ScannedHand, Sequence[Borrowed]]:
     """A hand with the letters of its runs, and what was supplied; see `complete_hand`."""
     hand, main = task.tasks[name].hand, task.main
+    if not runs.of(name):
+        return hand, []
+    with _located(name, runs):
+        return complete_hand(hand, runs.text(name), fallback=main.fallback, seed=main.seed)
+
+
+@contextmanager
+def _located(name: str, runs: Runs) -> Iterator[None]:
+    """Characters that a hand lacks are told with the lines of the letter."""
     try:
-        return (
-            complete_hand(hand, runs.text(name), fallback=main.fallback, seed=main.seed)
-            if runs.of(name)
-            else (hand, [])
-        )
+        yield
     except MissingCharacters as error:
         raise MissingCharacters(runs.located(name, str(error))) from error
 
