@@ -104,7 +104,7 @@ def runs_of(letter: Letter, page_numbers: int = 0) -> Runs:
     """The runs of a letter, and of page numbers from 2 to `page_numbers`."""
     numbers = [Paragraph((Span(str(n), Manner(), 1),), 1) for n in range(2, page_numbers + 1)]
     careful = (block for block in blocks_in(letter.blocks) if isinstance(block, Boxed | Signature | TableBlock))
-    careful_parts = {id(part) for block in careful for part in blocks_in((block,))}
+    steady = {id(part) for block in careful for part in blocks_in((block,))}
     paragraphs = (*letter.paragraphs, *numbers)
     plain = len(paragraphs) - len(numbers)
     runs = [
