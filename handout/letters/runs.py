@@ -110,9 +110,7 @@ def runs_of(letter: Letter, page_numbers: int = 0) -> Runs:
     runs = [
         run
         for number, paragraph in enumerate(paragraphs)
-        for run in _runs(
-            number, paragraph, number < plain and not paragraph.level and id(paragraph) not in careful_parts
-        )
+        for run in _runs(number, paragraph, number < plain and not paragraph.level and id(paragraph) not in steady)
     ]
     return Runs(tuple(runs), paragraphs, letter.name)
 
