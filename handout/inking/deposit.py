@@ -17,10 +17,14 @@ _CHUNK = 1 << 15  # pixels worked on at a time: what fits a processor's cache
 
 
 class Ground:
-    """The pieces of a page at a number of pixels to the mm, ready to be laid down some rows at a time."""
+    """The pieces of a page at a number of pixels to the mm, ready to be laid down some rows at a time.
 
-    def __init__(self, pieces: Pieces, scale: float, width: int) -> None:
-        self._width = width
+    Attributes
+    ----------
+    columns : of a page of `width` columns those that may have ink, in whole steps of `step` columns.
+    """
+
+    def __init__(self, pieces: Pieces, scale: float, width: int, step: int = 1) -> None:
         a, b, radius = pieces.a * scale, pieces.b * scale, pieces.radius * scale
         nib = pieces.nib * scale
         flat = np.abs(nib)
@@ -33,6 +37,9 @@ class Ground:
         right, below = np.ceil(middle.real + box[0]), np.ceil(middle.imag + box[1])
         self._side = np.maximum(right - self._left, below - self._top)
         self._seen = (right > 0) & (self._left < width)
+        first = int(np.clip(self._left[self._seen].min(initial=width), 0, width)) // step * step
+        last = -int(-np.clip((self._left + self._side)[self._seen].max(initial=first), first, width) // step) * step
+        self.columns = slice(first, last)
         unit = along / np.maximum(2 * half_length, 1e-12) + (half_length == 0)
         edge = nib / np.maximum(flat, 1e-12)
         turned = unit * edge.conj()
@@ -46,12 +53,15 @@ class Ground:
         self._lanes = pieces.lanes
 
     def rows(self, top: int, count: int) -> NDArray[np.float32]:
-        """(count, width): ink on some rows of the page, 1 for the middle of a usual line."""
+        """Ink in the `columns` of some rows of the page, 1 for the middle of a usual line; no rows if there is none."""
+        width = self.columns.stop - self.columns.start
         near = self._seen & (self._top < top + count) & (self._top + self._side > top)
-        margin = int(self._side[near].max(initial=0))
+        if not near.any():
+            return np.zeros((0, width), dtype=np.float32)
+        margin = int(self._side[near].max())
         # with a margin no window has to be cut at the edge
-        mass = np.zeros((count + 2 * margin, self._width + 2 * margin), dtype=np.float32)
-        corner = (self._top - top + margin) * mass.shape[1] + self._left + margin
+        mass = np.zeros((count + 2 * margin, width + 2 * margin), dtype=np.float32)
+        corner = (self._top - top + margin) * mass.shape[1] + self._left - self.columns.start + margin
         for n in np.unique(self._side[near]).astype(int).tolist():
             group = np.flatnonzero(near & (self._side == n))
             window = (np.arange(n)[:, None] * mass.shape[1] + np.arange(n))[None]
@@ -61,7 +71,7 @@ class Ground:
                 amount = self._amount(some, n)
                 inked = amount > 0
                 np.add.at(mass.reshape(-1), (window + corner[some, None, None])[inked], amount[inked])
-        return mass[margin : margin + count, margin : margin + self._width]
+        return mass[margin : margin + count, margin : margin + width]
 
     def _amount(self, some: NDArray[np.intp], n: int) -> NDArray[np.float32]:
         """(m, n, n) ink that m pieces leave on the pixels of their windows of n rows and columns."""

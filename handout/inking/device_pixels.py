@@ -39,6 +39,16 @@ class DevicePixels:
         left = int(columns[0])
         return inked[:, left : int(columns[-1]) + 1], x + left, y + top
 
+    def trimmed(self) -> DevicePixels:
+        """The same without the white around it, as a copy; itself, if all is white."""
+        found = self.cropped()
+        if found is None:
+            return self
+        rgb, x, y = found
+        left, top = (first - round(at * self.dpi / 25.4) for first, at in zip((x, y), self.origin, strict=True))
+        pitch = 25.4 / self.dpi
+        return DevicePixels(rgb.copy(), self.dpi, (self.origin[0] + left * pitch, self.origin[1] + top * pitch))
+
 
 def device_pixels(ink: Raster, calibrate: Calibrate | None = None) -> DevicePixels:
     """The ink of a page as pixels for a printer.

@@ -220,16 +220,19 @@ def passed(
     paper_rng, ink_rng = rng.spawn(2)
     surface = tooth(paper_rng)
     fine = 1 if dpi >= _FINE_ENOUGH else max(2, -int(-_FINE // dpi))
-    ground = Ground(flow.pieces(drawing, pen.width, model.flow, ink_rng), dpi * fine / 25.4, width * fine)
+    ground = Ground(flow.pieces(drawing, pen.width, model.flow, ink_rng), dpi * fine / 25.4, width * fine, fine)
+    left, right = ground.columns.start // fine, ground.columns.stop // fine
     rows = max(1, _BAND // (width * fine * fine))
     for top in range(0, height, rows):
-        count = min(rows, height - top)
-        mass = np.ascontiguousarray(ground.rows(top * fine, count * fine))
-        most = mass.reshape(count, fine, -1).max(axis=1)
-        row, column = np.nonzero(np.maximum.reduce([most[:, i::fine] for i in range(fine)]))
-        some = mass.reshape(count, fine, width, fine).swapaxes(1, 2)[row, column].reshape(len(row), fine * fine)
-        under = _heights(surface, row + top, column, fine, 25.4 / dpi)
-        yield (row + top) * width + column, _light(model.finish(some, under), absorbed)
+        mass = ground.rows(top * fine, min(rows, height - top) * fine)
+        if not len(mass):
+            continue
+        cells = mass.reshape(-1, fine, right - left, fine)
+        most = np.maximum.reduce([cells[:, i, :, j] for i in range(fine) for j in range(fine)])
+        row, column = np.divmod(np.flatnonzero(most), right - left)
+        some = cells.swapaxes(1, 2)[row, column].reshape(len(row), fine * fine)
+        under = _heights(surface, row + top, column + left, fine, 25.4 / dpi)
+        yield (row + top) * width + column + left, _light(model.finish(some, under), absorbed)
 
 
 def _heights(

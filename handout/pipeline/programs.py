@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 SUFFIXES = (".gcode", ".nc", ".ngc", ".g", ".gco", ".hpgl", ".plt", ".ebb")
 
 
+PageSink = Callable[["Drawing"], bytes]
+
+
 class Programs:
     """The programs of a job, each for the machine of its suffix or for the one that was named.
 
@@ -41,6 +44,10 @@ class Programs:
         wanted = {path.suffix.lower(): path for path in paths if path.suffix.lower() in SUFFIXES}
         self._plotters = {suffix: _plotter(device, path) for suffix, path in wanted.items()}
 
+    def pressed_evenly(self) -> list[str]:
+        """Notes on machines that do not press the pen as its pose says."""
+        return [note for profile in self._plotters.values() if (note := pressed_evenly(profile))]
+
     def _sink(self, suffix: str) -> Callable[[Drawing], bytes]:
         def render(drawing: Drawing) -> bytes:
             from handout.plotting.dialects import dialect
@@ -57,6 +64,15 @@ class Programs:
 
         drawing = fit_to_bed(drawing, profile) if self._fit else drawing
         return plan(drawing, profile, speed="fast" if self._fast else 1.0, order=self._order)
+
+
+def pressed_evenly(profile: Plotter) -> str | None:
+    """The note that a machine does not press the pen as its pose says, if it does not."""
+    if profile.pen.pressed not in (None, profile.pen.down):
+        return None
+    able = profile.pen.lift == "z" or profile.dialect == "ebb"
+    way = "handout pen heights finds it" if able else "such a pen is only lifted and lowered"
+    return f"--pose: the pen is pressed evenly, since the profile of {profile.name} has no pen.pressed; {way}."
 
 
 def _plotter(name: str | None, path: Path) -> Plotter:

@@ -12,7 +12,7 @@ import numpy as np
 
 from handout import __version__, units
 from handout.completion.completed_hand import complete_hand
-from handout.errors import InputError
+from handout.errors import DoesNotFit, InputError
 from handout.hand import file, library
 from handout.hand.measures import ink_colours
 from handout.inking.pen import is_brush
@@ -34,7 +34,7 @@ from handout.progress import Tell, silent, within
 from handout.sinks import OF_INK, Look, write_drawings
 from handout.sinks import check_outputs as check_outputs
 from handout.values import Drawing, Manuscript
-from handout.writing.compose import each_page
+from handout.writing.compose import each_page, each_part
 from handout.writing.layout import Layout
 from handout.writing.text import Borrowed
 
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from handout.hand.drawn import Hand
     from handout.hand.scanned import ScannedHand
     from handout.motion.styles.style import Style
+    from handout.pipeline.rereading import Doubt
     from handout.writing.pages import Sheet
 
 _WRITTEN = 0.35  # of the work on a page, when its strokes are known and it is yet to be drawn; measured, for PNG
@@ -137,8 +138,8 @@ def write(
         An option is wrong, the hand lacks letters, or the text is larger than its pages; nothing is written then.
     """
     paths = [Path(name) for name in outputs]
-    extra = programs.Programs(device, paths).sinks
-    check_outputs(paths, extra)
+    machines = programs.Programs(device, paths)
+    check_outputs(paths, extra := machines.sinks)
     task = prepare(writing, sheet, picture)
     if picture.paper != "none":
         task = on_lined_paper(task, writing, sheet, picture)
@@ -146,7 +147,8 @@ def write(
     pages, drawings = draw_pages(text, task, wanted=wanted, tell=within(listener.progress, 0.0, _WRITTEN))
     files = write_drawings(drawings, paths, task.look, extra=extra, tell=within(listener.progress, _WRITTEN, 1.0))
     unshown = (*not_followed(task, picture, wanted >= INK), *_unpainted(picture, paths), *style_notes(task, drawings))
-    notes = (*unshown, *task.paper_notes)
+    even = machines.pressed_evenly() if task.pose.pose is not None else []
+    notes = (*unshown, *even, *task.paper_notes)
     return written(Tally.of(pages, drawings), task, files, notes)
 
 
@@ -273,19 +275,51 @@ def set_pages(
     text: str, task: WritingTask, layout: Layout | None = None, row: int | None = None
 ) -> tuple[WritingTask, Iterator[Sheet]]:
     """The pages of a text, each set when it is asked for, and the task with the hand that has all their letters."""
-    key = [task.seed] if row is None else [task.seed, row]
-    author = task.hand
-    hand, lacking = complete_hand(author, text, fallback=task.fallback, seed=task.seed)
     compose = partial(
         each_page,
         text,
-        hand,
-        layout or task.layout,
-        key,
+        layout=layout or task.layout,
         pages=task.pages,
         fallback=task.fallback,
         slips=task.slips,
     )
+    return _set(text, compose, task, row)
+
+
+def set_parts(
+    texts: Sequence[str], layouts: Sequence[Layout], task: WritingTask, row: int
+) -> tuple[WritingTask, Iterator[Sheet]]:
+    """The same for texts that are written one after the other, each in a layout of its own: a page for each.
+
+    Raises
+    ------
+    DoesNotFit
+        One of them is larger than its layout; see `try_parts`.
+    """
+
+    def compose(**options: Any) -> Iterator[Sheet]:
+        sheets = each_part(texts, layouts=layouts, fallback=task.fallback, **options)
+        for text, sheet in zip(texts, sheets, strict=True):
+            if sheet is None:
+                raise DoesNotFit(f"{title(text)!r} is larger than its place.")
+            yield sheet
+
+    return _set("\n".join(texts), compose, task, row)
+
+
+def try_parts(texts: Sequence[str], layouts: Sequence[Layout], task: WritingTask, row: int) -> list[Sheet | None]:
+    """The same, as they are set before any word is read again; None for what is larger than its layout."""
+    hand, _ = complete_hand(task.hand, "\n".join(texts), fallback=task.fallback, seed=task.seed)
+    return list(each_part(texts, hand, layouts, [task.seed, row], fallback=task.fallback))
+
+
+def _set(
+    text: str, compose: Callable[..., Iterator[Sheet]], task: WritingTask, row: int | None
+) -> tuple[WritingTask, Iterator[Sheet]]:
+    """What `compose` makes of a text in the hand of a task, as soon as it has all its letters."""
+    author = task.hand
+    hand, lacking = complete_hand(author, text, fallback=task.fallback, seed=task.seed)
+    compose = partial(compose, hand=hand, seed=[task.seed] if row is None else [task.seed, row])
     sheets = compose() if author.pages is None or hand.pages is None else _reread(compose, hand, author, task)
     task = replace(task, hand=hand)
     if any(letter.doubted for letter in lacking):
@@ -325,17 +359,22 @@ def _reread(
 
     # without variation the best glyphs are wanted, always the same: what reads badly is only told
     tries = None if task.layout.jitter else 0
-    sheets, doubts = reread(lambda prices: list(compose(prices=prices)), hand, author, tries)
+    sheets, doubts, _ = reread(lambda reader: compose(proofread=reader), hand, author, tries)
+    refuse_doubts(doubts, task)
+    for number, sheet in enumerate(sheets, 1):
+        here = [doubt.facts() for doubt in doubts if doubt.page == number]
+        yield _with(sheet, "doubtful", here) if here else sheet
+
+
+def refuse_doubts(doubts: Sequence[Doubt], task: WritingTask) -> None:
+    """Raise InputError where the task is strict and words read as others."""
     if doubts and task.strict:
         named = ", ".join(f"{doubt.word} as {doubt.reads_as or 'nothing'}" for doubt in doubts[:_MOST_NAMED])
         more = f" and {len(doubts) - _MOST_NAMED} more" if len(doubts) > _MOST_NAMED else ""
         raise InputError(
             f"--strict: {units.count(len(doubts), 'word')} may be misread ({named}{more}); use another seed or other "
-            f"words, or correct the letters of {author.name} (handout hand edit)."
+            f"words, or correct the letters of {task.hand.name} (handout hand edit)."
         )
-    for number, sheet in enumerate(sheets, 1):
-        here = [doubt.facts() for doubt in doubts if doubt.page == number]
-        yield _with(sheet, "doubtful", here) if here else sheet
 
 
 def letter_facts(letter: Borrowed) -> Facts:

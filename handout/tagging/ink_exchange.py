@@ -32,10 +32,11 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
 from handout.hand import outlier_score
-from handout.hand.author_reader import Reader, author_reader, reads_alone, surprise, usual_surprise
+from handout.hand.author_reader import Reader, author_reader, reads_alone, surprises, usual_surprise
 from handout.hand.glyph_features import features_of
 from handout.hand.outlier_score import Siblings
 from handout.hand.scanned import ScannedHand, ScannedPage
+from handout.hand.word_pictures import picture_of_vertices
 from handout.tagging.alignment import Alignment
 from handout.tagging.glyph_extraction import extract_glyphs
 from handout.values import Array, Indices
@@ -114,7 +115,7 @@ class InkExchange:
         known = [names[i] for i in self._known]
         self._siblings = Siblings(outlier_score.shipped(), features, known)
         self._alone = np.array([reads_alone(name) for name in known], dtype=bool)
-        self._seen = np.array([self._surprise(number, vertices) for number, vertices in self._sets.items()])
+        self._seen = self._surprises(self._known, list(self._sets.values()))
         self._usual = usual_surprise(self._seen, known, self._alone)
         self._right = self._siblings.right(np.arange(len(features)), features, self._seen - self._usual)
 
@@ -161,20 +162,22 @@ class InkExchange:
         both = [offer.giver, offer.taker]
         features = features_of(self._sheet, self._lines[both], [self._sets[number] for number in both])
         rows = np.array([self._row[number] for number in both])
-        self._seen[rows] = [self._credited(number, self._sets[number]) for number in both]
+        self._seen[rows] = self._credited(np.array(both), [self._sets[number] for number in both])
         self._right[rows] = self._siblings.right(rows, features, self._seen[rows] - self._usual[rows])
 
-    def _surprise(self, number: int, vertices: Indices) -> float:
-        """How oddly some vertices would read as a letter."""
-        if not self._alone[self._row[number]]:
-            return 0.0
-        return surprise(self._reader, self._sheet, int(self._lines[number]), vertices, self._names[number])
+    def _surprises(self, numbers: Indices, sets: Sequence[Indices]) -> Array:
+        """(k,): how oddly some vertices would read as letters."""
+        found, alone = np.zeros(len(numbers)), np.array([self._alone[self._row[number]] for number in numbers.tolist()])
+        read = np.flatnonzero(alone).tolist()
+        seen = [picture_of_vertices(self._sheet, int(self._lines[numbers[k]]), sets[k]) for k in read]
+        found[read] = surprises(self._reader, seen, [self._names[numbers[k]] for k in read])
+        return found
 
-    def _credited(self, number: int, vertices: Indices) -> float:
+    def _credited(self, numbers: Indices, sets: Sequence[Indices]) -> Array:
         """The same, where reading less oddly than now counts only if it is read as nothing else any more."""
-        row = self._row[number]
-        now, then = self._seen[row], self._surprise(number, vertices)
-        return now if max(SETTINGS.read, self._usual[row]) < then < now else then
+        rows = [self._row[number] for number in numbers.tolist()]
+        now, then = self._seen[rows], self._surprises(numbers, sets)
+        return np.where((np.maximum(SETTINGS.read, self._usual[rows]) < then) & (then < now), now, then)
 
     def _gains(self, offers: Sequence[_Offer]) -> Array:
         """(k,): how many more letters each offer makes right, as `Siblings.right` expects; 0 if not each.
@@ -191,9 +194,9 @@ class InkExchange:
         ]
         strange = -self._usual[rows]
         gains = self._gained(rows, features, strange)
-        for k in np.flatnonzero(gains >= SETTINGS.margin).tolist():
-            for side, sets in enumerate((left, grown)):
-                strange[side, k] += self._credited(int(letters[k, side]), sets[k])
+        read = np.flatnonzero(gains >= SETTINGS.margin)
+        for side, sets in enumerate((left, grown)):
+            strange[side, read] += self._credited(letters[read, side], [sets[k] for k in read.tolist()])
         return self._gained(rows, features, strange)
 
     def _gained(self, rows: Indices, features: Sequence[Array], strange: Array) -> Array:

@@ -119,7 +119,8 @@ def bound_bars(glyphs: Sequence[Glyph], strokes: Sequence[list[Array]]) -> None:
 def _ink(glyph: Glyph, strokes: Sequence[Array]) -> Array:
     """(n, 2): places along the strokes of a letter, the bars of t and f left out."""
     crossed = glyph.letter in CROSSED
-    return np.vstack([_evenly(stroke) for stroke in strokes if not (crossed and is_bar(stroke))])
+    stems = [stroke for stroke in strokes if not (crossed and is_bar(stroke))]
+    return np.vstack([_evenly(stroke) for stroke in stems or strokes])  # a stem may be slurred until it lies, too
 
 
 def _meant(glyph: Glyph, before: Glyph | None, after: Glyph | None, bar: Array) -> tuple[bool, bool]:
@@ -190,16 +191,23 @@ def _dots(glyph: Glyph, strokes: Sequence[Array]) -> list[int]:
 
 def _move(mark: Array, others: Sequence[Array]) -> Array:
     """(2,): the least way to a place where a mark has room; where none has enough, to the one that has most."""
-    from scipy.spatial import KDTree
-
     if not others:
         return np.zeros(2)
-    tree = KDTree(np.vstack([_evenly(stroke) for stroke in others]))
-    if float(tree.query(mark)[0].min()) >= _DOT_ROOM:
+    lines = np.vstack([_evenly(stroke) for stroke in others])
+    reach = _DOT_ROOM + float(np.abs(_MOVES).max())
+    near = lines[((lines > mark.min(axis=0) - reach) & (lines < mark.max(axis=0) + reach)).all(axis=1)]
+    if not len(near) or float(_room(mark[None], near)[0]) >= _DOT_ROOM:
         return np.zeros(2)
-    room = tree.query(mark + _MOVES[:, None])[0].min(axis=1)
+    room = _room(mark + _MOVES[:, None], near)
     wanted = min(_DOT_ROOM, float(room.max()))
     return np.asarray(_MOVES[int(np.argmax(room >= wanted))])
+
+
+def _room(marks: Array, lines: Array) -> Array:
+    """(k,): the least distance of (k, n, 2) marks from points (m, 2) of lines."""
+    places = marks.reshape(-1, 2)  # a matrix product is faster than a tree for so few points, and needs no import
+    square = (places**2).sum(axis=1)[:, None] + (lines**2).sum(axis=1) - 2 * places @ lines.T
+    return np.asarray(np.sqrt(np.maximum(square.min(axis=1), 0.0)).reshape(len(marks), -1).min(axis=1))
 
 
 _MOST_SLURRED = 0.3  # beyond it nobody reads the word
@@ -344,7 +352,7 @@ class DrawnHandwriting:
         self._hand, self._jitter = hand, jitter
         self._writers = [WordWriter(hand, rng, jitter) for rng in streams]
         self.baseline_model, self.stock = USUAL_BASELINES, DrawnForms(hand)
-        self.name, self.pitch, self.repertoire = hand.name, hand.pitch, hand.repertoire
+        self.name, self.pitch, self.space, self.repertoire = hand.name, hand.pitch, hand.word_space, hand.repertoire
 
     def set_paragraph(self, words: Iterable[Choice]) -> Iterator[Unit[PlannedGlyph]]:
         """See `pages.Handwriting`."""

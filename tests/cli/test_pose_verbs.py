@@ -116,3 +116,12 @@ def test_what_cannot_be_done_is_one_sentence(artist, call, tmp_path, arguments, 
     _, err = call(*arguments, code=2)
     assert said in err and err.count("\n") == 1
     assert not list(tmp_path.glob("a.*"))
+
+
+@pytest.mark.parametrize("verb", ["write", "export"])
+@pytest.mark.parametrize(("device", "even"), [("axidraw-v3", 1), ("grbl-z", 0)])
+def test_a_program_that_presses_the_pen_evenly_is_told_of(artist, call, verb, device, even):
+    suffix = {"axidraw-v3": "ebb", "grbl-z": "gcode"}[device]
+    page = ("--page", "60x30mm", "--margin", "2mm", "--seed", "1", "--device", f"plotter-{device}")
+    _, err = call(verb, "nun", *page, "--pose", artist, "-o", f"program.{suffix}")
+    assert err.count("no pen.pressed") == even
