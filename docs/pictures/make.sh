@@ -17,6 +17,8 @@ done
 handout write "Happy birthday, Zoë" --page 130x24mm --margin 4mm --x-height 4mm --seed 3 --dpi 200 --quiet --pose firm --pen brushpen --pen-width 0.9mm -o "$work/pose-firm.png"
 handout write "Happy birthday, Zoë" --page 130x24mm --margin 4mm --x-height 4mm --seed 3 --dpi 200 --quiet --pose light --pen chisel --pen-width 1.1mm -o "$work/pose-light.png"
 handout write --file examples/letter.txt --hand house-quick --page A5 --x-height 1.9mm --fit --seed 4 --pen ballpoint --dpi 130 --quiet -o "$here/letter.png"
+handout write examples/thank-you.md --seed 4 --dpi 130 --paper plain --quiet -o "$here/thank-you.png"
+handout write examples/letter.md --seed 4 --dpi 100 --quiet -o "$work/of-letter.png"
 python examples/form.py "$work/form.pdf"
 handout fill "$work/form.pdf" examples/form.csv --rows 2 --seed 3 --dpi 150 --quiet -o "$work/form.png"
 handout pen test --device simulated --page A5 --dry-run "$work/test-sheet.png" --quiet
@@ -52,6 +54,8 @@ def sheet(pictures, columns, to, colours=64):
 
 sheet([work / f"{name}.png" for name in ("joined", "quick", "print")], 1, here / "hands.png")
 sheet(sorted(work.glob("envelope-*.png")), 2, here / "envelope.png")
+sheet(sorted(work.glob("of-letter-*.png")), 3, here / "letter-pages.png", 256)
+sheet([here / "thank-you.png"], 1, here / "thank-you.png")
 sheet([work / "styles.png"], 1, here / "styles.png", 32)
 sheet([work / "tags.png"], 1, here / "tags.png", 32)
 def printed_and_scanned(paper):
