@@ -33,6 +33,7 @@ from handout.writing.layout import ASCENT, DESCENT, FOOT_ABOVE_RULE, Layout
 from handout.writing.pages import SQUEEZE, extent, squeezed
 
 _NARROWEST = 9.0  # x-heights: nobody writes in less room beside a picture
+_LEAST_ROOM = 2.5  # x-heights: room for a letter or two
 _PARAGRAPH, _PARAGRAPH_SD = 0.55, 0.06  # of the distance of lines, beside it
 _INDENT = 2.6  # x-heights, of a first line
 _ITEM, _ITEM_SD = 2.1, 0.1  # x-heights that the text of an item stands further in
@@ -161,14 +162,17 @@ class _Flow:
     def _at(self, words: Sequence[LetterWord], left: float, right: float, least: float = 0.0) -> _At:
         """Where a row of some words may go next, on this page or the next; `least` : mm that it is wide."""
         scale = max((word.scale for word in words), default=1.0)
-        pitch = self._pitch_of(words)
+        pitch, whole = self._pitch_of(words), self._frame.width - left - right
+        if whole < _LEAST_ROOM * self._xh:
+            raise self._letter.wrong(
+                self._line, f"it stands so far in that {max(whole, 0.0):.0f} mm are left for it.", DoesNotFit
+            )
         while True:
             baseline, slope = self._next(scale, pitch)
             if baseline + DESCENT * self._xh * scale > self._frame.bottom + 1e-6:
                 self._turn()
                 continue
             x, width = self._room(baseline, scale, left, right)
-            whole = self._frame.width - left - right
             if width < min(max(_NARROWEST * self._xh, least), 0.9 * whole if least < 0.9 * whole else whole - 1e-6):
                 self._skipped += 0.25 * self._usual
                 continue
@@ -181,13 +185,17 @@ class _Flow:
             baseline = self._frame.top + ASCENT * self._xh * scale + self._skipped
         else:
             baseline = self._last + self._gap + 0.4 * self._pitch + 0.6 * pitch + self._skipped
-        if layout.ruling is None or self._boxed:
+        if layout.ruling is None:
             return baseline, 0.0
         off = 0.5 * (self._frame.left + self._frame.right - layout.page.width)
         nearest = -math.inf if self._last is None else baseline - 0.5 * layout.ruling.pitch
-        for height, slope in layout.rules:
+        # a box is not measured by the rules: what stands in it may look out of it a little
+        upper = (
+            self._frame.top + ASCENT * self._xh + self._skipped - (0.2 * layout.ruling.pitch if self._boxed else 1e-6)
+        )
+        for height, slope in layout.ruling.rules:
             on_rule = height - FOOT_ABOVE_RULE + slope * off
-            if on_rule > max(nearest, self._frame.top + ASCENT * self._xh + self._skipped - 1e-6):
+            if on_rule > max(nearest, upper):
                 return on_rule, slope
         return math.inf, 0.0
 
