@@ -257,7 +257,8 @@ class _Flow:
 
     def _keep(self, height: float) -> None:
         """Begin a new page where less than so many mm are left of this one."""
-        if self._last is not None and self._last + self._gap + height > self._frame.bottom and not self._boxed:
+        below = self._frame.bottom - DESCENT * self._xh
+        if self._last is not None and self._last + self._gap + height > below and not self._boxed:
             self._turn()
 
     def _add(
@@ -458,32 +459,33 @@ class _Flow:
         self._clear()
         cells = [[self._lines.get(self._number[id(cell)], []) for cell in row] for row in block.rows]
         gap, size = _COLUMN_GAP * block.manner.size * self._xh, block.manner.size
-        inner = self._frame.width - left - right
-        starts, widths = self._columns(block, cells, inner, gap)
-        lines_at = [self._frame.left + left + start for start in starts]
+        starts, widths = self._columns(block, cells, self._narrowest() - left - right, gap)
         end, voice = starts[-1] + widths[-1], voice_of(block.manner)
-        page, top = self._page, 0.0
-        for number, (row, paragraphs) in enumerate(zip(cells, block.rows, strict=True)):
-            broken = [self._broken(lines, width) for lines, width in zip(row, widths, strict=True)]
+        page, x, top = self._page, 0.0, math.inf  # of the part of the table that is on a page
+        rows = [[self._broken(lines, width) for lines, width in zip(row, widths, strict=True)] for row in cells]
+        depths = [max(1, *map(len, broken)) for broken in rows] + [0]
+        for number, (broken, paragraphs, deep) in enumerate(zip(rows, block.rows, depths, strict=False)):
             sides = [paragraph.side or "left" for paragraph in paragraphs]
-            deep = max(1, *map(len, broken))
-            self._keep((deep + (number == 0)) * self._usual * size)
-            if number and self._page is not page:
-                self._rule_columns(page, lines_at, gap, top, voice)
-            if number == 0 or self._page is not page:
-                page, top = self._page, math.inf
+            # the head stays with the row below it
+            self._keep((deep + (0 if number else depths[1] + 0.3)) * self._usual * size)
             for depth in range(deep):
                 at = self._table_row(broken, depth, sides, (starts, widths), (left, right))
-                top = min(top, at.baseline - 1.6 * self._xh * size)
+                if self._page is not page:
+                    self._rule_columns(page, x, (starts, gap), top, voice)
+                    page, top = self._page, math.inf
+                x, top = at.x, min(top, at.baseline - 1.6 * self._xh * size)
             if deep > 1:  # rows of several lines are kept apart
                 self._gap = 0.22 * self._usual * size
             if number == 0:
                 y = 0.42 * self._usual * size
-                mark = Mark("ruled", (at.x - 0.4 * gap, y), (at.x + end + 0.3 * gap, y), voice)
-                self._mark(page, mark)
+                self._mark(page, Mark("ruled", (x - 0.4 * gap, y), (x + end + 0.3 * gap, y), voice))
                 self._gap = 0.3 * self._usual * size
-        self._rule_columns(page, lines_at, gap, top, voice)
+        self._rule_columns(page, x, (starts, gap), top, voice)
         self._space(_BELOW["table"])
+
+    def _narrowest(self) -> float:
+        """Room between the margins of a page that comes, mm."""
+        return self._frame.width if self._boxed else min(self._frame.width, self._setting.following.width)
 
     def _table_row(
         self,
@@ -558,12 +560,20 @@ class _Flow:
         last = page.rows[-1]
         page.rows[-1] = replace(last, marks=(*last.marks, mark))
 
-    def _rule_columns(self, page: FlowPage, starts: Sequence[float], gap: float, top: float, voice: Voice) -> None:
-        """Draw the lines between the columns of a table, from `top` mm to the last row of a page."""
-        last = page.rows[-1]
+    def _rule_columns(
+        self, page: FlowPage, x: float, columns: tuple[Sequence[float], float], top: float, voice: Voice
+    ) -> None:
+        """Draw the lines between the columns of a table, from `top` mm to the last row of a page.
+
+        x : where the table begins, mm; columns : where each begins in it, and the gap between two.
+        """
+        if not math.isfinite(top):  # no row of it is on the page
+            return
+        starts, gap = columns
+        upper = top - page.rows[-1].baseline
         for start in starts[1:]:
-            place = start - 0.58 * gap
-            self._mark(page, Mark("ruled", (place, top - last.baseline), (place, 0.35 * self._usual), voice))
+            place = x + start - 0.58 * gap
+            self._mark(page, Mark("ruled", (place, upper), (place, 0.35 * self._usual), voice))
 
     def _clear(self) -> None:
         """Go on below the pictures that words stand beside."""
