@@ -97,14 +97,15 @@ MAY = {
         "tagging",
         "writing",
     },
-    "cli": {"pipeline"},
+    "web": {"pipeline"},
+    "cli": {"pipeline", "web"},
     "plugins": {"pipeline", "cli"},
     "__main__": {"cli"},
 }
 # files of the product that load a simulated device, inside the function that a user's ``sim`` calls
 DOORS = {"pipeline/calibrating.py", "pipeline/guided_calibration.py"}
 HEAVY = {
-    "numpy", "scipy", "sklearn", "skimage", "cv2", "colour", "reportlab", "rich", "PIL", "serial", "torch", "tifffile",
+    "numpy", "scipy", "sklearn", "skimage", "cv2", "colour", "reportlab", "rich", "PIL", "serial", "torch", "tifffile", "starlette",
 }  # fmt: skip
 
 
