@@ -3,8 +3,8 @@
 A page of another site may send requests to this server, and a name of its own may be made to lead here (DNS
 rebinding).  So the Host has to be this very address, an Origin that is named has to be this page's, and what is under
 /api needs a session's key in the header Authorization, which no browser sends by itself: there are no cookies.  Bodies
-are counted while they come in; too many requests, with or without a key, are refused each from an allowance of its own, so that who guesses keys
-does not lock out the user.
+are counted while they come in; too many requests, with or without a key, are refused each from an allowance of its own,
+so that who guesses keys does not lock out the user.
 """
 
 from __future__ import annotations

@@ -66,6 +66,8 @@ def parsed(data: bytes, kind: Any) -> Any:
     except (msgspec.MsgspecError, UnicodeDecodeError) as error:
         what, _, where = str(error).partition(" - at `$")
         field = where.rstrip("`").lstrip(".")
+        if "matching regex" in what:
+            what = "this is no such name or length"
         raise HTTPException(422, f"{field}: {what}." if field else f"The request cannot be read: {what}.") from None
 
 

@@ -132,6 +132,7 @@ class Studio:
         """Begin to work."""
         for lane in (self.quick, self.long, self.desk):
             lane.open()
+        await self.quick.warm()
 
     async def close(self) -> None:
         """End all work, and delete what was made."""

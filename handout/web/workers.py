@@ -201,6 +201,10 @@ class Lane:
         """Begin to serve; processes start when they are needed."""
         self._servers = [asyncio.ensure_future(self._serve(process)) for process in self._processes]
 
+    async def warm(self) -> None:
+        """Start the processes before they are needed."""
+        await asyncio.gather(*(process.start() for process in self._processes))
+
     async def _serve(self, process: _Process) -> None:
         while True:
             task = await self._row.get()

@@ -14,9 +14,7 @@ from handout.web.worker import Call
 
 async def choices(studio: Studio, request: Request, body: None) -> Response:
     """The names that requests may hold."""
-    facts = await studio.answer(
-        "listing what there is", Call("choices.choices", (sorted(map(str, studio.hands.values())),))
-    )
+    facts = await studio.answer("listing", Call("choices.choices", (list(studio.hands.values()),)))
     studio.drawn = frozenset(hand["name"] for hand in facts["hands"] if hand["drawn"])
     return json_answer(facts)
 
@@ -32,7 +30,7 @@ async def write(studio: Studio, request: Request, body: Write) -> Response:
 
 
 ROUTES = (
-    Way("GET", "/api/choices", "Hands, pens, papers, pages, styles, plotters: the names that requests may hold", choices),
-    Way("POST", "/api/write", "A text in a hand, as files; with the format's type in Accept the first file itself, with "
-        "Prefer: respond-async the task at once", write, body=Write),
+    Way("GET", "/api/choices", "Hands, pens, papers, pages, styles, plotters: what requests may name", choices),
+    Way("POST", "/api/write", "A text in a hand, as files; with the format's type in Accept the first file itself, "
+        "with Prefer: respond-async the task at once", write, body=Write),
 )  # fmt: skip
