@@ -105,7 +105,8 @@ MAY = {
 # files of the product that load a simulated device, inside the function that a user's ``sim`` calls
 DOORS = {"pipeline/calibrating.py", "pipeline/guided_calibration.py"}
 HEAVY = {
-    "numpy", "scipy", "sklearn", "skimage", "cv2", "colour", "reportlab", "rich", "PIL", "serial", "torch", "tifffile", "starlette",
+    "numpy", "scipy", "sklearn", "skimage", "cv2", "colour", "reportlab", "rich", "PIL", "serial", "torch", "tifffile",
+    "starlette",
 }  # fmt: skip
 
 

@@ -14,6 +14,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from starlette.exceptions import HTTPException
 from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -62,10 +63,6 @@ class Allowance:
         return True
 
 
-class TooLarge(Exception):
-    """A body is larger than it may be."""
-
-
 class Guard:
     """The application behind its checks.
 
@@ -91,15 +88,8 @@ class Guard:
         refusal = self._refusal(scope)
         if refusal is None:
             limit = UPLOAD if scope["path"] == "/api/uploads" else BODY
-            begun: list[bool] = []
-            try:
-                await self._app(scope, _counted(receive, limit), _noted(send, begun))
-            except TooLarge:
-                refusal = 413, f"That is larger than {limit >> 20} MB."
-            except TimeoutError:
-                refusal = 408, "The request did not come in whole."
-            if refusal is None or begun:
-                return
+            await self._app(scope, _counted(receive, limit), send)
+            return
         code, sentence = refusal
         headers = {"Retry-After": "10"} if code == 429 else {"WWW-Authenticate": "Bearer"} if code == 401 else {}
         await JSONResponse({"error": sentence}, code, {**headers, "Connection": "close"})(scope, receive, send)
@@ -113,17 +103,17 @@ class Guard:
         if headers.get(b"host", []) not in [[host] for host in self._hosts]:
             sentence = "This server answers to 127.0.0.1 and localhost alone."
         elif not set(headers.get(b"origin", [])) <= self._origins or (
-            scope["path"].startswith("/api") and headers.get(b"sec-fetch-site", [b"none"])[0] not in _OURS
+            scope["path"].startswith("/api/") and headers.get(b"sec-fetch-site", [b"none"])[0] not in _OURS
         ):
             sentence = "That page is not the studio's."
         if sentence:
             return (403, sentence) if self._strangers.take() else _MANY
         key = headers.get(b"authorization", [b""])[0].decode("latin-1").removeprefix("Bearer ")
-        if scope["path"].startswith("/api") and self._known(key):
+        if scope["path"].startswith("/api/") and self._known(key):
             return None if self._members.take() else _MANY
         if not self._strangers.take():
             return _MANY
-        if not scope["path"].startswith("/api") or scope["path"] in OPEN:
+        if not scope["path"].startswith("/api/") or scope["path"] in OPEN:
             return None
         return 401, "This needs a session: open the link that `handout studio` printed."
 
@@ -143,25 +133,20 @@ def _with_headers(send: Send) -> Send:
     return sent
 
 
-def _noted(send: Send, begun: list[bool]) -> Send:
-    async def sent(message: Message) -> None:
-        begun.append(True)
-        await send(message)
-
-    return sent
-
-
 def _counted(receive: Receive, limit: int) -> Receive:
     """The parts of a body, as far as they are not more than `limit` bytes and do not take for ever."""
     count, whole = 0, False
 
     async def received() -> Message:
         nonlocal count, whole
-        message = await receive() if whole else await asyncio.wait_for(receive(), _SLOW)
+        try:
+            message = await receive() if whole else await asyncio.wait_for(receive(), _SLOW)
+        except TimeoutError:
+            raise HTTPException(408, "The request did not come in whole.") from None
         count += len(message.get("body", b""))
         whole = whole or not message.get("more_body", False)
         if count > limit:
-            raise TooLarge
+            raise HTTPException(413, f"That is larger than {limit >> 20} MB.", {"Connection": "close"})
         return message
 
     return received
