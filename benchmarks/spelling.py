@@ -27,11 +27,9 @@ from handout.hand.word_pictures import own_words
 from handout.page_sizes import page
 from handout.pipeline.rereading import reread
 from handout.reading import pictures
-from handout.reading.made_words import made_words
 from handout.values import Array
 from handout.writing import scanned_words
-from handout.writing.choosing import Prices
-from handout.writing.compose import each_page
+from handout.writing.compose import Proofreader, each_page
 from handout.writing.layout import Layout
 from handout.writing.pages import Sheet
 
@@ -40,9 +38,9 @@ SEED = 1
 # title, how often it is set anew, what is switched off
 COLUMNS = (
     ("as they come", 0, ""),
-    ("read again", 2, ""),
-    ("read again, without vetting", 2, "vetting"),
-    ("read again, without new ligatures", 2, "new ligatures"),
+    ("read again", 5, ""),
+    ("read again, without vetting", 5, "vetting"),
+    ("read again, without new ligatures", 5, "new ligatures"),
 )
 _ROOM = 10  # pixels of paper around a word for the other reader
 
@@ -85,13 +83,11 @@ def made(hand: ScannedHand, tries: int) -> tuple[Words, int]:
     assert isinstance(completed, ScannedHand)
     layout = Layout(page("A4"), x_height=hand.x_height)
 
-    def compose(prices: Prices) -> list[Sheet]:
-        return list(each_page(text, completed, layout, np.random.default_rng(SEED), fallback=True, prices=prices))
+    def compose(reader: Proofreader) -> Iterator[Sheet]:
+        return each_page(text, completed, layout, np.random.default_rng(SEED), fallback=True, proofread=reader)
 
-    sheets, doubts = reread(compose, completed, hand, tries)
-    slants = [sheet.slant for sheet in completed.pages]
-    words = [(word.text, word.picture) for sheet in sheets for word in made_words(sheet.manuscript, slants)]
-    return words, len(doubts)
+    _, doubts, words = reread(compose, completed, hand, tries)
+    return [(word.text, word.picture) for word in words], len(doubts)
 
 
 @contextmanager

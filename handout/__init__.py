@@ -22,6 +22,7 @@ __version__ = "0.1.0"
 _PUBLIC = {
     "Layout": "handout.writing.layout",
     "Look": "handout.sinks",
+    "FillOptions": "handout.pipeline.options",
     "PictureOptions": "handout.pipeline.options",
     "PlotOptions": "handout.pipeline.plot_request",
     "PlotRequest": "handout.pipeline.plot_request",
@@ -37,6 +38,7 @@ _PUBLIC = {
     "drawings": "handout.pipeline.writing",
     "each_page": "handout.writing.compose",
     "export": "handout.pipeline.exporting",
+    "fill": "handout.pipeline.filling",
     "find": "handout.hand.library",
     "ink": "handout.inking.plain",
     "learn_pose": "handout.pipeline.poses",

@@ -19,6 +19,7 @@ _VERBS = {
     "plot": "Write a text with a pen plotter.",
     "pen": "Set up the pen of a plotter: a test sheet, its heights; move it by hand.",
     "print": "Address envelopes from a table and print them.",
+    "fill": "Fill in a PDF form by hand.",
     "calibrate": "Make a printer's colours those of the ink.",
     "hand": "Make hands from scans, list and show them, and make sheets to write one on.",
     "brush": "Learn a brush from photographs of strokes, for --pen; show it.",

@@ -146,7 +146,7 @@ def command(
     from handout.pipeline.writing import check_outputs
 
     check_outputs(mode.dry_run)
-    request = PlotRequest(read_source(text, file, console), writing, sheet, picture, plotting)
+    request = PlotRequest(read_source(text, file, console, options.given()), writing, sheet, picture, plotting)
     if mode.dry_run:
         _preview(request, mode, console)
     else:

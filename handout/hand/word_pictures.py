@@ -1,7 +1,7 @@
 """The words of a scanned hand as pictures in word space, for readers: each with its own lines and no neighbour's.
 
 Lines are drawn as they were traced, as wide as they are, in even ink: words that are written anew are drawn alike
-(`reading.made_words`), and a picture costs a millisecond, where ink that is cut out of its page costs ten.
+(`pipeline.rereading`), and a picture costs a millisecond, where ink that is cut out of its page costs ten.
 """
 
 from __future__ import annotations

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from handout import atomic
 from handout.errors import InputError
 from handout.hand import file, report, svg_font
+from handout.hand.learnt import remember
 from handout.pipeline.inputs import decoded, hand_path
 from handout.pipeline.kept_hands import learn, own_place
 from handout.pipeline.options import ReadingOptions
@@ -103,7 +104,7 @@ def read(
     hand = hand_of_pages(name, pages, options.title or "")
     if path is not None:
         file.save(hand, path)
-        learn(path)
+        remember(hand, learn(path))
     return ReadHand(hand, path, pages, options.seed)
 
 

@@ -23,6 +23,7 @@ from handout import __version__
 from handout.errors import HandoutError, InputError
 from handout.hand.library import path
 from handout.motion.styles.style import path as style_path
+from handout.pipeline.letters import LetterTask, draw_letter
 from handout.pipeline.options import SheetOptions, WritingOptions
 from handout.pipeline.poses import pose_path
 from handout.pipeline.results import Tally
@@ -73,7 +74,7 @@ def inputs(
         layout = {"margin": task.layout.margin, "x_height": task.layout.x_height, "rules": ruling.rules}
         options["lined"] = {**layout, "line_spacing": task.layout.line_spacing}
     files = (file, pose, None if writing.style is None else style_path(writing.style), _example(writing.prime))
-    return {"program": _program(), "text": text, "options": options, "digest": _digest(*files)}
+    return {"program": program(), "text": text, "options": options, "digest": _digest(*files)}
 
 
 def _kept_file(name: str | None) -> str | None:
@@ -86,7 +87,7 @@ def _example(name: str | None) -> Path | None:
     return Path(name) if name is not None and Path(name).suffix else None
 
 
-def _program() -> str:
+def program() -> str:
     """What decides about every stroke besides what is asked for."""
     return f"handout {__version__} with numpy {np.__version__}"
 
@@ -121,6 +122,18 @@ def made(text: str, task: WritingTask, profile: Plotter, fit: bool, shares: Sequ
         if number > 1:
             tally = dataclasses.replace(tally, borrowed=[])  # which is told of once for all pages
         drawing = dataclasses.replace(drawing, about={**drawing.about, "words": words(sheet.manuscript)})
+        yield NewPage(fit_to_bed(drawing, profile) if fit else drawing, share, dataclasses.asdict(tally))
+
+
+def of_letter(task: LetterTask, profile: Plotter, fit: bool) -> Iterator[NewPage]:
+    """The pages of a letter, all made at once; `fit` and errors as those of `made`."""
+    manuscripts, drawings = draw_letter(task, wanted=STROKES)
+    for number, (page, drawing) in enumerate(zip(manuscripts, drawings, strict=True), 1):
+        tally = Tally.of([page], [drawing])
+        if number > 1:
+            tally = dataclasses.replace(tally, borrowed=[])
+        drawing = dataclasses.replace(drawing, about={**drawing.about, "words": words(page)})
+        share = number / len(drawings)
         yield NewPage(fit_to_bed(drawing, profile) if fit else drawing, share, dataclasses.asdict(tally))
 
 
@@ -179,9 +192,9 @@ def _again(inputs: Mapping[str, Any], pages: int) -> WritingTask:
     """The task of a job whose pages behind the first few are lacking."""
     options = inputs["options"]
     lacking = f"The pages behind page {pages} were not made yet"
-    if inputs["program"] != _program():
+    if inputs["program"] != program():
         raise InputError(
-            f"{lacking}, and {inputs['program']} began them, which would write them differently from {_program()}: go "
+            f"{lacking}, and {inputs['program']} began them, which would write them differently from {program()}: go "
             "on with that, or plot the rest of the text anew."
         )
     try:

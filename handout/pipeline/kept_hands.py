@@ -28,6 +28,7 @@ from handout.pipeline.options import PictureOptions, SheetOptions, WritingOption
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.prompting.coverage import Lack, lacks
 from handout.sinks import check_outputs, write_drawings
+from handout.values import Array
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
@@ -230,8 +231,8 @@ def edit_hand(
     return EditedHand(path, journal, len(new), len(corrected.hand.glyphs), notes=corrected.notes)
 
 
-def learn(path: Path) -> None:
-    """Work out what is asked of the hand of a file whenever it is written with, and keep it there."""
+def learn(path: Path) -> Mapping[str, Array]:
+    """Work out what is asked of the hand of a file whenever it is written with, and keep it there; what that is."""
     from handout.pipeline.rereading import author_reader
     from handout.writing.glyph_index import index_glyphs
     from handout.writing.scanned_words import layout_model
@@ -242,6 +243,7 @@ def learn(path: Path) -> None:
         index_glyphs(hand)
         layout_model(hand)
         file.keep_learnt(path, known(hand))
+    return known(hand)
 
 
 def _edited(name: str, output: str | Path | None) -> tuple[Path, Path]:

@@ -17,6 +17,7 @@ from handout import atomic, profiles, units
 from handout.errors import DeviceError, InputError
 from handout.pipeline import job_pages
 from handout.pipeline.inputs import Source
+from handout.pipeline.letters import LetterTask, draw_letter, prepare_letter
 from handout.pipeline.lined_paper import page_name
 from handout.pipeline.options import Length, millimetres
 from handout.pipeline.plot_jobs import JobState, outlook
@@ -160,11 +161,12 @@ def plot(
     request = PlotRequest(Source(request)) if isinstance(request, str) else request
     account = _ReportFile(attendance.report)
     profile = _machine(request.plotting, port)
-    task = _task(request)
+    letter = _letter(request)
+    task = _task(request) if letter is None else letter.main
     options = _job_options(request, task, profile)
     connected = _connected(port, profile)
     try:
-        job = _begun(request, task, profile, options, port)
+        job = _begun(request, letter or task, profile, options, port)
     except BaseException:
         connected.close()
         raise
@@ -192,8 +194,11 @@ def preview(
     check_outputs(paths)
     account = _ReportFile(report)
     profile, source = _machine(request.plotting, port), request.source
-    task = _task(request)
-    if source.drawing is None:
+    letter = _letter(request)
+    task = _task(request) if letter is None else letter.main
+    if letter is not None:
+        pages, drawings = draw_letter(letter, wanted=STROKES, tell=listener.progress)
+    elif source.drawing is None:
         pages, drawings = draw_pages(source.text, task, wanted=STROKES, tell=listener.progress)
     else:
         pages, drawings = [_unwritten(source.drawing)], [source.drawing]
@@ -252,15 +257,33 @@ def plot_drawing(
     drawing: Drawing, profile: Plotter, port: str, title: str, operator: Operator, listener: Listener
 ) -> tuple[Job, Report]:
     """Plot one drawing as a job like any other, at the pace of its clock."""
+    job, (report,) = plot_drawings([drawing], profile, port, title, operator, listener)
+    return job, report
+
+
+def plot_drawings(
+    drawings: Sequence[Drawing],
+    profile: Plotter,
+    port: str,
+    title: str,
+    operator: Operator,
+    listener: Listener,
+    *,
+    attendance: AttendanceOptions = AttendanceOptions(),
+    fast: bool = False,
+) -> tuple[Job, list[Report]]:
+    """Plot some drawings, a sheet each, as a job like any other."""
+    account = _ReportFile(attendance.report)
     connected = open_port(port, profile)
     try:
-        job = store.create([drawing], profile, Options(overlap=OVERLAP), title=title, port=port)
+        overlap = usual_overlap(profile, True) if fast else OVERLAP
+        options = Options(speed="fast" if fast else 1.0, overlap=overlap)
+        job = store.create(drawings, profile, options, title=title, port=port)
     except BaseException:
         connected.close()
         raise
-    listener.say(f"{profile.title}: {title}, {job.ink / 1000:.2f} m of ink, job {job.name}.")
-    (report,) = _run(job, port, AttendanceOptions(), _ReportFile(None), operator, connected)
-    return job, report
+    listener.say(f"{profile.title}: {title}, {_amount(job)}, job {job.name}.")
+    return job, _run(job, port, attendance, account, operator, connected)
 
 
 def _machine(plotting: PlotOptions, port: str | None) -> Plotter:
@@ -288,6 +311,14 @@ def _task(request: PlotRequest) -> WritingTask:
     if request.source.drawing is not None or request.picture.paper == "none":
         return task
     return on_lined_paper(task, request.writing, request.sheet, request.picture)
+
+
+def _letter(request: PlotRequest) -> LetterTask | None:
+    """The letter with its options, checked, where a letter file is plotted."""
+    source = request.source
+    if source.letter is None:
+        return None
+    return prepare_letter(source.letter, request.writing, request.sheet, request.picture, source.given)
 
 
 def _job_options(request: PlotRequest, task: WritingTask, profile: Plotter) -> Options:
@@ -319,10 +350,12 @@ def _connected(port: str, profile: Plotter) -> Port:
         raise type(error)(f"{error} No job was begun.") from error
 
 
-def _begun(request: PlotRequest, task: WritingTask, profile: Plotter, options: Options, port: str) -> Job:
-    """The job, with the first page of a text and what the others are made from, or with the drawing."""
+def _begun(request: PlotRequest, task: WritingTask | LetterTask, profile: Plotter, options: Options, port: str) -> Job:
+    """The job, with the first page of a text and what the others are made from, or with the drawing or the letter."""
     source, writing, rest = request.source, request.writing, None
-    if source.drawing is not None:
+    if isinstance(task, LetterTask):
+        pages = list(job_pages.of_letter(task, profile, writing.fit))
+    elif source.drawing is not None:
         drawing = fit_to_bed(source.drawing, profile) if writing.fit else source.drawing
         tally = Tally.of([_unwritten(source.drawing)], [source.drawing])
         pages = [NewPage(drawing, 1.0, dataclasses.asdict(tally))]

@@ -2,17 +2,18 @@
 
 A `GlyphStock` says which glyphs of a hand may be written for each letter of a word, and what they cost: drawn hands
 `drawn_forms`, scanned ones `glyph_index`.  `Chooser` takes the cheapest sequence: what each glyph costs in its place,
-what one costs after another, chance, and how lately and how often each was written before.  `Prices` come from
-outside: whoever reads what was written makes glyphs and pairs dear that read as something else, and has the text
-chosen again; chance then falls as it fell before, so that all other words stay as they are as far as they may.
+what one costs after another, chance, and how lately and how often each was written before.  Whoever reads what was
+written prices glyphs that read as something else, and has their word chosen again (`Chooser.again`): chance falls as
+it fell before, and all other words stay as they are.
 
 Source: seed 000, §6.2 (perturb-and-MAP; the cost of writing a glyph again is this project's).
 """
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Protocol
 
@@ -24,7 +25,10 @@ from handout.writing.slips import Struck
 from handout.writing.text import Letter, Piece
 
 _TRIES = 16  # times that a word is solved for having a glyph twice; real words are done after one or two
-_HELD = 1e4  # cost of any other glyph where one is held: more than all other costs of a word together
+# (place of a letter in the text, number of a glyph) → cost ≥ 0 of that glyph for that letter, as a reader of the
+# writing finds; inf forbids it where anything else may stand
+Prices = Mapping[tuple[int, int], float]
+_FREE: Prices = {}
 
 
 def fading_cost(age: Array, weight: float, forgotten: float) -> Array:
@@ -42,18 +46,6 @@ class Candidates:
 
     numbers: Indices
     cost: Array
-
-
-@dataclass(frozen=True)
-class Prices:
-    """What glyphs cost besides, ≥ 0, as a reader of the writing finds; inf forbids where anything else may stand.
-
-    glyphs : (place of a letter in the text, number of a glyph) → cost of that glyph for that letter.
-    held : place of a letter → the number of the glyph that writes it, if it is among those that may.
-    """
-
-    glyphs: Mapping[tuple[int, int], float] = field(default_factory=dict)
-    held: Mapping[int, int] = field(default_factory=dict)
 
 
 class GlyphStock(Protocol):
@@ -91,6 +83,7 @@ class Choice:
     """A word with the glyphs that write it, and what they were chosen from.
 
     spaces : before it.
+    first : how many glyphs its chooser had written before it.
     numbers : (n,) int: its glyphs.
     candidates, chance, again : n, of each letter; what chance, and having been written before, added to the costs (k,).
     intended : the word that was to be written, where this one is struck out.
@@ -98,6 +91,7 @@ class Choice:
 
     letters: Sequence[Letter]
     spaces: int
+    first: int
     numbers: Indices
     candidates: Sequence[Candidates]
     chance: Sequence[Array]
@@ -113,44 +107,69 @@ class Chooser:
     variation : 0: the glyphs that go together best, always the same.  1: as the author varies.
     """
 
-    def __init__(
-        self, stock: GlyphStock, rng: np.random.Generator, variation: float = 1.0, prices: Prices | None = None
-    ) -> None:
-        self._stock, self._rng, self._variation, self._prices = stock, rng, variation, prices or Prices()
+    def __init__(self, stock: GlyphStock, rng: np.random.Generator, variation: float = 1.0) -> None:
+        self._stock, self._rng, self._variation = stock, rng, variation
         kinds = int(stock.kind.max(initial=-1)) + 1
-        self._last, self._times, self._written = np.full(kinds, -np.inf), np.zeros(kinds), 0
-        self._before: int | None = None
+        self._last, self._times, self._written = np.full(kinds, -np.inf), np.zeros(kinds), array("q")
 
     def word(self, letters: Sequence[Letter], spaces: int = 1, intended: str | None = None) -> Choice:
         """The glyphs for the letters of one word (with its punctuation), `spaces` after the one before."""
-        stock, rng, varied = self._stock, self._rng, self._variation > 0
+        stock, rng, varied, first = self._stock, self._rng, self._variation > 0, len(self._written)
         candidates = stock.candidates(letters, rng if varied else None)
         numbers = [each.numbers for each in candidates]
         chance = [np.zeros(len(each)) for each in numbers]
         again = list(chance)
         if varied:
-            scale, kinds = self._variation * stock.chance, [stock.kind[each] for each in numbers]
+            scale = self._variation * stock.chance
             chance = [scale * np.log(-np.log(rng.uniform(1e-12, 1.0, len(each)))) for each in numbers]
-            ages = [self._written + ahead - self._last[kind] for ahead, kind in enumerate(kinds)]
+            kinds = [stock.kind[each] for each in numbers]
+            ages = [first + ahead - self._last[kind] for ahead, kind in enumerate(kinds)]
             again = [stock.repetition(age, self._times[kind]) for age, kind in zip(ages, kinds, strict=True)]
-        unary = [each.cost + more for each, more in zip(candidates, chance, strict=True)]
-        if self._before is not None:
-            unary[0] = unary[0] + stock.between_words(self._before, numbers[0], parted=spaces > 0)
-        unary[-1] = unary[-1] + stock.ending(numbers[-1])
-        steps = [stock.steps(first, second, varied=varied) for first, second in pairwise(numbers)]
-        self._add_prices(letters, numbers, unary)
-        chosen = self._cheapest(numbers, unary, again, steps)
-        self._remember(chosen)
-        return Choice(letters, spaces, chosen, candidates, chance, again, intended)
+        choice = Choice(letters, spaces, first, np.zeros(0, dtype=np.intp), candidates, chance, again, intended)
+        choice = self._chosen(choice)
+        kind = stock.kind[choice.numbers]
+        self._last[kind] = first + np.arange(len(kind))
+        np.add.at(self._times, kind, 1)
+        self._written.extend(choice.numbers.tolist())
+        return choice
 
-    def _add_prices(self, letters: Sequence[Letter], numbers: Sequence[Indices], unary: list[Array]) -> None:
-        """What a reader of the writing finds dear, added to the costs of a word."""
-        glyphs, held = self._prices.glyphs, self._prices.held
-        for i, (letter, each) in enumerate(zip(letters, numbers, strict=True)) if glyphs or held else ():
-            if held.get(letter.at) in each:
-                unary[i] = unary[i] + _HELD * (each != held[letter.at])
-            else:
-                unary[i] = unary[i] + [glyphs.get((letter.at, number), 0.0) for number in each.tolist()]
+    def again(self, choice: Choice, prices: Prices) -> Choice:
+        """Other glyphs for a word, at some prices; what was written behind it counts as what was written before."""
+        stock, first, end = self._stock, choice.first, choice.first + len(choice.numbers)
+        again = [np.zeros(len(each.numbers)) for each in choice.candidates]
+        if self._variation > 0:
+            kind = stock.kind[np.frombuffer(self._written, dtype=np.int64)]
+            last, following, times = np.full_like(self._last, -np.inf), np.full_like(self._last, np.inf), +self._times
+            last[kind[:first]] = np.arange(first)
+            following[kind[end:][::-1]] = np.arange(end, len(kind))[::-1]
+            np.subtract.at(times, kind[first:end], 1)
+            for i, of in enumerate(stock.kind[each.numbers] for each in choice.candidates):
+                age = np.minimum(first + i - last[of], following[of] - first - i)
+                again[i] = stock.repetition(age, times[of])
+        return self._chosen(replace(choice, again=again), prices)
+
+    def keep(self, choice: Choice) -> None:
+        """Write a word with the glyphs that `again` found for it."""
+        place = slice(choice.first, choice.first + len(choice.numbers))
+        np.subtract.at(self._times, self._stock.kind[self._written[place]], 1)
+        self._written[place] = array("q", choice.numbers.tolist())
+        np.add.at(self._times, self._stock.kind[choice.numbers], 1)
+        self._last[:] = -np.inf
+        self._last[self._stock.kind[np.frombuffer(self._written, dtype=np.int64)]] = np.arange(len(self._written))
+
+    def _chosen(self, choice: Choice, prices: Prices = _FREE) -> Choice:
+        """A word with the glyphs that are cheapest by all that it was told."""
+        stock, numbers = self._stock, [each.numbers for each in choice.candidates]
+        unary = [each.cost + more for each, more in zip(choice.candidates, choice.chance, strict=True)]
+        if choice.first:
+            before = self._written[choice.first - 1]
+            unary[0] = unary[0] + stock.between_words(before, numbers[0], parted=choice.spaces > 0)
+        unary[-1] = unary[-1] + stock.ending(numbers[-1])
+        for i, letter in enumerate(choice.letters if prices else ()):
+            unary[i] = unary[i] + [prices.get((letter.at, number), 0.0) for number in numbers[i].tolist()]
+        steps = [stock.steps(one, other, varied=self._variation > 0) for one, other in pairwise(numbers)]
+        again = list(choice.again)
+        return replace(choice, numbers=self._cheapest(numbers, unary, again, steps), again=again)
 
     def _cheapest(
         self, numbers: Sequence[Indices], unary: list[Array], again: list[Array], steps: Sequence[Array]
@@ -166,13 +185,6 @@ class Chooser:
             for i in repeated:
                 again[i][path[i]] += self._stock.twice
         return chosen
-
-    def _remember(self, numbers: Indices) -> None:
-        kind = self._stock.kind[numbers]
-        self._last[kind] = self._written + np.arange(len(kind))
-        np.add.at(self._times, kind, 1)
-        self._written += len(kind)
-        self._before = int(numbers[-1])
 
 
 def choices(paragraphs: Iterable[Sequence[Piece]], choosers: Sequence[Chooser]) -> Iterator[Iterator[Choice]]:

@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import islice
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from handout.errors import DoesNotFit
 from handout.hand.drawn import Hand
 from handout.hand.scanned import ScannedHand
 from handout.values import Manuscript
-from handout.writing.choosing import Chooser, Prices, choices
+from handout.writing.choosing import Choice, Chooser, choices
 from handout.writing.drawn_words import DrawnHandwriting
 from handout.writing.layout import Layout
-from handout.writing.pages import Handwriting, Sheet, paginate, rows_on_pages
+from handout.writing.pages import Handwriting, Sheet, Unit, paginate, rows_on_pages
 from handout.writing.slips import slip
 from handout.writing.text import Piece, paragraphs_of
+
+if TYPE_CHECKING:
+    from handout.writing.scanned_words import SetParagraph
+
+Proofreader = Callable[["SetParagraph"], None]
 
 
 def compose(
@@ -27,7 +34,6 @@ def compose(
     pages: int | None = None,
     fallback: bool = False,
     slips: float = 0.0,
-    prices: Prices | None = None,
 ) -> list[Manuscript]:
     """Write `text` in `hand`, without ink and without time.
 
@@ -45,10 +51,6 @@ def compose(
         Accept borrowed forms for characters that the hand lacks.
     slips : float
         How many words in 100 are begun wrongly, struck out and written again, 0 to 100; which, is told in `about`.
-    prices : Prices, optional
-        What glyphs cost besides, from whoever has read what was written and has it written again: with the same seed
-        chance falls alike, so that words of which no glyph is priced stay as they are, unless glyphs that others take
-        now have become dear by that.
 
     Returns
     -------
@@ -61,7 +63,7 @@ def compose(
     DoesNotFit
         More text than the pages hold; the message says by how much.
     """
-    sheets = each_page(text, hand, layout, rng, pages=pages, fallback=fallback, slips=slips, prices=prices)
+    sheets = each_page(text, hand, layout, rng, pages=pages, fallback=fallback, slips=slips)
     return [sheet.manuscript for sheet in sheets]
 
 
@@ -74,28 +76,79 @@ def each_page(
     pages: int | None = None,
     fallback: bool = False,
     slips: float = 0.0,
-    prices: Prices | None = None,
+    proofread: Proofreader | None = None,
 ) -> Iterator[Sheet]:
     """The same, one page when it is asked for, with the generator that `motion.trace` is to go on with.
 
     No more is written for a page than it takes, a word at a time in a drawn hand, a paragraph in a scanned one, unless
     `pages` or `layout.fit` ask how much there is.  All characters are checked before the first page.
+
+    proofread : looks at each paragraph of a scanned hand when it is set, and has words of it written again.
     """
     rng = np.random.default_rng(seed)
     # streams of their own for slips and for what is struck out: with slips and without, all else is written alike
     slip_stream = rng.spawn(1)[0] if slips else None
     streams = (rng, rng.spawn(1)[0])
-    handwriting = _handwriting(hand, streams, layout.jitter)
-    paragraphs: Iterable[Sequence[Piece]] = paragraphs_of(text, handwriting.repertoire, fallback=fallback)
+    writer = handwriting(hand, streams, layout.jitter)
+    paragraphs: Iterable[Sequence[Piece]] = paragraphs_of(text, writer.repertoire, fallback=fallback)
     if slip_stream is not None:
         paragraphs = slip(paragraphs, slips, slip_stream)
-    choosers = [Chooser(handwriting.stock, stream, min(layout.jitter, 1.0), prices) for stream in streams]
-    words = (handwriting.set_paragraph(chosen) for chosen in choices(paragraphs, choosers))
-    layout, rows = rows_on_pages(words, handwriting.pitch, layout, pages)
-    return paginate(rows, handwriting, layout, rng)
+    choosers = [Chooser(writer.stock, stream, min(layout.jitter, 1.0)) for stream in streams]
+    words = (set_paragraph(writer, choosers[0], chosen, proofread) for chosen in choices(paragraphs, choosers))
+    layout, rows = rows_on_pages(words, writer.pitch, layout, pages)
+    return paginate(rows, writer, layout, rng)
 
 
-def _handwriting(hand: Hand | ScannedHand, streams: Sequence[np.random.Generator], jitter: float) -> Handwriting[Any]:
+def each_part(
+    texts: Sequence[str],
+    hand: Hand | ScannedHand,
+    layouts: Sequence[Layout],
+    seed: Sequence[int],
+    *,
+    fallback: bool = False,
+    proofread: Proofreader | None = None,
+) -> Iterator[Sheet | None]:
+    """Texts that are written one after the other, each in a place of its own: a page for each of them.
+
+    None stands for a text that is larger than its place; `Placed.at` counts through all texts, with one character
+    between two.
+
+    Raises
+    ------
+    InputError, MissingCharacters
+        Nothing to write, or not in this hand.
+    """
+    rng = np.random.default_rng(seed)
+    streams = (rng, rng.spawn(1)[0])
+    jitter = max(layout.jitter for layout in layouts)
+    writer = handwriting(hand, streams, jitter)
+    choosers = [Chooser(writer.stock, stream, min(jitter, 1.0)) for stream in streams]
+    counts = [len(paragraphs_of(text, writer.repertoire, fallback=fallback)) for text in texts]
+    paragraphs = paragraphs_of("\n".join(texts), writer.repertoire, fallback=fallback)
+    words = (set_paragraph(writer, choosers[0], chosen, proofread) for chosen in choices(paragraphs, choosers))
+    for count, layout in zip(counts, layouts, strict=True):
+        part = [iter(list(units)) for units in islice(words, count)]
+        try:
+            fitting, rows = rows_on_pages(part, writer.pitch, layout, 1)
+            yield next(paginate(rows, writer, fitting, rng.spawn(1)[0]))
+        except DoesNotFit:
+            yield None
+
+
+def set_paragraph(
+    writer: Any, chooser: Chooser, words: Iterator[Choice], proofread: Proofreader | None
+) -> Iterator[Unit[Any]]:
+    """A paragraph as a handwriting sets it, and what its proofreader makes of it."""
+    if proofread is None:
+        return iter(writer.set_paragraph(words))
+    from handout.writing.scanned_words import SetParagraph
+
+    paragraph = SetParagraph(writer, chooser, list(words))
+    proofread(paragraph)
+    return iter(paragraph.units)
+
+
+def handwriting(hand: Hand | ScannedHand, streams: Sequence[np.random.Generator], jitter: float) -> Handwriting[Any]:
     """How a hand writes: nothing behind this asks which kind it is."""
     if hand.pages is None:
         return DrawnHandwriting(hand, streams, jitter)

@@ -13,13 +13,15 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
+from typing import TypeAlias
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from handout.hand.scanned import ScannedHand
 from handout.values import Array, Glyph, Indices, Ink, LineGraph, Placed
 from handout.writing.bending import Bend, Spread, bend, spread
-from handout.writing.choosing import Choice
+from handout.writing.choosing import Choice, Chooser, Prices
 from handout.writing.forms import Form, Forms
 from handout.writing.glyph_index import GlyphIndex, Neighbours, index_glyphs, neighbours
 from handout.writing.joining import set_line
@@ -113,6 +115,9 @@ class InkGlyph:
         return replace(self, x=self.x + x)
 
 
+SetUnit: TypeAlias = Unit[InkGlyph]
+
+
 class ScannedHandwriting:
     """Writes one text in a scanned hand, a paragraph when it is asked for.
 
@@ -120,21 +125,30 @@ class ScannedHandwriting:
     ----------
     rng : of how glyphs are set.
     variation : 0: where they fit best; 1: as the author varies.
+
+    Attributes
+    ----------
+    again : of how words are set that are written again.
     """
 
     def __init__(self, hand: ScannedHand, rng: np.random.Generator, variation: float) -> None:
         self._hand, self._rng, self._variation = hand, rng, variation
+        self.again = rng.spawn(1)[0]
+        self._laid = WeakKeyDictionary[Word[InkGlyph], list[LineGraph]]()
         self.stock, self._model = _learnt(hand)
         self.name, self.pitch, self.baseline_model = hand.name, hand.pitch, author_baselines(hand)
         self.repertoire = hand.repertoire
-        self._space = float(self._model.spacing.gaps.mean[WORDS]) * hand.pitch  # the usual gap between words, x-heights
+        self.space = float(self._model.spacing.gaps.mean[WORDS]) * hand.pitch  # the usual gap between words, x-heights
 
-    def set_paragraph(self, words: Iterable[Choice]) -> Iterator[Unit[InkGlyph]]:
+    def set_paragraph(self, words: Iterable[Choice]) -> Iterator[SetUnit]:
         """See `pages.Handwriting`; all words of the paragraph are set together, as one line."""
-        choices = list(words)
+        return self.set_words(list(words), self._rng)
+
+    def set_words(self, choices: Sequence[Choice], rng: np.random.Generator) -> Iterator[SetUnit]:
+        """Words of a paragraph, which vary by `rng`."""
         if not choices:
             return
-        model, rng, variation = self._model, self._rng, self._variation
+        model, variation = self._model, self._variation
         numbers = np.concatenate([choice.numbers for choice in choices])
         first = np.cumsum([0, *(len(choice.numbers) for choice in choices)])
         starts = np.zeros(len(numbers), dtype=bool)
@@ -168,29 +182,104 @@ class ScannedHandwriting:
         """The gap before a word: several spaces are wider than one; a gap of nothing would mean that there is none."""
         if not spaces:
             return 0.0
-        wider = wide_gap(self._space, spaces) - self._space
-        return wider + (self._space if indent else max(drawn, 1e-3))
+        wider = wide_gap(self.space, spaces) - self.space
+        return wider + (self.space if indent else max(drawn, 1e-3))
+
+    def laid(self, word: Word[InkGlyph]) -> list[LineGraph]:
+        """The ink of a word's glyphs, line space from where it begins on its line."""
+        found = self._laid.get(word)
+        if found is None:
+            found = self._laid[word] = self._lay(word.glyphs, [glyph.x for glyph in word.glyphs])
+        return found
+
+    def _lay(self, glyphs: Sequence[InkGlyph], x: Sequence[float]) -> list[LineGraph]:
+        """The ink of glyphs without a space between, whose centres stand at `x`, x-heights."""
+        centres = np.column_stack([np.divide(x, self.pitch), [glyph.y for glyph in glyphs]])
+        numbers = [glyph.number for glyph in glyphs]
+        joints = self._model.joints(numbers, [False] * len(glyphs))
+        forms, bends = [self._model.forms[number] for number in numbers], [glyph.bend for glyph in glyphs]
+        return set_line(forms, bends, centres, joints, self._model.spread.x_height)
 
     def place(
         self, words: Sequence[Word[InkGlyph]], starts: Sequence[float], scale: float, to_page: ToPage
     ) -> Iterator[Placed]:
         """See `pages.Handwriting`."""
         unit = self.pitch * scale  # mm of one unit of line space
-        glyphs = [
-            (i, start, glyph)
-            for i, (word, start) in enumerate(zip(words, starts, strict=True))
-            for glyph in word.glyphs
+        heads = [k for k, word in enumerate(words) if not (k and word.glued)]
+        for k, end in pairwise([*heads, len(words)]):
+            glyphs = [(i, starts[i] - starts[k], glyph) for i in range(k, end) for glyph in words[i].glyphs]
+            if end == k + 1:
+                graphs = self.laid(words[k])
+            else:
+                graphs = self._lay([glyph for *_, glyph in glyphs], [glyph.x + by / scale for _, by, glyph in glyphs])
+            letters = [letter for word in words[k:end] for letter in zip(word.at, word.spelt, strict=True)]
+            for (i, _, glyph), graph, (at, letter) in zip(glyphs, graphs, letters, strict=True):
+                source = self._hand.glyphs[glyph.number]
+                xy = to_page(graph.xy * unit + (starts[k], 0.0))
+                laid = LineGraph(xy, graph.radius * unit, graph.density, graph.uv, graph.edges)
+                yield Placed(
+                    Glyph(letter, (), (), 0.0), (), source.before >= 0, i, at, Ink(laid, source.page, glyph.number)
+                )
+
+
+class SetParagraph:
+    """A paragraph that was set, of which single words may be written again.
+
+    choices, units : its words, those too that are struck out.
+    """
+
+    def __init__(self, handwriting: ScannedHandwriting, chooser: Chooser, choices: Sequence[Choice]) -> None:
+        self._handwriting, self._chooser = handwriting, chooser
+        self.choices, self.units = list(choices), list(handwriting.set_paragraph(choices))
+
+    def ink(self, unit: SetUnit) -> list[LineGraph]:
+        """The graphs of a word's glyphs, x-heights from where it begins on its line, y upwards."""
+        pitch = self._handwriting.pitch
+        return [
+            replace(graph, xy=graph.xy * pitch, radius=graph.radius * pitch)
+            for graph in self._handwriting.laid(unit.word)
         ]
-        centres = np.array([((start + glyph.x * scale) / unit, glyph.y) for _, start, glyph in glyphs])
-        apart = [i == 0 and not word.glued for word in words for i in range(len(word.glyphs))]
-        forms = [self._model.forms[glyph.number] for _, _, glyph in glyphs]
-        bends = [glyph.bend for _, _, glyph in glyphs]
-        numbers = [glyph.number for _, _, glyph in glyphs]
-        graphs = set_line(forms, bends, centres, self._model.joints(numbers, apart), self._model.spread.x_height)
-        letters = [letter for word in words for letter in zip(word.at, word.spelt, strict=True)]
-        for (number, _, glyph), graph, (at, letter) in zip(glyphs, graphs, letters, strict=True):
-            source = self._hand.glyphs[glyph.number]
-            laid = LineGraph(to_page(graph.xy * unit), graph.radius * unit, graph.density, graph.uv, graph.edges)
-            yield Placed(
-                Glyph(letter, (), (), 0.0), (), source.before >= 0, number, at, Ink(laid, source.page, glyph.number)
-            )
+
+    def again(self, k: int, prices: Prices) -> Attempt:
+        """A word chosen anew and set between those beside it, which stay as they are; see `Chooser.again`."""
+        choice, begin, end = self._chooser.again(self.choices[k], prices), max(k - 1, 0), k + 2
+        beside = [*self.choices[begin:k], choice, *self.choices[k + 1 : end]]
+        units = list(self._handwriting.set_words(beside, self._handwriting.again))
+        others = zip(self.units[begin:end], units, strict=True)
+        rises = [
+            old.y - new.y
+            for i, (before, now) in enumerate(others, begin)
+            if i != k
+            for old, new in zip(before.word.glyphs, now.word.glyphs, strict=True)
+        ]
+        rise = float(np.mean(rises)) if rises else 0.0  # it stands on the line of the words beside it
+        word = units[k - begin].word
+        raised = tuple(replace(glyph, y=glyph.y + rise) for glyph in word.glyphs)
+        units[k - begin] = replace(units[k - begin], word=replace(word, glyphs=raised))
+        return Attempt(k, choice, units[k - begin], tuple(units[: k - begin]), tuple(units[k - begin + 1 :]))
+
+    def keep(self, attempt: Attempt) -> None:
+        """Write a word as it was tried."""
+        k = attempt.place
+        self._chooser.keep(attempt.choice)
+        self.choices[k], self.units[k] = attempt.choice, attempt.unit
+        for unit in attempt.after:
+            self.units[k + 1] = replace(self.units[k + 1], gap=unit.gap)
+        for unit in attempt.before if attempt.unit.word.glued else ():
+            word = replace(self.units[k - 1].word, advance=unit.word.advance)
+            self.units[k - 1] = replace(self.units[k - 1], word=word)
+
+
+@dataclass(frozen=True, eq=False)
+class Attempt:
+    """A word of a paragraph as it was written again.
+
+    place : its place there.
+    before, after : the words beside it as they stand to it, if there are any.
+    """
+
+    place: int
+    choice: Choice
+    unit: SetUnit
+    before: tuple[SetUnit, ...]
+    after: tuple[SetUnit, ...]

@@ -70,15 +70,20 @@ def test_a_glyph_that_is_another_letter_is_written_no_more():
     hand = library.find("house-print-fountain")
     wrong = set(hand.of("o").tolist())
     lying = replace(hand, glyphs=tuple(replace(g, letter="t") if n in wrong else g for n, g in enumerate(hand.glyphs)))
-    text = "that little tent stays tight at the street, but the latter gets tattered at night"
+    text = "that little tent stays tight at the street, but the latter gets tattered at night-time"
 
-    def compose(prices):
-        return list(each_page(text, lying, Layout(page("A5")), np.random.default_rng(3), prices=prices))
+    def compose(proofread):
+        return each_page(text, lying, Layout(page("A5")), np.random.default_rng(3), proofread=proofread)
 
-    _, before = reread(compose, lying, hand, tries=0)
-    _, after = reread(compose, lying, hand)
+    _, before, plain = reread(compose, lying, hand, tries=0)
+    sheets, after, words = reread(compose, lying, hand)
     assert before
     assert len(after) < len(before)
+    assert "".join(word.text for word in words) == "".join(word.text for word in plain) == text.replace(" ", "")
+    # what was read is what is written
+    written = [placed.ink.number for sheet in sheets for line in sheet.manuscript.lines for placed in line.placed]
+    assert written == np.concatenate([word.numbers for word in words]).tolist()
+    assert all(one.wrong <= other.wrong for one, other in zip(words, plain, strict=True))
 
 
 @pytest.fixture
@@ -86,9 +91,7 @@ def doubting(monkeypatch):
     """Whatever is written, one word of it is doubted."""
 
     def doubt(compose, hand, author, tries=None):
-        from handout.writing.choosing import Prices
-
-        return compose(Prices()), [Doubt("ten", 1, 1, "tea", 0.01)]
+        return list(compose(None)), [Doubt("ten", 1, 1, "tea", 0.01)], []
 
     monkeypatch.setattr(rereading, "reread", doubt)
 

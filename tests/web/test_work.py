@@ -3,18 +3,21 @@
 import io
 import struct
 import time
+import warnings
 import zlib
 
 import pytest
 
 pytest.importorskip("starlette")
 pytest.importorskip("httpx")
-pytestmark = pytest.mark.slow
-
-from starlette.testclient import TestClient
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore")  # httpx is deprecated there for a package that few have yet
+    from starlette.testclient import TestClient
 
 from handout.web.server import application
 from handout.web.studio import Studio
+
+pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")

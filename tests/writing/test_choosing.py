@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from handout.hand.places import PLACES
 from handout.page_sizes import page
-from handout.writing.choosing import Chooser, Prices
-from handout.writing.compose import compose
+from handout.writing.choosing import Chooser
+from handout.writing.compose import each_page
 from handout.writing.explaining import choices_sheet, explain, reasons
 from handout.writing.glyph_index import WEIGHTS, GlyphIndex, _sampled, index_glyphs
 from handout.writing.layout import Layout
@@ -29,9 +29,9 @@ def words_of(text):
     return [[Letter(letter, (), next(at)) for letter in word] for word in text.split(" ")]
 
 
-def chosen(kept, text, seed, variation=1.0, prices=None):
+def chosen(kept, text, seed, variation=1.0):
     """The glyphs of each word."""
-    chooser = Chooser(kept, np.random.default_rng(seed), variation, prices)
+    chooser = Chooser(kept, np.random.default_rng(seed), variation)
     return [chooser.word(word).numbers for word in words_of(text)]
 
 
@@ -93,34 +93,56 @@ def test_what_was_written_lately_is_dear_and_forgotten(kept):
 
 
 @pytest.mark.parametrize("cost", [9.0, np.inf])
-def test_what_read_wrongly_is_not_written_again_and_other_words_stay(kept, cost):
-    """The door of a reader: a glyph for one letter of the text is made dear, or all others are."""
-    text = "ten hen men"
-    plain = chosen(kept, text, 2)
-    number, at = int(plain[1][1]), words_of(text)[1][1].at
-    one = chosen(kept, text, 2, prices=Prices(glyphs={(at, number): cost}))
-    assert one[1][1] != number
-    assert np.array_equal(one[0], plain[0])
-    places = [letter.at for letter in words_of(text)[2]]
-    held = dict(zip(places, plain[2].tolist(), strict=True))
-    other = chosen(kept, text, 2, prices=Prices({(at, number): cost}, held))
-    assert np.array_equal(other[1], one[1]) and np.array_equal(other[2], plain[2])
+def test_what_read_wrongly_is_not_written_again(kept, cost):
+    """The door of a reader: a glyph for one letter of the text is made dear."""
+    chooser = Chooser(kept, np.random.default_rng(2))
+    plain = [chooser.word(word) for word in words_of("ten hen men")]
+    number, at = int(plain[1].numbers[1]), plain[1].letters[1].at
+    other = chooser.again(plain[1], {(at, number): cost})
+    assert other.numbers[1] != number
+    assert "".join(kept.letters[n] for n in other.numbers) == "hen"
+    # nothing is written until it is kept, and then it counts as what was written
+    assert np.array_equal(chooser.again(plain[1], {(at, number): cost}).numbers, other.numbers)
+    chooser.keep(other)
+    assert other.numbers[1] not in chooser.again(plain[0], {}).numbers
+    (last,) = words_of("e")
+    follows = chooser.word(last)
+    assert follows.again[0][np.isin(follows.candidates[0].numbers, other.numbers[1])] > 4
+    assert follows.again[0][follows.candidates[0].numbers == number] == 0 or number in plain[0].numbers
 
 
-def test_a_text_is_composed_again_with_one_glyph_less(small_hand):
+def test_a_word_at_the_same_prices_is_chosen_as_it_was(kept):
+    chooser = Chooser(kept, np.random.default_rng(5))
+    word = [chooser.word(word) for word in words_of("ten hen men")][-1]
+    assert np.array_equal(chooser.again(word, {}).numbers, word.numbers)
+
+
+def test_one_word_of_a_text_is_written_again_and_the_others_stay(small_hand):
     layout = Layout(page("100x80mm"), x_height=2.5)
 
-    def inks(prices=None):
-        (sheet,) = compose("the ten hens", small_hand, layout, np.random.default_rng(3), prices=prices)
-        return [placed.ink for line in sheet.lines for placed in line.placed]
+    def inks(proofread=None):
+        (sheet,) = each_page("the ten hen men", small_hand, layout, np.random.default_rng(3), proofread=proofread)
+        return [placed.ink for line in sheet.manuscript.lines for placed in line.placed]
 
-    plain = inks()
-    again = inks(Prices(glyphs={(9, plain[7].number): np.inf}))
+    def look(paragraph):
+        k = next(k for k, unit in enumerate(paragraph.units) if "".join(unit.word.spelt) == "hen")
+        number = int(paragraph.choices[k].numbers[1])
+        attempt = paragraph.again(k, {(paragraph.choices[k].letters[1].at, number): np.inf})
+        assert attempt.unit.word.glyphs[1].number != number
+        paragraph.keep(attempt)
+
+    plain, again = inks(), inks(look)
+    hen = slice(6, 9)
     assert again[7].number != plain[7].number
-    assert [ink.number for ink in again[:6]] == [ink.number for ink in plain[:6]]
-    # bent alike, too: each glyph of the words before has as much ink, as wide
-    for one, other in zip(plain[:6], again[:6], strict=True):
-        assert np.ptp(one.graph.xy[:, 0]) == pytest.approx(np.ptp(other.graph.xy[:, 0]), rel=0.05)
+    for one, other in zip(plain[:6] + plain[9:], again[:6] + again[9:], strict=True):
+        assert one.number == other.number
+        # where it stood, but for what comes after the other word; as it was bent
+        assert np.ptp(one.graph.xy, axis=0) == pytest.approx(np.ptp(other.graph.xy, axis=0), rel=1e-3)
+        assert one.graph.xy[:, 1] == pytest.approx(other.graph.xy[:, 1], abs=0.1)
+    rises = [[ink.graph.xy[:, 1].mean() for ink in made[hen]] for made in (plain, again)]
+    assert np.mean(rises[0]) == pytest.approx(np.mean(rises[1]), abs=0.5)
+    ends = [made[5].graph.xy[:, 0].max() - made[6].graph.xy[:, 0].min() for made in (plain, again)]
+    assert ends[1] == pytest.approx(ends[0], abs=1.0)
 
 
 def test_few_exact_glyphs_let_others_in_at_a_cost(kept):
