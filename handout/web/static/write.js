@@ -9,7 +9,7 @@ const FIRST = 'Dear Ada,\n\nthank you for the jam: it is nearly finished, and we
 const PAUSE = { quick: 120, long: 700 }; // ms after the last key
 const SCREEN_DPI = 150;
 const INKS = { '': 'the pen’s own', '#20223a': 'black', '#24408e': 'blue', '#7c1f2b': 'red', '#1f5a3c': 'green' };
-const FORMATS = { pdf: 'PDF', svg: 'SVG, with its writing', png: 'PNG, 300 dpi', inkml: 'InkML', json: 'JSON strokes', gcode: 'G-code', hpgl: 'HP-GL', ebb: 'EBB (AxiDraw)' };
+const FORMATS = { pdf: 'PDF', svg: 'SVG', png: 'PNG', inkml: 'InkML', json: 'JSON', gcode: 'G-code', hpgl: 'HP-GL', ebb: 'EBB' };
 const DIE = 'M5 3h14a2 2 0 0 1 2 2v14a2 2 0 0 1-2 2H5a2 2 0 0 1-2-2V5a2 2 0 0 1 2-2Zm0 2v14h14V5Zm3 1.7A1.6 1.6 0 1 1 8 9.9a1.6 1.6 0 0 1 0-3.2Zm8 0a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm-4 3.7a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm-4 3.7a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm8 0a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Z';
 
 const random = () => Math.floor(Math.random() * 1e6);
