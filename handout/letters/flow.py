@@ -158,8 +158,8 @@ class _Flow:
 
     # Where a row goes
 
-    def _at(self, words: Sequence[LetterWord], left: float, right: float) -> _At:
-        """Where a row of some words may go next, on this page or the next."""
+    def _at(self, words: Sequence[LetterWord], left: float, right: float, least: float = 0.0) -> _At:
+        """Where a row of some words may go next, on this page or the next; `least` : mm that it is wide."""
         scale = max((word.scale for word in words), default=1.0)
         pitch = self._pitch_of(words)
         while True:
@@ -168,7 +168,8 @@ class _Flow:
                 self._turn()
                 continue
             x, width = self._room(baseline, scale, left, right)
-            if width < min(_NARROWEST * self._xh, 0.9 * (self._frame.width - left - right)):
+            whole = self._frame.width - left - right
+            if width < min(max(_NARROWEST * self._xh, least), 0.9 * whole if least < 0.9 * whole else whole - 1e-6):
                 self._skipped += 0.25 * self._usual
                 continue
             return _At(baseline, slope, x, width)
@@ -285,8 +286,9 @@ class _Flow:
     def _row(self, words: Sequence[LetterWord], left: float, right: float, side: Side | None) -> int:
         """Place as many of some words as one row holds."""
         taken, self._right = words[:1], side == "right"
+        first = next(_clusters(words))
         while True:
-            at = self._at(taken, left, right)
+            at = self._at(taken, left, right, self._width(first))
             count, gaps = self._filled(words, at.width)
             before = self._pitch_of(taken), max(word.scale for word in taken)
             taken = words[:count]
@@ -445,7 +447,7 @@ class _Flow:
 
     def _table(self, block: TableBlock, left: float, right: float) -> None:
         self._space(_ABOVE["table"])
-        self._clear(left, right)
+        self._clear()
         cells = [[self._lines.get(self._number[id(cell)], []) for cell in row] for row in block.rows]
         gap, size = _COLUMN_GAP * block.manner.size * self._xh, block.manner.size
         inner = self._frame.width - left - right
@@ -555,14 +557,11 @@ class _Flow:
             place = start - 0.58 * gap
             self._mark(page, Mark("ruled", (place, top - last.baseline), (place, 0.35 * self._usual), voice))
 
-    def _clear(self, left: float, right: float) -> None:
+    def _clear(self) -> None:
         """Go on below the pictures that words stand beside."""
-        lower = [rect[3] for rect in self._page.taken if self._last is not None and rect[3] > self._last]
-        if (
-            lower
-            and not self._boxed
-            and self._room(self._last or 0.0, 1.0, left, right)[1] < self._frame.width - left - right - 1e-6
-        ):
+        here = self._frame.top if self._last is None else self._last
+        lower = [rect[3] for rect in self._page.taken if rect[3] > here]
+        if lower and not self._boxed:
             self._below(max(lower))
 
 

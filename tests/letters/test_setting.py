@@ -156,6 +156,15 @@ def test_the_columns_of_a_table_are_ruled_and_stand_below_each_other():
     assert sorted(np.ptp(s[:, 1]) > np.ptp(s[:, 0]) for s in ruled) == [False, True]
 
 
+def test_a_table_begins_below_the_picture_that_words_stand_beside(tmp_path):
+    Image.new("RGB", (40, 60)).save(tmp_path / "photo.png")
+    text = "![](photo.png){.left width=30mm}\n\n| one | two |\n|---|---|\n| " + "some words " * 12 + " | more |"
+    task = prepare_letter(load(text, "x.md", tmp_path), WritingOptions(seed=1), SheetOptions(page="A5"))
+    (_, (drawing,)) = draw_letter(task, wanted=STROKES)
+    low, high = drawing.bounds[:2], drawing.bounds[2:]
+    assert low[1] > task.first.margin[0] + 45 and high[0] < 148 - task.first.margin[1] + 3
+
+
 @pytest.mark.slow
 def test_a_scanned_hand_writes_letters_in_other_inks():
     text = "many *hens* and [many men]{ink=#ff0000}\n\n- a hen\n"
