@@ -257,9 +257,11 @@ class MergeOptions:
     window : the envelope whose window shows the address, which then stands on the letter: DL, C5 or #10.
     tick : whether the row's number stands small on letter and envelope.
     skip_bad : whether rows that can be made are made although others cannot.
+    given : options that win over the head of a letter file, as in `pipeline.letters.prepare_letter`.
     """
 
     letter: str | Path | None = None
+    given: frozenset[str] | None = None
     with_envelopes: bool = False
     envelope: str = "DL"
     margin: str | None = None
