@@ -185,7 +185,7 @@ def test_a_table_over_several_pages_is_ruled_on_each_where_it_is():
     for page in pages:
         placed = [p for line in page.lines for p in line.placed]
         x = np.concatenate([s[:, 0] for p in placed if p.glyph.letter == "x" for s in p.strokes])
-        words = np.concatenate([s[:, 0] for p in placed if p.glyph.letter in tuple("sdm") for s in p.strokes] or [x - 3])
+        words = np.concatenate([[0.0], *(s[:, 0] for p in placed if p.glyph.letter in tuple("sdm") for s in p.strokes)])
         lines = [s for p in placed if not p.glyph.letter for s in p.strokes if np.ptp(s[:, 1]) > np.ptp(s[:, 0])]
         assert len(lines) == 1 and words.max() < lines[0][:, 0].mean() < x.min()
         tops = [s[:, 1].min() for p in placed for s in p.strokes]
