@@ -50,6 +50,7 @@ MAY = {
     "sinks": {"motion", "inking"},
     "sources": {"motion"},
     "printing": {"writing", "inking", "sinks", "colour"},
+    "merging": {"printing"},
     "calibrating": {"hand", "writing", "motion", "inking", "sinks", "colour", "printing"},
     "plotting": {"hand", "writing", "motion", "sinks", "sources"},
     "score": {"scanning"},
@@ -75,6 +76,7 @@ MAY = {
         "tagging",
         "colour",
         "calibrating",
+        "merging",
     },
     # stand-ins for people and machines, and what makes the files that ship; nothing of the product stands on them
     "simulated": {
@@ -101,7 +103,8 @@ MAY = {
         "tagging",
         "writing",
     },
-    "cli": {"pipeline"},
+    "web": {"pipeline"},
+    "cli": {"pipeline", "web"},
     "plugins": {"pipeline", "cli"},
     "__main__": {"cli"},
 }
@@ -109,7 +112,7 @@ MAY = {
 DOORS = {"pipeline/calibrating.py", "pipeline/guided_calibration.py"}
 HEAVY = {
     "numpy", "scipy", "sklearn", "skimage", "cv2", "colour", "reportlab", "rich", "PIL", "serial", "torch", "tifffile",
-    "markdown_it", "mdit_py_plugins",
+    "markdown_it", "mdit_py_plugins", "starlette",
 }  # fmt: skip
 
 

@@ -17,6 +17,8 @@ done
 handout write "Happy birthday, Zoë" --page 130x24mm --margin 4mm --x-height 4mm --seed 3 --dpi 200 --quiet --pose firm --pen brushpen --pen-width 0.9mm -o "$work/pose-firm.png"
 handout write "Happy birthday, Zoë" --page 130x24mm --margin 4mm --x-height 4mm --seed 3 --dpi 200 --quiet --pose light --pen chisel --pen-width 1.1mm -o "$work/pose-light.png"
 handout write --file examples/letter.txt --hand house-quick --page A5 --x-height 1.9mm --fit --seed 4 --pen ballpoint --dpi 130 --quiet -o "$here/letter.png"
+handout write examples/thank-you.md --seed 4 --dpi 130 --paper plain --quiet -o "$here/thank-you.png"
+handout write examples/letter.md --seed 4 --dpi 100 --quiet -o "$work/of-letter.png"
 python examples/form.py "$work/form.pdf"
 python examples/sheet.py "$work/sheet.jpg"
 handout write "Dear Ada, thank you for the quinces. We shall visit you in August and bring the old zither; please expect five of us, and Zoë's dog. The hens have taken to sitting in the wheelbarrow as if it belonged to them: yesterday I found two eggs in my left boot." \
@@ -55,6 +57,8 @@ def sheet(pictures, columns, to, colours=64):
 
 sheet([work / f"{name}.png" for name in ("joined", "quick", "print")], 1, here / "hands.png")
 sheet(sorted(work.glob("envelope-*.png")), 2, here / "envelope.png")
+sheet(sorted(work.glob("of-letter-*.png")), 3, here / "letter-pages.png", 256)
+sheet([here / "thank-you.png"], 1, here / "thank-you.png")
 sheet([work / "styles.png"], 1, here / "styles.png", 32)
 sheet([work / "tags.png"], 1, here / "tags.png", 32)
 def printed_and_scanned(paper):

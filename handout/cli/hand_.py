@@ -94,6 +94,39 @@ def _sentence(result: ReadHand) -> str:
     return sentence
 
 
+@command.group("signature")
+def signature() -> None:
+    """Signatures for letters: scribbles that are scanned once."""
+
+
+@signature.command("add")
+@click.argument("name")
+@click.argument("scan")
+@click.option("--dpi", type=float, help="Pixels an inch of the scan, where the file does not say.")
+@click.option("--again", is_flag=True, help="Replace the signature of that name.")
+@options.console
+def add_signature(name: str, scan: str, dpi: float | None, again: bool, console: Console) -> None:
+    """Keep the signature on a SCAN, which shows nothing else, as NAME; a letter has it as ::: signature NAME.
+
+    \b
+    handout hand signature add ben scan.png
+    """
+    from handout.pipeline import signatures
+
+    result = signatures.add_signature(name, scan, dpi, again=again)
+    console.report(result, f"Wrote {result.path}: {result.width:.0f} x {result.height:.0f} mm.")
+
+
+@signature.command("list")
+@options.console
+def list_signatures(console: Console) -> None:
+    """The signatures that are kept."""
+    from handout.pipeline import signatures
+
+    result = signatures.list_signatures()
+    console.report(result, "\n".join(result.names) or "No signature is kept.")
+
+
 @command.command("list")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
 def list_(as_json: bool) -> None:

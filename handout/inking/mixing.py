@@ -1,4 +1,4 @@
-"""Ink of several pens on one sheet, and scanned ink in another colour.
+"""Ink of several pens on one sheet, scanned ink in another colour, and pictures under the ink.
 
 Ink is a filter before the paper: light that comes through one is what the next has to work on, so amounts of ink, the
 logarithms of light, add up, and what is lighter or darker in a line stays so in any colour.
@@ -8,7 +8,7 @@ Source: own method (Beer–Lambert law, in device RGB, where scanned ink was fou
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from handout.inking.pen import rgb
 from handout.values import Raster
 
+Box = tuple[float, float, float, float]
 _DARKEST = 1 / 255  # of the light: a black is printed no darker
 
 
@@ -51,6 +52,25 @@ def recoloured(raster: Raster, was: str, colour: str) -> Raster:
     amount = -np.log(np.maximum(_light(part[at]), _DARKEST)) @ before / max(float(before @ before), 1e-6)
     rgba[top:bottom][at] = _ink(np.exp(-amount[:, None] * after))
     return Raster(rgba, raster.dpi, raster.origin, raster.rows)
+
+
+def pasted(
+    sheet: NDArray[np.uint8],
+    dpi: float,
+    pictures: Sequence[tuple[NDArray[np.uint8], tuple[float, float, float, float]]],
+) -> NDArray[np.uint8]:
+    """A sheet (h, w, 3), device RGB, with pictures on it, each at its place: x, y, width, height in mm."""
+    from PIL import Image
+
+    page = sheet.copy()
+    for picture, (x, y, width, height) in pictures:
+        left, top, w, h = (round(side * dpi / 25.4) for side in (x, y, width, height))
+        scaled = np.asarray(Image.fromarray(picture).resize((max(w, 1), max(h, 1)), Image.Resampling.LANCZOS))
+        under = page[max(top, 0) : top + scaled.shape[0], max(left, 0) : left + scaled.shape[1]]
+        # what is printed leaves the paper its grain
+        light = scaled[: under.shape[0], : under.shape[1]].astype(np.float32) / 255
+        under[:] = np.rint(under * light)
+    return page
 
 
 def _rows(raster: Raster) -> tuple[int, int]:

@@ -16,10 +16,11 @@ Side = Literal["left", "right", "centre"]
 Underline = Literal["", "straight", "double", "wavy"]
 
 
-class Margins(Table, frozen=True):
-    """Margins of the first page, or of those that follow, as `--margin` takes them."""
+class SheetHead(Table, frozen=True):
+    """What is other on the first page, or on those that follow: see `Head`; a background of "none" is none."""
 
     margin: str | None = None
+    background: str | None = None
 
 
 class Place(Table, frozen=True):
@@ -54,8 +55,8 @@ class Head(Table, frozen=True):
     page_numbers: Literal["none", "foot", "corner"] = "none"
     paragraphs: Literal["apart", "indented"] = "apart"
     background: str | None = None
-    first: Margins = Margins()
-    following: Margins = Margins()
+    first: SheetHead = SheetHead()
+    following: SheetHead = SheetHead()
     box: dict[str, Place] = msgspec.field(default_factory=dict)
 
 

@@ -16,12 +16,12 @@ from handout.letters.document import Underline
 from handout.values import Array
 
 _STEP = 0.9  # from one point of a line to the next: drawn in one go, quicker than letters
-_FIRST_UNDER, _UNDER_SD = -0.42, 0.06  # of an underline, and how that varies
+_FIRST_UNDER, _UNDER_SD = -0.47, 0.06  # of an underline, and how that varies
 _APART = (0.2, 0.32)  # between two underlines
 _BEYOND = (-0.15, 0.4)  # how far an underline begins before its words, and goes on after them
-_SLOPE_SD, _MOST_RISE = 0.014, 0.22  # tangent; x-heights from the middle of a line to its end
-_TREMBLE, _BOW = 0.012, 0.045
-_WAVE, _SWING = (0.75, 1.05), (0.1, 0.16)  # of a wavy underline: length and amplitude
+_SLOPE_SD, _MOST_RISE = 0.02, 0.17  # tangent; x-heights from the middle of a line to its end
+_TREMBLE, _BOW = 0.022, 0.075
+_WAVE, _SWING = (0.85, 1.25), (0.09, 0.15)  # of a wavy underline: length and amplitude
 _LONG_TREMBLE = 0.035  # of lines across a page: no ruler is laid
 _RULE_RISE = 0.006  # tangent of a line across a page, standard deviation
 
@@ -42,7 +42,7 @@ class Ornaments:
         """Strokes (n, 2) under words whose ink goes from `left` to `right`."""
         y = _FIRST_UNDER + self._off(_UNDER_SD)
         if kind == "wavy":
-            return [self._wave(left, right, y)]
+            return [self._wave(left, right, y - _SWING[1])]
         first = self._line(left, right, y)
         if kind != "double":
             return [first]
@@ -50,16 +50,16 @@ class Ornaments:
 
     def bullet(self, kind: str) -> list[Array]:
         """Strokes of the mark before an item, about x = 0: a dash, a dot or a small ring."""
-        height, size = 0.48 + self._off(0.05), math.exp(self._off(0.14))
+        height, size = 0.52 + self._off(0.05), math.exp(self._off(0.14))
         if kind == "dash":
             half, slope = 0.36 * size, self._off(0.07)
             x = np.linspace(-half, half, 3)
             return [np.column_stack([x, height + slope * x + self._off(0.03) * (1 - (x / half) ** 2)])]
-        radius, turns = (0.09, 1.6) if kind == "dot" else (0.24, 1.12)
+        radius, turns = (0.13, 1.9) if kind == "dot" else (0.24, 1.12)
         begin, squash = self._rng.uniform(0.2, 1.4), 1 + self._off(0.12)
         angle = begin + np.linspace(0, 2 * math.pi * turns, 12 if kind == "dot" else 10)
         # a dot is rubbed in towards its middle, a ring is closed roughly
-        shrink = np.linspace(1.0, 0.35 if kind == "dot" else 1 + self._off(0.08), len(angle))
+        shrink = np.linspace(1.0, 0.2 if kind == "dot" else 1 + self._off(0.08), len(angle))
         ring = size * radius * shrink[:, None] * np.column_stack([np.cos(angle) * squash, np.sin(angle)])
         return [ring + np.array([self._off(0.06), height])]
 
@@ -102,16 +102,17 @@ class Ornaments:
         a, b = self._ends(left, right)
         x = np.linspace(a, b, max(3, round((b - a) / _STEP) + 1))
         u = (x - a) / (b - a)
-        away = self._off(_BOW) * 4 * u * (1 - u) + self._rng.normal(0.0, _TREMBLE * self._jitter, len(x))
+        away = self._off(_BOW) * 4 * u * (1 - u) + _TREMBLE * self._smooth(len(x))
         return np.column_stack([x, y + self._slope(a, b) * (x - (a + b) / 2) + away])
 
     def _wave(self, left: float, right: float, y: float) -> Array:
         a, b = self._ends(left, right)
         quarters = max(8, 4 * round((b - a) / self._rng.uniform(*_WAVE)))
         x = np.linspace(a, b, quarters + 1)
-        swing = self._rng.uniform(*_SWING) * (1 + 0.18 * self._rng.normal(0.0, self._jitter, len(x)))
+        swing = self._rng.uniform(*_SWING) * np.maximum(1 + 0.3 * self._rng.normal(0.0, self._jitter, len(x)), 0.2)
         heights = y + self._slope(a, b) * (x - (a + b) / 2) + swing * np.sin(np.arange(len(x)) * np.pi / 2)
-        return np.column_stack([x + self._rng.normal(0.0, 0.025 * self._jitter, len(x)), heights])
+        # quarters are of no even length, and a wave slackens as it goes on
+        return np.column_stack([x + 0.14 * (b - a) / quarters * self._rng.normal(0.0, self._jitter, len(x)), heights])
 
     def _ends(self, left: float, right: float) -> tuple[float, float]:
         before, after = self._rng.uniform(*_BEYOND, 2)

@@ -18,7 +18,7 @@ import numpy as np
 from handout.hand.drawn import Hand
 from handout.hand.places import graphemes
 from handout.hand.scanned import ScannedHand
-from handout.letters.document import Boxed, Letter, Manner, Paragraph, Signature, Span, blocks_in
+from handout.letters.document import Boxed, Letter, Manner, Paragraph, Signature, Span, TableBlock, blocks_in
 from handout.writing.choosing import Chooser, choices
 from handout.writing.compose import Proofreader, handwriting, set_paragraph
 from handout.writing.pages import Handwriting, Unit, Word
@@ -103,14 +103,14 @@ class Runs:
 def runs_of(letter: Letter, page_numbers: int = 0) -> Runs:
     """The runs of a letter, and of page numbers from 2 to `page_numbers`."""
     numbers = [Paragraph((Span(str(n), Manner(), 1),), 1) for n in range(2, page_numbers + 1)]
-    boxed = (block for block in letter.blocks if isinstance(block, Boxed | Signature))
-    careful = {id(block) for box in boxed for block in blocks_in(box.blocks)}
+    careful = (block for block in blocks_in(letter.blocks) if isinstance(block, Boxed | Signature | TableBlock))
+    steady = {id(part) for block in careful for part in blocks_in((block,))}
     paragraphs = (*letter.paragraphs, *numbers)
     plain = len(paragraphs) - len(numbers)
     runs = [
         run
         for number, paragraph in enumerate(paragraphs)
-        for run in _runs(number, paragraph, number < plain and not paragraph.level and id(paragraph) not in careful)
+        for run in _runs(number, paragraph, number < plain and not paragraph.level and id(paragraph) not in steady)
     ]
     return Runs(tuple(runs), paragraphs, letter.name)
 

@@ -75,7 +75,7 @@ def inputs(
         layout = {"margin": task.layout.margin, "x_height": task.layout.x_height, "rules": rules}
         options["lined"] = {**layout, "line_spacing": task.layout.line_spacing}
     files = (file, pose, None if writing.style is None else style_path(writing.style), _example(writing.prime))
-    return {"program": _program(), "text": text, "options": options, "digest": _digest(*files)}
+    return {"program": program(), "text": text, "options": options, "digest": _digest(*files)}
 
 
 def _kept_file(name: str | None) -> str | None:
@@ -88,7 +88,7 @@ def _example(name: str | None) -> Path | None:
     return Path(name) if name is not None and Path(name).suffix else None
 
 
-def _program() -> str:
+def program() -> str:
     """What decides about every stroke besides what is asked for."""
     return f"handout {__version__} with numpy {np.__version__}"
 
@@ -193,9 +193,9 @@ def _again(inputs: Mapping[str, Any], pages: int) -> WritingTask:
     """The task of a job whose pages behind the first few are lacking."""
     options = inputs["options"]
     lacking = f"The pages behind page {pages} were not made yet"
-    if inputs["program"] != _program():
+    if inputs["program"] != program():
         raise InputError(
-            f"{lacking}, and {inputs['program']} began them, which would write them differently from {_program()}: go "
+            f"{lacking}, and {inputs['program']} began them, which would write them differently from {program()}: go "
             "on with that, or plot the rest of the text anew."
         )
     try:

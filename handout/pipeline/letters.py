@@ -5,21 +5,24 @@ A page is a function of the letter, the options, the seed and the row: `draw_let
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from handout.completion.completed_hand import complete_hand
 from handout.errors import InputError, MissingCharacters
 from handout.hand.measures import ink_colours
-from handout.inking.mixing import mixed, recoloured
-from handout.letters.document import Letter, Picture, blocks_in
+from handout.inking.mixing import mixed, pasted, recoloured
+from handout.letters.document import Letter, Picture, Signature, blocks_in
+from handout.letters.rows import Setting
 from handout.letters.runs import Runs, WriterOptions, lines_of, runs_of, written
-from handout.letters.setting import LetterPage, Setting, set_letter
+from handout.letters.setting import LetterPage, set_letter
 from handout.motion.timing import time_in_air
 from handout.page_sizes import margins
 from handout.pipeline import programs
@@ -27,6 +30,7 @@ from handout.pipeline import writing as texts
 from handout.pipeline.inputs import Source
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
 from handout.pipeline.results import SILENT, Facts, Listener, Tally
+from handout.pipeline.signatures import find_signature, placed_signature, size
 from handout.pipeline.writing import INK, STROKES, WritingTask, Written, check_outputs, draw, letter_facts, prepare
 from handout.progress import Tell, silent, within
 from handout.sinks import OF_INK, write_drawings
@@ -40,6 +44,7 @@ if TYPE_CHECKING:
     from handout.pipeline.rereading import Doubt, Rereader
     from handout.writing.text import Borrowed
 
+_PDF_DPI = 300.0  # pixels an inch of a letterhead in PDF, as PNG files have
 _SET, _WRITTEN = 0.5, 0.35  # of the work: setting a letter, and writing it before it is drawn; as of a text
 Options = TypeVar("Options", WritingOptions, SheetOptions, PictureOptions)
 _PAGE = 250  # characters: no page of a letter holds fewer, but for its pictures
@@ -63,6 +68,13 @@ class LetterTask:
     tasks: Mapping[str, WritingTask]
     first: Layout
     following: Layout
+
+    def background(self, page: int) -> Path | None:
+        """What lies behind the writing of a page, from 1, in previews."""
+        head = self.letter.head
+        own = (head.first if page == 1 else head.following).background
+        name = head.background if own is None else own
+        return None if name in (None, "none") else self.letter.folder / str(name)
 
     @property
     def main(self) -> WritingTask:
@@ -111,7 +123,11 @@ def prepare_letter(
         replace(layout, margin=margins(text, layout.page)) if text is not None and own_margins else layout
         for text in (head.first.margin, head.following.margin)
     )
-    return LetterTask(letter, tasks, first, following)
+    task = LetterTask(letter, tasks, first, following)
+    for page in (1, 2):
+        if (background := task.background(page)) is not None and not background.is_file():
+            raise letter.wrong(1, f"there is no background {background}.")
+    return task
 
 
 def _is_given(name: str, options: Any, given: Collection[str] | None) -> bool:
@@ -161,45 +177,56 @@ def draw_letter(
 def _set(task: LetterTask, row: int | None) -> tuple[Mapping[str, Hand | ScannedHand], list[LetterPage]]:
     """The pages of a letter, with what `Manuscript.about` says of them, and its hands with all letters they need."""
     letter, main = task.letter, task.main
-    numbers = 0
-    if letter.head.page_numbers != "none":
-        numbers = 2 + len(letter.text) // _PAGE + len(letter.blocks) // 2
-    runs = runs_of(letter, numbers)
+    runs = runs_of(letter, _page_numbers(letter))
     key = [main.seed] if row is None else [main.seed, row]
     supplied = {name: _supplied(name, runs, task) for name in task.tasks}
-    rereaders = {name: _rereader(hand, task.tasks[name]) for name, (hand, _) in supplied.items()}
+    hands = {name: hand for name, (hand, _) in supplied.items()}
+    readers = {name: _rereader(hand, task.tasks[name]) for name, hand in hands.items()}
     writers = {}
-    for number, (name, (hand, _)) in enumerate(supplied.items()):
-        own = task.tasks[name].layout.x_height
-        options = WriterOptions(own, main.layout.x_height, main.layout.jitter, main.fallback, main.slips)
-        writers[name] = written(runs, name, hand, options, [*key, number], rereaders[name])
+    for number, (name, hand) in enumerate(hands.items()):
+        with _located(name, runs):
+            writers[name] = written(runs, name, hand, _writer_options(task, name), [*key, number], readers[name])
     limit = main.pages or (1 if main.layout.fit else None)
     setting = Setting(letter, runs, writers, task.first, task.following, _sizes(letter), limit)
     pages = set_letter(setting, lines_of(runs, writers), [*key, len(writers)])
-    doubts = [
-        doubt for name, reader in rereaders.items() if reader is not None for doubt in _doubts(name, reader, pages)
-    ]
+    doubts = [doubt for name, reader in readers.items() for doubt in _doubts(name, reader, pages)]
     texts.refuse_doubts(doubts, main)
-    borrowed = [
-        letter_facts(lent) if row is None else {"row": row, **letter_facts(lent)}
+    lent = [
+        letter_facts(each)
         for name, (_, lacking) in supplied.items()
-        for lent in _written(lacking, name, pages, task.tasks[name].hand)
+        for each in _written(lacking, name, pages, task.tasks[name].hand)
     ]
+    borrowed = lent if row is None else [{"row": row, **facts} for facts in lent]
     told = [doubt.facts() for doubt in doubts]
-    return {name: hand for name, (hand, _) in supplied.items()}, [
-        _told(page, number, told, borrowed) for number, page in enumerate(pages, 1)
-    ]
+    return hands, [_told(page, number, told, borrowed) for number, page in enumerate(pages, 1)]
+
+
+def _page_numbers(letter: Letter) -> int:
+    """The highest page number that a letter could have, 0 where it has none."""
+    if letter.head.page_numbers == "none":
+        return 0
+    return 2 + len(letter.text) // _PAGE + len(letter.blocks) // 2
+
+
+def _writer_options(task: LetterTask, name: str) -> WriterOptions:
+    main, own = task.main, task.tasks[name].layout.x_height
+    return WriterOptions(own, main.layout.x_height, main.layout.jitter, main.fallback, main.slips)
 
 
 def _supplied(name: str, runs: Runs, task: LetterTask) -> tuple[Hand | ScannedHand, Sequence[Borrowed]]:
     """A hand with the letters of its runs, and what was supplied; see `complete_hand`."""
     hand, main = task.tasks[name].hand, task.main
+    if not runs.of(name):
+        return hand, []
+    with _located(name, runs):
+        return complete_hand(hand, runs.text(name), fallback=main.fallback, seed=main.seed)
+
+
+@contextmanager
+def _located(name: str, runs: Runs) -> Iterator[None]:
+    """Characters that a hand lacks are told with the lines of the letter."""
     try:
-        return (
-            complete_hand(hand, runs.text(name), fallback=main.fallback, seed=main.seed)
-            if runs.of(name)
-            else (hand, [])
-        )
+        yield
     except MissingCharacters as error:
         raise MissingCharacters(runs.located(name, str(error))) from error
 
@@ -215,8 +242,10 @@ def _rereader(hand: Hand | ScannedHand, task: WritingTask) -> Rereader | None:
     return rereading.Rereader(hand, rereading.author_reader(task.hand), tries, rereading.SETTINGS)
 
 
-def _doubts(name: str, reader: Rereader, pages: Sequence[LetterPage]) -> Iterator[Doubt]:
+def _doubts(name: str, reader: Rereader | None, pages: Sequence[LetterPage]) -> Iterator[Doubt]:
     """The words of a hand that read as others after all, with their pages and lines."""
+    if reader is None:
+        return
     from handout.pipeline.rereading import SETTINGS, Doubt
 
     lines = {
@@ -265,7 +294,7 @@ def _places(name: str, pages: Sequence[LetterPage], author: Hand | ScannedHand) 
 
 
 def _sizes(letter: Letter) -> dict[str | Path, tuple[float, float]]:
-    """The sizes of the pictures and signatures of a letter."""
+    """The sizes of the pictures (pixels) and signatures (mm) of a letter."""
     from PIL import Image
 
     sizes: dict[str | Path, tuple[float, float]] = {}
@@ -276,6 +305,11 @@ def _sizes(letter: Letter) -> dict[str | Path, tuple[float, float]]:
                     sizes[block.path] = (float(picture.width), float(picture.height))
             except (OSError, ValueError, Image.DecompressionBombError) as error:
                 raise letter.wrong(block.line, f"{block.path} cannot be read as a picture: {error}.") from error
+        elif isinstance(block, Signature) and block.name:
+            try:
+                sizes[block.name] = size(find_signature(block.name, letter.folder))
+            except InputError as error:
+                raise letter.wrong(block.line, str(error)) from error
     return sizes
 
 
@@ -290,23 +324,76 @@ def _drawn(
     wanted: frozenset[str],
 ) -> Drawing:
     """A page as one drawing."""
-    layers = []
+    layers = list(_layers(page, task, hands, about, wanted))
+    told = {**(layers[0].about if layers else about), **page.whole.about}
+    drawing = Drawing((), page.whole.page, told, beneath=_beneath(task, page, int(about["page_number"])))
+    if all(layer.strokes or layer.bounds is None for layer in layers):
+        drawing = replace(drawing, strokes=_in_order(layers, page.whole.x_height))
+    if all(layer.ink is None for layer in layers):
+        return drawing
+    inked = np.array([layer.inked for layer in layers if layer.inked is not None])
+    bounds = (*inked[:, :2].min(axis=0).tolist(), *inked[:, 2:].max(axis=0).tolist()) if len(inked) else None
+    return replace(drawing, ink=partial(_mixed, layers, task.main), inked=bounds)
+
+
+def _layers(
+    page: LetterPage,
+    task: LetterTask,
+    hands: Mapping[str, Hand | ScannedHand],
+    about: Mapping[str, Any],
+    wanted: frozenset[str],
+) -> Iterator[Drawing]:
+    """What is written on a page in one hand, ink and size, and its signatures, each as a drawing."""
     for voice, manuscript in page.layers.items():
         own = replace(task.tasks[voice.hand], hand=hands[voice.hand])
         drawing = draw(manuscript, own, page.rng.spawn(1)[0], about, wanted)
-        layers.append(_inked(drawing, voice.ink, own) if voice.ink else drawing)
-    if not layers:
-        return Drawing((), page.whole.page, {**about, **page.whole.about})
-    told = {**layers[0].about, **page.whole.about}
-    ink = partial(_mixed, layers, task.main) if any(layer.ink is not None for layer in layers) else None
-    whole = all(layer.strokes or layer.bounds is None for layer in layers)
-    strokes = _in_order(layers, page.whole.x_height) if whole else ()
-    inked = [layer.inked for layer in layers if layer.inked is not None]
-    bounds = None
-    if ink is not None and inked:
-        low, high = np.min([box[:2] for box in inked], axis=0), np.max([box[2:] for box in inked], axis=0)
-        bounds = (*low.tolist(), *high.tolist())
-    return Drawing(strokes, page.whole.page, told, ink, bounds)
+        yield _inked(drawing, voice.ink, own) if voice.ink else drawing
+    for place in page.signatures:
+        signature = find_signature(str(place.source), task.letter.folder)
+        own = replace(task.main, hand=signature, pen_hand=None)
+        manuscript = placed_signature(signature, place, page.whole.page)
+        drawing = draw(manuscript, own, page.rng.spawn(1)[0], about, wanted)
+        yield _inked(drawing, place.ink, own) if place.ink else drawing
+
+
+def _beneath(
+    task: LetterTask, page: LetterPage, number: int
+) -> Callable[[NDArray[np.uint8], float], NDArray[np.uint8]] | None:
+    """What previews of a page show under its ink: the letterhead, and pictures."""
+    background, sheet = task.background(number), page.whole.page
+    places = [(Path(each.source), (each.x, each.y, each.width, each.height)) for each in page.pictures]
+    if background is not None:
+        places.insert(0, (background, (0.0, 0.0, sheet.width, sheet.height)))
+    if not places:
+        return None
+
+    def laid(paper: NDArray[np.uint8], dpi: float) -> NDArray[np.uint8]:
+        return pasted(paper, dpi, [(_pixels(path), place) for path, place in places])
+
+    return laid
+
+
+@lru_cache(maxsize=4)
+def _pixels(path: Path) -> NDArray[np.uint8]:
+    """(h, w, 3): a picture, or the first page of a PDF."""
+    from PIL import Image, ImageOps
+
+    try:
+        if path.suffix.lower() != ".pdf":
+            with Image.open(path) as picture:
+                upright = ImageOps.exif_transpose(picture).convert("RGBA")
+                white = Image.new("RGBA", upright.size, "white")
+                return np.asarray(Image.alpha_composite(white, upright).convert("RGB"))
+        try:
+            import pypdfium2
+        except ImportError as error:
+            raise InputError(
+                f"{path}: a background of PDF needs the extra pdf: pip install 'handout-driver[pdf]'."
+            ) from error
+        with pypdfium2.PdfDocument(path) as document:
+            return np.asarray(document[0].render(scale=_PDF_DPI / 72).to_pil().convert("RGB"))
+    except (OSError, ValueError, RuntimeError, Image.DecompressionBombError) as error:
+        raise InputError(f"{path} cannot be read as a picture: {error}.") from error
 
 
 def _inked(drawing: Drawing, colour: str, task: WritingTask) -> Drawing:
@@ -331,8 +418,8 @@ def _mixed(layers: Sequence[Drawing], task: WritingTask, dpi: float) -> Raster:
 
 def _in_order(layers: Sequence[Drawing], x_height: float) -> tuple[Stroke, ...]:
     """The strokes of all layers, a word after the other as they stand on the page, on one clock."""
-    if len(layers) == 1:
-        return layers[0].strokes
+    if len(layers) < 2:
+        return layers[0].strokes if layers else ()
     strokes = [(stroke.word, layer, at) for layer, each in enumerate(layers) for at, stroke in enumerate(each.strokes)]
     ordered, clock, before = list[Stroke](), 0.0, (-1, -1)
     for _, layer, at in sorted(strokes, key=lambda entry: entry[0]):
@@ -375,8 +462,16 @@ def write_letter(
     pages, drawings = draw_letter(task, wanted=wanted, tell=within(listener.progress, 0.0, _WRITTEN))
     files = write_drawings(drawings, paths, task.main.look, extra=extra, tell=within(listener.progress, _WRITTEN, 1.0))
     notes = (*letter.dropped, *texts.not_followed(task.main, picture, wanted >= INK), *task.main.paper_notes)
-    notes = (*notes, *texts.style_notes(task.main, drawings))
+    notes = (*notes, *texts.style_notes(task.main, drawings), *_unshown(drawings, paths))
     return texts.written(Tally.of(pages, drawings), task.main, files, notes)
+
+
+def _unshown(drawings: Sequence[Drawing], paths: Sequence[Path]) -> list[str]:
+    """A note on files that leave room for pictures and show none."""
+    others = sorted({path.suffix for path in paths if path.suffix.lower() != ".png"})
+    if not others or all(drawing.beneath is None for drawing in drawings):
+        return []
+    return [f"{' and '.join(others)} files leave the pictures and the background out, which PNG files show."]
 
 
 def write_source(

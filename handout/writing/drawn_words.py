@@ -119,7 +119,8 @@ def bound_bars(glyphs: Sequence[Glyph], strokes: Sequence[list[Array]]) -> None:
 def _ink(glyph: Glyph, strokes: Sequence[Array]) -> Array:
     """(n, 2): places along the strokes of a letter, the bars of t and f left out."""
     crossed = glyph.letter in CROSSED
-    return np.vstack([_evenly(stroke) for stroke in strokes if not (crossed and is_bar(stroke))])
+    stems = [stroke for stroke in strokes if not (crossed and is_bar(stroke))]
+    return np.vstack([_evenly(stroke) for stroke in stems or strokes])  # a stem may be slurred until it lies, too
 
 
 def _meant(glyph: Glyph, before: Glyph | None, after: Glyph | None, bar: Array) -> tuple[bool, bool]:

@@ -132,8 +132,8 @@ def indented(units: Iterator[Unit[G]]) -> tuple[float, Iterator[Unit[G]]]:
 
 
 LEAST_GAP = 0.55  # between the ink of two words, x-heights
-_SQUEEZE = 0.22  # people bunch the words of a line by at most this share of its gaps to get one more word in
-_SMALLEST_FIT = 0.55  # --fit never makes writing smaller than this share of what was asked for
+SQUEEZE = 0.22  # people bunch the words of a line by at most this share of its gaps to get one more word in
+SMALLEST_FIT = 0.55  # --fit never makes writing smaller than this share of what was asked for
 _BUNCHED = (0.72, 0.88)  # what --fit then makes of word gaps and line distance
 _CUT = 0.01  # x-heights before what a word that is wider than its line goes on with: it is still one word
 _BUNCH = 0.25  # share of the usual gap that a gap near the edge gives up before those further from it do
@@ -162,7 +162,7 @@ def extent(units: Sequence[Unit[G]], gaps: Sequence[float]) -> float:
     return sum(gaps[1:]) + sum(unit.word.advance for unit in units[:-1]) + reach
 
 
-def wrap(paragraph: Iterable[Unit[G]], indent: float, room: float, squeeze: float = _SQUEEZE) -> Iterator[Row[G]]:
+def wrap(paragraph: Iterable[Unit[G]], indent: float, room: float, squeeze: float = SQUEEZE) -> Iterator[Row[G]]:
     """Break a paragraph into rows of at most `room` x-heights; an empty one gives one empty row."""
     units: list[Unit[G]] = []
     for unit in paragraph:
@@ -235,12 +235,12 @@ def _fitted_rows(
         return layout, rows
     if not layout.fit:
         raise _too_long(len(rows), pitch, layout, limit)
-    for scale in np.linspace(1.0, _SMALLEST_FIT, 46)[1:]:
+    for scale in np.linspace(1.0, SMALLEST_FIT, 46)[1:]:
         smaller = _scaled(layout, pitch, float(scale))
         rows = list(rows_of(paragraphs, smaller))
         if _pages(len(rows), pitch, smaller) <= limit and _widest(rows) <= smaller.room:
             return smaller, rows
-    tight = _scaled(layout, pitch, _SMALLEST_FIT, _BUNCHED[1])
+    tight = _scaled(layout, pitch, SMALLEST_FIT, _BUNCHED[1])
     rows = list(rows_of([(indent, _bunch(units)) for indent, units in paragraphs], tight))
     if _pages(len(rows), pitch, tight) <= limit:
         return tight, rows
