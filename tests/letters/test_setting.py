@@ -175,3 +175,18 @@ def test_a_scanned_hand_writes_letters_in_other_inks():
     red = ink[:, 0] > ink[:, 2] + 0.3
     assert 0.1 < red.mean() < 0.9
     assert letters([page]) == "manyhensandmanymenahen"
+
+
+def test_a_table_over_several_pages_is_ruled_on_each_where_it_is():
+    rows = "".join(f"| {'some words ' * (1 + n % 4)} | x |\n" for n in range(8))
+    head = "---\n[first]\nmargin='10mm,10mm,10mm,20mm'\n[following]\nmargin='10mm,20mm,10mm,10mm'\n---\n"
+    pages, _ = drawn(f"{head}before\n\n| a | b |\n|---|---|\n{rows}", page="90x80mm")
+    assert len(pages) > 2
+    for page in pages:
+        placed = [p for line in page.lines for p in line.placed]
+        x = np.concatenate([s[:, 0] for p in placed if p.glyph.letter == "x" for s in p.strokes])
+        words = np.concatenate([[0.0], *(s[:, 0] for p in placed if p.glyph.letter in tuple("sdm") for s in p.strokes)])
+        lines = [s for p in placed if not p.glyph.letter for s in p.strokes if np.ptp(s[:, 1]) > np.ptp(s[:, 0])]
+        assert len(lines) == 1 and words.max() < lines[0][:, 0].mean() < x.min()
+        tops = [s[:, 1].min() for p in placed for s in p.strokes]
+        assert lines[0][:, 1].min() > min(tops) - 4
