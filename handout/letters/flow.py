@@ -379,6 +379,7 @@ class _Flow:
 
     def _rule(self, rule: Rule, left: float, right: float) -> None:
         self._space(_ABOVE["rule"])
+        self._keep(2 * self._usual)  # it parts two things, and stands with what follows
         at = self._at((), left, right)
         share = {"wide": 1.0, "short": 0.38, "flourish": 0.3}[rule.kind]
         length = at.width * share * math.exp(float(self._rng.normal(0.0, 0.06 * self._jitter)) if share < 1 else 0.0)
