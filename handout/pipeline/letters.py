@@ -356,7 +356,9 @@ def _layers(
     for voice, manuscript in page.layers.items():
         own = replace(task.tasks[voice.hand], hand=hands[voice.hand])
         drawing = draw(manuscript, own, page.rng.spawn(1)[0], about, wanted)
-        yield _inked(drawing, voice.ink, own) if voice.ink else drawing
+        # strokes have the ink of the whole letter from the pen that they are drawn with
+        ink = voice.ink or (own.look.pen.colour if own.coloured and drawing.ink is not None else "")
+        yield _inked(drawing, ink, own) if ink else drawing
     for place in page.signatures:
         signature = find_signature(str(place.source), task.letter.folder)
         own = replace(task.main, hand=signature, pen_hand=None)
@@ -470,7 +472,8 @@ def write_letter(
     wanted = frozenset[str]().union(*(INK if path.suffix.lower() in OF_INK else STROKES for path in paths))
     pages, drawings = draw_letter(task, wanted=wanted, tell=within(listener.progress, 0.0, _WRITTEN))
     files = write_drawings(drawings, paths, task.main.look, extra=extra, tell=within(listener.progress, _WRITTEN, 1.0))
-    notes = (*task.notes(), *texts.not_followed(task.main, picture, wanted >= INK), *task.main.paper_notes)
+    asked = replace(_headed(letter, picture, given), ink=None)  # which scanned ink follows here
+    notes = (*task.notes(), *texts.not_followed(task.main, asked, wanted >= INK), *task.main.paper_notes)
     notes = (*notes, *texts.style_notes(task.main, drawings), *_unshown(drawings, paths))
     return texts.written(Tally.of(pages, drawings), task.main, files, notes)
 
