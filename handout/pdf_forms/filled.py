@@ -15,7 +15,7 @@ from collections.abc import Collection, Mapping, Sequence
 from itertools import count
 from typing import Any
 
-from handout.pdf_forms.fields import Field, Form, Kind, full_name, is_widget, opened
+from handout.pdf_forms.fields import DEEPEST, Field, Form, Kind, full_name, inherited, is_widget, opened
 
 _POINT = 25.4 / 72  # mm
 # what of the appearance of a text field is its value: between these it is drawn
@@ -35,8 +35,7 @@ def blank(form: Form, answered: Collection[str]) -> bytes:
         for page in document.pages:
             _flatten(document, page, form.named, answered)
         root = document.Root
-        fields = root.get("/AcroForm", {}).get("/Fields", ())
-        signatures = [each for each in fields if str(each.get("/FT", "")) == "/Sig"]
+        signatures = [each for each in root.get("/AcroForm", {}).get("/Fields", ()) if _has_signature(each)]
         if signatures:
             root.AcroForm.Fields = _array(signatures)
             _without(root.AcroForm, "/XFA", "/NeedAppearances", "/CO")
@@ -50,7 +49,8 @@ def _resource(page: Any, resource: Any, kind: str) -> str:
     """The name of a resource that is added to a page: the same in every run."""
     import pikepdf
 
-    known = page.resources.get(kind, {})
+    # of no kind may a resource have the name: pikepdf replaces those of others, too
+    known = {str(name) for each in page.resources.values() if isinstance(each, pikepdf.Dictionary) for name in each}
     name = next(name for n in count() if (name := f"/Writing{n}") not in known)
     return str(page.add_resource(resource, pikepdf.Name(kind), pikepdf.Name(name)))
 
@@ -59,6 +59,13 @@ def _array(items: Sequence[Any]) -> Any:
     import pikepdf
 
     return pikepdf.Array(list(items))
+
+
+def _has_signature(field: Any, depth: int = 0) -> bool:
+    """Whether a field is a signature, or has one below it."""
+    if str(field.get("/FT", "")) == "/Sig":
+        return True
+    return depth < DEEPEST and any(_has_signature(each, depth + 1) for each in field.get("/Kids", ()))
 
 
 def _without(dictionary: Any, *keys: str) -> None:
@@ -101,9 +108,11 @@ def _appearance(document: Any, page: Any, annotation: Any, answered: Collection[
     normal = annotation.get("/AP", {}).get("/N")
     if isinstance(normal, pikepdf.Dictionary) and not isinstance(normal, pikepdf.Stream):
         normal = normal.get("/Off" if is_answered else str(annotation.get("/AS", "/Off")))
+        if normal is None:  # nothing is seen of a button that has no look for its state
+            return b""
     elif isinstance(normal, pikepdf.Stream) and is_answered:
         content = normal.read_bytes()
-        if "/BBox" not in normal or (_VALUE.search(content) is None and "/V" in annotation):
+        if "/BBox" not in normal or (_VALUE.search(content) is None and inherited(annotation, "/V")):
             normal = None
         else:
             form = document.make_stream(_VALUE.sub(b"", content))
