@@ -105,34 +105,43 @@ def _appearance(document: Any, page: Any, annotation: Any, answered: Collection[
     if int(annotation.get("/F", 0)) & _HIDDEN:
         return b""
     is_answered = full_name(annotation) in answered
-    normal = annotation.get("/AP", {}).get("/N")
-    if isinstance(normal, pikepdf.Dictionary) and not isinstance(normal, pikepdf.Stream):
-        normal = normal.get("/Off" if is_answered else str(annotation.get("/AS", "/Off")))
-        if normal is None:  # nothing is seen of a button that has no look for its state
+    look = annotation.get("/AP", {}).get("/N")
+    if isinstance(look, pikepdf.Dictionary) and not isinstance(look, pikepdf.Stream):
+        look = look.get("/Off" if is_answered else str(annotation.get("/AS", "/Off")))
+        if look is None:  # nothing is seen of a button that has no look for its state
             return b""
-    elif isinstance(normal, pikepdf.Stream) and is_answered:
-        content = normal.read_bytes()
-        if "/BBox" not in normal or (_VALUE.search(content) is None and inherited(annotation, "/V")):
-            normal = None
-        else:
-            form = document.make_stream(_VALUE.sub(b"", content))
-            for key in ("/BBox", "/Matrix", "/Resources"):
-                if key in normal:
-                    form[key] = normal[key]
-            normal = form
+    elif isinstance(look, pikepdf.Stream) and is_answered:
+        look = _without_value(document, look, has_value=bool(inherited(annotation, "/V")))
     rectangle: Any = pikepdf.Rectangle(annotation.Rect)
-    if not isinstance(normal, pikepdf.Stream):
+    if not isinstance(look, pikepdf.Stream):
         return _frame(rectangle, annotation.get("/MK", {}))
-    normal.Type, normal.Subtype = pikepdf.Name.XObject, pikepdf.Name.Form
-    matrix: Any = pikepdf.Matrix(normal.get("/Matrix", (1, 0, 0, 1, 0, 0)))
-    sides: Any = normal.BBox
-    box = matrix.transform(pikepdf.Rectangle(sides))
+    return _placed(page, look, rectangle)
+
+
+def _without_value(document: Any, look: Any, *, has_value: bool) -> Any:
+    """The appearance of a field without its value; None where the two cannot be parted."""
+    content = look.read_bytes()
+    if "/BBox" not in look or (has_value and _VALUE.search(content) is None):
+        return None
+    form = document.make_stream(_VALUE.sub(b"", content))
+    for key in ("/BBox", "/Matrix", "/Resources"):
+        if key in look:
+            form[key] = look[key]
+    return form
+
+
+def _placed(page: Any, look: Any, rectangle: Any) -> bytes:
+    """What draws an appearance so that it fills a rectangle of its page."""
+    import pikepdf
+
+    look.Type, look.Subtype = pikepdf.Name.XObject, pikepdf.Name.Form
+    matrix: Any = pikepdf.Matrix(look.get("/Matrix", (1, 0, 0, 1, 0, 0)))
+    box = matrix.transform(pikepdf.Rectangle(look.BBox))
     if not (box.width > 0 and box.height > 0):
         return b""
     a, d = rectangle.width / box.width, rectangle.height / box.height
     e, f = rectangle.llx - a * box.llx, rectangle.lly - d * box.lly
-    name = _resource(page, normal, "/XObject")
-    return f"q {a:.6f} 0 0 {d:.6f} {e:.4f} {f:.4f} cm {name} Do Q\n".encode()
+    return f"q {a:.6f} 0 0 {d:.6f} {e:.4f} {f:.4f} cm {_resource(page, look, '/XObject')} Do Q\n".encode()
 
 
 def _frame(rectangle: Any, characteristics: Any) -> bytes:
