@@ -50,7 +50,7 @@ class _Desk:
 
 
 _DESKS: dict[Path, tuple[str, _Desk]] = {}  # revision and desk of the files that were looked at last
-_MOST_DESKS = 4
+_MOST_DESKS = 4  # each holds the pictures of its pages once they were looked at
 
 
 def _revision(path: Path) -> str:
