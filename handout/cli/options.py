@@ -137,8 +137,9 @@ _PICTURE = (
         "--paper",
         default="none",
         show_default=True,
-        help="plain laid ruled squared (ruled:8mm; ruled:8mm,25mm: the first rule 25mm from the top), or a picture of "
-        "a sheet: behind the ink in PNG files, and written on its lines in all.",
+        help="plain laid ruled squared (ruled:8mm; ruled:8mm,25mm: the first rule 25mm from the top), or a picture or "
+        "PDF of a sheet (FILE, FILE:2): behind the ink in PNG files, and written on its lines and beside its print in "
+        "all.",
     ),
     click.option("--transparent", is_flag=True, help="PNG files without any paper."),
 )

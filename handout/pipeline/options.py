@@ -106,7 +106,8 @@ class PictureOptions:
         scanned hand's own pen.
     pen_width : width of the line; None: the pen's own.
     ink : colour of the ink, "#rrggbb" or a name; None: the pen's own.
-    paper : "none", "plain", "laid", "ruled", "squared" (with ":8mm", ":8mm,25mm"), or a picture of a sheet.
+    paper : "none", "plain", "laid", "ruled", "squared" (with ":8mm", ":8mm,25mm"), or a picture or PDF
+        of a sheet, FILE or FILE:2.
     transparent : leave the paper out of PNG files.
     """
 
