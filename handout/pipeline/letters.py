@@ -340,7 +340,7 @@ def _drawn(
         drawing = replace(drawing, strokes=_in_order(layers, page.whole.x_height))
     if all(layer.ink is None for layer in layers):
         return drawing
-    inked = np.array([layer.inked for layer in layers if layer.inked is not None])
+    inked = np.array([layer.bounds for layer in layers if layer.bounds is not None])
     bounds = (*inked[:, :2].min(axis=0).tolist(), *inked[:, 2:].max(axis=0).tolist()) if len(inked) else None
     return replace(drawing, ink=partial(_mixed, layers, task.main), inked=bounds)
 
