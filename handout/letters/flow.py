@@ -40,7 +40,7 @@ _ITEM, _ITEM_SD = 2.1, 0.1  # x-heights that the text of an item stands further 
 _LABEL_GAP = 0.9  # x-heights from an item's number to its text
 _QUOTE = 3.2  # x-heights that a quotation stands further in, left and half of it right
 _COLUMN_GAP = 2.2  # x-heights between what two columns of a table hold
-_BESIDE = 2.0  # x-heights between a picture and the words beside it
+_BESIDE = 2.0  # x-heights between a picture or a box and the words beside it
 _FOOT = 0.55  # share of the lower margin that is below a page number
 # gaps above and below blocks, in distances of lines
 _ABOVE = {"heading": 0.8, "table": 0.45, "signature": 0.35, "postscript": 1.0, "rule": 0.1, "list": 0.3}
@@ -214,7 +214,9 @@ class _Flow:
         # beside an address stands the date, and what else is put to the right
         if not self._right and any(upper < bottom and lower > top for _, upper, _, lower in boxes):
             return 0.0, 0.0
-        for a, upper, b, lower in [] if self._boxed else [*boxes, *self._page.taken]:
+        beside = _BESIDE * self._xh
+        set_apart = [(a - beside, upper, b + beside, lower) for a, upper, b, lower in boxes]
+        for a, upper, b, lower in [] if self._boxed else [*set_apart, *self._page.taken]:
             if upper < bottom and lower > top:
                 free = [part for p, q in free for part in ((p, min(q, a)), (max(p, b), q)) if part[1] > part[0]]
         x, end = max(free, key=lambda part: part[1] - part[0], default=(0.0, 0.0))

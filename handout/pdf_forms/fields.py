@@ -158,7 +158,7 @@ def read_form(path: Path) -> Form:
             tuple(page for page, _ in shown),
             tuple(matrix for _, matrix in shown),
             tuple(found.made()),
-            tuple(found.notes(signed=_signed(root))),
+            tuple(found.notes(root)),
         )
 
 
@@ -278,18 +278,20 @@ class _Fields:
         for name, (annotation, kind, widgets) in self.fields.items():
             yield _field(name, annotation, kind, tuple(widgets))
 
-    def notes(self, *, signed: bool) -> list[str]:
-        """Phrases on what cannot be filled in."""
-        hidden = sorted(self.hidden - set(self.fields))
+    def notes(self, form: Any) -> list[str]:
+        """Phrases on what cannot be filled in; `form` : the file's /AcroForm."""
         signatures = [name for name, (_, kind, _) in self.fields.items() if kind == "signature"]
+        calculated = [full_name(each) for each in form.get("/CO", ())]
+        said = [
+            (signatures, "{} left empty, to be signed"),
+            (sorted(self.unwritten), "{} left empty: passwords and files are not written"),
+            (sorted(self.hidden - set(self.fields)), "{} not shown on the pages, and left out"),
+            (calculated, "{} calculated by viewers, and not here: the table has to hold the results"),
+        ]
         return [
-            *([f"{_named(signatures)} left empty, to be signed"] if signatures else []),
-            *(
-                [f"{_named(sorted(self.unwritten))} left empty: passwords and files are not written"]
-                * bool(self.unwritten)
-            ),
-            *([f"{_named(hidden)} not shown on the pages, and left out"] if hidden else []),
-            *(["the form was signed, and its signature no longer holds once it is filled in"] if signed else []),
+            *(phrase.format(_named(names)) for names, phrase in said if names),
+            *(["the form was signed, and its signature no longer holds once it is filled in"] if _signed(form) else []),
+            *(["its XFA part is left out"] if "/XFA" in form else []),
         ]
 
 
