@@ -40,7 +40,7 @@ _ITEM, _ITEM_SD = 2.1, 0.1  # x-heights that the text of an item stands further 
 _LABEL_GAP = 0.9  # x-heights from an item's number to its text
 _QUOTE = 3.2  # x-heights that a quotation stands further in, left and half of it right
 _COLUMN_GAP = 2.2  # x-heights between what two columns of a table hold
-_BESIDE = 2.0  # x-heights between a picture and the words beside it
+_BESIDE = 2.0  # x-heights between a picture or a box and the words beside it
 _FOOT = 0.55  # share of the lower margin that is below a page number
 # gaps above and below blocks, in distances of lines
 _ABOVE = {"heading": 0.8, "table": 0.45, "signature": 0.35, "postscript": 1.0, "rule": 0.1, "list": 0.3}
@@ -207,18 +207,20 @@ class _Flow:
         return max(own, default=self._usual)
 
     def _room(self, baseline: float, scale: float, left: float, right: float) -> tuple[float, float]:
-        """The widest room for a row between what is on the page: its left end and its width, mm."""
-        free = [(self._frame.left + left, self._frame.right - right)]
+        """The widest room for a row between what is on the page, and further in: its left end and its width, mm."""
+        free = [(self._frame.left, self._frame.right)]
         top, bottom = baseline - 1.6 * self._xh * scale, baseline + 0.5 * self._xh * scale
         boxes = [] if self._boxed else self._page.boxes
         # beside an address stands the date, and what else is put to the right
         if not self._right and any(upper < bottom and lower > top for _, upper, _, lower in boxes):
             return 0.0, 0.0
-        for a, upper, b, lower in [] if self._boxed else [*boxes, *self._page.taken]:
+        beside = _BESIDE * self._xh
+        set_apart = [(a - beside, upper, b + beside, lower) for a, upper, b, lower in boxes]
+        for a, upper, b, lower in [] if self._boxed else [*set_apart, *self._page.taken]:
             if upper < bottom and lower > top:
                 free = [part for p, q in free for part in ((p, min(q, a)), (max(p, b), q)) if part[1] > part[0]]
         x, end = max(free, key=lambda part: part[1] - part[0], default=(0.0, 0.0))
-        return x, end - x
+        return x + left, end - right - x - left
 
     def _turn(self) -> None:
         """Go on at the top of the next page."""
@@ -325,7 +327,7 @@ class _Flow:
             whole = words[:end]
             text = "".join("".join(word.written.spelt) for word in whole)
             raise self._letter.wrong(
-                self._line,
+                whole[0].line,
                 f"{text!r} is {extent(whole, gaps_of(whole)) * self._xh:.0f} mm wide, and there are {width:.0f} mm for "
                 "it: use smaller letters, a hyphen, or more room.",
                 DoesNotFit,
@@ -379,6 +381,7 @@ class _Flow:
 
     def _rule(self, rule: Rule, left: float, right: float) -> None:
         self._space(_ABOVE["rule"])
+        self._keep(2 * self._usual)  # it parts two things, and stands with what follows
         at = self._at((), left, right)
         share = {"wide": 1.0, "short": 0.38, "flourish": 0.3}[rule.kind]
         length = at.width * share * math.exp(float(self._rng.normal(0.0, 0.06 * self._jitter)) if share < 1 else 0.0)

@@ -24,11 +24,19 @@ class Choices(Result):
     drawn: Sequence[ListedHand]
     scanned: Sequence[ListedHand]
     own: frozenset[str]  # scanned hands that may be changed
+    removable: frozenset[str]  # of them, those that are kept among the user's own
 
     def facts(self) -> Facts:
         hands = [{**hand.facts(), "about": hand.about, "drawn": True, "own": False} for hand in self.drawn]
         hands += [
-            {**hand.facts(), "about": hand.about, "drawn": False, "own": hand.name in self.own} for hand in self.scanned
+            {
+                **hand.facts(),
+                "about": hand.about,
+                "drawn": False,
+                "own": hand.name in self.own,
+                "removable": hand.name in self.removable,
+            }
+            for hand in self.scanned
         ]
         return {
             "hands": hands,
@@ -50,4 +58,5 @@ def choices(files: Sequence[Path] = ()) -> Choices:
     known, given = list_hands(), {path.stem: path for path in files}
     scanned = [hand for hand in known.scanned if hand.name not in given]
     scanned = [*(listed_file(path) for path in given.values()), *scanned]
-    return Choices(known.drawn, scanned, frozenset({*given, *library.own_scanned()}))
+    own = frozenset(library.own_scanned())
+    return Choices(known.drawn, scanned, own | given.keys(), own - given.keys())

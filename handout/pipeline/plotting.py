@@ -171,7 +171,8 @@ def plot(
         connected.close()
         raise
     listener.say(f"{profile.title}: {_amount(job)}, job {job.name}.")
-    notes = _notes(task, profile)
+    told = () if letter is None else letter.notes(apart=options.layers == "colour")
+    notes = (*told, *_notes(task, profile))
     listener.note(*notes)  # before the sheet is laid in
     reports = _run(job, port, attendance, account, operator or Unattended(port, listener), connected)
     job = load(job.folder)
@@ -206,7 +207,8 @@ def preview(
         drawings = [fit_to_bed(drawing, profile) for drawing in drawings]
     drawings = [laid_out(drawing, profile, request.plotting.layers, request.plotting.order) for drawing in drawings]
     plans = [plan(drawing, profile, speed="fast" if task.fast else 1.0) for drawing in drawings]
-    notes = (*_notes(task, profile), *style_notes(task, drawings))
+    told = () if letter is None else letter.notes(apart=request.plotting.layers == "colour")
+    notes = (*told, *_notes(task, profile), *style_notes(task, drawings))
     listener.note(*notes)
     look = dataclasses.replace(task.look, show_travel=show_travel)
     files = write_drawings(drawings, paths, look)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from msgspec import Meta, Struct
+from msgspec import Meta, Raw, Struct
 
 from handout.pipeline.options import (
     Align,
@@ -137,3 +137,26 @@ class Sheets(Body, frozen=True):
     def prompt(self, hand: str | None) -> PromptOptions:
         """What is on them."""
         return PromptOptions(pages=self.pages, hand=hand, also=self.also, page=self.page, ruling=self.ruling)
+
+
+Revision = Annotated[str, Meta(max_length=60)]
+
+
+class Revised(Body, frozen=True):
+    """A change of a hand as it was when it had this revision."""
+
+    revision: Revision
+
+
+class Corrections(Body, frozen=True):
+    """A list of corrections, each an object with `do`, `page` and places in pixels of the scan."""
+
+    revision: Revision
+    corrections: Raw
+
+
+class Rewinding(Body, frozen=True):
+    """So many entries of the journal are undone; negative: made again."""
+
+    revision: Revision
+    back: Annotated[int, Meta(ge=-1000, le=1000)] = 1

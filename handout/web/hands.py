@@ -20,7 +20,8 @@ _SAMPLE_SHEET = SheetOptions("110x24mm", "4mm", 1)
 _SAMPLE_DPI = 200.0  # of a line of writing in the gallery: sharp on screens of two pixels a point
 
 
-def _name(request: Request) -> str:
+def name_of(request: Request) -> str:
+    """The hand that a request is about."""
     name = str(request.path_params["name"])
     if not name.replace("-", "").replace("_", "").isalnum() or len(name) > 80:
         raise HTTPException(422, "A hand is called by its name: letters, digits, - and _.")
@@ -38,7 +39,7 @@ def _sent(studio: Studio, key: str, *suffixes: str) -> Path:
 
 async def sample(studio: Studio, request: Request, body: None) -> Response:
     """A line in a hand."""
-    name, folder = _name(request), studio.folder()
+    name, folder = name_of(request), studio.folder()
     writing = WritingOptions(studio.hand(name), seed=1, fit=True, fallback=True)
     drawn = name in studio.drawn
     options = (writing, _SAMPLE_SHEET, PictureOptions(_SAMPLE_DPI))
@@ -49,14 +50,14 @@ async def sample(studio: Studio, request: Request, body: None) -> Response:
 
 async def sheet(studio: Studio, request: Request, body: None) -> Response:
     """All letters of a hand."""
-    name, folder = _name(request), studio.folder()
+    name, folder = name_of(request), studio.folder()
     call = Call("kept_hands.show_hand", (studio.hand(name), [folder / f"{name}.png"]))
     return await followed(request, studio.begin(studio.long, "showing the letters", call, folder), "image/png")
 
 
 async def lacks(studio: Studio, request: Request, body: Lacking) -> Response:
     """What a text would lack."""
-    name = _name(request)
+    name = name_of(request)
     if name in studio.drawn:
         raise HTTPException(422, f"{name} is a drawn hand; what a text lacks is said when it is written.")
     call = Call("kept_hands.check_hand", (studio.hand(name), None, body.text))
@@ -79,21 +80,21 @@ async def take(studio: Studio, request: Request, body: GivenHand) -> Response:
 
 async def copy(studio: Studio, request: Request, body: None) -> Response:
     """A hand that comes with the program becomes one of the user's own, which can be corrected."""
-    name = _name(request)
+    name = name_of(request)
     call = Call("kept_hands.copy_hand", (studio.hand(name), f"my-{name}"))
     return json_answer({"name": (await studio.answer("copying a hand", call))["name"]})
 
 
 async def give(studio: Studio, request: Request, body: None) -> Response:
     """A hand as a file."""
-    name, folder = _name(request), studio.folder()
+    name, folder = name_of(request), studio.folder()
     await studio.answer("copying a hand", Call("kept_hands.export_hand", (studio.hand(name), folder / f"{name}.hand")))
     return FileResponse(folder / f"{name}.hand", media_type="application/zip", filename=f"{name}.hand")
 
 
 async def remove(studio: Studio, request: Request, body: None) -> Response:
     """A hand of the user's own is deleted."""
-    facts = await studio.answer("deleting a hand", Call("kept_hands.remove_hand", (_name(request),)), studio.desk)
+    facts = await studio.answer("deleting a hand", Call("kept_hands.remove_hand", (name_of(request),)), studio.desk)
     return json_answer({"name": facts["name"]})
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import re
 import secrets
 from collections.abc import AsyncIterator
 from pathlib import Path, PurePath
@@ -45,7 +46,7 @@ async def upload(studio: Studio, request: Request, body: None) -> Response:
     if suffix not in SUFFIXES:
         raise HTTPException(422, f"A file is sent with its name, which ends in one of {', '.join(SUFFIXES)}.")
     studio.room(0)
-    path, size = studio.folder() / f"{secrets.token_hex(8)}{suffix}", 0
+    path, size = studio.folder() / f"{_harmless(name)}{suffix}", 0
     try:
         with path.open("wb") as file:
             async for part in request.stream():
@@ -59,6 +60,11 @@ async def upload(studio: Studio, request: Request, body: None) -> Response:
         raise
     studio.uploads[key := secrets.token_urlsafe(16)] = Upload(path, name, size)
     return json_answer({"id": key, "name": name, "bytes": size})
+
+
+def _harmless(name: str) -> str:
+    """The stem of a name as letters, digits and hyphens: by it the scan is called in a hand, and in sentences."""
+    return re.sub("[^A-Za-z0-9]+", "-", PurePath(name).stem)[:40].strip("-") or "scan"
 
 
 def _forget(path: Path) -> None:

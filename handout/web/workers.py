@@ -9,9 +9,11 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import pickle
+import re
 import secrets
 import shutil
 import sys
+import tempfile
 from collections.abc import AsyncIterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -145,12 +147,12 @@ class _Process:
         what = answer["what"]
         if what in ENDED:
             if not task.ended:
-                told = {"facts": answer.get("facts"), "error": answer.get("error", ""), "share": 1.0}
+                told = {"facts": answer.get("facts"), "error": bare(answer.get("error", "")), "share": 1.0}
                 told |= {"said": [*task.said, *(note for note in answer.get("notes", ()) if note not in task.said)]}
                 task.change(state=what, reason=answer.get("reason", ""), **told)
             return True
         if not task.ended and what == "said":
-            task.change(said=[*task.said, *answer["sentences"]])
+            task.change(said=[*task.said, *map(bare, answer["sentences"])])
         elif not task.ended:
             task.change(share=answer["share"], stage=answer["stage"])
         return False
@@ -171,6 +173,11 @@ class _Process:
             with contextlib.suppress(ProcessLookupError):
                 self._process.kill()
             await self._process.wait()
+
+
+def bare(sentence: str) -> str:
+    """A sentence in which files of the server's own are called by their names, without their folders."""
+    return re.sub(rf"{re.escape(tempfile.gettempdir())}[/\\](?:[\w.-]+[/\\])*", "", sentence)
 
 
 def _send(process: asyncio.subprocess.Process, message: tuple[int, Call | None]) -> None:

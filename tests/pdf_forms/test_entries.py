@@ -54,6 +54,8 @@ def test_text_stands_on_the_rule_under_it_and_in_the_middle_of_a_box():
     box = (20.0, 40.0, 120.0, 50.0)
     page, _ = written(text_field(box), "nun mum", [9.2])
     assert np.percentile(xy(page)[:, 1], 95) == pytest.approx(49.2, abs=0.45)
+    page, _ = written(text_field(box), "nun mum", [-1.2, 9.2])  # the rule of the line above
+    assert np.percentile(xy(page)[:, 1], 95) == pytest.approx(49.2, abs=0.45)
     page, _ = written(text_field(box), "nun mum", [0.0, 10.0])
     assert np.median(xy(page)[:, 1]) == pytest.approx(45.9, abs=0.9)
 

@@ -101,9 +101,12 @@ def test_an_upload_gets_a_name_of_the_server_s(visitor):
     answer = visitor.post("/api/uploads?name=../../evil/page.PNG", headers=visitor.key, content=b"x" * 100)
     assert answer.json()["name"] == "page.PNG" and answer.json()["bytes"] == 100
     (kept,) = visitor.studio.uploads.values()
-    assert kept.path.is_relative_to(visitor.studio._folder.name) and "page" not in kept.path.name
+    assert kept.path.is_relative_to(visitor.studio._folder.name) and kept.path.name == "page.png"
     assert visitor.delete(f"/api/uploads/{answer.json()['id']}", headers=visitor.key).status_code == 200
     assert not kept.path.exists() and not visitor.studio.uploads
+    odd = visitor.post("/api/uploads", params={"name": "..\\a b/.-$(x)\n;'.tif"}, headers=visitor.key, content=b"x")
+    (kept,) = visitor.studio.uploads.values()
+    assert odd.status_code == 200 and kept.path.name == "x.tif"
     for name in ("page.exe", "", "png", "page.svg"):
         assert visitor.post(f"/api/uploads?name={name}", headers=visitor.key, content=b"x").status_code == 422
 

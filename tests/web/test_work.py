@@ -39,7 +39,8 @@ def sent(program, name, data):
 
 def test_choices_name_what_requests_may_hold(program):
     hands = {hand["name"]: hand for hand in program.choices["hands"]}
-    assert hands["house-joined"]["drawn"] and not hands["house-joined-ballpoint"]["own"] and hands["small"]["own"]
+    assert hands["house-joined"]["drawn"] and not hands["house-joined-ballpoint"]["own"]
+    assert hands["small"]["own"] and not hands["small"]["removable"]
     assert "ballpoint" in program.choices["pens"] and "A6" in program.choices["pages"]
     assert any(plotter["name"] == "plotter-grbl-servo" for plotter in program.choices["plotters"])
 

@@ -70,7 +70,8 @@ function card(hand, redraw, seen) {
   }, label);
   const actions = [act('All letters', async () => shown(`Letters of ${hand.name}`, await pictureOf(`${url}/sheet`, `All letters of ${hand.name}`, 'image/png')))];
   if (!hand.drawn) actions.push(act('Save as file', async () => save(await blob(`${url}/file`), `${hand.name}.hand`)));
-  if (hand.own) {
+  if (!hand.drawn) actions.push(h('a', { class: 'button', href: `#letters/${encodeURIComponent(hand.name)}` }, 'Letters'));
+  if (hand.removable) {
     actions.push(act('Delete', async () => {
       if (!confirm(`Delete the hand ${hand.name}? Its scans are not touched.`)) return;
       await request('DELETE', url);

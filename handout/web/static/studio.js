@@ -4,8 +4,9 @@ import { open, key, request } from './api.js';
 import { h, say } from './dom.js';
 import * as write from './write.js';
 import * as hands from './hands.js';
+import * as letters from './letters.js';
 
-const PAGES = { write: ['Write', write], hands: ['Hands', hands] };
+const PAGES = { write: ['Write', write], hands: ['Hands', hands], letters: ['Letters', letters] };
 const main = document.querySelector('#main');
 const shared = { choices: null, async refresh() { this.choices = await request('GET', '/api/choices'); } };
 let leave = null;

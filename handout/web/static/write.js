@@ -128,7 +128,7 @@ export async function show(main, shared) {
   const sheet = h('figure', { class: 'sheet', 'aria-label': 'The page' });
   const paper = h('div', { class: 'paper', tabindex: 0, 'aria-label': 'The page, to scroll' }, sheet);
   const notes = h('div', { class: 'told', 'aria-live': 'polite' });
-  main.append(h('div', { class: 'write' }, form, h(
+  main.append(h('div', { class: 'write' }, h('h1', { class: 'hidden' }, 'Write'), form, h(
     'section', { class: 'desk', 'aria-label': 'The page' },
     h('div', { class: 'tools' }, h('span', { class: 'joined' }, back, place, on), replay, h('span', {}, pace), wayLabel,
       h('span', { class: 'joined push' }, made.device, made.format, download)),
