@@ -3,6 +3,7 @@
 Every row has a letter of its own, four to a bed on plotters, and an envelope.  A program is killed at a random line of
 the batch's journal (before or after it is written), at a random byte to or from the plotter, or within a printer's
 taking of a page, and begun again with --resume until nothing is left; a plot's journal keeps then what was on the disk.
+Five batches, on a GRBL, a Marlin, an EBB and two printers: 500 rows, 1000 pages, 200 kills; every page is made once.
 """
 
 from __future__ import annotations

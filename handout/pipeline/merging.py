@@ -24,7 +24,7 @@ from handout.merging.fields import Fields, RowManner, counted, doubts
 from handout.merging.sheets import overlaid
 from handout.merging.template import Letter
 from handout.pipeline import writing
-from handout.pipeline.inputs import LETTERS, decoded
+from handout.pipeline.inputs import LETTERS, decoded, is_file
 from handout.pipeline.job_pages import program, words
 from handout.pipeline.letters import LetterTask, draw_letter, prepare_letter
 from handout.pipeline.options import MergeOptions, PictureOptions, SheetOptions, TableOptions, WritingOptions
@@ -45,6 +45,7 @@ _NOT_OF_THE_BATCH = {"dry_run", "resume", "again", "afresh", "page", "letter", "
 _HEAD = re.compile(r"\ufeff?(?:---|\+\+\+)[ \t]*\n(?:.*\n)*?(?:---|\+\+\+)[ \t]*(?:\n|\Z)")
 # options that the head of a letter file may give, too
 _OF_HEADS = frozenset(Head.__struct_fields__)
+_MOST_SENDER = 6  # lines of a return address: more do not fit the corner of an envelope
 _SENDER, _TICK = 1_000_003, 2_000_003  # added to the seed: a sender does not vary as the address beside it does
 
 
@@ -103,7 +104,7 @@ def read(path: Path, table: TableOptions, options: MergeOptions, listener: Liste
         rows = replace(rows, rows=tuple(asked))
     rows = _abroad(counted(rows), options.home_country)
     listener.say(*(f"{path}: {note}." for note in rows.notes))
-    return Merge(path, rows, options, letter, head, _sender(options.return_address))
+    return Merge(path, rows, options, letter, head, _sender(options.return_address, listener))
 
 
 def _letter(path: Path, listener: Listener) -> tuple[Letter, str | None]:
@@ -135,17 +136,18 @@ def _abroad(table: Addresses, home: str) -> Addresses:
     return replace(table, rows=tuple(rows))
 
 
-def _sender(given: str) -> tuple[str, ...]:
+def _sender(given: str, listener: Listener) -> tuple[str, ...]:
     """The lines of a return address, a text or its file; one line is broken at its commas."""
-    if not given:
-        return ()
     text = given.replace("\\n", "\n")
-    if "\n" not in text and Path(text).is_file():
-        text = Path(text).read_text(encoding="utf-8")
-    lines = [line.strip() for line in text.strip().split("\n")]
+    if is_file(text):
+        text = decoded(Path(text).read_bytes(), text, listener)
+    lines = text.strip().split("\n")
     if len(lines) == 1:
-        lines = [part.strip() for part in lines[0].split(",")]
-    return tuple(line for line in lines if line)
+        lines = lines[0].split(",")
+    sender = tuple(line.strip() for line in lines if line.strip())
+    if len(sender) > _MOST_SENDER or (given and not sender):
+        raise InputError(f"return address: {len(sender)} lines; give 1 to {_MOST_SENDER}, or a file that has them.")
+    return sender
 
 
 def journal_of(pages: RowPages, table: TableOptions, more: Mapping[str, object], dry_run: bool) -> Journal:

@@ -47,6 +47,7 @@ from handout.sinks.drawing_json import to_json
 from handout.sources.drawing_json import from_json
 from handout.values import Drawing, Page
 
+_PENS = "--columns pen=…: a plotter draws with the pen that is in it; the column shows in pictures alone."
 _ENDS = {"ebb": "\r", "hpgl": ""}  # of the lines of a dialect, where that is no line feed
 
 
@@ -142,7 +143,7 @@ def plot_rows(
         letters=merged.with_letters,
         reports=tuple(place.queue.reports) if isinstance(place, PlotSpool) else (),
         planned_s=place.planned_s if isinstance(place, PlotFiles) else None,
-        notes=(*task.paper_notes, *pages.dropped),
+        notes=(*task.paper_notes, *pages.dropped, *([_PENS] if merged.fields.says("pen") else [])),
     )
 
 
