@@ -103,7 +103,8 @@ MAY = {
         "tagging",
         "writing",
     },
-    "cli": {"pipeline"},
+    "web": {"pipeline"},
+    "cli": {"pipeline", "web"},
     "plugins": {"pipeline", "cli"},
     "__main__": {"cli"},
 }
@@ -111,7 +112,7 @@ MAY = {
 DOORS = {"pipeline/calibrating.py", "pipeline/guided_calibration.py"}
 HEAVY = {
     "numpy", "scipy", "sklearn", "skimage", "cv2", "colour", "reportlab", "rich", "PIL", "serial", "torch", "tifffile",
-    "markdown_it", "mdit_py_plugins",
+    "markdown_it", "mdit_py_plugins", "starlette",
 }  # fmt: skip
 
 

@@ -20,6 +20,9 @@ handout write --file examples/letter.txt --hand house-quick --page A5 --x-height
 handout write examples/thank-you.md --seed 4 --dpi 130 --paper plain --quiet -o "$here/thank-you.png"
 handout write examples/letter.md --seed 4 --dpi 100 --quiet -o "$work/of-letter.png"
 python examples/form.py "$work/form.pdf"
+python examples/sheet.py "$work/sheet.jpg"
+handout write "Dear Ada, thank you for the quinces. We shall visit you in August and bring the old zither; please expect five of us, and Zoë's dog. The hens have taken to sitting in the wheelbarrow as if it belonged to them: yesterday I found two eggs in my left boot." \
+  --paper "$work/sheet.jpg" --page A5 --hand house-quick --seed 4 --dpi 130 --quiet -o "$work/sheet.png"
 handout fill "$work/form.pdf" examples/form.csv --rows 2 --seed 3 --dpi 150 --quiet -o "$work/form.png"
 handout pen test --device simulated --page A5 --dry-run "$work/test-sheet.png" --quiet
 handout write "It writes itself." --hand house-joined --page 90x20mm --margin 3mm,6mm --pages 1 --fit --seed 2 --quiet -o "$here/replay.svg"
@@ -87,6 +90,12 @@ sheet([work / "scanned.png"], 1, here / "scanned.png")
 sheet([work / f"pen-{name}.png" for name in ("ballpoint", "fineliner", "fountain", "pencil")], 2, here / "pens.png")
 sheet([work / f"brush-{name}.png" for name in ("dry-brush", "marker", "sumi", "crayon")], 1, here / "brushes.png", 96)
 sheet([work / f"pose-{name}.png" for name in ("firm", "light")], 1, here / "pose.png", 16)
+sides = [Image.open(work / name).convert("RGB") for name in ("sheet.jpg", "sheet.png")]
+sides = [side.resize((round(540 * side.width / side.height), 540), Image.LANCZOS) for side in sides]
+pair = Image.new("RGB", (sum(side.width for side in sides) + 12, 540), "white")
+pair.paste(sides[0], (0, 0))
+pair.paste(sides[1], (sides[0].width + 12, 0))
+pair.quantize(96).save(here / "sheet.png", optimize=True)
 filled = Image.open(work / "form-1.png").convert("RGB").crop((100, 225, 1140, 1070))
 filled.resize((760, round(760 * filled.height / filled.width)), Image.LANCZOS).quantize(48).save(here / "form.png", optimize=True)
 PY

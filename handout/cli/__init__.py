@@ -29,6 +29,7 @@ _VERBS = {
     "style": "Learn a handstyle from examples.",
     "asemic": "Invent letters that mean nothing, and write them as a tag.",
     "devices": "List, show and check machines.",
+    "studio": "Open a page in the browser: write, make hands, correct their letters.",
     "score": "Measure how far page images look written by a person.",
 }
 

@@ -246,6 +246,23 @@ def _supplied(supply: Sequence[Outlook]) -> list[str]:
     return lines
 
 
+@command.command("tag")
+@click.argument("path")
+@click.option("--port", type=click.IntRange(1, 65535), help="Where it listens; default: 7217, or any that is free.")
+@click.option("--no-browser", is_flag=True, help="Print the link and open nothing.")
+def tag(path: str, port: int | None, no_browser: bool) -> None:
+    """Correct the letters of the hand PATH, a .hand file, in the browser: the studio, opened at its page Letters.
+
+    \b
+    handout hand tag mine.hand
+    """
+    from pathlib import Path
+
+    from handout.cli.studio_ import open_studio
+
+    open_studio((path,), f"letters/{Path(path).stem}", port, not no_browser, as_json=False)
+
+
 @command.command("edit")
 @click.argument("name")
 @click.argument("corrections", required=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import fields
 from functools import partial, wraps
 from pathlib import Path
 
@@ -16,10 +17,12 @@ from handout.pipeline.options import (
     ENGINES,
     PENS,
     POSE_METHODS,
+    MergeOptions,
     PictureOptions,
     PoseOptions,
     SheetOptions,
     StyleOptions,
+    TableOptions,
     WritingOptions,
     slip_rate,
 )
@@ -108,6 +111,16 @@ MERGE = (
     click.option("--tick", is_flag=True, help="The row's number, small, on letter and envelope."),
     click.option("--skip-bad", is_flag=True, help="Make the rows that can be made, though others cannot."),
 )
+
+
+def batch(**values: object) -> tuple[TableOptions, MergeOptions]:
+    """The options of a table and of its letters, as a verb gets them."""
+    names = {field.name for field in fields(TableOptions)}
+    kinds: tuple[Callable[..., TableOptions], Callable[..., MergeOptions]] = TableOptions, MergeOptions
+    own = {name: values.pop(name) for name in names & values.keys()}
+    return kinds[0](**own), kinds[1](**values)
+
+
 _PICTURE = (
     click.option("--dpi", type=click.FloatRange(36, 2400), default=300.0, show_default=True, help="Of PNG files."),
     click.option(
@@ -124,8 +137,9 @@ _PICTURE = (
         "--paper",
         default="none",
         show_default=True,
-        help="plain laid ruled squared (ruled:8mm; ruled:8mm,25mm: the first rule 25mm from the top), or a picture of "
-        "a sheet: behind the ink in PNG files, and written on its lines in all.",
+        help="plain laid ruled squared (ruled:8mm; ruled:8mm,25mm: the first rule 25mm from the top), or a picture or "
+        "PDF of a sheet (FILE, FILE:2): behind the ink in PNG files, and written on its lines and beside its print in "
+        "all.",
     ),
     click.option("--transparent", is_flag=True, help="PNG files without any paper."),
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -89,23 +90,25 @@ def command(
 
     try:
         with console.working():
-            result = print_(table, printing, writing, picture, merge, change=change, listener=console)
+            asked = replace(merge, given=options.given())
+            result = print_(table, printing, writing, picture, asked, change=change, listener=console)
     except (PrintingStopped, RowsRefused) as stopped:
         name_problems(stopped.report, console)
         raise
     name_problems(result.report, console)
     if result.calibration_note:
         console.say(result.calibration_note)
-    sentence = f"{_summary(result)}; {sentences.writing_time(result.tally)}seed {result.seed}."
+    sentence = f"{summary(result)}; {sentences.writing_time(result.tally)}seed {result.seed}."
     console.report(result, sentence + sentences.lent(result.tally) + sentences.doubted(result.tally))
     return result.report.exit_code
 
 
-def _summary(result: Printed) -> str:
+def summary(result: Printed) -> str:
     """What became of a batch, in a few words."""
     report = result.report
     files = ", ".join(map(str, report.files[:_MOST_NAMED]))
-    where = files or f"{units.count(len(report.jobs), 'job')} to {result.destination}"
+    jobs = units.count(len({job.name for job in report.jobs}), "job")
+    where = files or f"{jobs} to {result.destination}"
     before = f", {len(report.before)} before" if report.before else ""
     wanted = units.count(len(report.rows) + len(report.failed), "row" if result.letters else "envelope")
     return f"{len(report.rows)} of {wanted} done ({where}){before}"

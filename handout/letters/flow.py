@@ -33,13 +33,14 @@ from handout.writing.layout import ASCENT, DESCENT, FOOT_ABOVE_RULE, Layout
 from handout.writing.pages import SQUEEZE, extent, squeezed
 
 _NARROWEST = 9.0  # x-heights: nobody writes in less room beside a picture
+_LEAST_ROOM = 2.5  # x-heights: room for a letter or two
 _PARAGRAPH, _PARAGRAPH_SD = 0.55, 0.06  # of the distance of lines, beside it
 _INDENT = 2.6  # x-heights, of a first line
 _ITEM, _ITEM_SD = 2.1, 0.1  # x-heights that the text of an item stands further in
 _LABEL_GAP = 0.9  # x-heights from an item's number to its text
 _QUOTE = 3.2  # x-heights that a quotation stands further in, left and half of it right
 _COLUMN_GAP = 2.2  # x-heights between what two columns of a table hold
-_BESIDE = 2.0  # x-heights between a picture and the words beside it
+_BESIDE = 2.0  # x-heights between a picture or a box and the words beside it
 _FOOT = 0.55  # share of the lower margin that is below a page number
 # gaps above and below blocks, in distances of lines
 _ABOVE = {"heading": 0.8, "table": 0.45, "signature": 0.35, "postscript": 1.0, "rule": 0.1, "list": 0.3}
@@ -158,17 +159,21 @@ class _Flow:
 
     # Where a row goes
 
-    def _at(self, words: Sequence[LetterWord], left: float, right: float) -> _At:
-        """Where a row of some words may go next, on this page or the next."""
+    def _at(self, words: Sequence[LetterWord], left: float, right: float, least: float = 0.0) -> _At:
+        """Where a row of some words may go next, on this page or the next; `least` : mm that it is wide."""
         scale = max((word.scale for word in words), default=1.0)
-        pitch = self._pitch_of(words)
+        pitch, whole = self._pitch_of(words), self._frame.width - left - right
+        if whole < _LEAST_ROOM * self._xh:
+            raise self._letter.wrong(
+                self._line, f"it stands so far in that {max(whole, 0.0):.0f} mm are left for it.", DoesNotFit
+            )
         while True:
             baseline, slope = self._next(scale, pitch)
             if baseline + DESCENT * self._xh * scale > self._frame.bottom + 1e-6:
                 self._turn()
                 continue
             x, width = self._room(baseline, scale, left, right)
-            if width < min(_NARROWEST * self._xh, 0.9 * (self._frame.width - left - right)):
+            if width < min(max(_NARROWEST * self._xh, least), 0.9 * whole if least < 0.9 * whole else whole - 1e-6):
                 self._skipped += 0.25 * self._usual
                 continue
             return _At(baseline, slope, x, width)
@@ -180,13 +185,17 @@ class _Flow:
             baseline = self._frame.top + ASCENT * self._xh * scale + self._skipped
         else:
             baseline = self._last + self._gap + 0.4 * self._pitch + 0.6 * pitch + self._skipped
-        if layout.ruling is None or self._boxed:
+        if layout.ruling is None:
             return baseline, 0.0
         off = 0.5 * (self._frame.left + self._frame.right - layout.page.width)
         nearest = -math.inf if self._last is None else baseline - 0.5 * layout.ruling.pitch
-        for height, slope in layout.rules:
+        # a box is not measured by the rules: what stands in it may look out of it a little
+        upper = (
+            self._frame.top + ASCENT * self._xh + self._skipped - (0.2 * layout.ruling.pitch if self._boxed else 1e-6)
+        )
+        for height, slope in layout.ruling.rules:
             on_rule = height - FOOT_ABOVE_RULE + slope * off
-            if on_rule > max(nearest, self._frame.top + ASCENT * self._xh + self._skipped - 1e-6):
+            if on_rule > max(nearest, upper):
                 return on_rule, slope
         return math.inf, 0.0
 
@@ -198,18 +207,20 @@ class _Flow:
         return max(own, default=self._usual)
 
     def _room(self, baseline: float, scale: float, left: float, right: float) -> tuple[float, float]:
-        """The widest room for a row between what is on the page: its left end and its width, mm."""
-        free = [(self._frame.left + left, self._frame.right - right)]
+        """The widest room for a row between what is on the page, and further in: its left end and its width, mm."""
+        free = [(self._frame.left, self._frame.right)]
         top, bottom = baseline - 1.6 * self._xh * scale, baseline + 0.5 * self._xh * scale
         boxes = [] if self._boxed else self._page.boxes
         # beside an address stands the date, and what else is put to the right
         if not self._right and any(upper < bottom and lower > top for _, upper, _, lower in boxes):
             return 0.0, 0.0
-        for a, upper, b, lower in [] if self._boxed else [*boxes, *self._page.taken]:
+        beside = _BESIDE * self._xh
+        set_apart = [(a - beside, upper, b + beside, lower) for a, upper, b, lower in boxes]
+        for a, upper, b, lower in [] if self._boxed else [*set_apart, *self._page.taken]:
             if upper < bottom and lower > top:
                 free = [part for p, q in free for part in ((p, min(q, a)), (max(p, b), q)) if part[1] > part[0]]
         x, end = max(free, key=lambda part: part[1] - part[0], default=(0.0, 0.0))
-        return x, end - x
+        return x + left, end - right - x - left
 
     def _turn(self) -> None:
         """Go on at the top of the next page."""
@@ -248,7 +259,8 @@ class _Flow:
 
     def _keep(self, height: float) -> None:
         """Begin a new page where less than so many mm are left of this one."""
-        if self._last is not None and self._last + self._gap + height > self._frame.bottom and not self._boxed:
+        below = self._frame.bottom - DESCENT * self._xh
+        if self._last is not None and self._last + self._gap + height > below and not self._boxed:
             self._turn()
 
     def _add(
@@ -285,8 +297,9 @@ class _Flow:
     def _row(self, words: Sequence[LetterWord], left: float, right: float, side: Side | None) -> int:
         """Place as many of some words as one row holds."""
         taken, self._right = words[:1], side == "right"
+        first = next(_clusters(words))
         while True:
-            at = self._at(taken, left, right)
+            at = self._at(taken, left, right, self._width(first))
             count, gaps = self._filled(words, at.width)
             before = self._pitch_of(taken), max(word.scale for word in taken)
             taken = words[:count]
@@ -314,7 +327,7 @@ class _Flow:
             whole = words[:end]
             text = "".join("".join(word.written.spelt) for word in whole)
             raise self._letter.wrong(
-                self._line,
+                whole[0].line,
                 f"{text!r} is {extent(whole, gaps_of(whole)) * self._xh:.0f} mm wide, and there are {width:.0f} mm for "
                 "it: use smaller letters, a hyphen, or more room.",
                 DoesNotFit,
@@ -368,6 +381,7 @@ class _Flow:
 
     def _rule(self, rule: Rule, left: float, right: float) -> None:
         self._space(_ABOVE["rule"])
+        self._keep(2 * self._usual)  # it parts two things, and stands with what follows
         at = self._at((), left, right)
         share = {"wide": 1.0, "short": 0.38, "flourish": 0.3}[rule.kind]
         length = at.width * share * math.exp(float(self._rng.normal(0.0, 0.06 * self._jitter)) if share < 1 else 0.0)
@@ -445,35 +459,36 @@ class _Flow:
 
     def _table(self, block: TableBlock, left: float, right: float) -> None:
         self._space(_ABOVE["table"])
-        self._clear(left, right)
+        self._clear()
         cells = [[self._lines.get(self._number[id(cell)], []) for cell in row] for row in block.rows]
         gap, size = _COLUMN_GAP * block.manner.size * self._xh, block.manner.size
-        inner = self._frame.width - left - right
-        starts, widths = self._columns(block, cells, inner, gap)
-        lines_at = [self._frame.left + left + start for start in starts]
+        starts, widths = self._columns(block, cells, self._narrowest() - left - right, gap)
         end, voice = starts[-1] + widths[-1], voice_of(block.manner)
-        page, top = self._page, 0.0
-        for number, (row, paragraphs) in enumerate(zip(cells, block.rows, strict=True)):
-            broken = [self._broken(lines, width) for lines, width in zip(row, widths, strict=True)]
+        page, x, top = self._page, 0.0, math.inf  # of the part of the table that is on a page
+        rows = [[self._broken(lines, width) for lines, width in zip(row, widths, strict=True)] for row in cells]
+        depths = [max(1, *map(len, broken)) for broken in rows] + [0]
+        for number, (broken, paragraphs, deep) in enumerate(zip(rows, block.rows, depths, strict=False)):
             sides = [paragraph.side or "left" for paragraph in paragraphs]
-            deep = max(1, *map(len, broken))
-            self._keep((deep + (number == 0)) * self._usual * size)
-            if number and self._page is not page:
-                self._rule_columns(page, lines_at, gap, top, voice)
-            if number == 0 or self._page is not page:
-                page, top = self._page, math.inf
+            # the head stays with the row below it
+            self._keep((deep + (0 if number else depths[1] + 0.3)) * self._usual * size)
             for depth in range(deep):
                 at = self._table_row(broken, depth, sides, (starts, widths), (left, right))
-                top = min(top, at.baseline - 1.6 * self._xh * size)
+                if self._page is not page:
+                    self._rule_columns(page, x, (starts, gap), top, voice)
+                    page, top = self._page, math.inf
+                x, top = at.x, min(top, at.baseline - 1.6 * self._xh * size)
             if deep > 1:  # rows of several lines are kept apart
                 self._gap = 0.22 * self._usual * size
             if number == 0:
                 y = 0.42 * self._usual * size
-                mark = Mark("ruled", (at.x - 0.4 * gap, y), (at.x + end + 0.3 * gap, y), voice)
-                self._mark(page, mark)
+                self._mark(page, Mark("ruled", (x - 0.4 * gap, y), (x + end + 0.3 * gap, y), voice))
                 self._gap = 0.3 * self._usual * size
-        self._rule_columns(page, lines_at, gap, top, voice)
+        self._rule_columns(page, x, (starts, gap), top, voice)
         self._space(_BELOW["table"])
+
+    def _narrowest(self) -> float:
+        """Room between the margins of a page that comes, mm."""
+        return self._frame.width if self._boxed else min(self._frame.width, self._setting.following.width)
 
     def _table_row(
         self,
@@ -548,21 +563,26 @@ class _Flow:
         last = page.rows[-1]
         page.rows[-1] = replace(last, marks=(*last.marks, mark))
 
-    def _rule_columns(self, page: FlowPage, starts: Sequence[float], gap: float, top: float, voice: Voice) -> None:
-        """Draw the lines between the columns of a table, from `top` mm to the last row of a page."""
-        last = page.rows[-1]
-        for start in starts[1:]:
-            place = start - 0.58 * gap
-            self._mark(page, Mark("ruled", (place, top - last.baseline), (place, 0.35 * self._usual), voice))
+    def _rule_columns(
+        self, page: FlowPage, x: float, columns: tuple[Sequence[float], float], top: float, voice: Voice
+    ) -> None:
+        """Draw the lines between the columns of a table, from `top` mm to the last row of a page.
 
-    def _clear(self, left: float, right: float) -> None:
+        x : where the table begins, mm; columns : where each begins in it, and the gap between two.
+        """
+        if not math.isfinite(top):  # no row of it is on the page
+            return
+        starts, gap = columns
+        upper = top - page.rows[-1].baseline
+        for start in starts[1:]:
+            place = x + start - 0.58 * gap
+            self._mark(page, Mark("ruled", (place, upper), (place, 0.35 * self._usual), voice))
+
+    def _clear(self) -> None:
         """Go on below the pictures that words stand beside."""
-        lower = [rect[3] for rect in self._page.taken if self._last is not None and rect[3] > self._last]
-        if (
-            lower
-            and not self._boxed
-            and self._room(self._last or 0.0, 1.0, left, right)[1] < self._frame.width - left - right - 1e-6
-        ):
+        here = self._frame.top if self._last is None else self._last
+        lower = [rect[3] for rect in self._page.taken if rect[3] > here]
+        if lower and not self._boxed:
             self._below(max(lower))
 
 

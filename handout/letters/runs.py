@@ -37,12 +37,14 @@ class LetterWord(Unit[Any]):
     scale : usual x-heights in one of its own.
     manners : of each of its glyphs.
     breakable : whether a line may end before it.
+    line : of the source.
     """
 
     written: Word[Any] = None  # type: ignore[assignment]  # a dataclass wants a default behind Unit's
     scale: float = 1.0
     manners: tuple[Manner, ...] = ()
     breakable: bool = True
+    line: int = 0
 
     @property
     def manner(self) -> Manner:
@@ -193,9 +195,9 @@ def written(
     own, ratio = runs.of(name), options.x_height / options.usual
     if not own:
         return Writer(hand, writer, ratio, ())
-    manners = _manners(own)
+    spans = _spans(own)
     paragraphs = paragraphs_of(runs.text(name), writer.repertoire, fallback=options.fallback)
-    parted = [list(_parted(pieces, manners)) for pieces in paragraphs]
+    parted = [list(_parted(pieces, spans)) for pieces in paragraphs]
     if slip_stream is not None:
         parted = [
             next(slip([pieces], options.slips, slip_stream)) if run.may_slip else pieces
@@ -203,42 +205,43 @@ def written(
         ]
     choosers = [Chooser(writer.stock, stream, min(options.jitter, 1.0)) for stream in streams]
     words = [
-        tuple(_words(set_paragraph(writer, choosers[0], chosen, proofread), run, ratio, manners))
+        tuple(_words(set_paragraph(writer, choosers[0], chosen, proofread), run, ratio, spans))
         for run, chosen in zip(own, choices(parted, choosers), strict=True)
     ]
     return Writer(hand, writer, ratio, tuple(words))
 
 
-def _manners(runs: Sequence[Run]) -> list[Manner]:
-    """The manner of each grapheme of the text of some runs, newlines included."""
-    manners = []
+def _spans(runs: Sequence[Run]) -> list[Span]:
+    """The span of each grapheme of the text of some runs, newlines included."""
+    of_graphemes = list[Span]()
     for run in runs:
         text, spans = "".join(span.text for span in run.spans), [s for s in run.spans for _ in s.text]
         at = 0
         for unit in graphemes(text):
-            manners.append(spans[min(at, len(spans) - 1)].manner)
+            of_graphemes.append(spans[min(at, len(spans) - 1)])
             at += len(unit)
-        manners.append(manners[-1])
-    return manners
+        of_graphemes.append(of_graphemes[-1])
+    return of_graphemes
 
 
-def _parted(pieces: Sequence[Piece], manners: Sequence[Manner]) -> Iterator[Piece]:
+def _parted(pieces: Sequence[Piece], spans: Sequence[Span]) -> Iterator[Piece]:
     """Pieces, cut where the ink or the size changes: another pen, or another movement, is begun there."""
     for piece in pieces:
         if isinstance(piece, int):
             yield piece
             continue
-        kinds = [(manners[letter.at].ink, manners[letter.at].size) for letter in piece]
+        manners = [spans[letter.at].manner for letter in piece]
+        kinds = [(manner.ink, manner.size) for manner in manners]
         cuts = [i for i in range(1, len(piece)) if kinds[i] != kinds[i - 1]]
         yield from (piece[a:b] for a, b in pairwise([0, *cuts, len(piece)]))
 
 
-def _words(units: Iterator[Unit[Any]], run: Run, ratio: float, manners: Sequence[Manner]) -> Iterator[LetterWord]:
+def _words(units: Iterator[Unit[Any]], run: Run, ratio: float, spans: Sequence[Span]) -> Iterator[LetterWord]:
     """The set words of a run, in usual x-heights of the letter."""
     last = ""
     for number, unit in enumerate(units):
         word = unit.word
-        own = tuple(manners[at] for at in word.at)
+        own = tuple(spans[at].manner for at in word.at)
         scale = ratio * own[0].size
         gap = unit.gap
         if number == 0:
@@ -248,7 +251,7 @@ def _words(units: Iterator[Unit[Any]], run: Run, ratio: float, manners: Sequence
             (), word.extents * scale, (), word.spelt, word.advance * scale, word.left * scale, word.right * scale
         )
         breakable = number > 0 and (unit.gap > 0 or last in _BREAK_AFTER)
-        yield LetterWord(scaled, gap * scale, unit.intended, word, scale, own, breakable)
+        yield LetterWord(scaled, gap * scale, unit.intended, word, scale, own, breakable, spans[word.at[0]].line)
         last = word.spelt[-1]
 
 

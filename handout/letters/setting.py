@@ -200,7 +200,7 @@ class _Placing:
             struck = run.kind == "struck"
             strokes = self._strikes.strokes(left, right) if struck else self._ornaments.underline(kind, left, right)
             for points in strokes:  # the next word is not marked
-                points[:, 0] = np.minimum(points[:, 0], max(run.most / size, right))
+                points[:, 0] = np.minimum(points[:, 0], max(run.most / size, left + 0.3))
             drawn = _drawn([points * size for points in strokes], number, word.written.at[-1], to_page)
             placed.append((voice_of(word.manner), drawn))
         return sorted(placed, key=lambda pair: pair[1].word)
@@ -266,7 +266,8 @@ def _marked(words: Sequence[LetterWord], starts: Sequence[float], scale: float) 
                 last = some[-1][1]
                 right = max(glyph[3] for glyph in some)
                 behind = starts[last + 1] + scale * words[last + 1].word.left if last + 1 < len(words) else np.inf
-                yield _Run(kind, min(glyph[2] for glyph in some), right, 0.4 * right + 0.6 * behind, last)
+                most = min(right + 0.6 * (behind - right), behind - 0.2 * scale)
+                yield _Run(kind, min(glyph[2] for glyph in some), right, most, last)
 
 
 def _text(words: Sequence[LetterWord]) -> str:

@@ -83,12 +83,16 @@ class Grid:
         width = self.across * card.width + (self.across - 1) * self.gap
         return Page(width, self.down * card.height + (self.down - 1) * self.gap)
 
+    def corner(self, number: int, card: Page) -> tuple[float, float]:
+        """Where the upper left corner of a card, by its number from 0, lies on the sheet, mm."""
+        return number % self.across * (card.width + self.gap), number // self.across * (card.height + self.gap)
+
     def laid(self, cards: Sequence[Drawing]) -> Drawing:
         """The cards, at most `cards` of one size, on their sheet: row by row from the upper left."""
         card = cards[0].page
-        steps = card.width + self.gap, card.height + self.gap
-        corners = [(n % self.across * steps[0], n // self.across * steps[1]) for n in range(len(cards))]
-        return overlaid(cards, self.sheet(card), corners) if self.cards > 1 else cards[0]
+        if self.cards == 1:
+            return cards[0]
+        return overlaid(cards, self.sheet(card), [self.corner(number, card) for number in range(len(cards))])
 
 
 def grid(text: str, gap: str | float = 0.0) -> Grid:

@@ -46,7 +46,8 @@ class EntrySettings:
     pitch: float = 3.1  # x-heights between lines where none are printed: closer than in a letter
     least_pitch: float = 4.0  # mm: printed rules that are closer are no rules to write on
     foot: float = 0.6  # of a field's height: a rule below is what its text stands on
-    head: float = 0.3  # a rule above it is the upper edge of a box
+    head: float = 0.3  # a rule above it is the upper edge of a box,
+    over: float = 0.8  # mm: unless it lies that far over the field, as the rule of the line above does
     narrowest: float = 8.0  # mm: narrower frames are enlarged to this while their text is set
 
 
@@ -147,7 +148,7 @@ class Filler:
         scale = entry.frame.scale
         height = entry.frame.size[1] / scale
         under = [at for at in printed if at > SETTINGS.foot * height]
-        if under and not any(at < SETTINGS.head * height for at in printed):
+        if under and not any(-SETTINGS.over < at < SETTINGS.head * height for at in printed):
             rule, size = under[0], _bounded(SETTINGS.of_room * under[0], usual)
         else:
             size = _bounded(SETTINGS.of_height * height, usual)
@@ -320,7 +321,7 @@ def _mapped(glyph: Placed, move: Callable[[Array], Array], scale: float) -> Plac
 # and a tick, which leaves the box
 _WAYS: Mapping[Mark, tuple[tuple[tuple[float, float], ...], ...]] = {
     "cross": (((0.12, 0.1), (0.5, 0.48), (0.9, 0.92)), ((0.9, 0.08), (0.52, 0.5), (0.1, 0.94))),
-    "tick": (((0.14, 0.52), (0.28, 0.72), (0.4, 0.9), (0.68, 0.4), (1.08, -0.14)),),
+    "tick": (((0.06, 0.46), (0.24, 0.72), (0.38, 0.98), (0.7, 0.4), (1.2, -0.26)),),
 }
 _SWAY = 0.05  # of a box, standard deviation of every point; set by eye
 _LARGEST_MARK = 5.0  # mm: in a larger box people make no larger cross

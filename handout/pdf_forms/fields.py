@@ -26,7 +26,7 @@ MOST_PAGES = 500  # of a form; set by eye, ten times the longest tax return
 MOST_WIDGETS = 5000  # likewise
 _MOST_BYTES = 100_000_000  # of a file, which is read whole
 _LONGEST_SIDE = 5080.0  # mm, of a page: 14,400 units of 1/72 inch
-_DEEPEST = 32  # fields above a widget: more is a circle
+DEEPEST = 32  # fields above a widget: more is a circle
 _POINT = 25.4 / 72  # mm
 # flags of fields and of annotations, as the bits of table 221 and 226 to 230, and of table 165
 _READ_ONLY, _REQUIRED = 1 << 0, 1 << 1
@@ -158,7 +158,7 @@ def read_form(path: Path) -> Form:
             tuple(page for page, _ in shown),
             tuple(matrix for _, matrix in shown),
             tuple(found.made()),
-            tuple(found.notes(signed=_signed(root))),
+            tuple(found.notes(root)),
         )
 
 
@@ -175,7 +175,7 @@ def _without_fields(path: Path, pages: int, *, xfa: bool) -> str:
 
 def _signed(root: Any) -> bool:
     return bool(int(root.get("/SigFlags", 0)) & 1) and any(
-        _inherited(each, "/V") is not None for each in root.get("/Fields", ()) if str(each.get("/FT", "")) == "/Sig"
+        inherited(each, "/V") is not None for each in root.get("/Fields", ()) if str(each.get("/FT", "")) == "/Sig"
     )
 
 
@@ -212,9 +212,9 @@ def _box(page: Any) -> Box:
     return box
 
 
-def _inherited(item: Any, key: str) -> Any:
+def inherited(item: Any, key: str) -> Any:
     """The value of a field's key, its own or that of the nearest field above it; None without one."""
-    for _ in range(_DEEPEST):
+    for _ in range(DEEPEST):
         if key in item:
             return item[key]
         if "/Parent" not in item:
@@ -226,7 +226,7 @@ def _inherited(item: Any, key: str) -> Any:
 def full_name(item: Any) -> str:
     """The name of a field, with those of the fields above it."""
     parts: list[str] = []
-    for _ in range(_DEEPEST):
+    for _ in range(DEEPEST):
         if "/T" in item:
             parts.append(str(item["/T"]))
         if "/Parent" not in item:
@@ -256,8 +256,8 @@ class _Fields:
         self.widgets += 1
         if self.widgets > MOST_WIDGETS:
             raise InputError(f"{path} has more than {MOST_WIDGETS:,} fields, which no form has: split it.")
-        name, flags = full_name(annotation), int(_inherited(annotation, "/Ff") or 0)
-        kind = _kind(str(_inherited(annotation, "/FT")), flags)
+        name, flags = full_name(annotation), int(inherited(annotation, "/Ff") or 0)
+        kind = _kind(str(inherited(annotation, "/FT")), flags)
         if kind is None:
             return
         if int(annotation.get("/F", 0)) & (_HIDDEN | _NO_VIEW):
@@ -278,18 +278,20 @@ class _Fields:
         for name, (annotation, kind, widgets) in self.fields.items():
             yield _field(name, annotation, kind, tuple(widgets))
 
-    def notes(self, *, signed: bool) -> list[str]:
-        """Phrases on what cannot be filled in."""
-        hidden = sorted(self.hidden - set(self.fields))
+    def notes(self, form: Any) -> list[str]:
+        """Phrases on what cannot be filled in; `form` : the file's /AcroForm."""
         signatures = [name for name, (_, kind, _) in self.fields.items() if kind == "signature"]
+        calculated = [full_name(each) for each in form.get("/CO", ())]
+        said = [
+            (signatures, "{} left empty, to be signed"),
+            (sorted(self.unwritten), "{} left empty: passwords and files are not written"),
+            (sorted(self.hidden - set(self.fields)), "{} not shown on the pages, and left out"),
+            (calculated, "{} calculated by viewers, and not here: the table has to hold the results"),
+        ]
         return [
-            *([f"{_named(signatures)} left empty, to be signed"] if signatures else []),
-            *(
-                [f"{_named(sorted(self.unwritten))} left empty: passwords and files are not written"]
-                * bool(self.unwritten)
-            ),
-            *([f"{_named(hidden)} not shown on the pages, and left out"] if hidden else []),
-            *(["the form was signed, and its signature no longer holds once it is filled in"] if signed else []),
+            *(phrase.format(_named(names)) for names, phrase in said if names),
+            *(["the form was signed, and its signature no longer holds once it is filled in"] if _signed(form) else []),
+            *(["its XFA part is left out"] if "/XFA" in form else []),
         ]
 
 
@@ -334,15 +336,15 @@ def _state(annotation: Any) -> str:
 
 
 def _field(name: str, annotation: Any, kind: Kind, widgets: tuple[Widget, ...]) -> Field:
-    flags = int(_inherited(annotation, "/Ff") or 0)
+    flags = int(inherited(annotation, "/Ff") or 0)
     multiline = kind == "text" and bool(flags & _MULTILINE)
-    most = int(_inherited(annotation, "/MaxLen") or 0) if kind == "text" else 0
+    most = int(inherited(annotation, "/MaxLen") or 0) if kind == "text" else 0
     aligned: dict[int, Align] = {1: "centre", 2: "right"}
     return Field(
         name,
         kind,
         widgets,
-        label=str(_inherited(annotation, "/TU") or "").strip(),
+        label=str(inherited(annotation, "/TU") or "").strip(),
         required=bool(flags & _REQUIRED),
         read_only=bool(flags & _READ_ONLY),
         multiline=multiline,
@@ -350,8 +352,8 @@ def _field(name: str, annotation: Any, kind: Kind, widgets: tuple[Widget, ...]) 
         longest=most if most > 0 else None,
         options=_options(annotation, kind, widgets),
         free=kind == "choice" and bool(flags & _EDIT),
-        align=aligned.get(int(_inherited(annotation, "/Q") or 0), "left"),
-        value="" if kind == "signature" else _text(_inherited(annotation, "/V")),
+        align=aligned.get(int(inherited(annotation, "/Q") or 0), "left"),
+        value="" if kind == "signature" else _text(inherited(annotation, "/V")),
     )
 
 
@@ -370,7 +372,7 @@ def _text(value: Any) -> str:
 def _options(annotation: Any, kind: Kind, widgets: tuple[Widget, ...]) -> tuple[tuple[str, str], ...]:
     import pikepdf
 
-    listed = list(_inherited(annotation, "/Opt") or ())
+    listed = list(inherited(annotation, "/Opt") or ())
     if kind == "choice":
         pairs = (list(each) if isinstance(each, pikepdf.Array) else [each] for each in listed)
         return tuple((str(pair[0]), str(pair[-1])) for pair in pairs if pair)

@@ -15,7 +15,7 @@ from collections.abc import Collection, Mapping, Sequence
 from itertools import count
 from typing import Any
 
-from handout.pdf_forms.fields import Field, Form, Kind, full_name, is_widget, opened
+from handout.pdf_forms.fields import DEEPEST, Field, Form, Kind, full_name, inherited, is_widget, opened
 
 _POINT = 25.4 / 72  # mm
 # what of the appearance of a text field is its value: between these it is drawn
@@ -35,8 +35,7 @@ def blank(form: Form, answered: Collection[str]) -> bytes:
         for page in document.pages:
             _flatten(document, page, form.named, answered)
         root = document.Root
-        fields = root.get("/AcroForm", {}).get("/Fields", ())
-        signatures = [each for each in fields if str(each.get("/FT", "")) == "/Sig"]
+        signatures = [each for each in root.get("/AcroForm", {}).get("/Fields", ()) if _has_signature(each)]
         if signatures:
             root.AcroForm.Fields = _array(signatures)
             _without(root.AcroForm, "/XFA", "/NeedAppearances", "/CO")
@@ -50,7 +49,8 @@ def _resource(page: Any, resource: Any, kind: str) -> str:
     """The name of a resource that is added to a page: the same in every run."""
     import pikepdf
 
-    known = page.resources.get(kind, {})
+    # of no kind may a resource have the name: pikepdf replaces those of others, too
+    known = {str(name) for each in page.resources.values() if isinstance(each, pikepdf.Dictionary) for name in each}
     name = next(name for n in count() if (name := f"/Writing{n}") not in known)
     return str(page.add_resource(resource, pikepdf.Name(kind), pikepdf.Name(name)))
 
@@ -59,6 +59,13 @@ def _array(items: Sequence[Any]) -> Any:
     import pikepdf
 
     return pikepdf.Array(list(items))
+
+
+def _has_signature(field: Any, depth: int = 0) -> bool:
+    """Whether a field is a signature, or has one below it."""
+    if str(field.get("/FT", "")) == "/Sig":
+        return True
+    return depth < DEEPEST and any(_has_signature(each, depth + 1) for each in field.get("/Kids", ()))
 
 
 def _without(dictionary: Any, *keys: str) -> None:
@@ -98,32 +105,43 @@ def _appearance(document: Any, page: Any, annotation: Any, answered: Collection[
     if int(annotation.get("/F", 0)) & _HIDDEN:
         return b""
     is_answered = full_name(annotation) in answered
-    normal = annotation.get("/AP", {}).get("/N")
-    if isinstance(normal, pikepdf.Dictionary) and not isinstance(normal, pikepdf.Stream):
-        normal = normal.get("/Off" if is_answered else str(annotation.get("/AS", "/Off")))
-    elif isinstance(normal, pikepdf.Stream) and is_answered:
-        content = normal.read_bytes()
-        if "/BBox" not in normal or (_VALUE.search(content) is None and "/V" in annotation):
-            normal = None
-        else:
-            form = document.make_stream(_VALUE.sub(b"", content))
-            for key in ("/BBox", "/Matrix", "/Resources"):
-                if key in normal:
-                    form[key] = normal[key]
-            normal = form
+    look = annotation.get("/AP", {}).get("/N")
+    if isinstance(look, pikepdf.Dictionary) and not isinstance(look, pikepdf.Stream):
+        look = look.get("/Off" if is_answered else str(annotation.get("/AS", "/Off")))
+        if look is None:  # nothing is seen of a button that has no look for its state
+            return b""
+    elif isinstance(look, pikepdf.Stream) and is_answered:
+        look = _without_value(document, look, has_value=bool(inherited(annotation, "/V")))
     rectangle: Any = pikepdf.Rectangle(annotation.Rect)
-    if not isinstance(normal, pikepdf.Stream):
+    if not isinstance(look, pikepdf.Stream):
         return _frame(rectangle, annotation.get("/MK", {}))
-    normal.Type, normal.Subtype = pikepdf.Name.XObject, pikepdf.Name.Form
-    matrix: Any = pikepdf.Matrix(normal.get("/Matrix", (1, 0, 0, 1, 0, 0)))
-    sides: Any = normal.BBox
-    box = matrix.transform(pikepdf.Rectangle(sides))
+    return _placed(page, look, rectangle)
+
+
+def _without_value(document: Any, look: Any, *, has_value: bool) -> Any:
+    """The appearance of a field without its value; None where the two cannot be parted."""
+    content = look.read_bytes()
+    if "/BBox" not in look or (has_value and _VALUE.search(content) is None):
+        return None
+    form = document.make_stream(_VALUE.sub(b"", content))
+    for key in ("/BBox", "/Matrix", "/Resources"):
+        if key in look:
+            form[key] = look[key]
+    return form
+
+
+def _placed(page: Any, look: Any, rectangle: Any) -> bytes:
+    """What draws an appearance so that it fills a rectangle of its page."""
+    import pikepdf
+
+    look.Type, look.Subtype = pikepdf.Name.XObject, pikepdf.Name.Form
+    matrix: Any = pikepdf.Matrix(look.get("/Matrix", (1, 0, 0, 1, 0, 0)))
+    box = matrix.transform(pikepdf.Rectangle(look.BBox))
     if not (box.width > 0 and box.height > 0):
         return b""
     a, d = rectangle.width / box.width, rectangle.height / box.height
     e, f = rectangle.llx - a * box.llx, rectangle.lly - d * box.lly
-    name = _resource(page, normal, "/XObject")
-    return f"q {a:.6f} 0 0 {d:.6f} {e:.4f} {f:.4f} cm {name} Do Q\n".encode()
+    return f"q {a:.6f} 0 0 {d:.6f} {e:.4f} {f:.4f} cm {_resource(page, look, '/XObject')} Do Q\n".encode()
 
 
 def _frame(rectangle: Any, characteristics: Any) -> bytes:

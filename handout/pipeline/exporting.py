@@ -70,5 +70,6 @@ def export(
     files = write_drawings(drawings, paths, extra=programs.sinks)
     even = programs.pressed_evenly() if task.pose.pose is not None else []
     notes = (*even, *style_notes(task, drawings)) if source.drawing is None else ()
+    notes = notes if letter is None else (*letter.notes(apart=False), *notes)
     tally = Tally.of(pages, drawings)
     return Exported(tally, task.seed, task.hand.name, tuple(files), programs.seconds, notes=notes)

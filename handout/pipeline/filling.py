@@ -150,10 +150,11 @@ def plot_forms(
     """
     profile = plotting.machine(filling.device, port)
     work = _prepared(Path(form), Path(table), filling, writing_options, PictureOptions(), listener)
-    tally, drawings, blank = Tally(), list[Drawing](), set[int]()
+    tally, drawings, blank, entries = Tally(), list[Drawing](), set[int](), 0
     for answers in work.forms:
         pages = work.written(answers, STROKES)
         tally += pages.tally
+        entries += pages.entries
         drawings += pages.drawings.values()
         blank |= set(range(len(work.form.pages))) - set(pages.drawings)
     notes = work.notes
@@ -165,7 +166,7 @@ def plot_forms(
     job, reports = plotting.plot_drawings(
         drawings, profile, port, Path(form).name, operator, listener, attendance=attendance, fast=work.task.fast
     )
-    written = Filled(tally, work.task.seed, work.task.hand.name, len(work.forms), 0, (), notes=notes)
+    written = Filled(tally, work.task.seed, work.task.hand.name, len(work.forms), entries, (), notes=notes)
     return plotting.Plotted(job, tuple(reports), written.facts(), tally, work.task.seed, notes=notes)
 
 

@@ -20,7 +20,7 @@ _MOST_TEXT = 2_000_000  # bytes; a longer file is surely not meant to be written
 _LONGEST_NAME = 255  # bytes, of a file on the usual file systems
 # of the files of drawings that `sources` reads, which is imported only where there is one
 _DRAWINGS = (".svg", ".json", ".inkml", ".svc", ".gml")
-_LETTERS = (".md", ".markdown")
+LETTERS = (".md", ".markdown")
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ def written_source(
 def _letter_name(words: Sequence[str], file: str | None) -> str | None:
     """The name of the letter file that is meant, if one is."""
     name = words[0] if len(words) == 1 and file is None else file if not words else None
-    if name is None or len(name) > _LONGEST_NAME or Path(name).suffix.lower() not in _LETTERS:
+    if name is None or len(name) > _LONGEST_NAME or Path(name).suffix.lower() not in LETTERS:
         return None
     if file is None and not Path(name).is_file():
         if " " in name:

@@ -70,8 +70,9 @@ def inputs(
     kept = writing.pose if pose is None or Path(writing.pose or "") != pose else str(pose.resolve())
     options |= {"seed": task.seed, "hand": hand, "pose": kept, "style": _kept_file(writing.style)}
     options["prime"] = _kept_file(writing.prime)
-    if (ruling := task.layout.ruling) is not None:  # as it was measured: the picture of a sheet may be gone
-        layout = {"margin": task.layout.margin, "x_height": task.layout.x_height, "rules": ruling.rules}
+    if task.paper is not None:  # as it was measured: the picture of a sheet may be gone
+        rules = None if task.layout.ruling is None else task.layout.ruling.rules
+        layout = {"margin": task.layout.margin, "x_height": task.layout.x_height, "rules": rules}
         options["lined"] = {**layout, "line_spacing": task.layout.line_spacing}
     files = (file, pose, None if writing.style is None else style_path(writing.style), _example(writing.prime))
     return {"program": program(), "text": text, "options": options, "digest": _digest(*files)}
@@ -219,9 +220,10 @@ def _again(inputs: Mapping[str, Any], pages: int) -> WritingTask:
 
 
 def _on_rules(task: WritingTask, lined: Mapping[str, Any]) -> WritingTask:
-    """A task with the lined paper that the first pages were written on."""
+    """A task with the sheet that the first pages were written on."""
     top, right, bottom, left = lined["margin"]
-    ruling = Ruling(tuple((height, slope) for height, slope in lined["rules"]))
+    rules = lined["rules"]
+    ruling = None if rules is None else Ruling(tuple((height, slope) for height, slope in rules))
     size = {"x_height": lined["x_height"], "line_spacing": lined["line_spacing"]}
     layout = dataclasses.replace(task.layout, margin=(top, right, bottom, left), ruling=ruling, **size)
     return dataclasses.replace(task, layout=layout)

@@ -76,6 +76,15 @@ class LetterTask:
         name = head.background if own is None else own
         return None if name in (None, "none") else self.letter.folder / str(name)
 
+    def notes(self, *, apart: bool = True) -> tuple[str, ...]:
+        """What the user is told: what of the source is not written, and of inks that one pen draws, not `apart`."""
+        letter = self.letter
+        inks = {span.manner.ink for paragraph in letter.paragraphs for span in paragraph.spans} - {""}
+        if apart or not inks:
+            return letter.dropped
+        also = f"{letter.name} is in {', '.join(sorted(inks))}, too: --layers colour stops for another pen."
+        return (*letter.dropped, also)
+
     @property
     def main(self) -> WritingTask:
         """That of the letter's own hand."""
@@ -331,7 +340,7 @@ def _drawn(
         drawing = replace(drawing, strokes=_in_order(layers, page.whole.x_height))
     if all(layer.ink is None for layer in layers):
         return drawing
-    inked = np.array([layer.inked for layer in layers if layer.inked is not None])
+    inked = np.array([layer.bounds for layer in layers if layer.bounds is not None])
     bounds = (*inked[:, :2].min(axis=0).tolist(), *inked[:, 2:].max(axis=0).tolist()) if len(inked) else None
     return replace(drawing, ink=partial(_mixed, layers, task.main), inked=bounds)
 
@@ -347,7 +356,9 @@ def _layers(
     for voice, manuscript in page.layers.items():
         own = replace(task.tasks[voice.hand], hand=hands[voice.hand])
         drawing = draw(manuscript, own, page.rng.spawn(1)[0], about, wanted)
-        yield _inked(drawing, voice.ink, own) if voice.ink else drawing
+        # strokes have the ink of the whole letter from the pen that they are drawn with
+        ink = voice.ink or (own.look.pen.colour if own.coloured and drawing.ink is not None else "")
+        yield _inked(drawing, ink, own) if ink else drawing
     for place in page.signatures:
         signature = find_signature(str(place.source), task.letter.folder)
         own = replace(task.main, hand=signature, pen_hand=None)
@@ -461,7 +472,8 @@ def write_letter(
     wanted = frozenset[str]().union(*(INK if path.suffix.lower() in OF_INK else STROKES for path in paths))
     pages, drawings = draw_letter(task, wanted=wanted, tell=within(listener.progress, 0.0, _WRITTEN))
     files = write_drawings(drawings, paths, task.main.look, extra=extra, tell=within(listener.progress, _WRITTEN, 1.0))
-    notes = (*letter.dropped, *texts.not_followed(task.main, picture, wanted >= INK), *task.main.paper_notes)
+    asked = replace(_headed(letter, picture, given), ink=None)  # which scanned ink follows here
+    notes = (*task.notes(), *texts.not_followed(task.main, asked, wanted >= INK), *task.main.paper_notes)
     notes = (*notes, *texts.style_notes(task.main, drawings), *_unshown(drawings, paths))
     return texts.written(Tally.of(pages, drawings), task.main, files, notes)
 

@@ -6,6 +6,7 @@ The pages of a row depend on the seed, the row, the letter, the hand and the pro
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
@@ -14,12 +15,14 @@ from handout import page_sizes
 from handout.errors import InputError
 from handout.hand import library
 from handout.inking.device_pixels import Calibrate
+from handout.letters import letter_file as letter_files
 from handout.merging.fields import Fields, RowManner, counted, doubts
 from handout.merging.sheets import overlaid
 from handout.merging.template import Letter
 from handout.pipeline import writing
-from handout.pipeline.inputs import decoded
+from handout.pipeline.inputs import LETTERS, decoded
 from handout.pipeline.job_pages import program, words
+from handout.pipeline.letters import LetterTask, draw_letter, prepare_letter
 from handout.pipeline.options import MergeOptions, PictureOptions, SheetOptions, TableOptions, WritingOptions
 from handout.pipeline.results import Listener, Tally
 from handout.pipeline.writing import INK, WritingTask
@@ -29,11 +32,13 @@ from handout.printing.batch import BACK, BatchPage
 from handout.printing.journal import ENVELOPE, Batch, Journal
 from handout.printing.rows import Row
 from handout.sinks import write_drawing
-from handout.values import Drawing, Page
+from handout.values import Drawing, Manuscript, Page
 from handout.writing.layout import Layout
 
 # that change nothing on paper, and so make no other batch
-_NOT_OF_THE_BATCH = {"dry_run", "resume", "again", "afresh", "page", "letter", "skip_bad"}
+_NOT_OF_THE_BATCH = {"dry_run", "resume", "again", "afresh", "page", "letter", "skip_bad", "given"}
+# the head of a letter file, as `letters.letter_file` finds it
+_HEAD = re.compile(r"\ufeff?(?:---|\+\+\+)[ \t]*\n(?:.*\n)*?(?:---|\+\+\+)[ \t]*(?:\n|\Z)")
 _SENDER, _TICK = 1_000_003, 2_000_003  # added to the seed: a sender does not vary as the address beside it does
 
 
@@ -42,6 +47,7 @@ class Merge:
     """A table, and what is made of each of its rows.
 
     letter : that its rows fill; None where their letters stand in a column, or where there are envelopes only.
+    head : of a letter file, which has no gaps, with the lines around it; None of a plain text.
     with_letters, with_envelopes : what a row has; sender : the lines of the return address.
     """
 
@@ -49,6 +55,7 @@ class Merge:
     table: Addresses
     options: MergeOptions
     letter: Letter | None
+    head: str | None = None
     sender: tuple[str, ...] = ()
 
     @property
@@ -73,7 +80,7 @@ def read(path: Path, table: TableOptions, options: MergeOptions, listener: Liste
     TableError, InputError
         The table or the letter cannot be read, or does not fit the other.
     """
-    letter = None if options.letter is None else _letter(Path(options.letter), listener)
+    letter, head = (None, None) if options.letter is None else _letter(Path(options.letter), listener)
     rows = read_rows(path, table.columns)
     names = Fields(rows.columns)
     with_text = names.says("text")
@@ -90,11 +97,11 @@ def read(path: Path, table: TableOptions, options: MergeOptions, listener: Liste
         rows = replace(rows, rows=tuple(asked))
     rows = _abroad(counted(rows), options.home_country)
     listener.say(*(f"{path}: {note}." for note in rows.notes))
-    return Merge(path, rows, options, letter, _sender(options.return_address))
+    return Merge(path, rows, options, letter, head, _sender(options.return_address))
 
 
-def _letter(path: Path, listener: Listener) -> Letter:
-    """The letter in a file."""
+def _letter(path: Path, listener: Listener) -> tuple[Letter, str | None]:
+    """The letter in a file, and the head of a Markdown file."""
     try:
         data = path.read_bytes()
     except OSError as error:
@@ -102,7 +109,10 @@ def _letter(path: Path, listener: Listener) -> Letter:
     text = decoded(data, str(path), listener)
     if not text.strip():
         raise InputError(f"{path} is empty: there is no letter to write.")
-    return Letter(text, path.name)
+    if path.suffix.lower() not in LETTERS:
+        return Letter(text, path.name), None
+    head = ((match := _HEAD.match(text)) and match.group()) or ""
+    return Letter(text[len(head) :], path.name, markdown=True, first_line=1 + head.count("\n")), head
 
 
 def _abroad(table: Addresses, home: str) -> Addresses:
@@ -171,6 +181,9 @@ def _batch(merge: Merge, hand: str, facts: dict[str, object]) -> Batch:
     if cells:
         facts |= {"program": program(), "content of the rows' hands": _digest_of_hands(merge)}
     if merge.letter is not None:
+        if merge.head is not None:
+            named = ",".join(sorted(merge.options.given or ()))
+            facts["content of the options"] = hashlib.sha256(named.encode()).hexdigest()
         facts["content of the letter"] = hashlib.sha256(Path(str(merge.options.letter)).read_bytes()).hexdigest()
     if merge.sender:
         facts["return_address"] = "\n".join(merge.sender)
@@ -199,6 +212,7 @@ class RowPages:
     wanted : of a scanned hand its ink or its strokes.
     calibrated : a task and the name of its hand → how its ink goes to the printer.
     x_height : mm, of addresses; None: chosen for each.
+    dropped : sentences on what no pen writes of the letters.
     """
 
     merge: Merge
@@ -210,11 +224,12 @@ class RowPages:
     x_height: float | None = None
     seed: int = 0
     tally: Tally = field(default_factory=Tally)
+    dropped: dict[str, None] = field(default_factory=dict)
     _tasks: dict[tuple[bool, str, str], WritingTask] = field(default_factory=dict)
     _calibrations: dict[str, Calibrate | None] = field(default_factory=dict)
 
     @property
-    def envelope(self) -> Page:
+    def envelope_page(self) -> Page:
         """The envelope, as it is read."""
         if self.merge.with_letters:
             return page_sizes.page(self.merge.options.envelope)
@@ -222,8 +237,14 @@ class RowPages:
 
     def sheets(self) -> list[Page]:
         """The sizes of the pages of a row."""
-        letters = [self.task(True, RowManner()).layout.page] if self.merge.with_letters else []
-        return [*letters, *([self.envelope] if self.merge.with_envelopes else [])]
+        letters = [self.look().layout.page] if self.merge.with_letters else []
+        return [*letters, *([self.envelope_page] if self.merge.with_envelopes else [])]
+
+    def look(self) -> WritingTask:
+        """How rows are written that say nothing of themselves, be it letters or envelopes."""
+        if self.merge.head is None:
+            return self.task(self.merge.with_letters, RowManner())
+        return self._letter_file("a", RowManner()).main
 
     def __call__(self, row: Row) -> list[BatchPage]:
         """The pages of a row: its letter, its envelope, the back of that.
@@ -251,7 +272,7 @@ class RowPages:
                 if picture.paper != "none":
                     task = writing.on_lined_paper(task, options, self.sheet, picture)
             else:
-                edge = SheetOptions(f"{self.envelope.width}x{self.envelope.height}mm", "0mm", 1)
+                edge = SheetOptions(f"{self.envelope_page.width}x{self.envelope_page.height}mm", "0mm", 1)
                 task = writing.prepare(replace(options, slips=0.0), edge, replace(picture, paper="none"))
             self._tasks[key] = task
         return self._tasks[key]
@@ -266,12 +287,17 @@ class RowPages:
         return manner.text
 
     def _letter(self, row: Row, manner: RowManner) -> list[BatchPage]:
-        task, text, window = self.task(True, manner), self.text(row, manner), None
+        text, window, read = self.text(row, manner), None, None
+        if self.merge.head is not None:
+            read = self._letter_file(text, manner)
+        task = self.task(True, manner) if read is None else read.main
         if self.merge.options.window:
             window = _window(self.merge.options.window, task.layout.page)
             _check_address(row)
-            text = "\n" * _lines_above(window.below, task) + text
-        drawings = self._written(text, task, row)
+        if read is None:
+            drawings = self._written("\n" * (_lines_above(window.below, task) if window else 0) + text, task, row)
+        else:
+            drawings = self._drawn(read, window, row)
         first = [drawings[0]]
         if window is not None:
             layout = envelope.box_layout(task.layout.page, window.box, *_extent(row.lines), task.layout.x_height)
@@ -281,9 +307,26 @@ class RowPages:
         drawings[0] = overlaid(first, task.layout.page) if len(first) > 1 else first[0]
         return [self._page(f"letter {n}", drawing, task, manner) for n, drawing in enumerate(drawings, 1)]
 
+    def _letter_file(self, text: str, manner: RowManner) -> LetterTask:
+        """The letter file of a row, with its hands and layouts."""
+        path, given = Path(str(self.merge.options.letter)), self.merge.options.given
+        letter = letter_files.load(f"{self.merge.head}{text}", path.name, path.parent)
+        self.dropped |= dict.fromkeys(letter.dropped)
+        options = replace(self.writing, hand=manner.hand or self.writing.hand, seed=self.seed)
+        picture = replace(self.picture, pen=manner.pen or self.picture.pen)
+        own = {name for name in ("hand", "pen") if getattr(manner, name)}
+        return prepare_letter(letter, options, self.sheet, picture, None if given is None else given | own)
+
+    def _drawn(self, read: LetterTask, window: envelope.Window | None, row: Row) -> list[Drawing]:
+        """The pages of a letter file."""
+        if window is not None:
+            top, right, bottom, left = read.first.margin
+            read = replace(read, first=replace(read.first, margin=(max(top, window.below), right, bottom, left)))
+        return self._counted(*draw_letter(read, row.number, self.wanted))
+
     def _envelope(self, row: Row, manner: RowManner) -> list[BatchPage]:
         _check_address(row)
-        task, page, options = self.task(False, manner), self.envelope, self.merge.options
+        task, page, options = self.task(False, manner), self.envelope_page, self.merge.options
         layout = envelope.address_layout(page, *_extent(row.lines), self.x_height)
         front, back = self._written(envelope.address_text(row), task, row, layout), list[Drawing]()
         if sender := self.merge.sender:
@@ -310,7 +353,10 @@ class RowPages:
             layout = replace(layout, align=wanted.align, jitter=wanted.jitter, line_spacing=spacing)
             task = replace(task, pages=1)
         task = replace(task, seed=self.seed + other)
-        pages, drawings = writing.draw_pages(text, task, layout, row.number, self.wanted)
+        return self._counted(*writing.draw_pages(text, task, layout, row.number, self.wanted))
+
+    def _counted(self, pages: Sequence[Manuscript], drawings: Sequence[Drawing]) -> list[Drawing]:
+        """Pages that were written, counted, with their words."""
         self.tally += Tally.of(pages, drawings)
         named = ({**drawing.about, "words": words(page)} for page, drawing in zip(pages, drawings, strict=True))
         return [replace(drawing, about=about) for drawing, about in zip(drawings, named, strict=True)]

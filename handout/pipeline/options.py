@@ -106,7 +106,8 @@ class PictureOptions:
         scanned hand's own pen.
     pen_width : width of the line; None: the pen's own.
     ink : colour of the ink, "#rrggbb" or a name; None: the pen's own.
-    paper : "none", "plain", "laid", "ruled", "squared" (with ":8mm", ":8mm,25mm"), or a picture of a sheet.
+    paper : "none", "plain", "laid", "ruled", "squared" (with ":8mm", ":8mm,25mm"), or a picture or PDF
+        of a sheet, FILE or FILE:2.
     transparent : leave the paper out of PNG files.
     """
 
@@ -257,9 +258,11 @@ class MergeOptions:
     window : the envelope whose window shows the address, which then stands on the letter: DL, C5 or #10.
     tick : whether the row's number stands small on letter and envelope.
     skip_bad : whether rows that can be made are made although others cannot.
+    given : options that win over the head of a letter file, as in `pipeline.letters.prepare_letter`.
     """
 
     letter: str | Path | None = None
+    given: frozenset[str] | None = None
     with_envelopes: bool = False
     envelope: str = "DL"
     margin: str | None = None

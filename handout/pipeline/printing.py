@@ -13,7 +13,6 @@ import msgspec
 from handout.calibrating import calibrated_ink
 from handout.calibrating.calibrated_ink import CalibratedInk
 from handout.errors import InputError
-from handout.merging.fields import RowManner
 from handout.pipeline import merging, writing
 from handout.pipeline.merging import RowPages
 from handout.pipeline.options import (
@@ -112,7 +111,7 @@ def print_(
     merged = merging.read(Path(table), printing, merge, listener)
     sheet = SheetOptions(printing.page, merge.margin, merge.pages, "A4" if merged.with_letters else "DL")
     pages = RowPages(merged, writing_options, sheet, picture, seed=seed_of(writing_options.seed))
-    task = pages.task(merged.with_letters, RowManner())
+    task = pages.look()
     if writing_options.x_height is not None and not merged.with_letters:
         pages.x_height = task.layout.x_height
     notes = writing.not_followed(task, picture, ink_shown=True)
@@ -126,7 +125,7 @@ def print_(
     options = BatchOptions(printing.rows, printing.copies, printing.again, out, all_or_none)
     chosen_rows(merged.table, options, record.resumed)
     if merged.with_envelopes:
-        envelope.address_layout(pages.envelope, 1, 1, pages.x_height)  # what is wrong for every row is said once
+        envelope.address_layout(pages.envelope_page, 1, 1, pages.x_height)  # what is wrong for every row is said once
     about = {"seed": pages.seed, "hand": task.hand.name}
     fed = partial(_fed, profile, printing, merged.with_letters)
     way = Way(fed(task.layout.page), fed, about, None, record.resumed, listener.say, change or listener.say)
@@ -140,7 +139,7 @@ def print_(
         profile.queue or printing.printer,
         {**merged.table.facts()},
         letters=merged.with_letters,
-        notes=tuple(notes),
+        notes=(*notes, *pages.dropped),
     )
     calibration = calibrations.first
     if calibration is None or not calibration.pages:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -33,7 +34,7 @@ from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.progress import Tell, silent, within
 from handout.sinks import OF_INK, Look, write_drawings
 from handout.sinks import check_outputs as check_outputs
-from handout.values import Drawing, Manuscript
+from handout.values import Drawing, Line, Manuscript
 from handout.writing.compose import each_page, each_part
 from handout.writing.layout import Layout
 from handout.writing.text import Borrowed
@@ -362,8 +363,23 @@ def _reread(
     sheets, doubts, _ = reread(lambda reader: compose(proofread=reader), hand, author, tries)
     refuse_doubts(doubts, task)
     for number, sheet in enumerate(sheets, 1):
-        here = [doubt.facts() for doubt in doubts if doubt.page == number]
+        here = [
+            {**doubt.facts(), "box": word_box(sheet.manuscript.lines[doubt.line - 1], doubt.word)}
+            for doubt in doubts
+            if doubt.page == number
+        ]
         yield _with(sheet, "doubtful", here) if here else sheet
+
+
+def word_box(line: Line, word: str) -> list[float] | None:
+    """Where the ink of a word lies: x least, y least, x greatest, y greatest, mm; None where it is not on the line."""
+    for _, group in groupby(line.placed, key=lambda placed: placed.word):
+        letters = list(group)
+        inks = [placed.ink.graph.xy for placed in letters if placed.ink is not None]
+        if inks and "".join(placed.glyph.letter for placed in letters) == word:
+            places = np.concatenate(inks)
+            return [round(float(at), 2) for at in (*places.min(axis=0), *places.max(axis=0))]
+    return None
 
 
 def refuse_doubts(doubts: Sequence[Doubt], task: WritingTask) -> None:

@@ -14,7 +14,7 @@ from typing import Protocol
 
 from handout.errors import HandoutError, PrinterError
 from handout.printing.journal import Journal, Piece
-from handout.printing.queue import Outcome, OutcomeUnknown, Queue, Say
+from handout.printing.queue import Device, Outcome, OutcomeUnknown, Say
 from handout.printing.rows import ranges
 
 
@@ -112,7 +112,7 @@ class Pages(Protocol):
     """Pages that are ready for a device."""
 
     @property
-    def queue(self) -> Queue: ...
+    def queue(self) -> Device: ...
 
     def sheets(self, pieces: Sequence[Piece]) -> Iterable[Sequence[Piece]]:
         """The pieces as they are made, in order: those that share a sheet are made by one job."""
@@ -128,7 +128,7 @@ class Pages(Protocol):
 
 
 def remaining(
-    journal: Journal, queue: Queue, rows: Sequence[int], copies: Mapping[int, int], again: Collection[int]
+    journal: Journal, queue: Device, rows: Sequence[int], copies: Mapping[int, int], again: Collection[int]
 ) -> Remaining:
     """Work out what is left to do, from the journal and, where that does not tell, from the device.
 
@@ -160,7 +160,7 @@ def pieces(row: int, copies: int, parts: Sequence[str]) -> list[Piece]:
     return [Piece(row, copy, part) for copy in range(1, copies + 1) for part in parts]
 
 
-def _outcome(journal: Journal, queue: Queue, piece: Piece) -> Outcome:
+def _outcome(journal: Journal, queue: Device, piece: Piece) -> Outcome:
     """Find out what became of a piece, asking the device if need be; "failed" if it was never sent."""
     step = journal.steps.get(piece)
     if step is None or step.state == "failed":
@@ -220,7 +220,7 @@ def send(
     return tuple(run.jobs)
 
 
-def _follow(queue: Queue, journal: Journal, sheet: Sequence[Piece], job: str) -> None:
+def _follow(queue: Device, journal: Journal, sheet: Sequence[Piece], job: str) -> None:
     """Wait for the job of a sheet; PrinterError unless it is completed."""
     outcome = queue.follow(job)
     _note(journal, sheet, outcome)

@@ -100,6 +100,29 @@ def test_printed_values_stay_unless_they_are_answered(call, tmp_path):
     assert not red[842 - 722 : 842 - 700].any() and red[842 - 622 : 842 - 600].any()
 
 
+@pytest.mark.slow
+def test_scanned_ink_lies_over_a_form_that_is_seen_through_it(call, small_hand_file):
+    pdf = blank()
+    for name, y in (("a", 700), ("b", 600)):
+        place = field(pdf, name, (60, y, 260, y + 22))
+        look = pdf.make_stream(b"0.6 1 0.6 rg 0 0 200 22 re f", BBox=pikepdf.Array([0, 0, 200, 22]))
+        place.AP = pikepdf.Dictionary(N=look)
+    field(pdf, "c", (60, 500, 80, 520), "Btn", AP=states(pdf, "Yes"))
+    pdf.save("form.pdf")
+    table = answers(["a", "c"], ["ten hens", "yes"])
+    call("fill", "form.pdf", table, "-o", "f.pdf", "--seed", 3, "--hand", small_hand_file)
+    seen = drawn_page(Path("f.pdf"), 1, 144)[:, :, :3].astype(int)
+    for y in (700, 600):
+        assert (seen[2 * (842 - y) - 6, 130:500] == (153, 255, 153)).all()  # frames of both fields
+    written, crossed = (
+        seen[2 * (842 - 722) : 2 * (842 - 700), 120:520],
+        seen[2 * (842 - 520) : 2 * (842 - 500), 120:160],
+    )
+    assert (crossed[:, :, 1] < 150).sum() > 20
+    assert 100 < (written[:, :, 1] < 150).sum() < 0.3 * written[:, :, 1].size
+    assert (written.max(axis=(0, 1)) == (153, 255, 153)).all()  # no white around the ink
+
+
 def test_a_form_is_plotted_sheet_after_sheet(call, form):
     table = answers(["name", "town"], ["Ada", ""], ["Bob", "Ulm"])
     out, err = call("fill", form, table, "--port", "sim:", "--seed", 3, "--json")

@@ -131,3 +131,35 @@ def test_letters_and_envelopes_of_a_broken_batch_are_each_printed_once(call, mon
     assert titles() == [*letters, *envelopes]
     call(*command, "--resume", "--again", "4")
     assert titles()[6:] == ["row 4 letter 1", "row 4"]
+
+
+def test_a_letter_file_is_filled_and_what_is_in_cells_is_no_markdown(call):
+    Path("letter.md").write_text(
+        '---\npage = "A6"\n---\n\n# Dear {{ first_name }}\n\n{% if gift %}\n- {{ gift }}\n{% endif %}\n',
+        encoding="utf-8",
+    )
+    rows = "First name,Gift\n*Anna*,\nBen,1. _a_ {{ b }} {.right}\n"
+    Path("people.csv").write_text(rows, encoding="utf-8")
+    command = ("print", "people.csv", "--letter", "letter.md", *QUICK, "--seed", 1)
+    out, _ = call(*command, "--dry-run", "out.svg", "--json")
+    assert json.loads(out)["characters"] == len("Dear*Anna*DearBen1._a_{{b}}{.right}") and json.loads(out)["pages"] == 2
+    assert 'width="105' in Path("out-002.svg").read_text(encoding="utf-8")[:400]
+    # an option that is given wins over the head
+    call(*command, "--page", "A5", "--dry-run", "large.svg", "--rows", 2)
+    assert 'width="148' in Path("large-002.svg").read_text(encoding="utf-8")[:400]
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        ("Dear {{ name }}", "letter.md, line 4: people.csv has no column 'name'"),
+        ("a\n\n{% if gift %}b", "letter.md, line 6: .* never closed"),
+        ("{{ first_name }}\n\n`code`", "row 2: letter.md, line 6: code between backquotes"),
+        ("{.sideways}\n{{ first_name }}", "row 2: letter.md, line [45]"),
+    ],
+)
+def test_a_bad_letter_file_is_one_sentence_with_its_line(call, body, words):
+    Path("letter.md").write_text(f'---\npage = "A6"\n---\n{body}\n', encoding="utf-8")
+    _, err = call("print", "people.csv", "--letter", "letter.md", *QUICK, "--dry-run", "out.svg", code=2)
+    assert re.search(words, err), err
+    assert not list(Path().glob("out*")) and "Traceback" not in err

@@ -59,6 +59,7 @@ def test_what_is_wrong_is_said_and_nothing_made(folder):
 
 def test_a_letter_is_plotted(folder):
     (folder / "card.md").write_text('+++\npage = "100x60mm"\n+++\n\nHi [Ann]{ink=#a00}')
-    assert run("plot", "card.md", "--dry-run", "x.svg", "--seed", "1", "--layers", "colour", "-q").exit_code == 0
+    assert "Wrote" in run("plot", "card.md", "--dry-run", "x.svg", "--seed", "1", "--layers", "colour").output
+    assert "--layers colour stops" in run("plot", "card.md", "--dry-run", "x.svg", "--seed", "1").output
     assert run("export", "card.md", "-o", "x.gcode", "--seed", "1", "-q").exit_code == 0
     assert (folder / "x.gcode").stat().st_size > 1000

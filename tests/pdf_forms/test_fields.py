@@ -27,6 +27,7 @@ def test_every_kind_of_field_is_read(tmp_path):
     field(pdf, "push", (60, 100, 160, 120), "Btn", Ff=1 << 16)
     field(pdf, "secret", (60, 50, 160, 70), Ff=1 << 13)
     field(pdf, "hidden", (60, 20, 160, 40)).F = 2
+    pdf.Root.AcroForm.CO, pdf.Root.AcroForm.XFA = Array([pdf.Root.AcroForm.Fields[1]]), String("<xdp/>")
     form = read(pdf, tmp_path / "a.pdf")
     fields = form.named
     assert list(fields) == ["name", "code", "text", "ok", "boat", "sign"]
@@ -37,6 +38,7 @@ def test_every_kind_of_field_is_read(tmp_path):
     assert fields["boat"].options == (("8+", "eight"), ("four", "four")) and fields["sign"].kind == "signature"
     said = " / ".join(form.notes)
     assert "sign is left empty" in said and "secret is left empty" in said and "hidden is not shown" in said
+    assert "code is calculated by viewers" in said and "XFA part is left out" in said
     assert name.widgets[0].box == pytest.approx([60 * POINT, 122 * POINT, 260 * POINT, 142 * POINT])
 
 
