@@ -6,16 +6,16 @@ the two meet, or come nearest, each branch near there, and each small piece by i
 as far as their shape among their siblings (`hand.outlier_score`) and how they read alone (`hand.author_reader`) tell,
 changes hands, until nothing gains enough.
 
-Both have to gain: where their sum alone counted, letters got rid of what made them strange at letters of which anything
-is believed, capitals above all, and people's pages were read worse with it than without.  Reading better counts only
-where it becomes reading right, or far better: a looped k lost its foot when it read a little less like an h without.  By eye, on five
-people's pages where an exchange by shape between letters that touch had come to rest (csafe w0076 w0154 w0238 w0394,
-cvl 0012, by which the bounds were chosen) 17 of 21 more put a stem, an arch or a side of a bowl right, 3 hardly matter
-and 1 is wrong; on two others (cvl 0052, csafe w0277) 14 of 19 are right, and 5 hardly matter.  Since shapes of letters
-without siblings are believed less, 18 exchanges more on eight pages (16 right, 2 hardly matter: a lone k has its stem
-again) and 13 on five others (11 right, 1 wrong).  Where a ninth of the letters lost a stem, a tail or a part to their
-neighbour on purpose, .79 of 354 on simulated pages are put right and 18 letters made wrong (.76 and 22 before), .70 of
-219 on six people's pages and 4 (.70 and 11).  It takes 4 to 6 s of CPU a page.
+Both have to gain: where their sum alone counted, letters got rid of what made them strange at letters of which
+anything is believed, capitals above all, and people's pages were read worse with it than without. Reading better
+counts only where it becomes reading right, or far better: a looped k lost its foot when it read a little less like an
+h without. By eye, on five people's pages where an exchange by shape between letters that touch had come to rest (csafe
+w0076 w0154 w0238 w0394, cvl 0012, by which the bounds were chosen) 17 of 21 more put a stem, an arch or a side of a
+bowl right, 3 hardly matter and 1 is wrong; on two others (cvl 0052, csafe w0277) 14 of 19 are right, and 5 hardly
+matter. Since shapes of letters without siblings are believed less, 18 exchanges more on eight pages (16 right, 2
+hardly matter: a lone k has its stem again) and 13 on five others (11 right, 1 wrong). Where a ninth of the letters
+lost a stem, a tail or a part to their neighbour on purpose, .79 of 354 on simulated pages are put right and 18 letters
+made wrong (.76 and 22 before), .70 of 219 on six people's pages and 4 (.70 and 11). It takes 4 to 6 s of CPU a page.
 
 Source: own method.
 """

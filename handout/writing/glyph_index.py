@@ -70,10 +70,10 @@ class ChoiceWeights:
     # a ligature that meets none, in a word: the pen would have gone on, and lifts.  3 and 4 % of the pairs of two
     # joined hands
     loose: float = 6.0
-    # of two glyphs that were no neighbours, where others of their letters were; and more than that where the letters are
-    # the same: a double one is written in one go.  In 230 words of five hands (csafe w0277 w0533 w0018, cvl 0052 0017)
-    # .42 of the pairs that a page has then come from it in one piece (.27 without), 12 of 14 double letters (3); the
-    # words read as well to a reader that had no part in choosing, and as many glyphs are used
+    # of two glyphs that were no neighbours, where others of their letters were; and more than that where the letters
+    # are the same: a double one is written in one go.  In 230 words of four hands (csafe w0154 w0180 w0394, cvl 0013)
+    # .40 of the pairs that a page has then come from it in one piece (.24 without), 9 of 12.5 double letters (2.5); the
+    # words read no worse to a reader that had no part in choosing, and as many glyphs are used
     apart: float = 1.0
     doubled: float = 4.0
     cut: float = 3.0  # a ligature that is cut for a word to end, or begin, there
