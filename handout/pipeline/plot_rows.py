@@ -113,6 +113,8 @@ def plot_rows(
     pages = _pages(merging.read(Path(table), rows, merge, listener), request)
     task, merged, shared = pages.look(), pages.merge, grid(plotting.grid, plotting.gap)
     _check_grid(shared, task.layout.page, profile)
+    if (approved := merging.approved(pages, rows)) is not None:
+        pages.seed = approved
     record = _journal(pages, rows, request, profile, bool(paths))
     pages.seed = record.seed
     all_or_none = merged.with_letters and not merge.skip_bad
@@ -364,5 +366,5 @@ class PlotterQueue:
 
 
 def _kept(name: str, title: str) -> Job | None:
-    """The job of that name, or where that is not known of that title."""
-    return next((job for job in reversed(store.every()) if (job.name == name if name else job.title == title)), None)
+    """The job of that title, and if it is known of that name, which may have been given again to another."""
+    return next((job for job in store.every() if job.title == title and name in ("", job.name)), None)
