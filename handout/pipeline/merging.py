@@ -236,7 +236,7 @@ class RowPages:
     sheet : of the letters, or without letters of the envelopes; seed : which is known, whatever `writing` says.
     wanted : of a scanned hand its ink or its strokes.
     calibrated : a task and the name of its hand → how its ink goes to the printer.
-    x_height : mm, of addresses; None: chosen for each.
+    margins : page → (top, right, bottom, left), mm, of it that the machine does not reach.
     dropped : sentences on what no pen writes of the letters.
     findings : number of a row → what to look at on its pages, by how much that matters; see `Finding`.
     """
@@ -247,7 +247,7 @@ class RowPages:
     picture: PictureOptions
     wanted: frozenset[str] = INK
     calibrated: Callable[[WritingTask, str], Calibrate | None] = lambda task, hand: None
-    x_height: float | None = None
+    margins: Callable[[Page], tuple[float, float, float, float]] = lambda page: (0.0, 0.0, 0.0, 0.0)
     seed: int = 0
     tally: Tally = field(default_factory=Tally)
     dropped: dict[str, None] = field(default_factory=dict)
@@ -261,6 +261,12 @@ class RowPages:
         if self.merge.with_letters:
             return page_sizes.page(self.merge.options.envelope)
         return page_sizes.page(self.sheet.page_name)
+
+    @property
+    def address_x_height(self) -> float | None:
+        """Of addresses, where they are all that is written and it was asked for, mm; None: chosen for each."""
+        given = self.writing.x_height is not None and not self.merge.with_letters
+        return self.look().layout.x_height if given else None
 
     def sheets(self) -> list[Page]:
         """The sizes of the pages of a row."""
@@ -354,10 +360,10 @@ class RowPages:
     def _envelope(self, row: Row, manner: RowManner) -> list[BatchPage]:
         _check_address(row)
         task, page, options = self.task(False, manner), self.envelope_page, self.merge.options
-        layout = envelope.address_layout(page, *_extent(row.lines), self.x_height)
+        layout = envelope.address_layout(page, *_extent(row.lines), self.address_x_height)
         front, back = self._written(envelope.address_text(row), task, row, layout), list[Drawing]()
         if sender := self.merge.sender:
-            layout = envelope.sender_layout(page, *_extent(sender), options.return_at == "back")
+            layout = envelope.sender_layout(page, *_extent(sender), options.return_at == "back", self.margins(page))
             written = self._written("\n".join(sender), task, row, layout, _SENDER)
             front, back = (front, written) if options.return_at == "back" else ([*front, *written], [])
         if options.tick:
@@ -367,7 +373,8 @@ class RowPages:
 
     def _ticked(self, row: Row, task: WritingTask) -> list[Drawing]:
         number = str(row.number)
-        layout = envelope.tick_layout(task.layout.page, len(number))
+        page = task.layout.page
+        layout = envelope.tick_layout(page, len(number), self.margins(page))
         return self._written(number, replace(task, slips=0.0, paper=None), row, layout, _TICK)
 
     def _written(
@@ -472,12 +479,14 @@ def approval(pages: RowPages, table: TableOptions) -> dict[str, object]:
     sheet = {"page_name": pages.sheet.page_name, "margin": pages.sheet.margin, "pages": pages.sheet.pages}
     read = {"columns": ",".join(table.columns), "address": table.address}
     facts = _batch(pages.merge, hand, {**read, **options, **_look(pages.picture), **sheet}).facts
+    if pages.merge.sender or pages.merge.options.tick:  # which keep to what the printer reaches
+        facts = {**facts, "content of the printer's margins": repr([pages.margins(page) for page in pages.sheets()])}
     told: dict[str, object] = json.loads(json.dumps({name: fact for name, fact in facts.items() if fact is not None}))
     return told
 
 
-def approved(pages: RowPages, table: TableOptions) -> int | None:
-    """The seed of the proof that these pages were approved by; None where none is named.
+def approved_seed(pages: RowPages, table: TableOptions) -> int:
+    """The seed of the proof that these pages were approved by; their own where none is named.
 
     Raises
     ------
@@ -486,7 +495,7 @@ def approved(pages: RowPages, table: TableOptions) -> int | None:
     """
     path = pages.merge.options.approved
     if path is None:
-        return None
+        return pages.seed
     try:
         proof = json.loads(Path(path).read_bytes())
         facts, seed, rows = dict(proof["facts"]), int(proof["seed"]), set(proof["rows"])

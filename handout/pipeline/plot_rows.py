@@ -114,8 +114,7 @@ def plot_rows(
     pages = _pages(merging.read(Path(table), rows, merge, listener), request)
     task, merged, shared = pages.look(), pages.merge, grid(plotting.grid, plotting.gap)
     _check_grid(shared, task.layout.page, profile)
-    if (approved := merging.approved(pages, rows)) is not None:
-        pages.seed = approved
+    pages.seed = merging.approved_seed(pages, rows)
     record = _journal(pages, rows, request, profile, bool(paths))
     pages.seed = record.seed
     all_or_none = merged.with_letters and not merge.skip_bad
@@ -150,10 +149,7 @@ def plot_rows(
 def _pages(merged: Merge, request: PlotRequest) -> RowPages:
     """How the pages of rows are written, as strokes."""
     sheet = request.sheet if merged.with_letters else replace(request.sheet, usual_page="DL")
-    pages = RowPages(merged, request.writing, sheet, request.picture, STROKES, seed=seed_of(request.writing.seed))
-    if request.writing.x_height is not None and not merged.with_letters:
-        pages.x_height = pages.look().layout.x_height
-    return pages
+    return RowPages(merged, request.writing, sheet, request.picture, STROKES, seed=seed_of(request.writing.seed))
 
 
 def _journal(pages: RowPages, rows: TableOptions, request: PlotRequest, profile: Plotter, dry_run: bool) -> Journal:

@@ -110,14 +110,15 @@ def print_(
     profile = _printer(printing, writing_options, merge)
     merged = merging.read(Path(table), printing, merge, listener)
     sheet = SheetOptions(printing.page, merge.margin, merge.pages, "A4" if merged.with_letters else "DL")
-    pages = RowPages(merged, writing_options, sheet, picture, seed=seed_of(writing_options.seed))
+    pages, fed = (
+        RowPages(merged, writing_options, sheet, picture),
+        partial(_fed, profile, printing, merged.with_letters),
+    )
+    pages.seed, pages.margins = seed_of(writing_options.seed), lambda page: media.page_margins(page, fed(page))
     task = pages.look()
-    if writing_options.x_height is not None and not merged.with_letters:
-        pages.x_height = task.layout.x_height
     notes = writing.not_followed(task, picture, ink_shown=True)
     listener.note(*notes)
-    if (approved := merging.approved(pages, printing)) is not None:
-        pages.seed = approved
+    pages.seed = merging.approved_seed(pages, printing)
     record = _journal(printing, pages)
     pages.seed = record.seed
     calibrations = _Calibrations(printing, listener)
@@ -127,9 +128,10 @@ def print_(
     options = BatchOptions(printing.rows, printing.copies, printing.again, out, all_or_none)
     chosen_rows(merged.table, options, record.resumed)
     if merged.with_envelopes:
-        envelope.address_layout(pages.envelope_page, 1, 1, pages.x_height)  # what is wrong for every row is said once
+        envelope.address_layout(
+            pages.envelope_page, 1, 1, pages.address_x_height
+        )  # what is wrong for every row is said once
     about = {"seed": pages.seed, "hand": task.hand.name}
-    fed = partial(_fed, profile, printing, merged.with_letters)
     way = Way(fed(task.layout.page), fed, about, None, record.resumed, listener.say, change or listener.say)
     with record, destination(way, options, pages.sheets()) as place:
         report = make_rows(merged.table, pages, place, options, record, BatchListener(progress(listener), listener.say))
@@ -143,7 +145,11 @@ def print_(
         letters=merged.with_letters,
         notes=(*notes, *pages.dropped),
     )
-    calibration = calibrations.first
+    return _told(printed, calibrations.first)
+
+
+def _told(printed: Printed, calibration: CalibratedInk | None) -> Printed:
+    """A result with what is known of the calibration that its pages went through."""
     if calibration is None or not calibration.pages:
         return printed
     return replace(printed, calibration=cast("Facts", calibration.facts()), calibration_note=calibration.said())

@@ -1,7 +1,7 @@
 """Proofs: every page of a table's letters and envelopes, small, with what to look at first, before any ink is spent.
 
 A proof is a page for a browser (.html) or a printer (.pdf), and beside it a .json file by which a later run knows that
-it makes what was looked at (`merging.approved`).
+it makes what was looked at (`merging.approved_seed`).
 """
 
 from __future__ import annotations
@@ -125,8 +125,9 @@ def proof(
     sheet = SheetOptions(options.page, options.margin, options.pages, usual)
     pages = RowPages(merged, writing, sheet, picture, seed=seed_of(writing.seed))
     hand = pages.look().hand.name
-    if writing.x_height is not None and not merged.with_letters:
-        pages.x_height = pages.look().layout.x_height
+    if isinstance(machine, Printer):
+        reach = machine
+        pages.margins = lambda page: media.page_margins(page, media.printer_for(page, reach))
     made = _Made(pages, machine)
     rows = select(merged.table, options.rows)
     for number, row in enumerate(rows):

@@ -23,6 +23,7 @@ _BACK_EDGE, _BACK_LEFT = (
     9.0,
     0.25,
 )  # of the back: mm from the upper edge, where the flap is; share of the width left free
+_CLEAR = 1.5  # mm between the sender, or a number, and what cannot be printed on: hands wander; set by eye
 _TICK, _TICK_EDGE = 1.5, 6.0  # mm, size of a row's number and its distance from the lower left corner; set by eye
 
 
@@ -93,19 +94,26 @@ def address_layout(page: Page, lines: int, longest: int = 20, x_height: float | 
     return Layout(page, (top, side, bottom, left), x_height, _PITCH * x_height, fit=True)
 
 
-def sender_layout(page: Page, lines: int, longest: int, back: bool = False) -> Layout:
-    """The layout of the sender's address: small, in the upper left corner of an envelope, or on its flap."""
+def sender_layout(
+    page: Page, lines: int, longest: int, back: bool = False, clear: tuple[float, float, float, float] = (0, 0, 0, 0)
+) -> Layout:
+    """The layout of the sender's address: small, in the upper left corner of an envelope, or on its flap.
+
+    clear : (top, right, bottom, left), mm, that cannot be written on.
+    """
     scale = min(1.0, page.height / 104, page.width / 150)
     x_height, edge = _SENDER * scale, _SENDER_EDGE * scale
     left, top = (_BACK_LEFT * page.width, _BACK_EDGE * scale) if back else (edge, edge)
+    left, top = max(left, clear[3] + _CLEAR), max(top, clear[0] + _CLEAR)
     wide = page.width * (1 - 2 * _BACK_LEFT if back else _SENDER_WIDE)
     return box_layout(page, (left, top, wide, page.height / 2 - top), lines, longest, x_height)
 
 
-def tick_layout(page: Page, longest: int) -> Layout:
-    """The layout of a row's number, by which a letter and its envelope are put together."""
+def tick_layout(page: Page, longest: int, clear: tuple[float, float, float, float] = (0, 0, 0, 0)) -> Layout:
+    """The layout of a row's number, by which a letter and its envelope are put together; `clear` as above."""
     high = _TICK * (ASCENT + DESCENT) + _LEAST / 2
-    box = (_TICK_EDGE, page.height - _TICK_EDGE - high, _TICK * (longest + 2 * _MORE), high)
+    left, below = max(_TICK_EDGE, clear[3] + _CLEAR), max(_TICK_EDGE, clear[2] + _CLEAR)
+    box = (left, page.height - below - high, _TICK * (longest + 2 * _MORE), high)
     return box_layout(page, box, 1, longest, _TICK)
 
 

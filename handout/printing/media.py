@@ -14,7 +14,7 @@ import numpy as np
 from handout import page_sizes
 from handout.errors import InputError
 from handout.inking.device_pixels import DevicePixels
-from handout.profiles import Margins, Printer
+from handout.profiles import Margins, Nudge, Printer
 from handout.values import Page
 
 Bounds = tuple[float, float, float, float]
@@ -147,6 +147,20 @@ class Feeding:
         for turn in self.turns:
             fed, page = turned_pixels(fed, page, turn), turned_page(page, turn)
         return fed
+
+
+def page_margins(page: Page, profile: Printer) -> tuple[float, float, float, float]:
+    """What of a page, as it is read, this printer cannot print on: (top, right, bottom, left), mm."""
+    feeding = Feeding.of(page, msgspec.structs.replace(profile, nudge=Nudge()))
+    kept, sheet = profile.margins, feeding.sheet
+    w, h = page.width, page.height
+    found = []
+    for side in ((0.0, 0.0, w, 0.0), (w, 0.0, w, h), (0.0, h, w, h), (0.0, 0.0, 0.0, h)):
+        x0, y0, x1, y1 = feeding.bounds(side)
+        lies = (kept.left if x0 < sheet.width / 2 else kept.right, kept.top if y0 < sheet.height / 2 else kept.bottom)
+        found.append(float(lies[0] if abs(x1 - x0) < abs(y1 - y0) else lies[1]))
+    top, right, bottom, left = found
+    return top, right, bottom, left
 
 
 def margin_warning(bounds: Bounds, sheet: Page, margins: Margins, title: str) -> str | None:

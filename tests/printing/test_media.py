@@ -108,3 +108,28 @@ def test_ink_near_an_edge_is_told_with_the_worst_edge():
     assert told and "15.0 mm of the trailing edge" in told and "20 mm" in told
     beyond = media.margin_warning((-2, 40, 90, 100), sheet, margins, "P")
     assert beyond and "2.0 mm beyond the left edge" in beyond
+
+
+@pytest.mark.parametrize(
+    ("changes", "wanted"),
+    [
+        ({"turn": "left"}, (4.0, 1.0, 2.0, 3.0)),
+        ({"turn": "right"}, (2.0, 3.0, 4.0, 1.0)),
+        ({"feed": "long"}, (1.0, 2.0, 3.0, 4.0)),
+        ({"feed": "long", "flap": "trailing"}, (3.0, 4.0, 1.0, 2.0)),
+    ],
+)
+def test_what_a_printer_does_not_reach_of_a_page_as_it_is_read(changes, wanted):
+    """What is just inside these margins is inside those of the sheet as it is fed, and what is on them is not."""
+    kept = Margins(top=Length(1), right=Length(2), bottom=Length(3), left=Length(4))
+    profile = msgspec.structs.replace(SHORT, margins=kept, **changes)
+    page = page_sizes.page("DL")
+    top, right, bottom, left = media.page_margins(page, profile)
+    assert (top, right, bottom, left) == wanted
+    feeding = media.Feeding.of(page, profile)
+    inside = (left, top, page.width - right, page.height - bottom)
+    assert media.margin_warning(feeding.bounds(inside), feeding.sheet, kept, "P") is None
+    for at in range(4):
+        out = list(inside)
+        out[at] += 0.5 if at > 1 else -0.5
+        assert media.margin_warning(feeding.bounds(tuple(out)), feeding.sheet, kept, "P") is not None
