@@ -75,7 +75,12 @@ function asked(made, ticks) {
 
 /** What was decided for the user, as sentences. */
 function told(facts, said) {
-  const lent = (facts.borrowed || []).map((one) => `${one.letter}: ${one.own ? 'from the hand’s own letters' : 'lent'} (${one.from}), ${one.count}×`);
+  const ways = new Map();
+  for (const { letter, own, from } of facts.borrowed || []) {
+    const way = `${own ? 'Put together' : 'Lent'}, ${from}`;
+    ways.set(way, [...(ways.get(way) || []), letter]);
+  }
+  const lent = [...ways].map(([way, letters]) => `${way}: ${[...new Set(letters)].join(' ')}`);
   const doubts = (facts.doubtful || []).map((one) => `“${one.word}” on line ${one.line}${facts.pages > 1 ? `, page ${one.page},` : ''} may read as “${one.reads_as || 'nothing'}”`);
   return [...doubts, ...lent, ...(said || []), ...(facts.notes || [])].filter((one, at, all) => all.indexOf(one) === at);
 }
