@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -80,13 +81,13 @@ def test_a_text_is_written_changed_watched_and_downloaded(page):
     kept(page, "write")
     page.get_by_label("Text").fill("Dear Ada, here is a card")
     page.get_by_label("Seed", exact=True).fill("4")
-    page.locator(".told", has_text="seed 4").wait_for()
+    page.locator(".told", has_text=re.compile("seed 4$")).wait_for()
     first = page.locator(".sheet path.stroke").first.get_attribute("d")
     assert axe(page) == []
     page.get_by_role("button", name="Another seed").click()
-    page.locator(".told", has_text="seed 4").wait_for(state="detached")
+    page.locator(".told", has_text=re.compile("seed 4$")).wait_for(state="detached")
     page.get_by_label("Seed", exact=True).fill("4")
-    page.locator(".told", has_text="seed 4").wait_for()
+    page.locator(".told", has_text=re.compile("seed 4$")).wait_for()
     assert page.locator(".sheet path.stroke").first.get_attribute("d") == first
     page.get_by_label("Hand", exact=True).select_option("house-print")
     page.wait_for_timeout(600)
