@@ -18,6 +18,7 @@ _VERBS = {
     "export": "Write a text as the program of a plotter: G-code, HP-GL or EBB.",
     "plot": "Write a text with a pen plotter.",
     "pen": "Set up the pen of a plotter: a test sheet, its heights; move it by hand.",
+    "proof": "Show every page of a table's letters and envelopes, before they are printed or plotted.",
     "print": "Address envelopes from a table and print them.",
     "fill": "Fill in a PDF form by hand.",
     "calibrate": "Make a printer's colours those of the ink.",

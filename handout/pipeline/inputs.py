@@ -92,7 +92,7 @@ def text_of(words: Sequence[str], file: str | None, listener: Listener = SILENT)
         raise InputError("Both a text and --file are given; give one of them.")
     if file is None and not words:
         raise InputError('Nothing to write: give a text, --file letter.txt, or "-" to read standard input.')
-    if file is None and len(words) == 1 and _is_file(words[0]):
+    if file is None and len(words) == 1 and is_file(words[0]):
         file = words[0]
     if file is None and list(words) != ["-"]:
         return " ".join(words)
@@ -136,7 +136,7 @@ def hand_path(output: str | Path) -> Path:
     return path
 
 
-def _is_file(word: str) -> bool:
+def is_file(word: str) -> bool:
     """Whether a text is the name of a file; most texts could not even be one."""
     try:
         return Path(word).is_file()

@@ -6,21 +6,25 @@ The pages of a row depend on the seed, the row, the letter, the hand and the pro
 from __future__ import annotations
 
 import hashlib
+import itertools
+import json
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
+from typing import NamedTuple
 
 from handout import page_sizes
 from handout.errors import InputError
 from handout.hand import library
 from handout.inking.device_pixels import Calibrate
 from handout.letters import letter_file as letter_files
+from handout.letters.document import Head
 from handout.merging.fields import Fields, RowManner, counted, doubts
 from handout.merging.sheets import overlaid
 from handout.merging.template import Letter
 from handout.pipeline import writing
-from handout.pipeline.inputs import LETTERS, decoded
+from handout.pipeline.inputs import LETTERS, decoded, is_file
 from handout.pipeline.job_pages import program, words
 from handout.pipeline.letters import LetterTask, draw_letter, prepare_letter
 from handout.pipeline.options import MergeOptions, PictureOptions, SheetOptions, TableOptions, WritingOptions
@@ -30,15 +34,18 @@ from handout.printing import countries, envelope, journal
 from handout.printing.address_table import Addresses, read_addresses, read_rows
 from handout.printing.batch import BACK, BatchPage
 from handout.printing.journal import ENVELOPE, Batch, Journal
-from handout.printing.rows import Row
+from handout.printing.rows import Row, named, select
 from handout.sinks import write_drawing
 from handout.values import Drawing, Manuscript, Page
 from handout.writing.layout import Layout
 
 # that change nothing on paper, and so make no other batch
-_NOT_OF_THE_BATCH = {"dry_run", "resume", "again", "afresh", "page", "letter", "skip_bad", "given"}
+_NOT_OF_THE_BATCH = {"dry_run", "resume", "again", "afresh", "page", "letter", "skip_bad", "given", "approved"}
 # the head of a letter file, as `letters.letter_file` finds it
 _HEAD = re.compile(r"\ufeff?(?:---|\+\+\+)[ \t]*\n(?:.*\n)*?(?:---|\+\+\+)[ \t]*(?:\n|\Z)")
+# options that the head of a letter file may give, too
+_OF_HEADS = frozenset(Head.__struct_fields__)
+_MOST_SENDER = 6  # lines of a return address: more do not fit the corner of an envelope
 _SENDER, _TICK = 1_000_003, 2_000_003  # added to the seed: a sender does not vary as the address beside it does
 
 
@@ -97,7 +104,7 @@ def read(path: Path, table: TableOptions, options: MergeOptions, listener: Liste
         rows = replace(rows, rows=tuple(asked))
     rows = _abroad(counted(rows), options.home_country)
     listener.say(*(f"{path}: {note}." for note in rows.notes))
-    return Merge(path, rows, options, letter, head, _sender(options.return_address))
+    return Merge(path, rows, options, letter, head, _sender(options.return_address, listener))
 
 
 def _letter(path: Path, listener: Listener) -> tuple[Letter, str | None]:
@@ -129,17 +136,18 @@ def _abroad(table: Addresses, home: str) -> Addresses:
     return replace(table, rows=tuple(rows))
 
 
-def _sender(given: str) -> tuple[str, ...]:
+def _sender(given: str, listener: Listener) -> tuple[str, ...]:
     """The lines of a return address, a text or its file; one line is broken at its commas."""
-    if not given:
-        return ()
     text = given.replace("\\n", "\n")
-    if "\n" not in text and Path(text).is_file():
-        text = Path(text).read_text(encoding="utf-8")
-    lines = [line.strip() for line in text.strip().split("\n")]
+    if is_file(text):
+        text = decoded(Path(text).read_bytes(), text, listener)
+    lines = text.strip().split("\n")
     if len(lines) == 1:
-        lines = [part.strip() for part in lines[0].split(",")]
-    return tuple(line for line in lines if line)
+        lines = lines[0].split(",")
+    sender = tuple(line.strip() for line in lines if line.strip())
+    if len(sender) > _MOST_SENDER or (given and not sender):
+        raise InputError(f"return address: {len(sender)} lines; give 1 to {_MOST_SENDER}, or a file that has them.")
+    return sender
 
 
 def journal_of(pages: RowPages, table: TableOptions, more: Mapping[str, object], dry_run: bool) -> Journal:
@@ -163,10 +171,16 @@ def journal_of(pages: RowPages, table: TableOptions, more: Mapping[str, object],
         return Journal(seed=pages.seed)
     if table.resume and table.afresh:
         raise InputError("--resume goes on with a batch, --afresh makes all of it again: give one of them.")
-    picture = pages.picture
-    look = {"pen": picture.pen, "pen_width": picture.pen_width, "ink": picture.ink}
-    what = _batch(pages.merge, hand, {**_named(table), **_named(pages.writing), **look, **more})
-    return journal.resume(what) if table.resume else journal.begin(what, pages.seed, afresh=table.afresh)
+    facts = {**_named(table), **_named(pages.writing), **_look(pages.picture), **more}
+    what = _batch(pages.merge, hand, facts)
+    kept = journal.resume(what) if table.resume else journal.begin(what, pages.seed, afresh=table.afresh)
+    if pages.merge.options.approved is not None and kept.seed != pages.seed:
+        raise InputError(f"--approved: the batch was begun with seed {kept.seed}, and the proof has {pages.seed}.")
+    return kept
+
+
+def _look(picture: PictureOptions) -> dict[str, object]:
+    return {"pen": picture.pen, "pen_width": picture.pen_width, "ink": picture.ink}
 
 
 def _batch(merge: Merge, hand: str, facts: dict[str, object]) -> Batch:
@@ -182,7 +196,7 @@ def _batch(merge: Merge, hand: str, facts: dict[str, object]) -> Batch:
         facts |= {"program": program(), "content of the rows' hands": _digest_of_hands(merge)}
     if merge.letter is not None:
         if merge.head is not None:
-            named = ",".join(sorted(merge.options.given or ()))
+            named = ",".join(sorted((merge.options.given or frozenset()) & _OF_HEADS))
             facts["content of the options"] = hashlib.sha256(named.encode()).hexdigest()
         facts["content of the letter"] = hashlib.sha256(Path(str(merge.options.letter)).read_bytes()).hexdigest()
     if merge.sender:
@@ -204,6 +218,17 @@ def _digest_of_hands(merge: Merge) -> str:
     return hashlib.sha256(b"".join(file.read_bytes() for file in files if file.is_file())).hexdigest() if names else ""
 
 
+class Finding(NamedTuple):
+    """What to look at on a page: how much it matters, 0 most; and a phrase."""
+
+    rank: int
+    phrase: str
+
+
+OUT_OF_REACH, AT_EDGE, DOUBTFUL, SHRUNK, LENT, BROKEN, SLIP, WARNED = range(8)
+_SHRUNK = 0.99  # of the size that was asked for: what is nearer to it nobody sees
+
+
 @dataclass
 class RowPages:
     """Writes the pages of rows, and counts what was written.
@@ -213,6 +238,7 @@ class RowPages:
     calibrated : a task and the name of its hand → how its ink goes to the printer.
     x_height : mm, of addresses; None: chosen for each.
     dropped : sentences on what no pen writes of the letters.
+    findings : number of a row → what to look at on its pages, by how much that matters; see `Finding`.
     """
 
     merge: Merge
@@ -225,6 +251,7 @@ class RowPages:
     seed: int = 0
     tally: Tally = field(default_factory=Tally)
     dropped: dict[str, None] = field(default_factory=dict)
+    findings: dict[int, list[Finding]] = field(default_factory=dict)
     _tasks: dict[tuple[bool, str, str], WritingTask] = field(default_factory=dict)
     _calibrations: dict[str, Calibrate | None] = field(default_factory=dict)
 
@@ -322,7 +349,7 @@ class RowPages:
         if window is not None:
             top, right, bottom, left = read.first.margin
             read = replace(read, first=replace(read.first, margin=(max(top, window.below), right, bottom, left)))
-        return self._counted(*draw_letter(read, row.number, self.wanted))
+        return self._counted(*draw_letter(read, row.number, self.wanted), row, read.main.layout)
 
     def _envelope(self, row: Row, manner: RowManner) -> list[BatchPage]:
         _check_address(row)
@@ -353,10 +380,14 @@ class RowPages:
             layout = replace(layout, align=wanted.align, jitter=wanted.jitter, line_spacing=spacing)
             task = replace(task, pages=1)
         task = replace(task, seed=self.seed + other)
-        return self._counted(*writing.draw_pages(text, task, layout, row.number, self.wanted))
+        drawn = writing.draw_pages(text, task, layout, row.number, self.wanted)
+        return self._counted(*drawn, row, layout or task.layout)
 
-    def _counted(self, pages: Sequence[Manuscript], drawings: Sequence[Drawing]) -> list[Drawing]:
-        """Pages that were written, counted, with their words."""
+    def _counted(
+        self, pages: Sequence[Manuscript], drawings: Sequence[Drawing], row: Row, layout: Layout
+    ) -> list[Drawing]:
+        """Pages that were written, counted, with their words; what is to be looked at is noted."""
+        self.findings.setdefault(row.number, []).extend(_findings(pages, layout))
         self.tally += Tally.of(pages, drawings)
         named = ({**drawing.about, "words": words(page)} for page, drawing in zip(pages, drawings, strict=True))
         return [replace(drawing, about=about) for drawing, about in zip(drawings, named, strict=True)]
@@ -405,3 +436,70 @@ def _lines_above(height: float, task: WritingTask) -> int:
     layout = task.layout
     distance = layout.baseline_distance(task.hand.pitch)
     return max(int(-(-(height - layout.margin[0]) // distance)), 0)
+
+
+def _findings(pages: Sequence[Manuscript], layout: Layout) -> Iterator[Finding]:
+    """What to look at on the pages of one text."""
+    size = min((page.x_height for page in pages), default=layout.x_height)
+    if size < _SHRUNK * layout.x_height:
+        yield Finding(SHRUNK, f"written at {size / layout.x_height:.0%} of its size, so that it fits")
+    for letter in pages[0].about.get("borrowed", []) if pages else []:
+        if not letter["own"]:
+            yield Finding(LENT, f"{letter['letter']!r}, {letter['count']} times, is {letter['from']}")
+    for page in pages:
+        for doubt in page.about.get("doubtful", []):
+            yield Finding(DOUBTFUL, f"{doubt['word']!r} may be read as {doubt['reads_as'] or 'nothing'!r}")
+        for slip in page.about.get("slips", []):
+            yield Finding(SLIP, f"struck out and written again: {slip.get('word', '')!r}")
+        yield from _broken(page)
+
+
+def _broken(page: Manuscript) -> Iterator[Finding]:
+    """Words that go on in the next line."""
+    for above, below in itertools.pairwise(line for line in page.lines if line.placed):
+        last = above.placed[-1]
+        if below.placed[0].at == last.at + 1:
+            word = "".join(placed.glyph.letter for placed in above.placed if placed.word == last.word)
+            yield Finding(BROKEN, f"a word goes on in the next line after {word!r}")
+
+
+def approval(pages: RowPages, table: TableOptions) -> dict[str, object]:
+    """All that decides on how the pages of a table look but the seed, as a proof keeps it."""
+    hand = pages.writing.hand
+    if not isinstance(hand, str):
+        raise InputError("A hand that is in memory alone cannot be told again: approve pages of a hand with a name.")
+    options = {name: value for name, value in _named(pages.writing).items() if name != "seed"}
+    sheet = {"page_name": pages.sheet.page_name, "margin": pages.sheet.margin, "pages": pages.sheet.pages}
+    read = {"columns": ",".join(table.columns), "address": table.address}
+    facts = _batch(pages.merge, hand, {**read, **options, **_look(pages.picture), **sheet}).facts
+    told: dict[str, object] = json.loads(json.dumps({name: fact for name, fact in facts.items() if fact is not None}))
+    return told
+
+
+def approved(pages: RowPages, table: TableOptions) -> int | None:
+    """The seed of the proof that these pages were approved by; None where none is named.
+
+    Raises
+    ------
+    InputError
+        It is no proof, or something has changed since: the message says what.
+    """
+    path = pages.merge.options.approved
+    if path is None:
+        return None
+    try:
+        proof = json.loads(Path(path).read_bytes())
+        facts, seed, rows = dict(proof["facts"]), int(proof["seed"]), set(proof["rows"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        reason = getattr(error, "strerror", None) or "it is no proof of handout"
+        raise InputError(f"--approved: {path} cannot be read: {reason}; handout proof makes one.") from error
+    now = approval(pages, table)
+    changes = journal.changes(facts, now)
+    if pages.writing.seed not in (None, seed):
+        changes.append(f"--seed was {seed} and is now {pages.writing.seed}")
+    asked = {row.number for row in select(pages.merge.table, table.rows)}
+    if more := sorted(asked - rows):
+        changes.append(f"{named(more)} {'is' if len(more) == 1 else 'are'} not in it")
+    if changes:
+        raise InputError(f"The proof {path} does not hold any more, because {' and '.join(changes)}: make a new one.")
+    return seed

@@ -259,9 +259,11 @@ class MergeOptions:
     tick : whether the row's number stands small on letter and envelope.
     skip_bad : whether rows that can be made are made although others cannot.
     given : options that win over the head of a letter file, as in `pipeline.letters.prepare_letter`.
+    approved : the .json file of a proof, which these pages have to be.
     """
 
     letter: str | Path | None = None
+    approved: str | Path | None = None
     given: frozenset[str] | None = None
     with_envelopes: bool = False
     envelope: str = "DL"

@@ -47,6 +47,7 @@ from handout.sinks.drawing_json import to_json
 from handout.sources.drawing_json import from_json
 from handout.values import Drawing, Page
 
+_PENS = "--columns pen=…: a plotter draws with the pen that is in it; the column shows in pictures alone."
 _ENDS = {"ebb": "\r", "hpgl": ""}  # of the lines of a dialect, where that is no line feed
 
 
@@ -113,6 +114,8 @@ def plot_rows(
     pages = _pages(merging.read(Path(table), rows, merge, listener), request)
     task, merged, shared = pages.look(), pages.merge, grid(plotting.grid, plotting.gap)
     _check_grid(shared, task.layout.page, profile)
+    if (approved := merging.approved(pages, rows)) is not None:
+        pages.seed = approved
     record = _journal(pages, rows, request, profile, bool(paths))
     pages.seed = record.seed
     all_or_none = merged.with_letters and not merge.skip_bad
@@ -140,7 +143,7 @@ def plot_rows(
         letters=merged.with_letters,
         reports=tuple(place.queue.reports) if isinstance(place, PlotSpool) else (),
         planned_s=place.planned_s if isinstance(place, PlotFiles) else None,
-        notes=(*task.paper_notes, *pages.dropped),
+        notes=(*task.paper_notes, *pages.dropped, *([_PENS] if merged.fields.says("pen") else [])),
     )
 
 
@@ -364,5 +367,5 @@ class PlotterQueue:
 
 
 def _kept(name: str, title: str) -> Job | None:
-    """The job of that name, or where that is not known of that title."""
-    return next((job for job in reversed(store.every()) if (job.name == name if name else job.title == title)), None)
+    """The job of that title, and if it is known of that name, which may have been given again to another."""
+    return next((job for job in store.every() if job.title == title and name in ("", job.name)), None)

@@ -116,6 +116,8 @@ def print_(
         pages.x_height = task.layout.x_height
     notes = writing.not_followed(task, picture, ink_shown=True)
     listener.note(*notes)
+    if (approved := merging.approved(pages, printing)) is not None:
+        pages.seed = approved
     record = _journal(printing, pages)
     pages.seed = record.seed
     calibrations = _Calibrations(printing, listener)

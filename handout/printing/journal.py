@@ -277,13 +277,16 @@ def _nothing_to_resume(what: Batch, place: Path) -> str:
     last = next((run for run in runs if run.head.get("table") == str(what.table)), None)
     if last is None:
         return f"There is nothing to resume: no batch of {what.table.name} was begun on this computer."
-    facts, was = what.facts, last.head["facts"]
-    changed = [name for name in {**was, **facts} if was.get(name) != facts.get(name)]
-    changes = [_change(name, was.get(name), facts.get(name)) for name in changed]
     return (
         f"The batch of {what.table.name} begun on {_time(last)} cannot be resumed, because "
-        f"{' and '.join(changes)}: give the same again, or print with --rows what is missing."
+        f"{' and '.join(changes(last.head['facts'], what.facts))}: give the same again, or print with --rows what is "
+        "missing."
     )
+
+
+def changes(was: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
+    """What differs between two batches, each a phrase."""
+    return [_change(name, was.get(name), now.get(name)) for name in {**was, **now} if was.get(name) != now.get(name)]
 
 
 def _change(name: str, was: object, now: object) -> str:

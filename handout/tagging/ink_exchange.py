@@ -6,16 +6,16 @@ the two meet, or come nearest, each branch near there, and each small piece by i
 as far as their shape among their siblings (`hand.outlier_score`) and how they read alone (`hand.author_reader`) tell,
 changes hands, until nothing gains enough.
 
-Both have to gain: where their sum alone counted, letters got rid of what made them strange at letters of which anything
-is believed, capitals above all, and people's pages were read worse with it than without.  Reading better counts only
-where it becomes reading right: a looped k lost its foot when it read a little less like an h without.  By eye, on five
-people's pages where an exchange by shape between letters that touch had come to rest (csafe w0076 w0154 w0238 w0394,
-cvl 0012, by which the bounds were chosen) 17 of 21 more put a stem, an arch or a side of a bowl right, 3 hardly matter
-and 1 is wrong; on two others (cvl 0052, csafe w0277) 14 of 19 are right, and 5 hardly matter.  Since shapes of letters
-without siblings are believed less, 18 exchanges more on eight pages (16 right, 2 hardly matter: a lone k has its stem
-again) and 13 on five others (11 right, 1 wrong).  Where a ninth of the letters lost a stem, a tail or a part to their
-neighbour on purpose, .79 of 354 on simulated pages are put right and 18 letters made wrong (.76 and 22 before), .69 of
-219 on six people's pages and 6 (.70 and 11).  It takes 4 to 6 s of CPU a page.
+Both have to gain: where their sum alone counted, letters got rid of what made them strange at letters of which
+anything is believed, capitals above all, and people's pages were read worse with it than without. Reading better
+counts only where it becomes reading right, or far better: a looped k lost its foot when it read a little less like an
+h without. By eye, on five people's pages where an exchange by shape between letters that touch had come to rest (csafe
+w0076 w0154 w0238 w0394, cvl 0012, by which the bounds were chosen) 17 of 21 more put a stem, an arch or a side of a
+bowl right, 3 hardly matter and 1 is wrong; on two others (cvl 0052, csafe w0277) 14 of 19 are right, and 5 hardly
+matter. Since shapes of letters without siblings are believed less, 18 exchanges more on eight pages (16 right, 2
+hardly matter: a lone k has its stem again) and 13 on five others (11 right, 1 wrong). Where a ninth of the letters
+lost a stem, a tail or a part to their neighbour on purpose, .79 of 354 on simulated pages are put right and 18 letters
+made wrong (.76 and 22 before), .70 of 219 on six people's pages and 4 (.70 and 11). It takes 4 to 6 s of CPU a page.
 
 Source: own method.
 """
@@ -56,8 +56,10 @@ class ExchangeSettings:
     kept: float = 0.3  # share of its line that a letter keeps at least
     margin: float = 0.3  # letters that are right (see `Siblings.right`) that an exchange must gain
     each: float = 0.02  # of them that each of the two must gain
-    # surprise, nats, up to which a glyph reads as what it is rather than as all else; or as much as its siblings have
+    # surprise, nats, up to which a glyph reads as what it is rather than as all else, or what its siblings have, or the
+    # second as a share of what it had
     read: float = 0.7
+    better: float = 0.3
     # letters that one of several offers is less worth for each place more at which it leaves two letters cut apart: a
     # stem that leads back to its letter changes hands whole
     torn: float = 0.15
@@ -177,7 +179,8 @@ class InkExchange:
         """The same, where reading less oddly than now counts only if it is read as nothing else any more."""
         rows = [self._row[number] for number in numbers.tolist()]
         now, then = self._seen[rows], self._surprises(numbers, sets)
-        return np.where((np.maximum(SETTINGS.read, self._usual[rows]) < then) & (then < now), now, then)
+        least = np.maximum(np.maximum(SETTINGS.read, self._usual[rows]), SETTINGS.better * now)
+        return np.where((least < then) & (then < now), now, then)
 
     def _gains(self, offers: Sequence[_Offer]) -> Array:
         """(k,): how many more letters each offer makes right, as `Siblings.right` expects; 0 if not each.

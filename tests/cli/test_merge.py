@@ -46,6 +46,12 @@ def test_every_row_has_its_letter_and_its_envelope(call):
     assert "these columns" not in err and "not used: 'Note'" in err
 
 
+def test_a_cell_of_ten_megabytes_is_one_sentence(call):
+    Path("people.csv").write_text("First name,Gift\nAnna,tea\nBen," + "x" * 10_000_000 + "\n", encoding="utf-8")
+    _, err = call("print", "people.csv", "--letter", "letter.txt", *SMALL, "--dry-run", "out.svg", code=2)
+    assert "people.csv: row 3: a cell has more than 131072 characters" in err and not list(Path().glob("out*"))
+
+
 def test_the_text_may_stand_in_a_column(call):
     call("print", "people.csv", "--columns", "text=Note", *SMALL, "--dry-run", "out.svg")
     assert sorted(path.name for path in Path().glob("out-*.svg")) == ["out-002.svg", "out-003.svg", "out-004.svg"]
@@ -72,6 +78,7 @@ def test_rows_that_cannot_be_made_are_all_named_and_nothing_is_made(call):
         ("Dear {{ first_name }}", ("--columns", "text=Note"), "the letter stands in one of them"),
         ("Dear {{ first_name }}", ("--home-country", "Ruritania"), "no country that is known"),
         ("Dear {{ first_name }}", ("--window", "DL"), "takes letters of A4"),
+        ("Dear {{ first_name }}", ("--return-address", ","), "return address: 0 lines; give 1 to 6"),
         ("Dear {{ first_name }}", ("--columns", "hand=Last name"), "row 3: .*Ost"),
     ],
 )
