@@ -111,13 +111,13 @@ def test_words_that_read_as_others_are_framed_where_they_lie(page):
         word = (
             '"doubtful": [{"word": "Ada", "page": 1, "line": 1, "reads_as": "Ado", "box": [30, 10, 50, 20]}], "pages"'
         )
-        route.fulfill(response=answer, body=answer.text().replace('"pages"', word))
+        route.fulfill(response=answer, body=answer.text().replace('"pages"', word, 1))
 
-    page.route("**/events", doubted)
+    page.route("**/api/write", doubted)
     page.get_by_label("Text").fill("Dear Ada, again")
     page.locator(".told", has_text="“Ada” on line 1 may read as “Ado”").wait_for()
     frame, sheet = page.locator(".marks rect").bounding_box(), page.locator(".sheet").bounding_box()
-    page.unroute("**/events")
+    page.unroute("**/api/write")
     assert abs((frame["x"] + frame["width"] / 2 - sheet["x"]) / sheet["width"] - 40 / 105) < 0.02
     assert abs((frame["y"] + frame["height"] / 2 - sheet["y"]) / sheet["height"] - 15 / 148) < 0.02
 
