@@ -12,7 +12,9 @@ from functools import cached_property
 
 import numpy as np
 
+from handout.completion.manner import LEAST, Manner
 from handout.completion.specimens import Part, Specimen
+from handout.completion.ways import evenly
 from handout.hand import measures
 from handout.hand.diacritics import NOT_ABOVE
 from handout.hand.drawn import Hand
@@ -63,11 +65,25 @@ class DrawnLetters:
         written = [self._strokes(letter, rng) for _ in range(count)]
         return [Specimen(letter, (self._part(strokes),)) for strokes in written if strokes]
 
+    def in_manner(self, letter: str, count: int, rng: np.random.Generator) -> list[Specimen]:
+        """A letter as the author might write it, `count` times; [] if none is drawn, or he wrote too few letters."""
+        written = self._manner.ways(letter, count, rng) if len(self._manner.letters) >= LEAST else []
+        return [Specimen(letter, (self._part([self._leant(xy) for xy in strokes]),)) for strokes in written]
+
+    @cached_property
+    def _manner(self) -> Manner:
+        return Manner(self._hand)
+
+    def _leant(self, upright: Array) -> Array:
+        """A curve (m, 2) in line space through places (n, 2), upright x-heights."""
+        x, y = evenly(upright, _STEP).T * self.x_height
+        return np.column_stack([x + self.slant * y, y])
+
     def mark(self, mark: str, rng: np.random.Generator) -> list[Part]:
         """An accent over (under) the baseline at x = 0, its lowest point at the gap that it keeps from its letter."""
         forms = self.house.marks[mark]
         form = forms[int(rng.integers(len(forms)))]
-        curves = [_smooth(stroke) for stroke in form.strokes]
+        curves = [evenly(stroke, _STEP) for stroke in form.strokes]
         upright = [np.column_stack([xy[:, 0] - self.house.slant * xy[:, 1], xy[:, 1]]) for xy in curves]
         strokes = [self.x_height * xy for xy in upright]
         if mark not in NOT_ABOVE:
@@ -138,19 +154,6 @@ class DrawnLetters:
 
 def _upright_width(xy: Array, slant: float) -> float:
     return float(np.ptp(xy[:, 0] - slant * xy[:, 1]))
-
-
-def _smooth(points: Array) -> Array:
-    """(m, 2): a curve through points (n, 2), x-heights."""
-    from scipy.interpolate import CubicSpline
-
-    lengths = np.hypot(*np.diff(points, axis=0).T) if len(points) > 1 else np.zeros(0)
-    moves = lengths > 1e-6
-    if not moves.any():
-        return np.array(points[:1])
-    along = np.concatenate([[0.0], np.cumsum(lengths[moves])])
-    at = np.linspace(0, along[-1], max(3, int(along[-1] / _STEP) + 2))
-    return np.asarray(CubicSpline(along, points[np.concatenate([[True], moves])])(at))
 
 
 def _traced(letter: str, house: Hand, rng: np.random.Generator) -> list[Array]:

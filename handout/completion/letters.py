@@ -91,6 +91,8 @@ class LetterMaker:
             factor = factor if letter.isupper() else 1 / factor
             change = "enlarged" if letter.isupper() else "made smaller"
             return Supply([_resized(self._hand, i, letter, factor) for i in numbers[:_FORMS]], f"{other} {change}")
+        if specimens := self._drawn.in_manner(letter, _FORMS, self._rng):
+            return Supply(specimens, "made after the author's other letters")
         specimens = self._drawn.forms(letter, _FORMS, self._rng)
         return Supply(specimens, f"the form of {self._drawn.house.name}" if specimens else "")
 
