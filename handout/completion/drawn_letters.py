@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -20,14 +21,18 @@ from handout.hand.diacritics import NOT_ABOVE
 from handout.hand.drawn import Hand
 from handout.hand.letter_classes import X_HEIGHT
 from handout.hand.library import load
+from handout.hand.places import Place
 from handout.hand.scanned import NO_PAGE, ScannedHand
 from handout.motion.trace import trace
-from handout.values import Array, LineGraph
+from handout.values import Array, Indices, LineGraph
 from handout.writing.specimen import single_letter
 
 _STEP = 0.03  # x-heights between vertices of a line that is drawn; .9 pixels at 300 dpi and 2.5 mm
 _HASTY = 0.85  # share of joins from which an author writes as the quick hand does
 _WIDER = (0.7, 1.45)  # least and most that letters are made narrower or broader, however odd the widths measured
+_PARALLEL = 0.87  # cosine, from which on two lines run side by side
+_ONE_LINE = 1.8  # half widths of the line, within which two strokes side by side are one line; by eye
+_PLACES: tuple[Place, ...] = ("middle", "start", "end")  # in a word, of the forms of a small letter that may be joined
 _LIKE = 0.11  # of the box around a letter: how far its line lies from that of the drawn one on the average
 
 
@@ -46,10 +51,13 @@ class DrawnLetters:
     @cached_property
     def house(self) -> Hand:
         """The drawn hand that is most like it."""
-        share = measures.joins(self._hand).share
-        if share < measures.JOINED_SHARE:
+        if self._share < measures.JOINED_SHARE:
             return load("house-print")
-        return load("house-quick" if share > _HASTY else "house-joined")
+        return load("house-quick" if self._share > _HASTY else "house-joined")
+
+    @cached_property
+    def _share(self) -> float:
+        return measures.joins(self._hand).share
 
     @cached_property
     def capital(self) -> float:
@@ -66,9 +74,21 @@ class DrawnLetters:
         return [Specimen(letter, (self._part(strokes),)) for strokes in written if strokes]
 
     def in_manner(self, letter: str, count: int, rng: np.random.Generator) -> list[Specimen]:
-        """A letter as the author might write it, `count` times; [] if none is drawn, or he wrote too few letters."""
-        written = self._manner.ways(letter, count, rng) if len(self._manner.letters) >= LEAST else []
-        return [Specimen(letter, (self._part([self._leant(xy) for xy in strokes]),)) for strokes in written]
+        """A letter as the author might write it, `count` times; [] if none is drawn, or he wrote too few letters.
+
+        Where he joins letters those within a word end where their ways to the next letter begin.
+        """
+        if len(self._manner.letters) < LEAST:
+            return []
+        places: list[Place] = ["alone"] * count
+        if self._share >= measures.JOINED_SHARE and letter.islower():
+            places = [_PLACES[k % len(_PLACES)] for k in range(count)]
+        parted = [place in ("start", "middle") for place in places]
+        written = self._manner.ways(letter, parted, rng)
+        return [
+            Specimen(letter, (self._line(*_welded(list(map(self._leant, strokes)), self.radius)),), (None, place, None))
+            for strokes, place in zip(written, places, strict=False)
+        ]
 
     @cached_property
     def _manner(self) -> Manner:
@@ -127,9 +147,12 @@ class DrawnLetters:
             numbers = count + np.arange(len(stroke))
             edges.append(np.column_stack([numbers[:-1], numbers[1:]]))
             count += len(stroke)
-        xy = np.concatenate(list(strokes))
-        radius = np.full(count, self.radius)
-        graph = LineGraph(xy, radius, np.ones(count), np.zeros((count, 2)), np.concatenate(edges))
+        return self._line(np.concatenate(list(strokes)), np.concatenate(edges))
+
+    def _line(self, xy: Array, edges: Indices) -> Part:
+        """A line of places (n, 2) that is still to be inked."""
+        count = len(xy)
+        graph = LineGraph(xy, np.full(count, self.radius), np.ones(count), np.zeros((count, 2)), edges)
         return Part(graph, NO_PAGE, np.zeros(count, dtype=np.intp))
 
     @cached_property
@@ -154,6 +177,33 @@ class DrawnLetters:
 
 def _upright_width(xy: Array, slant: float) -> float:
     return float(np.ptp(xy[:, 0] - slant * xy[:, 1]))
+
+
+def _welded(strokes: Sequence[Array], radius: float) -> tuple[Array, Indices]:
+    """Strokes (n, 2) as one line, places and edges: what runs beside an earlier part, within its width, is that part.
+
+    Ink shows no more than that of a stem that the pen goes up and down again.
+    """
+    from scipy.spatial import cKDTree
+
+    xy, first = np.concatenate(list(strokes)), np.cumsum([0, *map(len, strokes)]).tolist()
+    along = np.concatenate([np.gradient(x, axis=0) if len(x) > 1 else np.zeros((1, 2)) for x in strokes])
+    along /= np.maximum(np.hypot(*along.T), 1e-9)[:, None]
+    number, edges, reach = np.arange(len(xy)), list[Indices](), _ONE_LINE * radius
+    for a, b in pairwise(first):
+        turns = a + 1 + np.flatnonzero(np.diff(np.sign(along[a:b, 1])) != 0)
+        for begin, end in pairwise([a, *turns.tolist(), b]):
+            steps = np.hypot(*np.diff(xy[a : begin + 1], axis=0).T)
+            leading = int((np.cumsum(steps[::-1]) < 2 * reach).sum())  # to the turn, which is no place beside it
+            if begin - leading > 0 and begin < end:
+                away, at = cKDTree(xy[: begin - leading]).query(xy[begin:end])
+                beside = (away < reach) & (np.abs((along[at] * along[begin:end]).sum(axis=1)) > _PARALLEL)
+                number[begin:end] = np.where(beside, number[at], number[begin:end])
+        own = number == np.arange(len(xy))
+        pairs = np.column_stack([number[a : b - 1], number[a + 1 : b]])
+        edges.append(pairs[own[a : b - 1] | own[a + 1 : b]])
+    kept = np.flatnonzero(number == np.arange(len(xy)))
+    return xy[kept], np.searchsorted(kept, np.concatenate(edges))
 
 
 def _traced(letter: str, house: Hand, rng: np.random.Generator) -> list[Array]:

@@ -53,6 +53,7 @@ class MannerSettings:
         baseline; of y moved by 1, y, the same two, x.
     clear : of the mean logarithm of two hands' costs, at which the better counts e times as much.
     class_counts : of letters of another class, beside those of the same, in that.
+    narrowed : x-heights that a form is as if further away, whose loops are all narrowed to a line: by eye.
     """
 
     across: float = 1.0
@@ -70,8 +71,9 @@ class MannerSettings:
     other: float = 0.8
     aside: tuple[float, ...] = (0.15, 0.15, 0.15, 0.25)
     upward: tuple[float, ...] = (0.075, 0.075, 0.25, 0.25, 0.075)
-    clear: float = 0.05
+    clear: float = 0.1
     class_counts: float = 0.25
+    narrowed: float = 0.3
 
 
 SETTINGS = MannerSettings()
@@ -121,16 +123,19 @@ class Manner:
         """The letters that it was learnt from."""
         return frozenset(known.letter for known in self._known)
 
-    def ways(self, letter: str, count: int, rng: np.random.Generator) -> list[list[Array]]:
-        """A letter written `count` times, each time its strokes (n, 2), upright x-heights; [] where none is drawn.
+    def ways(self, letter: str, parted: Sequence[bool], rng: np.random.Generator) -> list[list[Array]]:
+        """A letter written several times, each time its strokes (n, 2), upright x-heights; [] where none is drawn.
 
         What is known of the very letter does not count.
+
+        parted : for each time, whether it is without its way up to the next letter.
         """
         way = self.likeliest(letter)
         if way is None:
             return []
         form, places = way
-        return [form.strokes(places + _varied(places, self.spread, rng)) for _ in range(count)]
+        written = [form.strokes(places + _varied(places, self.spread, rng)) for _ in parted]
+        return [form.parted(strokes) if cut else strokes for strokes, cut in zip(written, parted, strict=True)]
 
     def likeliest(self, letter: str) -> tuple[Way, Array] | None:
         """The form of a letter that the author might use, and its places (n, 2) as he would write it."""
@@ -141,7 +146,9 @@ class Manner:
         weight = weight / np.bincount([form.hand for form in forms], minlength=len(HANDS))[[f.hand for f in forms]]
         made = [self._process(form.hand).moved(form, letter) + form.xy for form in forms]
         level = [xy - [float(np.median(xy[:, 0])), 0.0] for xy in made]
-        best = int(np.argmin(_distances(level) @ weight))
+        narrowed = [_beside(xy, form) - _beside(form.xy, form) for xy, form in zip(level, forms, strict=True)]
+        price = _distances(level) @ (weight / weight.sum()) + SETTINGS.narrowed * np.maximum(narrowed, 0.0)
+        best = int(np.argmin(price))
         return forms[best], level[best]
 
     def _likelihood(self, letter: str) -> Array:
@@ -261,6 +268,16 @@ def _distances(lines: Sequence[Array]) -> Array:
             mean = np.sqrt(squares.min(axis=0)).mean() + np.sqrt(squares.min(axis=1)).mean()
             distances[i, j] = distances[j, i] = 0.5 * mean
     return distances
+
+
+_NEAR, _FURTHER, _PARALLEL = 0.22, 5, 0.9  # x-heights, places along the way, and cosine, of strokes side by side
+
+
+def _beside(xy: Array, form: Way) -> float:
+    """The share of the places (n, 2) of a bent form that run beside others of it."""
+    along, number = form.tangents(xy), np.arange(len(xy))
+    near = (_squares(xy, xy) < _NEAR**2) & (np.abs(along @ along.T) > _PARALLEL)
+    return float((near & (np.abs(number[:, None] - number) > _FURTHER)).any(axis=1).mean())
 
 
 _WAVES = (0.9, 2.6)  # x-heights: of the field that bends a letter that is written again

@@ -34,6 +34,7 @@ _STRETCH = 0.05  # of that, against stretching
 _STAY = 0.03  # against moving at all
 _FAR = 0.2  # x-heights: a place that far from the other line counts half
 BEND = 0.15  # of the length of the bends, that a fit costs beside the ink it leaves uncovered
+_LEFT = 0.12  # x-heights over its lowest place, from where on a way up leads to the next letter; by eye
 _CENTRING = 3  # rounds of moving a way along the line
 
 
@@ -42,16 +43,30 @@ class Way:
     """One form of a letter.
 
     hand : its number in `HANDS`; xy : (n, 2); first : (k + 1,) where each stroke begins, and n.
+    leaving : the stroke that ends on the way up to the next letter, or -1.
     """
 
     letter: str
     hand: int
     xy: Array
     first: tuple[int, ...]
+    leaving: int = -1
 
     def strokes(self, xy: Array) -> list[Array]:
         """Places (n, 2), stroke by stroke."""
         return np.split(xy, self.first[1:-1])
+
+    def parted(self, strokes: Sequence[Array]) -> list[Array]:
+        """Its strokes when it was bent, without the way up to the next letter."""
+        cut = list(strokes)
+        if self.leaving >= 0:
+            last = cut[self.leaving]
+            rising = np.append(np.diff(last[:, 1]) > 0, True)
+            bottom = int(np.flatnonzero(~rising)[-1]) + 1 if not rising.all() else 0
+            over = np.flatnonzero(last[bottom:, 1] > last[bottom, 1] + _LEFT)
+            if len(over) and bottom:
+                cut[self.leaving] = last[: bottom + int(over[0])]
+        return cut
 
     @cached_property
     def along(self) -> Array:
@@ -99,7 +114,8 @@ def way(letter: str, number: int) -> Way:
     """A form of a letter by its number."""
     hand, glyph = _forms()[letter][number]
     strokes = [evenly(stroke, STEP) for stroke in glyph.strokes]
-    return Way(letter, hand, np.concatenate(strokes), tuple(np.cumsum([0, *map(len, strokes)]).tolist()))
+    first = tuple(np.cumsum([0, *map(len, strokes)]).tolist())
+    return Way(letter, hand, np.concatenate(strokes), first, glyph.last_main if glyph.exit == "low" else -1)
 
 
 def evenly(points: Array, step: float) -> Array:
