@@ -3,8 +3,8 @@
 Of each hand up to twelve letters are left out in turn (`kept_out`), and made again twice: as a drawn form, slanted,
 widened and as tall as the author's, which is what a hand with very few letters gets, and after the author's other
 letters.  How far each lies from the author's own glyphs is told in the mean distance of those from one another.
-In the author's words the letter is then put in the place of his own, whose ligatures stay; it is read as what it is if no
-other letter of its kind makes the word more probable to the reader, which has learnt nothing of this author.
+In the author's words the letter is then put in the place of his own, whose ligatures stay; it is read as what it is if
+no other letter of its kind makes the word more probable to the reader, which has learnt nothing of this author.
 
 The manner knows nothing of the letter that is left out; slant, width of the line and, for the drawn forms, heights and
 breadth are measured with it.  The shipped hands are measured; with HANDOUT_HANDS set, the .hand files of that folder.
@@ -19,6 +19,7 @@ from pathlib import Path
 from string import ascii_lowercase, ascii_uppercase, digits
 
 import numpy as np
+from numpy.typing import NDArray
 
 from handout.completion.drawn_letters import DrawnLetters
 from handout.completion.specimens import Specimen
@@ -55,7 +56,7 @@ class Glyph:
     """A line in line space with which of its vertices are the letter's own."""
 
     xy: Array
-    own: Array
+    own: NDArray[np.bool_]
 
 
 def own_glyph(hand: ScannedHand, number: int) -> Glyph:
@@ -81,7 +82,7 @@ def apart(a: Glyph, b: Glyph) -> float:
         moved = a.xy + shift
         (there, i), (back, j) = cKDTree(b.xy).query(moved[a.own]), cKDTree(moved).query(b.xy[b.own])
         aside = np.concatenate([b.xy[i, 0] - moved[a.own, 0], b.xy[b.own, 0] - moved[j, 0]])
-        shift = shift + [np.median(aside), 0.0]
+        shift[0] += np.median(aside)
     return float(0.5 * (there.mean() + back.mean()))
 
 
@@ -109,8 +110,8 @@ def with_letter(hand: ScannedHand, word: OwnWord, at: int, specimen: Specimen) -
     vertices = np.unique(np.concatenate([hand.glyphs[int(n)].vertices for n in word.glyphs]))
     rest = page.graph.take(np.setdiff1d(vertices, hand.body(number)))
     own, made = own_glyph(hand, number), made_glyph(hand, specimen)
-    shift = np.median(own.xy[own.own, 0]) - np.median(made.xy[:, 0])
-    both = [(page.to_line(glyph.line, rest.uv), rest.radius / page.pitch), (graph.xy + [shift, 0.0], graph.radius)]
+    shift = np.array([np.median(own.xy[own.own, 0]) - np.median(made.xy[:, 0]), 0.0])
+    both = [(page.to_line(glyph.line, rest.uv), rest.radius / page.pitch), (graph.xy + shift, graph.radius)]
     scale = X_HEIGHT * page.pitch / page.x_height
     xy = np.concatenate([places for places, _ in both]) * scale
     radius = np.concatenate([half for _, half in both]) * scale

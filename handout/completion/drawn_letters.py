@@ -1,4 +1,8 @@
-"""Letters and marks of a drawn hand, as slanting, wide and tall as the author of a scanned hand writes.
+"""Letters as the author of a scanned hand might write them, and those of a drawn hand in his proportions.
+
+What is drawn of a letter in the author's manner (`manner`) is made a line as ink shows it.  Of a hand with too few
+letters, and for marks, the forms of the drawn hand most like it are taken, as slanting, wide and tall as the author
+writes.
 
 Lengths are in line space, y up from the baseline.
 
@@ -33,7 +37,6 @@ _WIDER = (0.7, 1.45)  # least and most that letters are made narrower or broader
 _PARALLEL = 0.87  # cosine, from which on two lines run side by side
 _ONE_LINE = 1.8  # half widths of the line, within which two strokes side by side are one line; by eye
 _PLACES: tuple[Place, ...] = ("middle", "start", "end")  # in a word, of the forms of a small letter that may be joined
-_LIKE = 0.11  # of the box around a letter: how far its line lies from that of the drawn one on the average
 
 
 class DrawnLetters:
@@ -111,18 +114,6 @@ class DrawnLetters:
         low = min(float(xy[:, 1].min()) for xy in strokes)
         leant = [np.column_stack([xy[:, 0] + self.slant * (xy[:, 1] - low), xy[:, 1]]) for xy in strokes]
         return [self._part(leant)]
-
-    def recognises(self, letter: str, number: int) -> bool:
-        """Whether a glyph's body has the shape of a letter as the drawn hand writes it; letters cut amiss have not."""
-        from scipy.spatial import cKDTree
-
-        scanned = self._hand.outline(number)[np.isin(self._hand.glyphs[number].vertices, self._hand.body(number))]
-        drawn = np.concatenate(self._strokes(letter, np.random.default_rng(0)))
-        boxes = [(xy - xy.min(axis=0)) / np.maximum(np.ptp(xy, axis=0), 1e-9) for xy in (scanned, drawn)]
-        scanned_width, drawn_width = (max(_upright_width(xy, self.slant), 1e-9) for xy in (scanned, drawn))
-        distances = [cKDTree(a).query(b)[0] for a, b in (boxes, boxes[::-1])]
-        alike = max(float(np.mean(distance)) for distance in distances) < _LIKE
-        return bool(0.55 < scanned_width / drawn_width < 1.8 and alike)
 
     def _strokes(self, letter: str, rng: np.random.Generator) -> list[Array]:
         """The strokes of a letter in the author's proportions; [] if the drawn hand has none."""

@@ -20,7 +20,7 @@ from handout.hand.drawn import Hand
 from handout.hand.library import load
 from handout.hand.scanned import ScannedHand
 from handout.inking.pen_replacement import directions
-from handout.values import Array, Glyph, Indices
+from handout.values import Array, Glyph
 from handout.writing.specimen import forms
 
 HANDS = ("house-print", "house-joined", "house-quick")
@@ -162,7 +162,7 @@ def written(hand: ScannedHand, number: int) -> Written:
 
 def _squares(a: Array, b: Array) -> Array:
     """(n, m): squared distances of places (n, d) from places (m, d)."""
-    return np.maximum((a * a).sum(axis=1)[:, None] + (b * b).sum(axis=1) - 2 * a @ b.T, 0.0)
+    return np.asarray(np.maximum((a * a).sum(axis=1)[:, None] + (b * b).sum(axis=1) - 2 * a @ b.T, 0.0))
 
 
 def _turned(xy: Array, along: Array) -> Array:
@@ -205,7 +205,7 @@ def fit(way: Way, glyph: Written) -> Fit:
     other = _turned(glyph.xy, glyph.along)
     for _ in range(_CENTRING):
         line = _turned(start, way.along)
-        start = start + [_aside(line, other, _squares(line, other), glyph.own), 0.0]
+        start[:, 0] += _aside(line, other, _squares(line, other), glyph.own)
     bends, moves = way.stiffness
     own, bent, n = np.flatnonzero(glyph.own), start, len(start)
     for stiff in np.geomspace(*_STIFF, _ROUNDS):

@@ -232,6 +232,7 @@ def edit_hand(
 
 def learn(path: Path) -> None:
     """Work out what is asked of the hand of a file whenever it is written with, and keep it there."""
+    from handout.completion.manner import Manner
     from handout.pipeline.rereading import author_reader
     from handout.writing.glyph_index import index_glyphs
     from handout.writing.scanned_words import layout_model
@@ -241,6 +242,7 @@ def learn(path: Path) -> None:
         author_reader(hand)
         index_glyphs(hand)
         layout_model(hand)
+        Manner(hand)
         file.keep_learnt(path, known(hand))
 
 
