@@ -22,7 +22,7 @@ import numpy as np
 from benchmarks.haines_2016 import by_chain
 from handout.alphabet import SPACE
 from handout.scanning.written_page import WrittenPage, read_page
-from handout.tagging.alignment import METHODS, AlignedLine, Alignment, Letter, align
+from handout.tagging.alignment import METHODS, AlignedLine, Alignment, Letter, Method, align
 from handout.tagging.transcript import read_transcript
 
 GOALS = {"0013_1": 96, "0012_1": 96, "w0122": 96, "w0180": 96, "w0238": 93}
@@ -83,7 +83,8 @@ def share(alignment: Alignment, lines: Sequence[str], truth: Mapping[str, Any]) 
 def _variants(page: WrittenPage, lines: list[str]) -> Iterator[tuple[str, Alignment, float]]:
     """Name, alignment and CPU seconds of every way of aligning a page."""
     text = "\n".join(lines)
-    for name, method in {**METHODS, "haines_2016": by_chain}.items():
+    methods: dict[str, str | Method] = {**{name: name for name in METHODS}, "haines_2016": by_chain}
+    for name, method in methods.items():
         begin = time.process_time()
         yield name, align(page, text, method=method, rng=np.random.default_rng(1)), time.process_time() - begin
     begin = time.process_time()

@@ -10,6 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from hashlib import sha256
 from typing import Any
 from unittest.mock import patch
@@ -22,15 +23,17 @@ from handout.hand import library
 from handout.hand.scanned import ScannedHand
 from handout.inking.pen_replacement import drawn
 from handout.inking.plain import flatten
+from handout.motion.trace import trace
 from handout.page_sizes import page
+from handout.pipeline.rereading import reread
 from handout.values import Manuscript
 from handout.writing import scanned_words
-from handout.writing.compose import compose
+from handout.writing.compose import compose, each_page
 from handout.writing.layout import Layout, author_baselines
 
 HANDS = ("house-joined-ballpoint", "house-print-fountain")
 DPI = 600
-GOAL_PREPARING, GOAL_SENTENCE, GOAL_PAGE, GOAL_SHARED = 1.5, 1.0, 20.0, 0.05
+GOAL_PREPARING, GOAL_SENTENCE, GOAL_PAGE, GOAL_SHARED, GOAL_READ = 1.5, 1.0, 20.0, 0.05, 2.0
 SENTENCE = "We walked home along the river while the rain fell on us"
 _WORDS, _TEXTURE = "handout.writing.scanned_words", "handout.inking.texture"
 STAGES = {
@@ -160,8 +163,31 @@ def measure(hand: ScannedHand) -> None:
         print(f"  {said:<28}{clock.all:6.2f} s{mark} ({goals}; {said_pages}): {clock}", flush=True)
     print(f"  one seed, one picture: {_digest(sentence, hand, 3) == _digest(sentence, hand, 3)}")
     print(f"  two seeds, two pictures: {_digest(sentence, hand, 3) != _digest(sentence, hand, 4)}")
+    read_again(hand, sentence)  # what is known of the hand
+    plain, mended, traced = read_again(hand, page_text)
+    print(
+        f"  300 words set in {plain:.2f} s; read again and mended in {mended / plain:.2f} of that (goal "
+        f"{GOAL_READ:g}; where all was set anew for some words, 3 to 5); traced as strokes in {traced / plain:.2f}"
+    )
     same, chance = shared(hand, page_text)
     print(f"  two seeds, the same glyph in one place: {same:.3f} (chance {chance:.3f}; goal {GOAL_SHARED:g})")
+
+
+def read_again(hand: ScannedHand, text: str) -> tuple[float, float, float]:
+    """CPU seconds of setting a text, of setting and reading it and mending words, and of tracing it, the hand known."""
+    layout = Layout(page("A4"), x_height=min(hand.x_height, 2.2))
+    make = partial(each_page, text, hand, layout, (1,))
+    spent, done = [], list[Any]()
+    stages: tuple[Callable[[], Any], ...] = (
+        lambda: list(make()),
+        lambda: reread(lambda reader: make(proofread=reader), hand, hand)[0],
+        lambda: [trace(sheet.manuscript, hand, np.random.default_rng(1)) for sheet in done[-1]],
+    )
+    for stage in stages:
+        start = time.process_time()
+        done.append(stage())
+        spent.append(time.process_time() - start)
+    return spent[0], spent[1], spent[2]
 
 
 def _digest(text: str, hand: ScannedHand, seed: int) -> str:

@@ -113,6 +113,16 @@ class Port(Table, frozen=True):
     start_up: Time = Time(2.0)
 
 
+class Feeder(Table, frozen=True):
+    """What puts a new sheet under the pen by itself: lines that the plotter is told between two sheets of a batch.
+
+    command: the lines, in the words of its dialect; no lines: a person is asked.  They leave the pen where the plotter
+    finds its zero, or where that is taken to be.
+    """
+
+    command: tuple[str, ...] = ()
+
+
 class Plotter(Table, frozen=True):
     """A pen plotter.
 
@@ -129,6 +139,7 @@ class Plotter(Table, frozen=True):
     pen: Pen
     port: Port = Port()
     hpgl: Hpgl = Hpgl()
+    feeder: Feeder = Feeder()
     homing: bool = False
     segment_rate: float = 100.0
     firmware: str = ""

@@ -148,6 +148,8 @@ class Drawing:
     Writing that reuses scanned ink has `ink`, which gives its pixels at a number of dots per inch, and `inked`, where
     it lies: (x least, y least, x greatest, y greatest), mm; such a page need not have strokes.
     `timed` says whether the times of the strokes mean anything; they do not in drawings that are only lines.
+    `beneath` lays what previews show under the ink, such as a letterhead, on the pixels of a sheet (h, w, 3) uint8, of
+    a number of dots per inch; it is neither printed nor plotted.
     `about` holds what is stored with every output: seed, hand, text, the program's version …
     """
 
@@ -157,6 +159,7 @@ class Drawing:
     ink: Callable[[float], Raster] | None = field(default=None, repr=False)
     inked: tuple[float, float, float, float] | None = None
     timed: bool = True
+    beneath: Callable[[NDArray[np.uint8], float], NDArray[np.uint8]] | None = field(default=None, repr=False)
 
     __repr__ = one_line
 

@@ -19,7 +19,7 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "handout"))
 # name service that ippeveprinter needs runs but once on a machine
 _TOGETHER = (
     "calibrating", "colour", "inking/test_brushes.py", "printing/test_ippeveprinter.py", "reading", "score",
-    "simulated/author", "tagging/test_alignment.py", "tagging/test_page_tagging.py", "test_wheel.py",
+    "simulated/author", "web", "tagging/test_alignment.py", "tagging/test_page_tagging.py", "test_wheel.py",
 )  # fmt: skip
 _OF_THE_CODE = ("tests/test_architecture.py", "tests/test_house.py")  # which parse it once
 

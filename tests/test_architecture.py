@@ -45,18 +45,22 @@ MAY = {
     "writing": {"hand"},
     "motion": {"hand", "writing"},
     "inking": {"hand", "writing", "motion", "scanning"},
+    "letters": {"hand", "writing", "inking"},
     "completion": {"hand", "writing", "motion", "inking"},
     "sinks": {"motion", "inking"},
     "sources": {"motion"},
     "printing": {"writing", "inking", "sinks", "colour"},
+    "merging": {"printing"},
     "calibrating": {"hand", "writing", "motion", "inking", "sinks", "colour", "printing"},
     "plotting": {"hand", "writing", "motion", "sinks", "sources"},
     "score": {"scanning"},
     "prompting": {"hand"},
+    "pdf_forms": {"hand", "writing"},
     "tagging": {"hand", "writing", "motion", "inking", "scanning", "prompting"},
     "pipeline": {
         "completion",
         "hand",
+        "letters",
         "writing",
         "motion",
         "inking",
@@ -65,12 +69,14 @@ MAY = {
         "printing",
         "plotting",
         "score",
+        "pdf_forms",
         "prompting",
         "reading",
         "scanning",
         "tagging",
         "colour",
         "calibrating",
+        "merging",
     },
     # stand-ins for people and machines, and what makes the files that ship; nothing of the product stands on them
     "simulated": {
@@ -97,7 +103,8 @@ MAY = {
         "tagging",
         "writing",
     },
-    "cli": {"pipeline"},
+    "web": {"pipeline"},
+    "cli": {"pipeline", "web"},
     "plugins": {"pipeline", "cli"},
     "__main__": {"cli"},
 }
@@ -105,6 +112,7 @@ MAY = {
 DOORS = {"pipeline/calibrating.py", "pipeline/guided_calibration.py"}
 HEAVY = {
     "numpy", "scipy", "sklearn", "skimage", "cv2", "colour", "reportlab", "rich", "PIL", "serial", "torch", "tifffile",
+    "markdown_it", "mdit_py_plugins", "starlette",
 }  # fmt: skip
 
 

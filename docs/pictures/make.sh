@@ -17,6 +17,13 @@ done
 handout write "Happy birthday, Zoë" --page 130x24mm --margin 4mm --x-height 4mm --seed 3 --dpi 200 --quiet --pose firm --pen brushpen --pen-width 0.9mm -o "$work/pose-firm.png"
 handout write "Happy birthday, Zoë" --page 130x24mm --margin 4mm --x-height 4mm --seed 3 --dpi 200 --quiet --pose light --pen chisel --pen-width 1.1mm -o "$work/pose-light.png"
 handout write --file examples/letter.txt --hand house-quick --page A5 --x-height 1.9mm --fit --seed 4 --pen ballpoint --dpi 130 --quiet -o "$here/letter.png"
+handout write examples/thank-you.md --seed 4 --dpi 130 --paper plain --quiet -o "$here/thank-you.png"
+handout write examples/letter.md --seed 4 --dpi 100 --quiet -o "$work/of-letter.png"
+python examples/form.py "$work/form.pdf"
+python examples/sheet.py "$work/sheet.jpg"
+handout write "Dear Ada, thank you for the quinces. We shall visit you in August and bring the old zither; please expect five of us, and Zoë's dog. The hens have taken to sitting in the wheelbarrow as if it belonged to them: yesterday I found two eggs in my left boot." \
+  --paper "$work/sheet.jpg" --page A5 --hand house-quick --seed 4 --dpi 130 --quiet -o "$work/sheet.png"
+handout fill "$work/form.pdf" examples/form.csv --rows 2 --seed 3 --dpi 150 --quiet -o "$work/form.png"
 handout pen test --device simulated --page A5 --dry-run "$work/test-sheet.png" --quiet
 handout write "It writes itself." --hand house-joined --page 90x20mm --margin 3mm,6mm --pages 1 --fit --seed 2 --quiet -o "$here/replay.svg"
 handout write "Dear Ada, thank you for the quinces. We shall visit you in August and bring the old zither." \
@@ -50,6 +57,8 @@ def sheet(pictures, columns, to, colours=64):
 
 sheet([work / f"{name}.png" for name in ("joined", "quick", "print")], 1, here / "hands.png")
 sheet(sorted(work.glob("envelope-*.png")), 2, here / "envelope.png")
+sheet(sorted(work.glob("of-letter-*.png")), 3, here / "letter-pages.png", 256)
+sheet([here / "thank-you.png"], 1, here / "thank-you.png")
 sheet([work / "styles.png"], 1, here / "styles.png", 32)
 sheet([work / "tags.png"], 1, here / "tags.png", 32)
 def printed_and_scanned(paper):
@@ -81,4 +90,12 @@ sheet([work / "scanned.png"], 1, here / "scanned.png")
 sheet([work / f"pen-{name}.png" for name in ("ballpoint", "fineliner", "fountain", "pencil")], 2, here / "pens.png")
 sheet([work / f"brush-{name}.png" for name in ("dry-brush", "marker", "sumi", "crayon")], 1, here / "brushes.png", 96)
 sheet([work / f"pose-{name}.png" for name in ("firm", "light")], 1, here / "pose.png", 16)
+sides = [Image.open(work / name).convert("RGB") for name in ("sheet.jpg", "sheet.png")]
+sides = [side.resize((round(540 * side.width / side.height), 540), Image.LANCZOS) for side in sides]
+pair = Image.new("RGB", (sum(side.width for side in sides) + 12, 540), "white")
+pair.paste(sides[0], (0, 0))
+pair.paste(sides[1], (sides[0].width + 12, 0))
+pair.quantize(96).save(here / "sheet.png", optimize=True)
+filled = Image.open(work / "form-1.png").convert("RGB").crop((100, 225, 1140, 1070))
+filled.resize((760, round(760 * filled.height / filled.width)), Image.LANCZOS).quantize(48).save(here / "form.png", optimize=True)
 PY

@@ -18,7 +18,9 @@ _VERBS = {
     "export": "Write a text as the program of a plotter: G-code, HP-GL or EBB.",
     "plot": "Write a text with a pen plotter.",
     "pen": "Set up the pen of a plotter: a test sheet, its heights; move it by hand.",
+    "proof": "Show every page of a table's letters and envelopes, before they are printed or plotted.",
     "print": "Address envelopes from a table and print them.",
+    "fill": "Fill in a PDF form by hand.",
     "calibrate": "Make a printer's colours those of the ink.",
     "hand": "Make hands from scans, list and show them, and make sheets to write one on.",
     "brush": "Learn a brush from photographs of strokes, for --pen; show it.",
@@ -28,6 +30,7 @@ _VERBS = {
     "style": "Learn a handstyle from examples.",
     "asemic": "Invent letters that mean nothing, and write them as a tag.",
     "devices": "List, show and check machines.",
+    "studio": "Open a page in the browser: write, make hands, correct their letters.",
     "score": "Measure how far page images look written by a person.",
 }
 

@@ -51,7 +51,7 @@ def command(
     from handout.pipeline.inputs import read_source
 
     exporting.check_suffixes(output)
-    source = read_source(text, file, console)
+    source = read_source(text, file, console, options.given())
     result = exporting.export(source, output, writing, sheet, export)
     times = ", ".join(f"{units.duration(seconds)} on {name}" for name, seconds in result.seconds.items())
     console.report(

@@ -94,6 +94,39 @@ def _sentence(result: ReadHand) -> str:
     return sentence
 
 
+@command.group("signature")
+def signature() -> None:
+    """Signatures for letters: scribbles that are scanned once."""
+
+
+@signature.command("add")
+@click.argument("name")
+@click.argument("scan")
+@click.option("--dpi", type=float, help="Pixels an inch of the scan, where the file does not say.")
+@click.option("--again", is_flag=True, help="Replace the signature of that name.")
+@options.console
+def add_signature(name: str, scan: str, dpi: float | None, again: bool, console: Console) -> None:
+    """Keep the signature on a SCAN, which shows nothing else, as NAME; a letter has it as ::: signature NAME.
+
+    \b
+    handout hand signature add ben scan.png
+    """
+    from handout.pipeline import signatures
+
+    result = signatures.add_signature(name, scan, dpi, again=again)
+    console.report(result, f"Wrote {result.path}: {result.width:.0f} x {result.height:.0f} mm.")
+
+
+@signature.command("list")
+@options.console
+def list_signatures(console: Console) -> None:
+    """The signatures that are kept."""
+    from handout.pipeline import signatures
+
+    result = signatures.list_signatures()
+    console.report(result, "\n".join(result.names) or "No signature is kept.")
+
+
 @command.command("list")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
 def list_(as_json: bool) -> None:
@@ -211,6 +244,23 @@ def _supplied(supply: Sequence[Outlook]) -> list[str]:
     lines += [f"Lent with --fallback, as all that the author wrote are doubtful: {doubted}."] if doubted else []
     lines += [f"For that text there is no {missing}, and nothing to lend for it."] if missing else []
     return lines
+
+
+@command.command("tag")
+@click.argument("path")
+@click.option("--port", type=click.IntRange(1, 65535), help="Where it listens; default: 7217, or any that is free.")
+@click.option("--no-browser", is_flag=True, help="Print the link and open nothing.")
+def tag(path: str, port: int | None, no_browser: bool) -> None:
+    """Correct the letters of the hand PATH, a .hand file, in the browser: the studio, opened at its page Letters.
+
+    \b
+    handout hand tag mine.hand
+    """
+    from pathlib import Path
+
+    from handout.cli.studio_ import open_studio
+
+    open_studio((path,), f"letters/{Path(path).stem}", port, not no_browser, as_json=False)
 
 
 @command.command("edit")

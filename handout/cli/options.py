@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import fields
 from functools import partial, wraps
+from pathlib import Path
 
 import click
+from click.core import ParameterSource
 
 from handout import page_sizes
 from handout.cli.console import Console
@@ -14,15 +17,17 @@ from handout.pipeline.options import (
     ENGINES,
     PENS,
     POSE_METHODS,
+    MergeOptions,
     PictureOptions,
     PoseOptions,
     SheetOptions,
     StyleOptions,
+    TableOptions,
     WritingOptions,
     slip_rate,
 )
 
-_SIDES = "e.g. 15mm, or 20mm,15mm (vertical, horizontal), or four from the top clockwise."
+SIDES = "e.g. 15mm, or 20mm,15mm (vertical, horizontal), or four from the top clockwise."
 
 _POSE = "Hold the pen as a pose library suggests: one that comes with the program, or a .pose file."
 _METHOD = "How the pose is put together of the library's strokes."
@@ -79,6 +84,44 @@ _CONSOLE = (
     click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output."),
     click.option("--quiet", "-q", is_flag=True, help="Say nothing but errors."),
 )
+TABLE = (
+    click.option("--rows", default="", help="Rows by their numbers in the file, the header is 1: 3-7,9 or 7-."),
+    click.option(
+        "--columns", multiple=True, metavar="WHAT=COLUMN", help='What columns hold: "name=Guest(s)" or "1=name"; also '
+        "of a row its own hand, pen, language, copies, or its text.",
+    ),
+    click.option("--address", default="", help="Of several addresses of a row: home, business, 2 …"),
+    click.option("--no-name", is_flag=True, help="Take a table that has no names."),
+    click.option("--again", default="", metavar="ROWS", help="With --resume: make these whatever became of them."),
+    click.option("--afresh", is_flag=True, help="Make all of it, though an earlier run of it broke off."),
+)  # fmt: skip
+MERGE = (
+    click.option(
+        "--letter",
+        type=click.Path(path_type=Path),
+        help="A letter with gaps, {{ first_name }}, that every row of the table fills.",
+    ),
+    click.option("--with-envelopes", is_flag=True, help="An envelope for every letter."),
+    click.option("--envelope", default="DL", show_default=True, help="The size of these envelopes."),
+    click.option("--language", default="en", show_default=True, help="Of dates in letters: de, fr, en-GB …"),
+    click.option("--return-address", default="", help="The sender on envelopes: a text, or its file."),
+    click.option("--return-at", type=click.Choice(["corner", "back"]), default="corner", show_default=True),
+    click.option("--home-country", default="", help="The country that is left out of addresses."),
+    click.option("--window", default="", help="Address on the letter, for a window envelope DL, C5 or #10."),
+    click.option("--tick", is_flag=True, help="The row's number, small, on letter and envelope."),
+    click.option("--approved", type=click.Path(path_type=Path), help="A proof's .json: refuse what differs from it."),
+    click.option("--skip-bad", is_flag=True, help="Make the rows that can be made, though others cannot."),
+)
+
+
+def batch(**values: object) -> tuple[TableOptions, MergeOptions]:
+    """The options of a table and of its letters, as a verb gets them."""
+    names = {field.name for field in fields(TableOptions)}
+    kinds: tuple[Callable[..., TableOptions], Callable[..., MergeOptions]] = TableOptions, MergeOptions
+    own = {name: values.pop(name) for name in names & values.keys()}
+    return kinds[0](**own), kinds[1](**values)
+
+
 _PICTURE = (
     click.option("--dpi", type=click.FloatRange(36, 2400), default=300.0, show_default=True, help="Of PNG files."),
     click.option(
@@ -95,13 +138,15 @@ _PICTURE = (
         "--paper",
         default="none",
         show_default=True,
-        help="plain laid ruled squared (ruled:8mm; ruled:8mm,25mm: the first rule 25mm from the top), or a picture of "
-        "a sheet: behind the ink in PNG files, and written on its lines in all.",
+        help="plain laid ruled squared (ruled:8mm; ruled:8mm,25mm: the first rule 25mm from the top), or a picture or "
+        "PDF of a sheet (FILE, FILE:2): behind the ink in PNG files, and written on its lines and beside its print in "
+        "all.",
     ),
     click.option("--transparent", is_flag=True, help="PNG files without any paper."),
 )
 
 
+_OF_USER = (ParameterSource.COMMANDLINE, ParameterSource.ENVIRONMENT)
 Option = Callable[[Callable[..., object]], Callable[..., object]]
 Verb = Callable[..., object]
 
@@ -131,13 +176,19 @@ def bind(name: str, kind: Callable[..., object], *options: Option) -> Callable[[
     return decorate
 
 
+def given() -> frozenset[str]:
+    """The options of the running command that its user gave: they win over what the head of a letter says."""
+    context = click.get_current_context()
+    return frozenset(name for name in context.params if context.get_parameter_source(name) in _OF_USER)
+
+
 def sheet(usual_page: str) -> Callable[[Verb], Verb]:
     """--page (usually that one), --margin and --pages, as `sheet`: SheetOptions."""
     return bind(
         "sheet",
         partial(SheetOptions, usual_page=usual_page),
         click.option("--page", "page", help=f"{page_sizes.HELP}  [default: {usual_page}]"),
-        click.option("--margin", help=_SIDES),
+        click.option("--margin", help=SIDES),
         click.option("--pages", type=click.IntRange(1), help="How many pages there may be."),
     )
 

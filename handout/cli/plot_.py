@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,7 +15,8 @@ from handout import units
 from handout.cli import options, sentences
 from handout.cli.console import Console
 from handout.errors import InputError
-from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
+from handout.pipeline.inputs import Source
+from handout.pipeline.options import MergeOptions, PictureOptions, SheetOptions, TableOptions, WritingOptions
 from handout.pipeline.plot_request import AttendanceOptions, PlotOptions, PlotRequest
 
 if TYPE_CHECKING:
@@ -30,6 +32,7 @@ _RESUMING = {"resume", "port", "report", "at_zero", "home_after", "hold_limit", 
 class _Mode:
     """What the command is to do: plot, write a preview, or go on with a job; and with whom at the plotter."""
 
+    file: str | None
     port: str | None
     dry_run: tuple[Path, ...]
     show_travel: bool
@@ -47,10 +50,10 @@ class _Mode:
 
 @click.command("plot")
 @click.argument("text", nargs=-1)
-@click.option("--file", "-f", help="Read the text from a file; - for standard input.")
 @options.bind(
     "mode",
     _Mode,
+    click.option("--file", "-f", help="Read the text from a file; - for standard input."),
     click.option("--port", help="/dev/ttyUSB0, COM3, socket://host:port, auto, or sim: (simulated)."),
     click.option(
         "--dry-run", multiple=True, type=click.Path(path_type=Path), help="Write a preview instead of plotting."
@@ -97,26 +100,31 @@ class _Mode:
     click.option("--overlap", metavar="LENGTH", help="Ink that may be drawn twice after a break; default: 20mm."),
     click.option("--pen-up", metavar="HEIGHT", help="Lift the pen to this height, instead of the profile's (pen.up)."),
     click.option("--pen-down", metavar="HEIGHT", help="Lower it to this height, instead of the profile's (pen.down)."),
+    click.option("--grid", default="", metavar="NxM", help="Of a table: cards side by side, 2x3 is two across."),
+    click.option("--gap", default="0mm", show_default=True, help="Between the cards of a grid."),
 )
+@options.bind("batch", options.batch, *options.TABLE, *options.MERGE)
 @options.sheet("A5")
 @options.writing
 @options.picture
 @options.console
 def command(
     text: tuple[str, ...],
-    file: str | None,
     mode: _Mode,
     plotting: PlotOptions,
+    batch: tuple[TableOptions, MergeOptions],
     sheet: SheetOptions,
     writing: WritingOptions,
     picture: PictureOptions,
     console: Console,
-) -> None:
-    """Write TEXT (or a file, or - for standard input) with a pen plotter, or draw the drawing that TEXT names.
+) -> int | None:
+    """Write TEXT (or a file, or - for standard input) with a pen plotter, or draw the drawing that TEXT names; or with
+    --letter or --with-envelopes a letter, an envelope or both for every row of the table that TEXT names.
 
     \b
     handout plot --port /dev/ttyUSB0 "Dear Ada, …"
     handout plot --port /dev/ttyUSB0 letter.txt
+    handout plot --port /dev/ttyUSB0 people.csv --letter card.md --page 100x70mm --grid 2x3
     handout plot --port /dev/ttyUSB0 drawing.svg --order travel
     handout plot --port sim: "to see that it works"
     handout plot --dry-run preview.svg "to see how it looks"
@@ -129,16 +137,19 @@ def command(
     handout plot show JOB           how far it has come
     handout plot forget JOB         delete it
     """
+    if batch[1].letter is not None or batch[1].with_envelopes or batch[0].columns:
+        request = PlotRequest(Source(""), writing, sheet, picture, plotting)
+        return _plot_rows(text, request, mode, batch, console)
     if mode.resume is not None:
         _check_resuming(text)
         _resume(mode, console)
-        return
+        return None
     if mode.at_zero:
         raise InputError("--at-zero says where the pen of a plot stands that is resumed: give it with --resume.")
     if mode.port is None and not mode.dry_run:
-        if text and text[0] in _JOB_WORDS and file is None:
+        if text and text[0] in _JOB_WORDS and mode.file is None:
             _manage(text[0], text[1:], console)
-            return
+            return None
         raise InputError("Where to? Give --port /dev/ttyUSB0 (or COM3, or sim:), or --dry-run preview.svg.")
     if mode.show_travel and not mode.dry_run:
         raise InputError("--show-travel is seen in a preview: give it with --dry-run preview.svg.")
@@ -146,11 +157,58 @@ def command(
     from handout.pipeline.writing import check_outputs
 
     check_outputs(mode.dry_run)
-    request = PlotRequest(read_source(text, file, console), writing, sheet, picture, plotting)
+    request = PlotRequest(read_source(text, mode.file, console, options.given()), writing, sheet, picture, plotting)
     if mode.dry_run:
         _preview(request, mode, console)
     else:
         _plot(request, mode, console)
+    return None
+
+
+def _plot_rows(
+    text: tuple[str, ...],
+    request: PlotRequest,
+    mode: _Mode,
+    batch: tuple[TableOptions, MergeOptions],
+    console: Console,
+) -> int:
+    """--letter, --with-envelopes."""
+    from handout.cli.operator import Operator
+    from handout.cli.print_ import name_problems, summary
+    from handout.pipeline.plot_rows import plot_rows
+    from handout.pipeline.printing import PrintingStopped, RowsRefused
+
+    names = [*text, *([mode.resume] if mode.resume not in (None, _LATEST) else [])]
+    if len(names) != 1 or mode.file is not None:
+        raise InputError("Which table? Name one, as in: handout plot --port /dev/ttyUSB0 people.csv --letter card.md")
+    if mode.port is None and not mode.dry_run:
+        raise InputError("Where to? Give --port /dev/ttyUSB0 (or COM3, or sim:), or --dry-run preview.svg.")
+    rows, merge = replace(batch[0], resume=mode.resume is not None), replace(batch[1], given=options.given())
+    operator = None if mode.dry_run or mode.port is None else Operator(mode.port, mode.yes, console.quiet)
+    try:
+        with console.working() if mode.dry_run else contextlib.nullcontext():
+            result = plot_rows(
+                names[0],
+                request,
+                mode.port,
+                (rows, merge),
+                mode.attendance,
+                outputs=mode.dry_run,
+                operator=operator,
+                listener=console,
+            )
+    except (PrintingStopped, RowsRefused) as stopped:
+        name_problems(stopped.report, console)
+        raise
+    name_problems(result.report, console)
+    if result.planned_s is None:
+        took = f"in {units.duration(result.executed_s)}"
+    else:
+        took = f"plotting would take {units.duration(result.planned_s)}"
+    sentence = f"{summary(result)}; {took}; seed {result.seed}."
+    lent = sentences.lent(result.tally) + sentences.doubted(result.tally)
+    console.report(result, f"{sentence}{lent}\n{result.fidelity}".strip())
+    return result.report.exit_code
 
 
 def _plot(request: PlotRequest, mode: _Mode, console: Console) -> None:

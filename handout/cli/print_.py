@@ -1,7 +1,9 @@
-"""`handout print`: envelopes from a table of addresses."""
+"""`handout print`: letters and envelopes from a table."""
 
 from __future__ import annotations
 
+import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,7 +12,7 @@ import click
 from handout import page_sizes, units
 from handout.cli import options, sentences
 from handout.cli.console import Console
-from handout.pipeline.options import PictureOptions, PrintOptions, WritingOptions
+from handout.pipeline.options import MergeOptions, PictureOptions, PrintOptions, WritingOptions
 
 if TYPE_CHECKING:
     from handout.pipeline.printing import Printed, Report
@@ -24,17 +26,10 @@ _printing = options.bind(
     click.option("--printer", default="pdf", show_default=True, help="A printer's profile (epson), queue, or ipp://…"),
     click.option("--queue", default="", help="Where the pages go: a CUPS queue, ipp://HOST/ipp/print, or file:FOLDER."),
     click.option("--dry-run", type=click.Path(path_type=Path), help="Write .pdf, .png or .svg instead of printing."),
-    click.option("--page", default="DL", show_default=True, help=page_sizes.HELP),
-    click.option("--rows", default="", help="Rows by their numbers in the file, the header is 1: 3-7,9 or 7-."),
-    click.option(
-        "--columns", multiple=True, metavar="WHAT=COLUMN", help='What columns hold: "name=Guest(s)" or "1=name".'
-    ),
-    click.option("--address", default="", help="Of several addresses of a row: home, business, 2 …"),
-    click.option("--no-name", is_flag=True, help="Print a table that has no names."),
-    click.option("--copies", type=int, default=1, show_default=True, help="Envelopes for each row."),
+    click.option("--page", help=f"{page_sizes.HELP}  [default: A4, or without a letter DL]"),
+    *options.TABLE,
+    click.option("--copies", type=int, default=1, show_default=True, help="Of each row."),
     click.option("--resume", is_flag=True, help="Go on with a batch that broke off: print exactly the rest of it."),
-    click.option("--again", default="", metavar="ROWS", help="With --resume: print these whatever became of them."),
-    click.option("--afresh", is_flag=True, help="Print all of it, though an earlier run of it broke off."),
     click.option("--tray", default="", help="Feed from this tray, as the printer calls it (rear, main …)."),
     click.option("--feed", type=click.Choice(["short", "long"]), help="The edge of the sheet that goes in first."),
     click.option(
@@ -49,57 +44,81 @@ _printing = options.bind(
     click.option("--calibration", default="", help="A printer/paper, a file, or none; default: the printer's newest."),
     click.option("--stock", default="", help="What paper is in the printer, as it was called when it was calibrated."),
 )
+_merging = options.bind(
+    "merge",
+    MergeOptions,
+    *options.MERGE,
+    click.option("--margin", help=f"Of letters: {options.SIDES}"),
+    click.option("--pages", type=click.IntRange(1), help="How many pages a letter may have."),
+)
 
 
 @click.command("print")
 @click.argument("table", type=click.Path(path_type=Path))
 @_printing
+@_merging
+@click.option("--yes", "-y", is_flag=True, help="Do not stop where other paper is to be put in.")
 @options.writing
 @options.picture
 @options.console
 def command(
-    table: Path, printing: PrintOptions, writing: WritingOptions, picture: PictureOptions, console: Console
+    table: Path,
+    printing: PrintOptions,
+    merge: MergeOptions,
+    yes: bool,
+    writing: WritingOptions,
+    picture: PictureOptions,
+    console: Console,
 ) -> int:
-    """Address an envelope for every row of TABLE (CSV, or .xlsx) and print it.
+    """Print an envelope, a letter or both for every row of TABLE (CSV, or .xlsx).
 
     \b
     handout print --printer epson envelope.csv
+    handout print --printer epson people.csv --letter letter.txt --with-envelopes
     handout print --printer epson envelope.csv --dry-run preview.pdf --rows 2-4
     handout print --printer epson --calibration epson/cream envelope.csv
     handout print --printer epson --queue ipp://192.168.1.7/ipp/print envelope.csv
     handout print --printer epson --queue ipp://192.168.1.7/ipp/print envelope.csv --resume
     """
-    from handout.pipeline.printing import PrintingStopped, print_
+    from handout.pipeline.printing import PrintingStopped, RowsRefused, print_
+
+    def change(request: str) -> None:
+        if yes or not sys.stdin.isatty():
+            console.say(f"{request}.")
+        else:
+            click.prompt(f"{request} and press Enter", default="", show_default=False, prompt_suffix=" ", err=True)
 
     try:
         with console.working():
-            result = print_(table, printing, writing, picture, listener=console)
-    except PrintingStopped as stopped:
-        _name_problems(stopped.report, console)
+            asked = replace(merge, given=options.given())
+            result = print_(table, printing, writing, picture, asked, change=change, listener=console)
+    except (PrintingStopped, RowsRefused) as stopped:
+        name_problems(stopped.report, console)
         raise
-    _name_problems(result.report, console)
+    name_problems(result.report, console)
     if result.calibration_note:
         console.say(result.calibration_note)
-    sentence = f"{_summary(result)}; {sentences.writing_time(result.tally)}seed {result.seed}."
+    sentence = f"{summary(result)}; {sentences.writing_time(result.tally)}seed {result.seed}."
     console.report(result, sentence + sentences.lent(result.tally) + sentences.doubted(result.tally))
     return result.report.exit_code
 
 
-def _summary(result: Printed) -> str:
+def summary(result: Printed) -> str:
     """What became of a batch, in a few words."""
     report = result.report
     files = ", ".join(map(str, report.files[:_MOST_NAMED]))
-    where = files or f"{units.count(len(report.jobs), 'job')} to {result.destination}"
+    jobs = units.count(len({job.name for job in report.jobs}), "job")
+    where = files or f"{jobs} to {result.destination}"
     before = f", {len(report.before)} before" if report.before else ""
-    wanted = units.count(len(report.rows) + len(report.failed), "envelope")
+    wanted = units.count(len(report.rows) + len(report.failed), "row" if result.letters else "envelope")
     return f"{len(report.rows)} of {wanted} done ({where}){before}"
 
 
-def _name_problems(report: Report, console: Console) -> None:
+def name_problems(report: Report, console: Console) -> None:
     """Rows that failed are always named; warnings unless the user wants quiet."""
     for failure in report.failed:
         click.echo(f"row {failure.row}: {failure.reason}", err=True)
     for row in report.unknown:
-        way_out = f"look whether the envelope is there; --resume --again {row.row} prints it again"
+        way_out = f"look whether the sheet is there; --resume --again {row.row} makes it again"
         click.echo(f"row {row.row}: {row.reason}; {way_out}.", err=True)
     console.say(*(f"warning: {warning}" for warning in report.warnings))

@@ -31,18 +31,19 @@ def command(
     picture: PictureOptions,
     console: Console,
 ) -> None:
-    """Write TEXT (or a file, or - for standard input) in handwriting.
+    """Write TEXT (or a file, or - for standard input) in handwriting; a .md file is a letter with a layout.
 
     \b
     handout write "Dear Ada, …" -o letter.svg
     handout write --file letter.txt --page A5 --hand house-quick -o letter.pdf -o letter.png
+    handout write letter.md -o letter.pdf -o letter.svg
     """
-    from handout.pipeline.inputs import text_of
-    from handout.pipeline.writing import write
+    from handout.pipeline.inputs import written_source
+    from handout.pipeline.letters import write_source
 
-    words = text_of(text, file, console)
+    source = written_source(text, file, console, options.given())
     with console.working():
-        result = write(words, output, writing, sheet, picture, device=device, listener=console)
+        result = write_source(source, output, writing, sheet, picture, device=device, listener=console)
     console.report(
         result,
         f"Wrote {sentences.names(result.files)}: {units.count(result.tally.lines, 'line')} on "

@@ -16,12 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.hand.learnt import learnt
-from handout.hand.scanned import ScannedHand, ScannedPage
+from handout.hand.scanned import ScannedHand
 from handout.hand.word_pictures import OwnWord, own_words, picture_of_vertices
 from handout.reading import pictures
 from handout.reading.adaptation import adapted
 from handout.reading.pictures import Reader as Reader
-from handout.values import Array, Indices
+from handout.reading.pictures import log_probabilities
+from handout.values import Array
 
 MAKERS = (
     *("hand/author_reader.py", "hand/word_pictures.py", "hand/scanned.py", "alphabet.py", "reading/adaptation.py"),
@@ -68,7 +69,7 @@ def _weights(hand: ScannedHand) -> Array:
     reader, words = pictures.load(), readable_words(hand)
     if not words:
         return np.zeros(0)
-    seen = [reader.features(word.picture) for word in words]
+    seen = reader.features_of([word.picture for word in words])
     weights = np.vstack(adapted(reader, seen, [word.text for word in words]).columns[-1])
     return np.asarray(np.round(weights.ravel().astype(np.float64), _DIGITS))
 
@@ -78,10 +79,11 @@ def reads_alone(letter: str) -> bool:
     return letter.isalnum() and readable(letter)
 
 
-def surprise(reader: Reader, sheet: ScannedPage, line: int, vertices: Indices, letter: str) -> float:
-    """Nats, at least 0: how little some vertices of a line, rising, read as a letter that `reads_alone`."""
-    picture = picture_of_vertices(sheet, line, vertices)
-    return min(max(-reader.log_probability(picture, letter), 0.0), SETTINGS.most)
+def surprises(reader: Reader, pictures: Sequence[Array], letters: Sequence[str]) -> Array:
+    """(n,) nats, at least 0: how little glyphs read as letters that `reads_alone`, given their pictures."""
+    if not letters:
+        return np.zeros(0)
+    return np.clip(-log_probabilities(reader.read_all(pictures), letters), 0.0, SETTINGS.most)
 
 
 def usual_surprise(surprises: Array, letters: Sequence[str], alone: NDArray[np.bool_]) -> Array:
@@ -98,8 +100,8 @@ def strangeness(hand: ScannedHand) -> Array:
     reader = author_reader(hand)
     letters = [glyph.letter for glyph in hand.glyphs]
     alone = np.array([reads_alone(letter) for letter in letters], dtype=bool)
-    surprises = np.zeros(len(letters))
-    for number in np.flatnonzero(alone).tolist():
-        glyph = hand.glyphs[number]
-        surprises[number] = surprise(reader, hand.pages[glyph.page], glyph.line, glyph.vertices, glyph.letter)
-    return surprises - usual_surprise(surprises, letters, alone)
+    glyphs = [hand.glyphs[number] for number in np.flatnonzero(alone).tolist()]
+    seen = [picture_of_vertices(hand.pages[glyph.page], glyph.line, glyph.vertices) for glyph in glyphs]
+    strange = np.zeros(len(letters))
+    strange[alone] = surprises(reader, seen, [glyph.letter for glyph in glyphs])
+    return strange - usual_surprise(strange, letters, alone)

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from functools import lru_cache, partial
 from itertools import accumulate, pairwise
 from pathlib import Path
 from typing import Any
@@ -40,6 +40,8 @@ _UV, _RADIUS, _DENSITY = 16.0, 256.0, 100.0  # steps a pixel, a pixel, 1
 _MOMENTS = {"times": 1e5, "pressure": 1e3, "tilt": 1e4, "azimuth": 1e4, "rotation": 1e4}  # steps a second, 1, rad
 _MOST_PAPER = 1_000_000  # pixels; what is kept of it has a few thousand
 _JOURNAL, _ENTRIES, _LEARNT = "corrections.json", "corrections/", "learnt.json"
+_SHIPPED = Path(__file__).resolve().parent / "house"
+_BESIDE = ".learnt"  # suffix of what is kept of a hand that ships: with every version something else, where ink stays
 _COLUMNS = ("page", "line", "word", "at", "before", "after", "place")
 
 
@@ -124,7 +126,7 @@ def record(source: Path, path: Path, before: ScannedHand, after: ScannedHand, en
 
 
 def keep_learnt(path: Path, values: Mapping[str, Array]) -> None:
-    """Add to a file what was worked out of the hand that `load` gives of it.
+    """Add to a file what was worked out of the hand that `load` gives of it; where the hand ships, to one beside it.
 
     Raises
     ------
@@ -137,6 +139,10 @@ def keep_learnt(path: Path, values: Mapping[str, Array]) -> None:
         again = {name: archive.packed(name) for name in archive.names} if place in archive.names else {}
         archive.look_in(folders)
         found = _Learnt(_fingerprint(archive), {name: value.tolist() for name, value in values.items()})
+    if path.resolve().parent == _SHIPPED:
+        atomic.write(path.with_suffix(_BESIDE), msgspec.json.encode(found))
+        _of_shipped.cache_clear()
+        return
     data = pack({**again, place: msgspec.json.encode(found)}, b"" if again else path.read_bytes())
     atomic.write(path, data)
 
@@ -276,9 +282,20 @@ def _hand(archive: Archive, path: Path, data: bytes | None) -> ScannedHand:
         hand = ScannedHand(facts.name, facts.title, pages, _glyphs(archive, facts.letters, pages))
     except (ValueError, IndexError, OverflowError) as error:
         raise InputError(f"{path} cannot be used: its parts do not fit together ({error}).") from error
-    if _LEARNT in archive and (found := archive.json(_LEARNT, _Learnt)).of == _fingerprint(archive):
-        learnt.remember(hand, found.values)
+    fingerprint = _fingerprint(archive)
+    kept = [_of_shipped(file) for file in sorted(_SHIPPED.glob("*" + _BESIDE))]
+    kept += [archive.json(_LEARNT, _Learnt)] if _LEARNT in archive else []
+    for found in kept:
+        if found.of == fingerprint:
+            learnt.remember(hand, found.values)
+            break
     return apply(hand, earlier, strict=False)
+
+
+@lru_cache(maxsize=4)
+def _of_shipped(path: Path) -> _Learnt:
+    """What is kept of a hand that ships, and so of copies of it."""
+    return msgspec.json.decode(path.read_bytes(), type=_Learnt)
 
 
 def _folders(made: int) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from handout.hand.scanned import ScannedHand
 from handout.values import Array, readonly
 
 _PACKAGE = Path(__file__).resolve().parent.parent
-_kept: WeakKeyDictionary[ScannedHand, Mapping[str, Sequence[float]]] = WeakKeyDictionary()
+_kept: WeakKeyDictionary[ScannedHand, Mapping[str, Sequence[float] | Array]] = WeakKeyDictionary()
 _known: WeakKeyDictionary[ScannedHand, dict[str, Array]] = WeakKeyDictionary()
 
 
@@ -40,8 +40,8 @@ def learnt(
     return known[key]
 
 
-def remember(hand: ScannedHand, values: Mapping[str, Sequence[float]]) -> None:
-    """Take what a file keeps of its hand."""
+def remember(hand: ScannedHand, values: Mapping[str, Sequence[float] | Array]) -> None:
+    """Take what is known of a hand, as `known` has it, or as a file keeps it."""
     _kept[hand] = values
 
 

@@ -76,8 +76,9 @@ def seam(a: _Pixels, b: _Pixels, both: _Mask, to_a: _Mask, to_b: _Mask) -> _Mask
 
     Source: Kwatra et al. 2003, eq. 1.
     """
-    apart = np.sqrt(((a - b) ** 2).sum(axis=2))
     at = np.flatnonzero(both)
+    apart = np.zeros(both.shape, dtype=a.dtype)
+    apart[both] = np.sqrt(((a.reshape(-1, a.shape[2])[at] - b.reshape(-1, b.shape[2])[at]) ** 2).sum(axis=1))
     number = np.full(both.shape, -1, dtype=np.intp)
     number[both] = np.arange(len(at))
     pairs, prices = [], []

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 from handout import units
 from handout.errors import InputError
 from handout.inking import plain
+from handout.scanning.given_sheet import read_sheet, sheet_file
 from handout.values import Array, Page, Raster
 
 _TOOTH_STEP = 0.02  # mm between two heights
@@ -123,8 +123,8 @@ def named(text: str) -> Paper:
             raise InputError(f"paper: {text!r}: only ruled paper has a first rule; write squared:{pitch}.")
         top = units.length(first, "first rule of the paper") if comma else None
         return Paper(name, units.length(pitch, "distance of the paper's lines"), top)
-    if text not in PAPERS and not Path(text).is_file():
-        raise InputError(f"paper: {text!r} is neither a picture nor one of {', '.join(PAPERS)}.")
+    if text not in PAPERS and sheet_file(text) is None:
+        raise InputError(f"paper: {text!r} is neither a picture or PDF nor one of {', '.join(PAPERS)}.")
     return Paper(text)
 
 
@@ -153,7 +153,7 @@ def sheet(paper: Paper, page: Page, dpi: float, rng: np.random.Generator) -> NDA
         return None
     size = max(1, round(page.height * dpi / 25.4)), max(1, round(page.width * dpi / 25.4))
     if paper.name not in PAPERS:
-        return _picture(Path(paper.name), size)
+        return _picture(paper.name, size)
     return _made(paper, size, 25.4 / dpi, tooth(rng))
 
 
@@ -223,15 +223,14 @@ def _printed(across: Array, down: Array) -> NDArray[np.float32]:
     return np.asarray(1 - share * (1 - _LINE), dtype=np.float32)
 
 
-def _picture(path: Path, size: tuple[int, int]) -> NDArray[np.uint8]:
-    from PIL import Image, ImageOps
+def _picture(name: str, size: tuple[int, int]) -> NDArray[np.uint8]:
+    """A sheet of which there is a picture or a PDF, at the size of the page."""
+    import cv2
 
     try:
-        with Image.open(path) as picture:
-            ImageOps.exif_transpose(picture, in_place=True)  # photographs may lie on their side
-            return np.asarray(picture.convert("RGB").resize((size[1], size[0]), Image.Resampling.LANCZOS)).copy()
-    except (OSError, ValueError, Image.DecompressionBombError) as error:
+        rgb = read_sheet(name).rgb
+    except InputError as error:
         names = ", ".join(PAPERS)
-        raise InputError(
-            f"paper: {path} is neither a picture that can be read nor one of {names} ({error})."
-        ) from error
+        raise InputError(f"paper: {name} is neither a sheet that can be read nor one of {names} ({error})") from error
+    kind = cv2.INTER_AREA if size[0] < len(rgb) else cv2.INTER_CUBIC
+    return np.array(cv2.resize(rgb, size[::-1], interpolation=kind), dtype=np.uint8)

@@ -190,13 +190,23 @@ class Course:
     twice: _Complex
     loose: NDArray[np.bool_]
 
-    def back(self, place: _Complex, vertex: NDArray[np.intp]) -> _Complex:
-        """Places (m,) of the picture from which places (m,) of the page come, each by the movement of a vertex (m,)."""
-        away = place - self.at[vertex]
-        along, across = np.abs(self.turn), self.width
-        even = (along + across)[vertex] / 2 * away
-        uneven = ((along - across) / 2 * self.twice)[vertex] * np.conj(away)
-        return np.asarray(self.uv[vertex] + (self.turn / along)[vertex] * (even + uneven))
+    def movement(self, origin: complex, goal: complex) -> _Pixels:
+        """(6, n): by each vertex, where places of the page come from in the picture; see `movements`.
+
+        origin, goal : what places are told from, on the page and in the picture.
+        """
+        along, across, unit = np.abs(self.turn), self.width, self.turn / np.abs(self.turn)
+        turn, mirror = unit * (along + across) / 2, unit * (along - across) / 2 * self.twice
+        away = origin - self.at
+        return movements(self.uv - goal + turn * away + mirror * np.conj(away), turn, mirror)
+
+
+def movements(start: _Complex, turn: _Complex, mirror: _Complex) -> _Pixels:
+    """(6, n) float32: a, b, c, d, e, f for u = a + b x + c y and v = d + e x + f y, of n affine movements of the plane
+    by z ↦ start + turn · z + mirror · conj(z)."""
+    sums, apart = turn + mirror, turn - mirror
+    rows = (start.real, sums.real, -apart.imag, start.imag, sums.imag, apart.real)
+    return np.array(np.broadcast_arrays(*rows), dtype=np.float32)
 
 
 def course(ink: Ink, source: Source, scale: float) -> Course:

@@ -9,7 +9,7 @@ Source: seed 000, §7.2.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -158,6 +158,7 @@ class Swatches:
         return chosen
 
 
+@lru_cache(maxsize=2)  # several layers of a page, and all pages of a batch, are written with one pen
 def swatches(sample: ScannedHand) -> tuple[Swatches, ...]:
     """The pieces of every page that has enough of them.
 

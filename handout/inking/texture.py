@@ -142,9 +142,12 @@ def _parted(layers: Iterator[Layer]) -> Iterator[Layer]:
 
 def _lay(page: NDArray[np.float32], layer: Layer) -> None:
     """Lay ink on the page; where there is some already, that which covers more is seen."""
-    (x, y), (h, w) = layer.corner, layer.near.shape
-    under = page[y : y + h, x : x + w]
-    at = np.nonzero(layer.rgba[:, :, 3] > under[:, :, 3])
-    ink = layer.rgba[at]
+    (x, y), width = layer.corner, page.shape[1]
+    ink, flat = layer.rgba.reshape(-1, 4), page.reshape(-1, 4)
+    inked = np.flatnonzero(ink[:, 3])
+    row, column = np.divmod(inked, layer.near.shape[1])
+    at = (row + y) * width + column + x
+    seen = np.flatnonzero(ink[inked, 3] > flat[at, 3])
+    ink = ink[inked[seen]]
     ink[:, :3] /= ink[:, 3:]
-    under[at] = ink
+    flat[at[seen]] = ink

@@ -9,14 +9,15 @@ Source: seed 000, §6.5 (there quad strips, which overlap where a line bends).
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from handout.inking.layers import Layer
-from handout.inking.source import Course, Source, course
+from handout.inking.source import Course, Source, course, movements
 from handout.inking.swatches import CLEAR
 from handout.values import Ink
 
@@ -29,6 +30,7 @@ _PARTS = 64  # of a pixel: places are rounded to these, so that a glyph that is 
 _ROUND = 1.5  # pixels beyond the radius where a piece of line fades out at its end
 _FAINT = 0.15  # opacity of ink that two specks are joined by
 _APART = 3.0  # pixels of the picture between neighbouring movements, above which they are not averaged
+_ROW = 256  # pixels that are sampled in one row
 _GHOST = 2.0  # pixels by which ink may lie further from its line on the page than in the picture
 
 _Pixels = NDArray[np.float32]
@@ -54,8 +56,12 @@ def warp(ink: Ink, source: Source, dpi: float, shape: tuple[int, int], *, margin
     if window is None:
         return None
     # a piece from the middle of a line would go on past its end: it is cut off round there
-    near, place = _nearest(line, window, np.where(line.loose & lone, _ROUND, reach))
-    rgba = _pieces(line, near, place, source) if lone else _sampled(line, near, place, source, ink.graph.uv)
+    near, band = _nearest(line, window, np.where(line.loose & lone, _ROUND, reach))
+    rgba = np.zeros((*near.shape, 4), dtype=np.float32)
+    if len(band.at):
+        rgba.reshape(-1, 4)[band.at] = (
+            _pieces(line, band, source) if lone else _sampled(line, band, source, ink.graph.uv)
+        )
     left, top = window[0] // finer, window[1] // finer
     xy = np.stack([line.at.real, line.at.imag], axis=1)
     layer = Layer(rgba, near, (left, top), xy, line.radius, line.twice, line.loose)
@@ -101,15 +107,51 @@ def _window(line: Course, margin: float, shape: tuple[int, int], finer: int) -> 
     return (left, top, right, bottom) if left < right and top < bottom else None
 
 
+@dataclass(frozen=True, eq=False)
+class _Band:
+    """The pixels of a window within reach of a line; what is known of them is (m,), places are in float32.
+
+    origin : of the window on the page, x + i y; shape : (h, w) of it.
+    at : flat indices, rising; x, y : from the origin.
+    vertex : the nearest; beyond : pixels by which they lie outside its radius.
+    """
+
+    origin: complex
+    shape: tuple[int, int]
+    at: NDArray[np.intp]
+    x: _Pixels
+    y: _Pixels
+    vertex: NDArray[np.int32]
+    beyond: _Pixels
+
+    def window(self, values: NDArray[Any], elsewhere: float = 0.0) -> NDArray[Any]:
+        """(h, w, …): values (m, …) in their window."""
+        whole = np.full((self.shape[0] * self.shape[1], *values.shape[1:]), elsewhere, dtype=values.dtype)
+        whole[self.at] = values
+        return whole.reshape(*self.shape, *values.shape[1:])
+
+
 def _nearest(
     line: Course, window: tuple[int, int, int, int], margin: NDArray[np.float64]
-) -> tuple[NDArray[np.int32], NDArray[np.complex128]]:
-    """Nearest vertex (h, w) of every pixel, −1 beyond radius and margin, and the pixels' places (h, w)."""
+) -> tuple[NDArray[np.int32], _Band]:
+    """Nearest vertex (h, w) of every pixel, −1 beyond radius and margin, and the pixels within."""
     left, top, right, bottom = window
-    place = np.arange(left, right)[None, :] + 1j * np.arange(top, bottom)[:, None]
-    near = nearest(line.at - (left + 1j * top), place.shape)
-    near[np.abs(place - line.at[near]) > (line.radius + margin)[near]] = -1
-    return near, place
+    origin, shape = left + 1j * top, (bottom - top, right - left)
+    at = line.at - origin
+    near = nearest(at, shape)
+    x, y, radius, reach = (_single(values) for values in (at.real, at.imag, line.radius, line.radius + margin))
+    across = np.arange(shape[1], dtype=np.float32) - x[near]
+    down = np.arange(shape[0], dtype=np.float32)[:, None] - y[near]
+    square = across * across + down * down
+    near[square > np.square(reach)[near]] = -1
+    inside = np.flatnonzero(near >= 0)
+    vertex, (row, column) = near.ravel()[inside], np.divmod(inside, shape[1])
+    beyond = np.sqrt(square.ravel()[inside]) - radius[vertex]
+    return near, _Band(origin, shape, inside, _single(column), _single(row), vertex, beyond)
+
+
+def _single(values: NDArray[Any]) -> _Pixels:
+    return np.asarray(values, dtype=np.float32)
 
 
 def nearest(at: NDArray[np.complex128], shape: tuple[int, int]) -> NDArray[np.int32]:
@@ -129,146 +171,136 @@ def nearest(at: NDArray[np.complex128], shape: tuple[int, int]) -> NDArray[np.in
     return np.asarray(number[label])
 
 
-def _sampled(
-    line: Course, near: NDArray[np.int32], place: NDArray[np.complex128], source: Source, uv: NDArray[np.float64]
-) -> _Pixels:
-    """(h, w, 4) ink of a window, premultiplied."""
-    inside = near >= 0
-    if not inside.any():
-        return np.zeros((*near.shape, 4), dtype=np.float32)
-    back, bent = _back(line, near, place, inside)
-    x, y = (np.rint(part * _PARTS) / _PARTS for part in (back.real, back.imag))
+def _sampled(line: Course, band: _Band, source: Source, uv: NDArray[np.float64]) -> _Pixels:
+    """(m, 4) ink of a band, premultiplied."""
+    goal = complex(np.round(line.uv[0]))
+    x, y, bent = _back(line, band, goal)
     left, top = int(x.min()) - _PAD, int(y.min()) - _PAD
-    box = (left, top, int(x.max()) + _PAD + 2, int(y.max()) + _PAD + 2)
-    patch = source.patch(box, uv)
-    places = np.full((2, *near.shape), -_PAD, dtype=np.float32)
-    places[0][inside], places[1][inside] = x - left, y - top
-    rgba = _cubic(patch, places[0], places[1])
-    rgba[~inside] = 0
+    width, height = int(x.max()) + _PAD + 2 - left, int(y.max()) + _PAD + 2 - top
+    corner = (left + int(goal.real), top + int(goal.imag))
+    patch = source.patch((*corner, corner[0] + width, corner[1] + height), uv)
+    x, y = x - left, y - top
+    rgba = _cubic(patch, *(_single(np.rint(part * _PARTS) / _PARTS) for part in (x, y)))
     if bent:
-        rgba *= _unghosted(line, back, place, near, box, patch.shape[:2])[:, :, None]
-        on = np.zeros(near.shape, dtype=bool)
-        on[inside] = np.abs(place[inside] - line.at[near[inside]]) <= line.radius[near[inside]]
-        _drop_specks(rgba, on)
+        rgba *= _unghosted(line, band, (x, y), complex(*corner), patch.shape[:2])[:, None]
+        rgba[_specks(band.window(rgba[:, 3]), band.at[band.beyond <= 0]).ravel()[band.at]] = 0
     return rgba
 
 
-def _drop_specks(rgba: _Pixels, on: NDArray[np.bool_]) -> None:
-    """Clear ink that is not connected to ink `on` the line: remains of other strokes where the ink was bent."""
+def _specks(alpha: _Pixels, on: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """(h, w) where ink is not connected to ink on the line, flat indices `on`: remains of other strokes where the ink
+    was bent."""
     import cv2
 
-    _, label = cv2.connectedComponents((rgba[:, :, 3] > _FAINT).astype(np.uint8), connectivity=8)
-    on_line = np.zeros(int(label.max()) + 1, dtype=bool)
-    on_line[label[on]] = True
-    on_line[0] = False
+    _, label = cv2.connectedComponents((alpha > _FAINT).astype(np.uint8), connectivity=8)
+    on_line = np.zeros(int(label.max()) + 1, dtype=np.uint8)
+    on_line[label.ravel()[on]] = 1
+    on_line[0] = 0
     # the soft edge of a stroke is fainter than _FAINT: what lies within two pixels is kept with it
-    near = cv2.dilate(on_line[label].astype(np.uint8), np.ones((5, 5), np.uint8))
-    rgba[near == 0] = 0
+    return np.asarray(cv2.dilate(on_line[label], np.ones((5, 5), np.uint8)) == 0)
 
 
-def _pieces(line: Course, near: NDArray[np.int32], place: NDArray[np.complex128], source: Source) -> _Pixels:
-    """(h, w, 4) ink of a window, premultiplied, for a line of clear pieces from anywhere in the picture."""
+def _pieces(line: Course, band: _Band, source: Source) -> _Pixels:
+    """(m, 4) ink of a band, premultiplied, for a line of clear pieces from anywhere in the picture."""
+    corner = complex(*source.page.texture.corner)
+    x, y = _moved([values[band.vertex] for values in line.movement(band.origin, corner)], band)
+    # beside the line only CLEAR mm are known to be free of other lines
+    own = line.uv[band.vertex] - corner
+    away = np.hypot(x - own.real, y - own.imag) - (line.width * line.radius)[band.vertex]
+    x[away > CLEAR / source.page.pixel] = -_PAD
+    rgba = _remapped(source.premultiplied, x, y, cubic=True) / np.float32(255)
+    rgba *= np.where(line.loose[band.vertex], np.clip(_ROUND - band.beyond, 0, 1), 1)[:, None]
+    return np.asarray(np.minimum(rgba, rgba[:, 3:]), dtype=np.float32)
+
+
+def _remapped(picture: NDArray[Any], x: _Pixels, y: _Pixels, *, cubic: bool = False) -> _Pixels:
+    """(m, 4) float32: pixels of a picture (h, w, 4) at places (m,)."""
     import cv2
 
-    inside = near >= 0
-    vertex = near[inside]
-    back = line.back(place[inside], vertex.astype(np.intp))
-    # beside the line only CLEAR mm are known to be free of other lines
-    away = np.abs(back - line.uv[vertex]) - (line.width * line.radius)[vertex]
-    back[away > CLEAR / source.page.pixel] = -_PAD
-    x, y = source.page.texture.corner
-    places = np.full((2, *near.shape), -_PAD, dtype=np.float32)
-    places[0][inside], places[1][inside] = back.real - x, back.imag - y
-    ink = cv2.remap(source.premultiplied, places[0], places[1], cv2.INTER_CUBIC, borderMode=cv2.BORDER_CONSTANT)
-    rgba = np.asarray(ink, dtype=np.float32) / np.float32(255)
-    beyond = np.abs(place[inside] - line.at[vertex]) - line.radius[vertex]
-    shown = np.where(line.loose[vertex], np.clip(_ROUND - beyond, 0, 1), 1)
-    rgba[inside] *= shown[:, None].astype(np.float32)
-    rgba[~inside] = 0
-    return np.asarray(np.minimum(rgba, rgba[:, :, 3:]), dtype=np.float32)
+    rows = -(-len(x) // _ROW)
+    places = np.full((2, rows * _ROW), -_PAD, dtype=np.float32)
+    places[0, : len(x)], places[1, : len(x)] = x, y
+    method = cv2.INTER_CUBIC if cubic else cv2.INTER_NEAREST
+    right, down = places.reshape(2, rows, _ROW)
+    found = np.asarray(cv2.remap(picture, right, down, method, borderMode=cv2.BORDER_CONSTANT))
+    return np.asarray(found.reshape(-1, 4)[: len(x)], dtype=np.float32)
 
 
 def _cubic(patch: _Pixels, x: _Pixels, y: _Pixels) -> _Pixels:
-    """Ink interpolated between pixels, sharp, but never darker nor lighter than the pixels around."""
+    """(m, 4) ink interpolated between pixels, sharp, but never darker nor lighter than the pixels around."""
     import cv2
 
-    ink = np.asarray(cv2.remap(patch, x, y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_CONSTANT))
-    if (x == np.rint(x)).all() and (y == np.rint(y)).all():
-        return np.asarray(ink, dtype=np.float32)
-    kernel = np.ones((4, 4), np.uint8)
+    ink = _remapped(patch, x, y, cubic=True)
     left, top = np.floor(x), np.floor(y)
+    if (x == left).all() and (y == top).all():
+        return ink
+    kernel = np.ones((4, 4), np.uint8)
     # least and greatest of the sixteen pixels around, kept at the one to the upper left
-    least = cv2.remap(cv2.erode(patch, kernel, anchor=(1, 1)), left, top, cv2.INTER_NEAREST)
-    most = cv2.remap(cv2.dilate(patch, kernel, anchor=(1, 1)), left, top, cv2.INTER_NEAREST)
-    ink = np.clip(ink, least, most)
-    return np.asarray(np.minimum(ink, ink[:, :, 3:]), dtype=np.float32)
+    np.maximum(ink, _remapped(cv2.erode(patch, kernel, anchor=(1, 1)), left, top), out=ink)
+    np.minimum(ink, _remapped(cv2.dilate(patch, kernel, anchor=(1, 1)), left, top), out=ink)
+    return np.minimum(ink, ink[:, 3:], out=ink)
 
 
-def _back(
-    line: Course, near: NDArray[np.int32], place: NDArray[np.complex128], inside: NDArray[np.bool_]
-) -> tuple[NDArray[np.complex128], bool]:
-    """Where in the picture the m pixels `inside` come from, (m,), and whether one affine movement was not enough."""
+def _moved(movement: Iterable[_Pixels], band: _Band) -> tuple[_Pixels, _Pixels]:
+    """(m,) twice: where pixels come from by a `Course.movement` (6, m) each, or one (6,) for all."""
+    a, b, c, d, e, f = movement
+    return a + b * band.x + c * band.y, d + e * band.x + f * band.y
+
+
+def _back(line: Course, band: _Band, goal: complex) -> tuple[_Pixels, _Pixels, bool]:
+    """Where in the picture pixels come from, (m,) twice from `goal`, and whether one affine movement was not enough."""
     import cv2
 
-    pixels = place[inside]
-    back = line.back(pixels, near[inside].astype(np.intp))
-    even = _even(line)(pixels)
-    rest = back - even
-    if max(np.abs(rest.real).max(), np.abs(rest.imag).max()) < _EXACT:
-        return back, False
+    x, y = _moved([values[band.vertex] for values in line.movement(band.origin, goal)], band)
+    even_x, even_y = _moved(_even(line, band.origin, goal), band)
+    rest = np.empty((len(x), 4), dtype=np.float32)
+    rest[:, 0], rest[:, 1], rest[:, 3] = x - even_x, y - even_y, 1
+    if np.abs(rest[:, :2]).max() < _EXACT:
+        return x, y, False
+    rest[:, 2] = rest[:, 0] ** 2 + rest[:, 1] ** 2
     side = 2 * max(1, round(float(np.median(line.radius)))) + 1
-    parts = np.zeros((*place.shape, 4), dtype=np.float32)
-    parts[inside] = np.stack([rest.real, rest.imag, np.abs(rest) ** 2, np.ones(len(rest))], axis=1)
+    parts = rest
     for _ in range(2):
-        parts = np.asarray(cv2.blur(parts, (side, side)))
-        parts[~inside] = 0
-    x, y, square, weight = parts[inside].T
-    mean = (x + 1j * y) / weight
-    apart = np.sqrt(np.maximum(square / weight - np.abs(mean) ** 2, 0))
+        parts = _single(cv2.blur(band.window(parts), (side, side))).reshape(-1, 4)[band.at]
+    mean = parts[:, :3] / parts[:, 3:]
+    apart = np.sqrt(np.maximum(mean[:, 2] - mean[:, 0] ** 2 - mean[:, 1] ** 2, 0))
     # where strokes part, or a line turns back on itself, the mean of two movements would hit no ink
-    own_share = np.clip(apart / _APART - 1, 0, 1)
-    return even + mean + own_share * (rest - mean), True
+    own_share = np.clip(apart / np.float32(_APART) - 1, 0, 1)[:, None]
+    rest = mean[:, :2] + own_share * (rest[:, :2] - mean[:, :2])
+    return even_x + rest[:, 0], even_y + rest[:, 1], True
 
 
-def _even(line: Course) -> Any:
-    """The affine movement from page to picture that fits the line's vertices best."""
-    middle, goal = line.at.mean(), line.uv.mean()
-    away, cut = line.at - middle, line.uv - goal
-    columns = np.stack([away, np.conj(away)], axis=1)
+def _even(line: Course, origin: complex, goal: complex) -> _Pixels:
+    """(6,) the affine movement from page to picture that fits the line's vertices best, as a `Course.movement`."""
+    middle, target = line.at.mean(), line.uv.mean()
+    away, cut = line.at - middle, line.uv - target
     # a straight line does not determine the movement beside it: a small weight on a similarity does
-    size = float(np.abs(away).max()) + 1.0
+    size = 0.01 * (float(np.abs(away).max()) + 1.0) ** 2
     square = float((np.abs(away) ** 2).sum())
-    plain = (np.conj(away) * cut).sum() / square if square > 0 else line.turn.mean()
-    extra = np.array([[size, 0], [0, size]]) * 0.1
-    rows = np.concatenate([columns, extra])
-    goals = np.concatenate([cut, [plain * size * 0.1, 0]])
-    turn, mirror = np.linalg.lstsq(rows, goals, rcond=None)[0]
-    return lambda place: goal + turn * (place - middle) + mirror * np.conj(place - middle)
+    along, across = np.vdot(away, cut), (away * cut).sum()
+    plain = along / square if square > 0 else line.turn.mean()
+    both = complex((away**2).sum())
+    normal = np.array([[square + size, np.conj(both)], [both, square + size]])
+    turn, mirror = np.linalg.solve(normal, np.array([along + size * plain, across]))
+    away = origin - middle
+    return movements(np.array([target - goal + turn * away + mirror * np.conj(away)]), turn, mirror)[:, 0]
 
 
-def _unghosted(
-    line: Course,
-    back: NDArray[np.complex128],
-    place: NDArray[np.complex128],
-    near: NDArray[np.int32],
-    box: tuple[int, int, int, int],
-    shape: tuple[int, int],
-) -> _Pixels:
-    """(h, w) 0–1: 1 where ink is no further from its own line on the page than it was in the picture, falling to 0.
+def _unghosted(line: Course, band: _Band, back: tuple[_Pixels, _Pixels], corner: complex, shape: Any) -> _Pixels:
+    """(m,) 0–1: 1 where ink is no further from its own line on the page than it was in the picture, falling to 0.
 
     Where two lines of a glyph are drawn further apart, each would otherwise bring a copy of the other along.
+
+    back : places in the part of the picture of `shape`, whose first pixel is at `corner`.
     """
     import cv2
 
-    inside = near >= 0
-    nearest_source = nearest(line.uv - (box[0] + 1j * box[1]), shape)
-    x = np.clip(np.rint(back.real - box[0]).astype(np.intp), 0, shape[1] - 1)
-    y = np.clip(np.rint(back.imag - box[1]).astype(np.intp), 0, shape[0] - 1)
-    vertex, at = nearest_source[y, x], near[inside]
-    there = np.abs(back - line.uv[vertex]) / np.abs(line.turn[vertex])
-    here = np.abs(place[inside] - line.at[vertex])
-    ghost = np.clip((here - there) / _GHOST - 1, 0, 1)
-    beside = np.clip((np.abs(place[inside] - line.at[at]) - line.radius[at]) / _GHOST, 0, 1)
-    share = np.ones(near.shape, dtype=np.float32)
-    share[inside] = 1 - ghost * beside
-    return np.asarray(np.minimum(share, cv2.blur(share, (3, 3))), dtype=np.float32)
+    uv, at = line.uv - corner, line.at - band.origin
+    x, y = (np.clip(np.rint(part).astype(np.intp), 0, side - 1) for part, side in zip(back, shape[::-1], strict=True))
+    vertex = nearest(uv, shape)[y, x]
+    columns = (uv.real, uv.imag, np.abs(line.turn), at.real, at.imag)
+    u, v, turn, left, top = (_single(values)[vertex] for values in columns)
+    there = np.hypot(back[0] - u, back[1] - v) / turn
+    here = np.hypot(band.x - left, band.y - top)
+    share = 1 - np.clip((here - there) / _GHOST - 1, 0, 1) * np.clip(band.beyond / _GHOST, 0, 1)
+    return _single(np.minimum(share, _single(cv2.blur(band.window(share, 1.0), (3, 3))).ravel()[band.at]))

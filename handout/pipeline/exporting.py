@@ -8,6 +8,7 @@ from pathlib import Path
 
 from handout.errors import InputError
 from handout.pipeline.inputs import Source
+from handout.pipeline.letters import draw_letter, prepare_letter
 from handout.pipeline.options import SheetOptions, WritingOptions
 from handout.pipeline.plot_request import ExportOptions
 from handout.pipeline.programs import SUFFIXES, Programs
@@ -47,7 +48,7 @@ def export(
     sheet: SheetOptions = SheetOptions(usual_page="A5"),
     options: ExportOptions = ExportOptions(),
 ) -> Exported:
-    """Write a text or a drawing as programs of plotters.
+    """Write a text, a letter or a drawing as programs of plotters.
 
     Raises
     ------
@@ -56,15 +57,19 @@ def export(
     """
     check_suffixes(outputs)
     paths = [Path(name) for name in outputs]
-    task = prepare(writing, sheet)
+    letter = None if source.letter is None else prepare_letter(source.letter, writing, sheet, given=source.given)
+    task = prepare(writing, sheet) if letter is None else letter.main
     programs = Programs(options.device, paths, fast=task.fast, fit=writing.fit, order=options.order)
     check_outputs(paths, programs.sinks)
-    if source.drawing is None:
+    if letter is not None:
+        pages, drawings = draw_letter(letter, wanted=STROKES)
+    elif source.drawing is None:
         pages, drawings = draw_pages(source.text, task, wanted=STROKES)
     else:
         pages, drawings = [Manuscript((), source.drawing.page, 0.0)], [source.drawing]
     files = write_drawings(drawings, paths, extra=programs.sinks)
     even = programs.pressed_evenly() if task.pose.pose is not None else []
     notes = (*even, *style_notes(task, drawings)) if source.drawing is None else ()
+    notes = notes if letter is None else (*letter.notes(apart=False), *notes)
     tally = Tally.of(pages, drawings)
     return Exported(tally, task.seed, task.hand.name, tuple(files), programs.seconds, notes=notes)

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from handout import atomic
 from handout.errors import InputError
 from handout.hand import file, report, svg_font
+from handout.hand.learnt import remember
 from handout.pipeline.inputs import decoded, hand_path
-from handout.pipeline.kept_hands import learn
+from handout.pipeline.kept_hands import learn, own_place
 from handout.pipeline.options import ReadingOptions
 from handout.pipeline.results import SILENT, Fact, Facts, Listener, Result
 from handout.progress import within
@@ -102,8 +104,32 @@ def read(
     hand = hand_of_pages(name, pages, options.title or "")
     if path is not None:
         file.save(hand, path)
-        learn(path)
+        remember(hand, learn(path))
     return ReadHand(hand, path, pages, options.seed)
+
+
+def read_as_own(
+    name: str,
+    scans: Sequence[str | Path],
+    texts: Sequence[str],
+    options: ReadingOptions = ReadingOptions(),
+    listener: Listener = SILENT,
+) -> ReadHand:
+    """Read a hand from scanned pages and keep it among the user's own; see `read`.
+
+    texts : what is on the pages, itself.
+
+    Raises
+    ------
+    InputError
+        There is a hand of that name; as `read`.
+    """
+    path = own_place(name)
+    with TemporaryDirectory() as folder:
+        files = [Path(folder) / f"text of page {number}" for number in range(1, len(texts) + 1)]
+        for file_, text in zip(files, texts, strict=True):
+            file_.write_text(text, encoding="utf-8")
+        return read(name, scans, files, path, options, listener=listener)
 
 
 def _transcript(path: Path, listener: Listener) -> str:

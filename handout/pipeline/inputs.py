@@ -13,27 +13,36 @@ from handout.errors import InputError
 from handout.pipeline.results import SILENT, Listener
 
 if TYPE_CHECKING:
+    from handout.letters import Letter
     from handout.values import Drawing
 
 _MOST_TEXT = 2_000_000  # bytes; a longer file is surely not meant to be written by hand
 _LONGEST_NAME = 255  # bytes, of a file on the usual file systems
 # of the files of drawings that `sources` reads, which is imported only where there is one
 _DRAWINGS = (".svg", ".json", ".inkml", ".svc", ".gml")
+LETTERS = (".md", ".markdown")
 
 
 @dataclass(frozen=True)
 class Source:
-    """What is to be written: a text, or the drawing that it named.
+    """What is to be written: a text, or the drawing or the letter file that it named.
 
     text : the text; of a drawing the name of its file.
+    given : options that win over the head of a letter, see `pipeline.letters.prepare_letter`.
     """
 
     text: str
     drawing: Drawing | None = None
+    letter: Letter | None = None
+    given: frozenset[str] | None = None
 
 
-def read_source(words: Sequence[str], file: str | None, listener: Listener = SILENT) -> Source:
-    """The text or the drawing that some words, or --file, mean; the listener hears what was left out of a drawing.
+def read_source(
+    words: Sequence[str], file: str | None, listener: Listener = SILENT, given: frozenset[str] | None = None
+) -> Source:
+    """The text, the letter or the drawing that some words, or --file, mean.
+
+    The listener hears what was left out of a drawing; `given` as in `Source`.
 
     Raises
     ------
@@ -43,7 +52,32 @@ def read_source(words: Sequence[str], file: str | None, listener: Listener = SIL
     drawing = _drawing(words, file, listener)
     if drawing is not None:
         return Source(Path(file or words[0]).name, drawing)
-    return Source(text_of(*_named_file(words, file, listener), listener))
+    return written_source(*_named_file(words, file, listener), listener, given)
+
+
+def written_source(
+    words: Sequence[str], file: str | None, listener: Listener = SILENT, given: frozenset[str] | None = None
+) -> Source:
+    """The text or the letter that some words, or --file, mean; errors and the rest are those of `text_of`."""
+    name = _letter_name(words, file)
+    if name is None:
+        return Source(text_of(words, file, listener))
+    from handout.letters import load
+
+    letter = load(text_of((), name, listener), Path(name).name, Path(name).parent)
+    return Source(letter.text, letter=letter, given=given)
+
+
+def _letter_name(words: Sequence[str], file: str | None) -> str | None:
+    """The name of the letter file that is meant, if one is."""
+    name = words[0] if len(words) == 1 and file is None else file if not words else None
+    if name is None or len(name) > _LONGEST_NAME or Path(name).suffix.lower() not in LETTERS:
+        return None
+    if file is None and not Path(name).is_file():
+        if " " in name:
+            return None
+        raise InputError(f"There is no file {name}; to write these very words, give them through --file -.")
+    return name
 
 
 def text_of(words: Sequence[str], file: str | None, listener: Listener = SILENT) -> str:
@@ -58,7 +92,7 @@ def text_of(words: Sequence[str], file: str | None, listener: Listener = SILENT)
         raise InputError("Both a text and --file are given; give one of them.")
     if file is None and not words:
         raise InputError('Nothing to write: give a text, --file letter.txt, or "-" to read standard input.')
-    if file is None and len(words) == 1 and _is_file(words[0]):
+    if file is None and len(words) == 1 and is_file(words[0]):
         file = words[0]
     if file is None and list(words) != ["-"]:
         return " ".join(words)
@@ -102,7 +136,7 @@ def hand_path(output: str | Path) -> Path:
     return path
 
 
-def _is_file(word: str) -> bool:
+def is_file(word: str) -> bool:
     """Whether a text is the name of a file; most texts could not even be one."""
     try:
         return Path(word).is_file()

@@ -23,6 +23,7 @@ from handout import __version__
 from handout.errors import HandoutError, InputError
 from handout.hand.library import path
 from handout.motion.styles.style import path as style_path
+from handout.pipeline.letters import LetterTask, draw_letter
 from handout.pipeline.options import SheetOptions, WritingOptions
 from handout.pipeline.poses import pose_path
 from handout.pipeline.results import Tally
@@ -69,11 +70,12 @@ def inputs(
     kept = writing.pose if pose is None or Path(writing.pose or "") != pose else str(pose.resolve())
     options |= {"seed": task.seed, "hand": hand, "pose": kept, "style": _kept_file(writing.style)}
     options["prime"] = _kept_file(writing.prime)
-    if (ruling := task.layout.ruling) is not None:  # as it was measured: the picture of a sheet may be gone
-        layout = {"margin": task.layout.margin, "x_height": task.layout.x_height, "rules": ruling.rules}
+    if task.paper is not None:  # as it was measured: the picture of a sheet may be gone
+        rules = None if task.layout.ruling is None else task.layout.ruling.rules
+        layout = {"margin": task.layout.margin, "x_height": task.layout.x_height, "rules": rules}
         options["lined"] = {**layout, "line_spacing": task.layout.line_spacing}
     files = (file, pose, None if writing.style is None else style_path(writing.style), _example(writing.prime))
-    return {"program": _program(), "text": text, "options": options, "digest": _digest(*files)}
+    return {"program": program(), "text": text, "options": options, "digest": _digest(*files)}
 
 
 def _kept_file(name: str | None) -> str | None:
@@ -86,7 +88,7 @@ def _example(name: str | None) -> Path | None:
     return Path(name) if name is not None and Path(name).suffix else None
 
 
-def _program() -> str:
+def program() -> str:
     """What decides about every stroke besides what is asked for."""
     return f"handout {__version__} with numpy {np.__version__}"
 
@@ -121,6 +123,18 @@ def made(text: str, task: WritingTask, profile: Plotter, fit: bool, shares: Sequ
         if number > 1:
             tally = dataclasses.replace(tally, borrowed=[])  # which is told of once for all pages
         drawing = dataclasses.replace(drawing, about={**drawing.about, "words": words(sheet.manuscript)})
+        yield NewPage(fit_to_bed(drawing, profile) if fit else drawing, share, dataclasses.asdict(tally))
+
+
+def of_letter(task: LetterTask, profile: Plotter, fit: bool) -> Iterator[NewPage]:
+    """The pages of a letter, all made at once; `fit` and errors as those of `made`."""
+    manuscripts, drawings = draw_letter(task, wanted=STROKES)
+    for number, (page, drawing) in enumerate(zip(manuscripts, drawings, strict=True), 1):
+        tally = Tally.of([page], [drawing])
+        if number > 1:
+            tally = dataclasses.replace(tally, borrowed=[])
+        drawing = dataclasses.replace(drawing, about={**drawing.about, "words": words(page)})
+        share = number / len(drawings)
         yield NewPage(fit_to_bed(drawing, profile) if fit else drawing, share, dataclasses.asdict(tally))
 
 
@@ -179,9 +193,9 @@ def _again(inputs: Mapping[str, Any], pages: int) -> WritingTask:
     """The task of a job whose pages behind the first few are lacking."""
     options = inputs["options"]
     lacking = f"The pages behind page {pages} were not made yet"
-    if inputs["program"] != _program():
+    if inputs["program"] != program():
         raise InputError(
-            f"{lacking}, and {inputs['program']} began them, which would write them differently from {_program()}: go "
+            f"{lacking}, and {inputs['program']} began them, which would write them differently from {program()}: go "
             "on with that, or plot the rest of the text anew."
         )
     try:
@@ -206,9 +220,10 @@ def _again(inputs: Mapping[str, Any], pages: int) -> WritingTask:
 
 
 def _on_rules(task: WritingTask, lined: Mapping[str, Any]) -> WritingTask:
-    """A task with the lined paper that the first pages were written on."""
+    """A task with the sheet that the first pages were written on."""
     top, right, bottom, left = lined["margin"]
-    ruling = Ruling(tuple((height, slope) for height, slope in lined["rules"]))
+    rules = lined["rules"]
+    ruling = None if rules is None else Ruling(tuple((height, slope) for height, slope in rules))
     size = {"x_height": lined["x_height"], "line_spacing": lined["line_spacing"]}
     layout = dataclasses.replace(task.layout, margin=(top, right, bottom, left), ruling=ruling, **size)
     return dataclasses.replace(task, layout=layout)

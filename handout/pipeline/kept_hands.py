@@ -28,6 +28,7 @@ from handout.pipeline.options import PictureOptions, SheetOptions, WritingOption
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.prompting.coverage import Lack, lacks
 from handout.sinks import check_outputs, write_drawings
+from handout.values import Array
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
@@ -230,8 +231,8 @@ def edit_hand(
     return EditedHand(path, journal, len(new), len(corrected.hand.glyphs), notes=corrected.notes)
 
 
-def learn(path: Path) -> None:
-    """Work out what is asked of the hand of a file whenever it is written with, and keep it there."""
+def learn(path: Path) -> Mapping[str, Array]:
+    """Work out what is asked of the hand of a file whenever it is written with, and keep it there; what that is."""
     from handout.completion.manner import Manner
     from handout.pipeline.rereading import author_reader
     from handout.writing.glyph_index import index_glyphs
@@ -244,6 +245,7 @@ def learn(path: Path) -> None:
         layout_model(hand)
         Manner(hand)
         file.keep_learnt(path, known(hand))
+    return known(hand)
 
 
 def _edited(name: str, output: str | Path | None) -> tuple[Path, Path]:
@@ -305,15 +307,32 @@ def import_hand(source: str | Path, name: str | None = None, *, replaced: bool =
     """Put a .hand file among the user's own hands, in place of one of that name where it may be `replaced`."""
     hand = file.check(Path(source))  # its ink too: a damaged one would be found when it is written with
     name = name or Path(source).stem
+    path = own_place(name, replaced=replaced)
+    atomic.write(path, Path(source).read_bytes())
+    return KeptHand(path, name, letters=len(hand.glyphs))
+
+
+def copy_hand(source: str, name: str) -> KeptHand:
+    """Put a copy of a scanned hand among the user's own, under another name."""
+    return import_hand(library.scanned_file(source), name)
+
+
+def own_place(name: str, *, replaced: bool = False) -> Path:
+    """The file that a new hand among the user's own is to be kept in; its folder is there.
+
+    Raises
+    ------
+    InputError
+        No name for a hand, or one that is taken and may not be `replaced`.
+    """
     path = library.own_file(name)
     if path.exists() and not replaced:
-        raise InputError(f"There is a hand {name!r} already: give another --name, or --replace it.")
+        raise InputError(f"There is a hand {name!r} already: give another name, or replace it.")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"Cannot make the folder {path.parent}: {error.strerror or error}.") from error
-    atomic.write(path, Path(source).read_bytes())
-    return KeptHand(path, name, letters=len(hand.glyphs))
+    return path
 
 
 def remove_hand(name: str) -> KeptHand:
@@ -369,6 +388,11 @@ def list_hands() -> HandList:
     """The hands that are known by name, the program's and the user's own."""
     drawn = [_listed(library.load(name)) for name in library.names()]
     return HandList(drawn, [_listed_scan(name, path) for name, path in library.scanned().items()])
+
+
+def listed_file(path: Path) -> ListedHand:
+    """The hand of a .hand file, called as the file is."""
+    return _listed_scan(path.stem, path)
 
 
 def _listed(hand: Hand) -> ListedHand:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from pathlib import Path
+from statistics import median
 from typing import TYPE_CHECKING
 
 from handout.inking import papers
@@ -16,7 +16,11 @@ from handout.pipeline.results import Fact
 from handout.writing.layout import ASCENT, DESCENT, FOOT_ABOVE_RULE, Ruling
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from handout.hand.protocol import AnyHand
+    from handout.scanning.given_sheet import GivenSheet
     from handout.scanning.printed_lines import PrintedLine, PrintedSheet
     from handout.writing.layout import Layout
 
@@ -35,12 +39,14 @@ class LinedPaperSettings:
     same_pitch: float = 0.02  # share by which two distances may differ and are still the same
     head: float = 12.0  # mm: a first rule further down has the printed head of the sheet over it, which is left free
     beside_margin: float = 2.0  # mm from a margin line to the text
+    under_print: float = 6.0  # mm more under a heading where no rule says where the text begins
     # tangent of the rules, unevenness of their distances (share), bend (mm), and stretch of the picture (share) over
     # which the user is told
     level: float = 0.005
     uneven: float = 0.08
     bent: float = 0.5
     stretched: float = 0.03
+    straightened: float = 0.12  # the same of a sheet that was seen at an angle, which hides its true sides
     sheet_sides: tuple[float, float] = (50.0, 610.0)  # mm: what a picture's own resolution may give a sheet
     squares: float = 5.0  # mm, of squared paper: the usual school paper
     pitches: tuple[float, float] = (2.0, 100.0)  # mm: rules outside these are drawn, and not written on
@@ -66,19 +72,15 @@ class LinedPaper:
 
 def page_name(sheet: SheetOptions, picture: PictureOptions) -> str:
     """The page to write on: that of --page, or else a scanned sheet's own size, or else the usual one."""
-    path = Path(picture.paper)
-    if sheet.page is not None or not path.is_file():
-        return sheet.page_name
-    from handout.scanning.checks import LEAST_DPI, MOST_DPI
-    from handout.scanning.picture_files import read_picture
+    from handout.scanning.given_sheet import read_sheet, sheet_file
 
-    scan = read_picture(path)
-    if scan.own is None or not LEAST_DPI - 1 <= scan.own <= MOST_DPI or scan.photographed:
+    if sheet.page is not None or picture.paper in papers.PAPERS or sheet_file(picture.paper) is None:
         return sheet.page_name
-    height, width = (side / scan.own * 25.4 for side in scan.rgb.shape[:2])
+    size = read_sheet(picture.paper).size
+    if size is None:
+        return sheet.page_name
     least, most = SETTINGS.sheet_sides
-    fits = least <= min(width, height) and max(width, height) <= most
-    return f"{width:.2f}x{height:.2f}mm" if fits else sheet.page_name
+    return f"{size[0]:.2f}x{size[1]:.2f}mm" if least <= min(size) and max(size) <= most else sheet.page_name
 
 
 @dataclass(frozen=True)
@@ -105,7 +107,7 @@ def lined_paper(
     request = _Request(layout, hand, writing, sheet)
     if paper.name in ("ruled", "squared"):
         return _printed(request, paper)
-    return LinedPaper(layout) if paper.name in ("plain", "laid") else _scanned(request, Path(paper.name))
+    return LinedPaper(layout) if paper.name in ("plain", "laid") else _scanned(request, paper.name)
 
 
 def _printed(request: _Request, paper: Paper) -> LinedPaper:
@@ -138,17 +140,20 @@ def _printed(request: _Request, paper: Paper) -> LinedPaper:
     return LinedPaper(layout, drawn, (*notes, sentence), facts)
 
 
-def _scanned(request: _Request, path: Path) -> LinedPaper:
-    """On the lines that are found in the picture of a sheet."""
-    from handout.scanning.picture_files import read_picture
+def _scanned(request: _Request, name: str) -> LinedPaper:
+    """On the lines that are found in the picture of a sheet, clear of what is printed on it."""
+    from handout.scanning.given_sheet import read_sheet
+    from handout.scanning.printed_areas import find_print
     from handout.scanning.printed_lines import find_printed_lines
 
-    rgb, page = read_picture(path).rgb, request.layout.page
-    notes = _stretched(path, rgb.shape[1] / rgb.shape[0], page.width / page.height)
-    lines = find_printed_lines(rgb, page.width, page.height)
+    sheet, page = read_sheet(name), request.layout.page
+    lines = find_printed_lines(sheet.rgb, page.width, page.height)
+    printed = find_print(sheet.rgb, page.width, page.height, lines)
+    notes = _taken(sheet, page.width / page.height)
     if lines is None:
-        sentence = f"{path.name}: no rules were found on it; lines lie as on plain paper."
-        return LinedPaper(request.layout, None, (*notes, sentence), {"rules": 0})
+        sentence = f"{sheet.name}: no rules were found on it; lines lie as on plain paper."
+        layout, print_notes, clear = _clear(request, request.layout, printed, sheet.name)
+        return LinedPaper(layout, None, (*notes, sentence, *print_notes), {"rules": 0, **clear})
     squares = lines.columns is not None and lines.fine == lines.pitch
     every, more = _every(request, lines.pitch, squares=squares)
     notes += more
@@ -159,20 +164,54 @@ def _scanned(request: _Request, path: Path) -> LinedPaper:
         "right_margin_mm": None if lines.right is None else round(lines.right, 2),
         "slope": round(_slope(lines.rules), 4),
     }
-    sentence = f"{path.name}: lines {_mm(lines.pitch)} apart" + (", squares" if squares else "")
+    sentence = f"{sheet.name}: lines {_mm(lines.pitch)} apart" + (", squares" if squares else "")
     sentence += "" if lines.left is None else f", margin at {_mm(lines.left)}"
     sentence += "" if lines.right is None else f", right margin at {_mm(lines.right)}"
     if every == 0:
-        return LinedPaper(request.layout, None, (*notes, f"{sentence}."), facts)
+        layout, print_notes, clear = _clear(request, request.layout, printed, sheet.name)
+        return LinedPaper(layout, None, (*notes, f"{sentence}.", *print_notes), {**facts, **clear})
     layout = _sized(request, every * lines.pitch, squares=squares)
     layout, crossed = _inside(layout, lines, request.sheet)
+    layout, print_notes, clear = _clear(request, layout, printed, sheet.name, lines)
     rules = tuple((rule.at, rule.slope) for rule in lines.rules)
     start = next((k for k, rule in enumerate(rules) if rule[0] >= _first_room(layout)), 0)
     layout = replace(layout, ruling=Ruling(rules[start::every]))
     sentence += f"; written {_mm(every * lines.pitch)} apart" if every > 1 else ""
     sentence += f"; small letters {_mm(layout.x_height)} tall."
-    facts["line_spacing_mm"] = round(every * lines.pitch, 2)
-    return LinedPaper(layout, None, (*notes, sentence, *crossed, *_flaws(path, lines)), facts)
+    facts |= {"line_spacing_mm": round(every * lines.pitch, 2), **clear}
+    return LinedPaper(layout, None, (*notes, sentence, *crossed, *print_notes, *_flaws(sheet.name, lines)), facts)
+
+
+def _clear(
+    request: _Request,
+    layout: Layout,
+    printed: NDArray[np.bool_],
+    name: str,
+    lines: PrintedSheet | None = None,
+) -> tuple[Layout, tuple[str, ...], dict[str, Fact]]:
+    """The layout beside what is printed or punched on its sheet; notes, and a fact where it had to give way."""
+    from handout.scanning.printed_areas import free_area
+
+    top, right, bottom, left = layout.margin
+    width, height = layout.page.width, layout.page.height
+    if lines is not None:  # where there are no rules nothing can be written
+        top = max(top, lines.rules[0].at - ASCENT * layout.x_height - 1)
+        bottom = max(bottom, height - lines.rules[-1].at - DESCENT * layout.x_height - 1)
+    within = (left, top, width - right, height - bottom)
+    area = free_area(printed, within)
+    if area == within:
+        return layout, (), {}
+    if area is None or request.sheet.margin:
+        why = "--margin is followed" if request.sheet.margin else "it is printed all over"
+        return layout, (f"{name}: {why}, so that the text may lie on what is printed there.",), {}
+    if lines is None and area[1] > top:
+        area = (area[0], min(area[1] + SETTINGS.under_print, area[3] - 5), area[2], area[3])
+    sentence = (
+        f"{name}: what is printed or punched on it is left free: the text stands {_mm(area[0])} to {_mm(area[2])} from "
+        f"its left edge, {_mm(area[1])} to {_mm(area[3])} from its top."
+    )
+    margin = (area[1], width - area[2], height - area[3], area[0])
+    return replace(layout, margin=margin), (sentence,), {"text_mm": [round(side, 1) for side in area]}
 
 
 def _every(request: _Request, pitch: float, *, squares: bool) -> tuple[int, tuple[str, ...]]:
@@ -210,7 +249,8 @@ def _inside(layout: Layout, lines: PrintedSheet, sheet: SheetOptions) -> tuple[L
         crossed = lines.left is not None and left < lines.left
         return layout, ("The text begins left of the sheet's margin line, as --margin says.",) if crossed else ()
     beside = SETTINGS.beside_margin
-    start, end = max(rule.start for rule in lines.rules), min(rule.end for rule in lines.rules)
+    # rules of a sheet begin and end alike: some that are seen less far are hidden there
+    start, end = median(rule.start for rule in lines.rules), median(rule.end for rule in lines.rules)
     left = max(left, start + beside if start > beside else 0) if lines.left is None else lines.left + beside
     edge = page.width - right if lines.right is None else lines.right - beside
     edge = min(edge, end - beside) if end < page.width - beside else edge
@@ -239,7 +279,7 @@ def _used_rules(layout: Layout) -> list[float]:
     ]
 
 
-def _flaws(path: Path, lines: PrintedSheet) -> list[str]:
+def _flaws(name: str, lines: PrintedSheet) -> list[str]:
     """Notes on rules that are not level, not even or not straight."""
     notes, slope = [], _slope(lines.rules)
     gaps = [b.at - a.at for a, b in pairwise(lines.rules)]
@@ -247,17 +287,15 @@ def _flaws(path: Path, lines: PrintedSheet) -> list[str]:
     above, below = sum(gaps[:parts]) / parts, sum(gaps[-parts:]) / parts
     if max(abs(rule.slope) for rule in lines.rules) > SETTINGS.level:
         way = "fall" if slope > 0 else "rise"
-        notes.append(
-            f"{path.name}: its rules {way} to the right by {math.degrees(abs(slope)):.1f}°; lines follow them."
-        )
+        notes.append(f"{name}: its rules {way} to the right by {math.degrees(abs(slope)):.1f}°; lines follow them.")
     if abs(above - below) > SETTINGS.uneven * lines.pitch:
         notes.append(
-            f"{path.name}: its rules are {_mm(above)} apart above and {_mm(below)} below, as seen at an angle; lines "
+            f"{name}: its rules are {_mm(above)} apart above and {_mm(below)} below, as seen at an angle; lines "
             "follow them, letters are of one size."
         )
     bend = sorted(rule.bend for rule in lines.rules)[len(lines.rules) // 2]
     if bend > SETTINGS.bent:
-        notes.append(f"{path.name}: its rules are bent, by up to {_mm(bend)}; lines are written straight.")
+        notes.append(f"{name}: its rules are bent, by up to {_mm(bend)}; lines are written straight.")
     return notes
 
 
@@ -266,14 +304,19 @@ def _slope(rules: Sequence[PrintedLine]) -> float:
     return sorted(rule.slope for rule in rules)[len(rules) // 2]
 
 
-def _stretched(path: Path, ratio: float, wanted: float) -> tuple[str, ...]:
-    """A note where the sides of a picture and of its page differ; both ratios are width by height."""
-    if abs(ratio / wanted - 1) <= SETTINGS.stretched:
-        return ()
-    return (
-        f"{path.name} is stretched to fill the page: its sides are as 1 to {1 / ratio:.2f}, the page's as 1 to "
-        f"{1 / wanted:.2f}; give its size with --page.",
-    )
+def _taken(sheet: GivenSheet, wanted: float) -> tuple[str, ...]:
+    """Notes on how the sheet was taken from its file; `wanted` is the width of the page by its height."""
+    ratio, notes = sheet.rgb.shape[1] / sheet.rgb.shape[0], []
+    if sheet.pages > 1:
+        notes.append(f"{sheet.name} is the first of {sheet.pages} pages; {sheet.name}:2 is the second.")
+    if sheet.straightened:
+        notes.append(f"{sheet.name}: the sheet is cut out of its picture along its outline, and straightened.")
+    if abs(ratio / wanted - 1) > (SETTINGS.straightened if sheet.straightened else SETTINGS.stretched):
+        notes.append(
+            f"{sheet.name} is stretched to fill the page: its sides are as 1 to {1 / ratio:.2f}, the page's as 1 to "
+            f"{1 / wanted:.2f}; give its size with --page."
+        )
+    return tuple(notes)
 
 
 def _of(every: int, pitch: float) -> str:

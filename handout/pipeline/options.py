@@ -106,7 +106,8 @@ class PictureOptions:
         scanned hand's own pen.
     pen_width : width of the line; None: the pen's own.
     ink : colour of the ink, "#rrggbb" or a name; None: the pen's own.
-    paper : "none", "plain", "laid", "ruled", "squared" (with ":8mm", ":8mm,25mm"), or a picture of a sheet.
+    paper : "none", "plain", "laid", "ruled", "squared" (with ":8mm", ":8mm,25mm"), or a picture or PDF
+        of a sheet, FILE or FILE:2.
     transparent : leave the paper out of PNG files.
     """
 
@@ -214,21 +215,27 @@ class ReadingOptions:
 
 
 @dataclass(frozen=True)
-class PrintOptions:
-    """What is printed of a table of addresses, on which printer, and how it is fed."""
+class TableOptions:
+    """Which rows of a table are made, how its columns are read, and how a batch of them is gone on with."""
 
-    printer: str = "pdf"  # its profile, its queue, or an address ipp://…
-    queue: str = ""  # where the pages go instead of the profile's queue: a CUPS queue, ipp://…, or file:FOLDER
-    dry_run: str | Path | None = None  # a .pdf, .png or .svg that is written instead of printing
-    page: str = "DL"  # the envelope, a name or WxHmm
     rows: str = ""  # by their numbers in the file, "3-7,9" or "7-"; all for ""
     columns: tuple[str, ...] = ()  # what columns hold, where headers do not say it: "name=Guest(s)", "1=name"
     address: str = ""  # which of several addresses of a row: home, business, 2 …
     no_name: bool = False  # whether a table without names may be
-    copies: int = 1  # envelopes for each row
+    copies: int = 1  # of each row
     resume: bool = False  # go on with a batch that broke off
-    again: str = ""  # with `resume`, rows to print whatever became of them
-    afresh: bool = False  # print all of it, though an earlier run broke off
+    again: str = ""  # with `resume`, rows to make whatever became of them
+    afresh: bool = False  # make all of it, though an earlier run broke off
+
+
+@dataclass(frozen=True)
+class PrintOptions(TableOptions):
+    """What is printed of a table, on which printer, and how it is fed."""
+
+    printer: str = "pdf"  # its profile, its queue, or an address ipp://…
+    queue: str = ""  # where the pages go instead of the profile's queue: a CUPS queue, ipp://…, or file:FOLDER
+    dry_run: str | Path | None = None  # a .pdf, .png or .svg that is written instead of printing
+    page: str | None = None  # the letter's, or without one the envelope's: a name or WxHmm; None: A4, or DL
     tray: str = ""  # as the printer calls it
     feed: str | None = None  # the edge that goes in first, short or long; None: the profile's
     flap: str | None = None  # of an envelope, the edge that goes in first upwards: left, right, leading or trailing
@@ -236,6 +243,50 @@ class PrintOptions:
     format: str | None = None  # of what is sent: pdf, pwg, urf, png; None: the best
     calibration: str = ""  # a printer/paper, a file, or none; "": the printer's newest
     stock: str = ""  # what paper is in the printer, as it was called when it was calibrated
+
+
+@dataclass(frozen=True)
+class MergeOptions:
+    """The letter that every row of a table fills, and what goes on its envelope.
+
+    letter : its file, a template; None: there is none, or the text stands in a column.
+    with_envelopes : whether every row has an envelope besides; envelope : a name or WxHmm.
+    margin, pages : of the letter, as in `SheetOptions`.
+    language : of the rows that do not say one, for dates.
+    return_address : the sender's, a text or its file; return_at : "corner" of the envelope's front, or its "back".
+    home_country : the country that is left out of addresses.
+    window : the envelope whose window shows the address, which then stands on the letter: DL, C5 or #10.
+    tick : whether the row's number stands small on letter and envelope.
+    skip_bad : whether rows that can be made are made although others cannot.
+    given : options that win over the head of a letter file, as in `pipeline.letters.prepare_letter`.
+    approved : the .json file of a proof, which these pages have to be.
+    """
+
+    letter: str | Path | None = None
+    approved: str | Path | None = None
+    given: frozenset[str] | None = None
+    with_envelopes: bool = False
+    envelope: str = "DL"
+    margin: str | None = None
+    pages: int | None = None
+    language: str = "en"
+    return_address: str = ""
+    return_at: Literal["corner", "back"] = "corner"
+    home_country: str = ""
+    window: str = ""
+    tick: bool = False
+    skip_bad: bool = False
+
+
+@dataclass(frozen=True)
+class FillOptions:
+    """How a PDF form is filled in."""
+
+    columns: tuple[str, ...] = ()  # what columns answer, where their headers do not say it: "field=column", "=column"
+    rows: str = ""  # by their numbers in the file, "3-7,9" or "7-"; all for ""
+    mark: Literal["cross", "tick"] = "cross"  # in a box
+    writing_only: bool = False  # .pdf and .png without the form, for sheets on which it is printed already
+    device: str | None = None  # the plotter; None: a common one
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from handout import atomic, profiles, units
 from handout.errors import DeviceError, InputError
 from handout.pipeline import job_pages
 from handout.pipeline.inputs import Source
+from handout.pipeline.letters import LetterTask, draw_letter, prepare_letter
 from handout.pipeline.lined_paper import page_name
 from handout.pipeline.options import Length, millimetres
 from handout.pipeline.plot_jobs import JobState, outlook
@@ -113,7 +114,7 @@ class Plotted(Result):
         executed: Facts = {
             "planned_s": round(sum(report.announced_s for report in self.reports), 2),
             "executed_s": self.executed_s,
-            "stretched": _stretched(self.reports),
+            "stretched": stretched(self.reports),
             **plot_report.facts(self.reports),
         }
         if self.written is None:
@@ -158,18 +159,20 @@ def plot(
         The message says how to go on, if anything has been begun.
     """
     request = PlotRequest(Source(request)) if isinstance(request, str) else request
-    account = _ReportFile(attendance.report)
-    profile = _machine(request.plotting, port)
-    task = _task(request)
+    account = ReportFile(attendance.report)
+    profile = asked_machine(request.plotting, port)
+    letter = _letter(request)
+    task = _task(request) if letter is None else letter.main
     options = _job_options(request, task, profile)
-    connected = _connected(port, profile)
+    connected = port_to(port, profile)
     try:
-        job = _begun(request, task, profile, options, port)
+        job = _begun(request, letter or task, profile, options, port)
     except BaseException:
         connected.close()
         raise
     listener.say(f"{profile.title}: {_amount(job)}, job {job.name}.")
-    notes = _notes(task, profile)
+    told = () if letter is None else letter.notes(apart=options.layers == "colour")
+    notes = (*told, *_notes(task, profile))
     listener.note(*notes)  # before the sheet is laid in
     reports = _run(job, port, attendance, account, operator or Unattended(port, listener), connected)
     job = load(job.folder)
@@ -190,10 +193,13 @@ def preview(
     """Write what would be plotted to files; `port` : that it would be plotted at, for the usual device of that."""
     paths = [Path(name) for name in outputs]
     check_outputs(paths)
-    account = _ReportFile(report)
-    profile, source = _machine(request.plotting, port), request.source
-    task = _task(request)
-    if source.drawing is None:
+    account = ReportFile(report)
+    profile, source = asked_machine(request.plotting, port), request.source
+    letter = _letter(request)
+    task = _task(request) if letter is None else letter.main
+    if letter is not None:
+        pages, drawings = draw_letter(letter, wanted=STROKES, tell=listener.progress)
+    elif source.drawing is None:
         pages, drawings = draw_pages(source.text, task, wanted=STROKES, tell=listener.progress)
     else:
         pages, drawings = [_unwritten(source.drawing)], [source.drawing]
@@ -201,14 +207,15 @@ def preview(
         drawings = [fit_to_bed(drawing, profile) for drawing in drawings]
     drawings = [laid_out(drawing, profile, request.plotting.layers, request.plotting.order) for drawing in drawings]
     plans = [plan(drawing, profile, speed="fast" if task.fast else 1.0) for drawing in drawings]
-    notes = (*_notes(task, profile), *style_notes(task, drawings))
+    told = () if letter is None else letter.notes(apart=request.plotting.layers == "colour")
+    notes = (*told, *_notes(task, profile), *style_notes(task, drawings))
     listener.note(*notes)
     look = dataclasses.replace(task.look, show_travel=show_travel)
     files = write_drawings(drawings, paths, look)
     account.planned(plans)
     result = written(Tally.of(pages, drawings), task, files, notes)
     planned_s = sum(planned.duration for planned in plans)
-    return Previewed(result.facts(), result.files, planned_s, _stretched(plans), result.tally, task.seed, notes=notes)
+    return Previewed(result.facts(), result.files, planned_s, stretched(plans), result.tally, task.seed, notes=notes)
 
 
 def _notes(task: WritingTask, profile: Plotter) -> tuple[str, ...]:
@@ -226,7 +233,7 @@ def resume(
     listener: Listener = SILENT,
 ) -> Plotted:
     """Go on with a job, at the port where it was begun or another; None: the last that is not finished."""
-    account = _ReportFile(attendance.report)
+    account = ReportFile(attendance.report)
     job = store.find(name)
     if job.standing().finished:
         raise InputError(f"The job {job.name} is finished: nothing is left of it.")
@@ -252,18 +259,36 @@ def plot_drawing(
     drawing: Drawing, profile: Plotter, port: str, title: str, operator: Operator, listener: Listener
 ) -> tuple[Job, Report]:
     """Plot one drawing as a job like any other, at the pace of its clock."""
-    connected = open_port(port, profile)
-    try:
-        job = store.create([drawing], profile, Options(overlap=OVERLAP), title=title, port=port)
-    except BaseException:
-        connected.close()
-        raise
-    listener.say(f"{profile.title}: {title}, {job.ink / 1000:.2f} m of ink, job {job.name}.")
-    (report,) = _run(job, port, AttendanceOptions(), _ReportFile(None), operator, connected)
+    job, (report,) = plot_drawings([drawing], profile, port, title, operator, listener)
     return job, report
 
 
-def _machine(plotting: PlotOptions, port: str | None) -> Plotter:
+def plot_drawings(
+    drawings: Sequence[Drawing],
+    profile: Plotter,
+    port: str,
+    title: str,
+    operator: Operator,
+    listener: Listener,
+    *,
+    attendance: AttendanceOptions = AttendanceOptions(),
+    fast: bool = False,
+) -> tuple[Job, list[Report]]:
+    """Plot some drawings, a sheet each, as a job like any other."""
+    account = ReportFile(attendance.report)
+    connected = open_port(port, profile)
+    try:
+        overlap = usual_overlap(profile, True) if fast else OVERLAP
+        options = Options(speed="fast" if fast else 1.0, overlap=overlap)
+        job = store.create(drawings, profile, options, title=title, port=port)
+    except BaseException:
+        connected.close()
+        raise
+    listener.say(f"{profile.title}: {title}, {_amount(job)}, job {job.name}.")
+    return job, _run(job, port, attendance, account, operator, connected)
+
+
+def asked_machine(plotting: PlotOptions, port: str | None) -> Plotter:
     """The plotter, with the heights of its pen that are asked for."""
     profile = machine(plotting.device, port)
 
@@ -290,12 +315,25 @@ def _task(request: PlotRequest) -> WritingTask:
     return on_lined_paper(task, request.writing, request.sheet, request.picture)
 
 
+def _letter(request: PlotRequest) -> LetterTask | None:
+    """The letter with its options, checked, where a letter file is plotted."""
+    source = request.source
+    if source.letter is None:
+        return None
+    return prepare_letter(source.letter, request.writing, request.sheet, request.picture, source.given)
+
+
 def _job_options(request: PlotRequest, task: WritingTask, profile: Plotter) -> Options:
-    """How the job is to be drawn."""
-    plotting, drawing = request.plotting, request.source.drawing
-    usual = usual_overlap(profile, task.fast or (drawing is not None and not drawing.timed))
+    """How the job of a request is to be drawn."""
+    drawing = request.source.drawing
+    return job_options(request.plotting, profile, task.fast, drawing is None or drawing.timed)
+
+
+def job_options(plotting: PlotOptions, profile: Plotter, fast: bool, timed: bool = True) -> Options:
+    """How a job is to be drawn; `timed` : whether the times of its strokes mean anything."""
+    usual = usual_overlap(profile, fast or not timed)
     return Options(
-        speed="fast" if task.fast else 1.0,
+        speed="fast" if fast else 1.0,
         order=plotting.order,
         overlap=usual if plotting.overlap is None else _positive(plotting.overlap, "overlap"),
         copies=plotting.copies,
@@ -311,7 +349,7 @@ def _positive(text: Length, what: str) -> float:
     return length
 
 
-def _connected(port: str, profile: Plotter) -> Port:
+def port_to(port: str, profile: Plotter) -> Port:
     """The way to the machine, opened before any work is done for it."""
     try:
         return open_port(port, profile)
@@ -319,10 +357,12 @@ def _connected(port: str, profile: Plotter) -> Port:
         raise type(error)(f"{error} No job was begun.") from error
 
 
-def _begun(request: PlotRequest, task: WritingTask, profile: Plotter, options: Options, port: str) -> Job:
-    """The job, with the first page of a text and what the others are made from, or with the drawing."""
+def _begun(request: PlotRequest, task: WritingTask | LetterTask, profile: Plotter, options: Options, port: str) -> Job:
+    """The job, with the first page of a text and what the others are made from, or with the drawing or the letter."""
     source, writing, rest = request.source, request.writing, None
-    if source.drawing is not None:
+    if isinstance(task, LetterTask):
+        pages = list(job_pages.of_letter(task, profile, writing.fit))
+    elif source.drawing is not None:
         drawing = fit_to_bed(source.drawing, profile) if writing.fit else source.drawing
         tally = Tally.of([_unwritten(source.drawing)], [source.drawing])
         pages = [NewPage(drawing, 1.0, dataclasses.asdict(tally))]
@@ -349,12 +389,12 @@ def _amount(job: Job) -> str:
     return f"about {job.ink / 1000:.1f} m of ink; the other sheets are written while the first are drawn"
 
 
-def _stretched(parts: Sequence[Plan] | Sequence[Report]) -> float:
+def stretched(parts: Sequence[Plan] | Sequence[Report]) -> float:
     """The greatest of the sheets' stretches: time the strokes take over the time they were meant to take."""
     return round(max((part.stretched for part in parts), default=1.0), 4)
 
 
-class _ReportFile:
+class ReportFile:
     """The file that is told how faithful the motion was, or will be; nothing without a file.
 
     Raises
@@ -384,11 +424,24 @@ def _run(
     job: Job,
     address: str,
     attendance: AttendanceOptions,
-    account: _ReportFile,
+    account: ReportFile,
     operator: Operator,
     port: Port | None = None,
 ) -> list[Report]:
     """Plot a job, or what is left of it, at first over a port that is open; whatever ends it says how to go on."""
+    with _kept(job):
+        return draw_job(job, address, attendance, account, operator, port)
+
+
+def draw_job(
+    job: Job,
+    address: str,
+    attendance: AttendanceOptions,
+    account: ReportFile,
+    operator: Operator,
+    port: Port | None = None,
+) -> list[Report]:
+    """Plot a job, or what is left of it, at first over a port that is open."""
     limit = attendance.hold_limit
     usual = math.inf if operator.watches else _UNWATCHED
     patience = usual if limit is None else units.parse(limit, "time", "hold limit")
@@ -398,7 +451,7 @@ def _run(
         first, port = port, None
         return first or open_port(address, job.profile)
 
-    with _kept(job), job_pages.producer(job) as producer, surroundings(address), operator.plotting() as progress:
+    with job_pages.producer(job) as producer, surroundings(address), operator.plotting() as progress:
         return runner.run_job(
             job,
             opened,

@@ -1,9 +1,10 @@
-"""Envelopes from a table of addresses: it is read, every row is written and checked, and the pages are printed."""
+"""Letters and envelopes from a table: it is read, every row is written and checked, and the pages are printed."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import cast
 
@@ -12,22 +13,28 @@ import msgspec
 from handout.calibrating import calibrated_ink
 from handout.calibrating.calibrated_ink import CalibratedInk
 from handout.errors import InputError
-from handout.hand import library
-from handout.pipeline import writing
-from handout.pipeline.options import PictureOptions, PrintOptions, SheetOptions, WritingOptions, millimetres
+from handout.pipeline import merging, writing
+from handout.pipeline.merging import RowPages
+from handout.pipeline.options import (
+    MergeOptions,
+    PictureOptions,
+    PrintOptions,
+    SheetOptions,
+    WritingOptions,
+    millimetres,
+    seed_of,
+)
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.pipeline.writing import WritingTask
-from handout.printing import journal, media, printers
-from handout.printing.address_table import Addresses, read_addresses
-from handout.printing.batch import BatchOptions, PageMaker, print_rows
+from handout.printing import envelope, media, printers
+from handout.printing.batch import BatchOptions, Way, chosen_rows, destination, make_rows
+from handout.printing.batch import RowsRefused as RowsRefused
 from handout.printing.journal import Journal
 from handout.printing.sending import Listener as BatchListener
 from handout.printing.sending import PrintingStopped as PrintingStopped
 from handout.printing.sending import Report as Report
 from handout.profiles import Length, Nudge, Printer
-from handout.sinks import write_drawing
-from handout.values import Drawing, Raster
-from handout.writing.layout import Layout
+from handout.values import Page
 
 # said once before printing on a printer that no chart has been measured on
 UNCALIBRATED = (
@@ -35,8 +42,6 @@ UNCALIBRATED = (
     "which may be lighter, darker or of another hue than the hand's own; handout calibrate wizard makes it match."
 )
 _MOST_NUDGE = 50.0  # mm, as in a profile
-# options that change nothing on paper, and so make no other batch
-_NOT_OF_THE_BATCH = {"dry_run", "resume", "again", "afresh", "page"}
 
 
 @dataclass(frozen=True)
@@ -45,6 +50,7 @@ class Printed(Result):
 
     destination : the queue or the printer.
     columns : how the table was read.
+    letters : whether there are letters, besides envelopes or alone.
     calibration : what is known of the calibration that the pages went through, and a sentence on it.
     """
 
@@ -56,6 +62,7 @@ class Printed(Result):
     columns: Facts
     calibration: Facts | None = None
     calibration_note: str = ""
+    letters: bool = False
 
     def facts(self) -> Facts:
         report = self.report
@@ -78,56 +85,73 @@ def print_(
     printing: PrintOptions = PrintOptions(),
     writing_options: WritingOptions = WritingOptions(),
     picture: PictureOptions = PictureOptions(),
+    merge: MergeOptions = MergeOptions(),
     *,
+    change: Callable[[str], object] | None = None,
     listener: Listener = SILENT,
 ) -> Printed:
-    """Address an envelope for every row of a table (CSV or .xlsx), and print it.
+    """Print a letter, an envelope or both for every row of a table (CSV or .xlsx).
+
+    Parameters
+    ----------
+    merge : the letter, if there is one, and what goes on the envelope.
+    change : asks somebody to put in other paper, where a printer has one tray for letters and envelopes; None: the
+        listener is told.
 
     Raises
     ------
     TableError, InputError
-        The table cannot be read, or an option is wrong.
+        The table or the letter cannot be read, or an option is wrong.
+    RowsRefused
+        There are letters, and some rows cannot be made: nothing was printed.
     PrinterError, PrintingStopped
         There is no such printer, or it failed in the middle of the batch.
     """
-    profile = _printer(printing, writing_options)
-    addresses = read_addresses(Path(table), printing.columns, printing.address, printing.no_name)
-    listener.say(*(f"{table}: {note}." for note in addresses.notes))
-    task = writing.prepare(writing_options, SheetOptions(printing.page, "0mm", 1), picture)
-    profile = _fed(media.printer_for(task.layout.page, profile), printing)
+    profile = _printer(printing, writing_options, merge)
+    merged = merging.read(Path(table), printing, merge, listener)
+    sheet = SheetOptions(printing.page, merge.margin, merge.pages, "A4" if merged.with_letters else "DL")
+    pages = RowPages(merged, writing_options, sheet, picture, seed=seed_of(writing_options.seed))
+    task = pages.look()
+    if writing_options.x_height is not None and not merged.with_letters:
+        pages.x_height = task.layout.x_height
     notes = writing.not_followed(task, picture, ink_shown=True)
     listener.note(*notes)
-    record = _journal(Path(table), addresses, printing, writing_options, picture, task, profile)
-    pages = _Pages(replace(task, seed=record.seed) if record.path else task)
-    calibration = _calibration(printing, writing_options, pages, listener)
-    x_height = None if writing_options.x_height is None else task.layout.x_height
-    with record:
-        report = print_rows(
-            addresses,
-            pages.maker(calibration, x_height),
-            profile,
-            task.layout.page,
-            _batch_options(printing),
-            journal=record,
-            listener=BatchListener(_progress(listener), listener.say),
-        )
+    if (approved := merging.approved(pages, printing)) is not None:
+        pages.seed = approved
+    record = _journal(printing, pages)
+    pages.seed = record.seed
+    calibrations = _Calibrations(printing, listener)
+    pages.calibrated = calibrations.of
+    out = None if printing.dry_run is None else Path(printing.dry_run)
+    all_or_none = merged.with_letters and not merge.skip_bad
+    options = BatchOptions(printing.rows, printing.copies, printing.again, out, all_or_none)
+    chosen_rows(merged.table, options, record.resumed)
+    if merged.with_envelopes:
+        envelope.address_layout(pages.envelope_page, 1, 1, pages.x_height)  # what is wrong for every row is said once
+    about = {"seed": pages.seed, "hand": task.hand.name}
+    fed = partial(_fed, profile, printing, merged.with_letters)
+    way = Way(fed(task.layout.page), fed, about, None, record.resumed, listener.say, change or listener.say)
+    with record, destination(way, options, pages.sheets()) as place:
+        report = make_rows(merged.table, pages, place, options, record, BatchListener(progress(listener), listener.say))
     printed = Printed(
         report,
         pages.tally,
-        pages.task.seed,
+        pages.seed,
         task.hand.name,
         profile.queue or printing.printer,
-        {**addresses.facts()},
-        notes=tuple(notes),
+        {**merged.table.facts()},
+        letters=merged.with_letters,
+        notes=(*notes, *pages.dropped),
     )
+    calibration = calibrations.first
     if calibration is None or not calibration.pages:
         return printed
     return replace(printed, calibration=cast("Facts", calibration.facts()), calibration_note=calibration.said())
 
 
-def _printer(printing: PrintOptions, writing_options: WritingOptions) -> Printer:
+def _printer(printing: PrintOptions, writing_options: WritingOptions, merge: MergeOptions) -> Printer:
     """The printer that is asked for; slips and a missing file are refused before the table is read."""
-    if writing_options.slips:
+    if writing_options.slips and merge.letter is None:
         raise InputError("slips: an envelope has to arrive, so addresses are written without slips; leave --slips out.")
     profile = printers.resolve(printing.printer, printing.queue)
     if profile.file and not profile.simulated and printing.dry_run is None:
@@ -137,11 +161,18 @@ def _printer(printing: PrintOptions, writing_options: WritingOptions) -> Printer
     return profile
 
 
-def _fed(profile: Printer, printing: PrintOptions) -> Printer:
-    """The printer with what the options say otherwise than its profile."""
+def _fed(profile: Printer, printing: PrintOptions, with_letters: bool, page: Page) -> Printer:
+    """The printer as it is fed with a page, with what the options say otherwise than its profile.
+
+    Where there are letters, `--tray` and `--feed` are theirs: an envelope is fed as the profile says.
+    """
+    alone, envelope_page = not with_letters, media.is_envelope(page)
     changes: dict[str, str | Nudge | None] = {
-        "feed": printing.feed, "flap": printing.flap, "format": printing.format, "source": printing.tray
-    }  # fmt: skip
+        "feed": printing.feed if alone or not envelope_page else None,
+        "flap": printing.flap if alone or envelope_page else None,
+        "format": printing.format,
+        "source": printing.tray if alone or not envelope_page else None,
+    }
     if printing.nudge is not None:
         parts = printing.nudge.split(",")
         if len(parts) != 2:
@@ -150,90 +181,46 @@ def _fed(profile: Printer, printing: PrintOptions) -> Printer:
         if max(abs(x), abs(y)) > _MOST_NUDGE:
             raise InputError(f"nudge: {printing.nudge} moves the writing by more than {_MOST_NUDGE:g} mm.")
         changes["nudge"] = Nudge(x=Length(x), y=Length(y))
-    return msgspec.structs.replace(profile, **{name: value for name, value in changes.items() if value})
+    fed = media.printer_for(page, profile)
+    return msgspec.structs.replace(fed, **{name: value for name, value in changes.items() if value})
 
 
-def _journal(
-    table: Path,
-    addresses: Addresses,
-    printing: PrintOptions,
-    writing_options: WritingOptions,
-    picture: PictureOptions,
-    task: WritingTask,
-    profile: Printer,
-) -> Journal:
-    """The journal of this batch: a new one, the one that is gone on with, or one in memory where nothing is printed.
-
-    A hand that is no name or file leaves none either: nobody could say whether it is the same the next time.
-    """
-    dry_run = printing.dry_run is not None and not (profile.simulated and Path(printing.dry_run).suffix == "")
-    if dry_run and (printing.resume or printing.afresh):
-        raise InputError("--resume and --afresh are for printing: leave them out of a --dry-run.")
-    hand = writing_options.hand
-    if dry_run or not isinstance(hand, str):
-        return Journal()
-    if printing.resume and printing.afresh:
-        raise InputError("--resume goes on with a batch, --afresh prints all of it again: give one of them.")
-    look = {"pen": picture.pen, "pen_width": picture.pen_width, "ink": picture.ink}
-    facts = {**_named(printing), **_named(writing_options), **look}
-    facts |= {"page_name": printing.page, "columns": ",".join(printing.columns)}
-    what = journal.batch(table, addresses, library.path(hand), facts)
-    return journal.resume(what) if printing.resume else journal.begin(what, task.seed, afresh=printing.afresh)
-
-
-def _named(options: PrintOptions | WritingOptions) -> dict[str, object]:
-    """The options that change something on paper, by name."""
-    names = (option.name for option in fields(options))
-    return {name: getattr(options, name) for name in names if name not in _NOT_OF_THE_BATCH}
+def _journal(printing: PrintOptions, pages: RowPages) -> Journal:
+    """The journal of this batch; a simulated printer prints into the folder that a dry run names."""
+    simulated = printers.resolve(printing.printer, printing.queue).simulated
+    dry_run = printing.dry_run is not None and not (simulated and Path(printing.dry_run).suffix == "")
+    return merging.journal_of(pages, printing, {"page_name": pages.sheet.page_name}, dry_run)
 
 
 @dataclass
-class _Pages:
-    """Writes the addresses as they are asked for, and counts what was written."""
+class _Calibrations:
+    """The printer's calibration for each hand of a batch, if there is one and it is wanted.
 
-    task: WritingTask
-    tally: Tally = field(default_factory=Tally)
+    first : of the first hand; what is doubtful about it is said.
+    """
 
-    def maker(self, calibration: CalibratedInk | None, x_height: float | None) -> PageMaker:
-        """How the batch comes by its pages."""
-        about = {"seed": self.task.seed, "hand": self.task.hand.name}
-        return PageMaker(self._write, self._ink, calibration, self._sink, x_height, about)
+    printing: PrintOptions
+    listener: Listener
+    first: CalibratedInk | None = None
 
-    def _write(self, text: str, layout: Layout, row: int) -> Drawing:
-        wanted = self.task.layout
-        spacing = wanted.line_spacing or layout.line_spacing
-        layout = replace(layout, align=wanted.align, jitter=wanted.jitter, line_spacing=spacing)
-        pages, drawings = writing.draw_pages(text, self.task, layout, row)
-        self.tally += Tally.of(pages, drawings)
-        return drawings[0]
+    def __post_init__(self) -> None:
+        self._calibration, doubts = calibrated_ink.choose(
+            self.printing.printer, self.printing.stock, self.printing.calibration
+        )
+        self.listener.say(*(f"warning: {doubt}" for doubt in doubts))
+        if self._calibration is None and self.printing.dry_run is None and not self.printing.calibration:
+            self.listener.say(UNCALIBRATED)
 
-    def _ink(self, drawing: Drawing, dpi: int) -> Raster:
-        from handout.inking import pens
-
-        return pens.ink(drawing, dpi, self.task.look.pen, pens.noise(drawing.about))
-
-    def _sink(self, drawing: Drawing, path: Path) -> object:
-        return write_drawing(drawing, path, self.task.look)
-
-
-def _calibration(
-    printing: PrintOptions, writing_options: WritingOptions, pages: _Pages, listener: Listener
-) -> CalibratedInk | None:
-    """The printer's calibration, if there is one and it is wanted; what is doubtful about it is said."""
-    calibration, doubts = calibrated_ink.choose(printing.printer, printing.stock, printing.calibration)
-    listener.say(*(f"warning: {doubt}" for doubt in doubts))
-    if calibration is None:
-        if printing.dry_run is None and not printing.calibration:
-            listener.say(UNCALIBRATED)
-        return None
-    hand = writing_options.hand if isinstance(writing_options.hand, str) else pages.task.hand.name
-    return CalibratedInk(calibration, calibrated_ink.pen_of(calibration, hand, listener.say), hand, pages.task.look.pen)
+    def of(self, task: WritingTask, hand: str) -> CalibratedInk | None:
+        """How the ink of a hand goes to the printer."""
+        if self._calibration is None:
+            return None
+        pen = calibrated_ink.pen_of(self._calibration, hand, self.listener.say)
+        made = CalibratedInk(self._calibration, pen, hand, task.look.pen)
+        self.first = self.first or made
+        return made
 
 
-def _batch_options(printing: PrintOptions) -> BatchOptions:
-    out = None if printing.dry_run is None else Path(printing.dry_run)
-    return BatchOptions(printing.rows, printing.copies, printing.again, out)
-
-
-def _progress(listener: Listener) -> Callable[[int, int, str], object]:
+def progress(listener: Listener) -> Callable[[int, int, str], object]:
+    """How far a batch has come, for a listener."""
     return lambda done, total, stage: listener.progress(done / max(total, 1), f"{stage} {done}/{total}")

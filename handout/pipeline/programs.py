@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 SUFFIXES = (".gcode", ".nc", ".ngc", ".g", ".gco", ".hpgl", ".plt", ".ebb")
 
 
+PageSink = Callable[["Drawing"], bytes]
+
+
 class Programs:
     """The programs of a job, each for the machine of its suffix or for the one that was named.
 

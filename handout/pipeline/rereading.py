@@ -132,7 +132,7 @@ def author_reader(hand: ScannedHand, settings: RereadingSettings = SETTINGS) -> 
 def _figures(hand: ScannedHand, settings: RereadingSettings) -> Array:
     """(3,): what `AuthorReader` has of a hand's author."""
     reader, words = pictures.load(), reader_of.readable_words(hand)
-    texts, seen = [word.text for word in words], [reader.features(word.picture) for word in words]
+    texts, seen = [word.text for word in words], reader.features_of([word.picture for word in words])
     right, wrong = _held_out(reader, texts, seen, settings)
     share = len(texts) / (len(texts) + settings.trust)
     means, spreads = zip(*map(_normal, (right, wrong)), strict=True) if len(right) else ((0.0, 0.0), (0.0, 0.0))
@@ -247,7 +247,7 @@ class Rereader:
 
     def _read(self, words: Sequence[ReadWord]) -> list[ReadWord]:
         known = [word for word in words if readable(word.text)]
-        readings = [self.own.reader.read(word.picture) for word in known]
+        readings = self.own.reader.read_all([word.picture for word in known])
         surprising = surprises(readings, [word.text for word in known], self.settings)
         found = iter(zip(readings, surprising.tolist(), strict=True))
         return [self._judged(word, *next(found)) if readable(word.text) else word for word in words]

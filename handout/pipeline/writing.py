@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,7 @@ import numpy as np
 
 from handout import __version__, units
 from handout.completion.completed_hand import complete_hand
-from handout.errors import InputError
+from handout.errors import DoesNotFit, InputError
 from handout.hand import file, library
 from handout.hand.measures import ink_colours
 from handout.inking.pen import is_brush
@@ -33,8 +34,8 @@ from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.progress import Tell, silent, within
 from handout.sinks import OF_INK, Look, write_drawings
 from handout.sinks import check_outputs as check_outputs
-from handout.values import Drawing, Manuscript
-from handout.writing.compose import each_page
+from handout.values import Drawing, Line, Manuscript
+from handout.writing.compose import each_page, each_part
 from handout.writing.layout import Layout
 from handout.writing.text import Borrowed
 
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from handout.hand.drawn import Hand
     from handout.hand.scanned import ScannedHand
     from handout.motion.styles.style import Style
+    from handout.pipeline.rereading import Doubt
     from handout.writing.pages import Sheet
 
 _WRITTEN = 0.35  # of the work on a page, when its strokes are known and it is yet to be drawn; measured, for PNG
@@ -274,19 +276,51 @@ def set_pages(
     text: str, task: WritingTask, layout: Layout | None = None, row: int | None = None
 ) -> tuple[WritingTask, Iterator[Sheet]]:
     """The pages of a text, each set when it is asked for, and the task with the hand that has all their letters."""
-    key = [task.seed] if row is None else [task.seed, row]
-    author = task.hand
-    hand, lacking = complete_hand(author, text, fallback=task.fallback, seed=task.seed)
     compose = partial(
         each_page,
         text,
-        hand,
-        layout or task.layout,
-        key,
+        layout=layout or task.layout,
         pages=task.pages,
         fallback=task.fallback,
         slips=task.slips,
     )
+    return _set(text, compose, task, row)
+
+
+def set_parts(
+    texts: Sequence[str], layouts: Sequence[Layout], task: WritingTask, row: int
+) -> tuple[WritingTask, Iterator[Sheet]]:
+    """The same for texts that are written one after the other, each in a layout of its own: a page for each.
+
+    Raises
+    ------
+    DoesNotFit
+        One of them is larger than its layout; see `try_parts`.
+    """
+
+    def compose(**options: Any) -> Iterator[Sheet]:
+        sheets = each_part(texts, layouts=layouts, fallback=task.fallback, **options)
+        for text, sheet in zip(texts, sheets, strict=True):
+            if sheet is None:
+                raise DoesNotFit(f"{title(text)!r} is larger than its place.")
+            yield sheet
+
+    return _set("\n".join(texts), compose, task, row)
+
+
+def try_parts(texts: Sequence[str], layouts: Sequence[Layout], task: WritingTask, row: int) -> list[Sheet | None]:
+    """The same, as they are set before any word is read again; None for what is larger than its layout."""
+    hand, _ = complete_hand(task.hand, "\n".join(texts), fallback=task.fallback, seed=task.seed)
+    return list(each_part(texts, hand, layouts, [task.seed, row], fallback=task.fallback))
+
+
+def _set(
+    text: str, compose: Callable[..., Iterator[Sheet]], task: WritingTask, row: int | None
+) -> tuple[WritingTask, Iterator[Sheet]]:
+    """What `compose` makes of a text in the hand of a task, as soon as it has all its letters."""
+    author = task.hand
+    hand, lacking = complete_hand(author, text, fallback=task.fallback, seed=task.seed)
+    compose = partial(compose, hand=hand, seed=[task.seed] if row is None else [task.seed, row])
     sheets = compose() if author.pages is None or hand.pages is None else _reread(compose, hand, author, task)
     task = replace(task, hand=hand)
     if any(letter.doubted for letter in lacking):
@@ -327,16 +361,36 @@ def _reread(
     # without variation the best glyphs are wanted, always the same: what reads badly is only told
     tries = None if task.layout.jitter else 0
     sheets, doubts, _ = reread(lambda reader: compose(proofread=reader), hand, author, tries)
+    refuse_doubts(doubts, task)
+    for number, sheet in enumerate(sheets, 1):
+        here = [
+            {**doubt.facts(), "box": word_box(sheet.manuscript.lines[doubt.line - 1], doubt.word)}
+            for doubt in doubts
+            if doubt.page == number
+        ]
+        yield _with(sheet, "doubtful", here) if here else sheet
+
+
+def word_box(line: Line, word: str) -> list[float] | None:
+    """Where the ink of a word lies: x least, y least, x greatest, y greatest, mm; None where it is not on the line."""
+    for _, group in groupby(line.placed, key=lambda placed: placed.word):
+        letters = list(group)
+        inks = [placed.ink.graph.xy for placed in letters if placed.ink is not None]
+        if inks and "".join(placed.glyph.letter for placed in letters) == word:
+            places = np.concatenate(inks)
+            return [round(float(at), 2) for at in (*places.min(axis=0), *places.max(axis=0))]
+    return None
+
+
+def refuse_doubts(doubts: Sequence[Doubt], task: WritingTask) -> None:
+    """Raise InputError where the task is strict and words read as others."""
     if doubts and task.strict:
         named = ", ".join(f"{doubt.word} as {doubt.reads_as or 'nothing'}" for doubt in doubts[:_MOST_NAMED])
         more = f" and {len(doubts) - _MOST_NAMED} more" if len(doubts) > _MOST_NAMED else ""
         raise InputError(
             f"--strict: {units.count(len(doubts), 'word')} may be misread ({named}{more}); use another seed or other "
-            f"words, or correct the letters of {author.name} (handout hand edit)."
+            f"words, or correct the letters of {task.hand.name} (handout hand edit)."
         )
-    for number, sheet in enumerate(sheets, 1):
-        here = [doubt.facts() for doubt in doubts if doubt.page == number]
-        yield _with(sheet, "doubtful", here) if here else sheet
 
 
 def letter_facts(letter: Borrowed) -> Facts:

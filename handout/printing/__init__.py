@@ -9,13 +9,13 @@ A table becomes rows with addresses:
     address_table.py   `read_addresses`: the whole table, and how it was read
     address.py         fields as lines; countries.py the order of lines by country (a new country: here)
     rows.py            a row, and the choice of rows by number
-    envelope.py        where the address stands
+    envelope.py        where the address stands, and the sender
 
 Pages become jobs:
 
-    batch.py       `print_rows`: every row written and checked, then sent or written to files
+    batch.py       `print_rows`, `make_rows`: every row written and checked, then sent or written to files
     sending.py     jobs one after the other, what became of them, what is left of a batch that broke off
-    journal.py     what became of every envelope, on the disk
+    journal.py     what became of every page of a batch, on the disk
     media.py       how a page lies as it is fed, what its sheet is called (sizes are in `handout.page_sizes`)
     documents.py   a page as PDF, PWG Raster, URF, PNG (a new format: here)
     charts.py      the calibration chart as files

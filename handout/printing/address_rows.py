@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 from handout.errors import TableError
 from handout.printing import address, countries
-from handout.printing.column_names import KINDS, normalised
+from handout.printing.column_names import KINDS, SETTINGS, normalised
 from handout.printing.columns import ADDRESS, LABEL, NAME_PARTS, PEOPLE, PLACES, Column
 from handout.printing.rows import Row, named
 
@@ -65,7 +65,8 @@ def row(number: int, texts: Sequence[str], columns: Sequence[Column], wanted: st
         Two columns hold the same thing, and differ.
     """
     by_header = _by_header(columns, texts)
-    cells = [Cell(column, text) for column, text in zip(columns, texts, strict=False) if text and column.role]
+    of_address = [(column, text) for column, text in zip(columns, texts, strict=False) if column.role not in SETTINGS]
+    cells = [Cell(column, text) for column, text in of_address if text and column.role]
     problem = _unreadable(texts, columns, cells)
     if problem:
         return Row(number, (), (), problem, by_header)
@@ -92,6 +93,12 @@ def _by_header(columns: Sequence[Column], texts: Sequence[str]) -> dict[str, str
         for column, text in zip(columns, texts, strict=False)
         if column.header
     }
+
+
+def unaddressed(number: int, texts: Sequence[str], columns: Sequence[Column]) -> Row:
+    """A row of which no address is wanted."""
+    cells = [Cell(column, text) for column, text in zip(columns, texts, strict=False) if text]
+    return Row(number, (), (), _unreadable(texts, columns, cells), _by_header(columns, texts))
 
 
 def _unreadable(texts: Sequence[str], columns: Sequence[Column], cells: Sequence[Cell]) -> str:
@@ -265,14 +272,19 @@ def questioned(rows: Sequence[Row], account: Account) -> tuple[list[Row], list[s
 
 
 def notes(
-    columns: Sequence[Column], cells: Sequence[Sequence[str]], account: Account, numbers: Sequence[int]
+    columns: Sequence[Column],
+    cells: Sequence[Sequence[str]],
+    account: Account,
+    numbers: Sequence[int],
+    elsewhere: Collection[str] = (),
 ) -> list[str]:
-    """What has to be said of a table as a whole, each a phrase."""
+    """What has to be said of a table as a whole, each a phrase; `elsewhere` : headers that a letter uses."""
     phrases = []
-    unused = [column.name for column in columns if column.role is None and holds(column, cells)]
+    left = [column for column in columns if column.header not in elsewhere]
+    unused = [column.name for column in left if column.role is None and holds(column, cells)]
     if unused:
         phrases.append(f"{'this column is' if len(unused) == 1 else 'these columns are'} not used: {', '.join(unused)}")
-    for column in columns:
+    for column in left:
         if column.number in account.unwritten:
             rows = named(account.unwritten[column.number], numbers)
             phrases.append(f"what {column.name} holds is not written in {rows}: {_why_unwritten(column)}")

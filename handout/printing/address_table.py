@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import overload
@@ -10,7 +10,7 @@ from typing import overload
 from handout.errors import TableError
 from handout.printing import address_rows, rows
 from handout.printing.address_rows import Account
-from handout.printing.column_names import KINDS, normalised
+from handout.printing.column_names import KINDS, SETTINGS, normalised
 from handout.printing.columns import (
     LABEL,
     Assignment,
@@ -31,13 +31,14 @@ class Addresses(Sequence[Row]):
     """The rows of a table, and how it was read.
 
     used : header of a column → its role; unused : headers of the columns of which nothing is written; notes : what
-    has to be said of the table as a whole, each a phrase.
+    has to be said of the table as a whole, each a phrase; columns : as they were understood.
     """
 
     rows: tuple[Row, ...]
     used: tuple[tuple[str, str], ...] = ()
     unused: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    columns: tuple[Column, ...] = ()
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -74,7 +75,13 @@ class _Table:
     notes: tuple[str, ...] = ()
 
 
-def read_addresses(path: Path, columns: Sequence[str] = (), address: str = "", nameless: bool = False) -> Addresses:
+def read_addresses(
+    path: Path,
+    columns: Sequence[str] = (),
+    address: str = "",
+    nameless: bool = False,
+    elsewhere: Collection[str] = (),
+) -> Addresses:
     """Read a table of addresses: delimited text (CSV), or an Excel workbook where openpyxl is installed.
 
     The delimiter (comma, semicolon, tab, stroke), the encoding (a guess is told in the rows' warnings), the header
@@ -90,6 +97,8 @@ def read_addresses(path: Path, columns: Sequence[str] = (), address: str = "", n
         Which of several addresses of a row is written: ``"home"``, ``"business"``, ``"2"`` …
     nameless : bool
         Whether a table without any name may be.
+    elsewhere : collection of str
+        Headers of columns that a letter uses.
 
     Raises
     ------
@@ -99,14 +108,34 @@ def read_addresses(path: Path, columns: Sequence[str] = (), address: str = "", n
     InputError
         `columns` names what the table does not have.
     """
-    assignments = read_assignments(columns)
-    table = _with_header(path, read_sheet(path), assignments)
-    table = replace(table, columns=assign(assignments, table.columns))
+    table = _understood(path, columns)
     if not addressable(table.columns):
         raise TableError(_not_addressable(table))
     records, notes = _records_below(table)
     kind = _wanted_kind(address, table.columns)
-    return _addresses(replace(table, notes=(*table.notes, *notes)), records, kind, nameless)
+    return _addresses(replace(table, notes=(*table.notes, *notes)), records, kind, nameless, elsewhere)
+
+
+def read_rows(path: Path, columns: Sequence[str] = ()) -> Addresses:
+    """Read a table of which no address is wanted, as `read_addresses` reads one: its rows have cells and no lines.
+
+    Raises
+    ------
+    TableError, InputError
+        As there, but for what concerns addresses.
+    """
+    table = _understood(path, columns)
+    records, notes = _records_below(table)
+    made = ((record, address_rows.unaddressed(n, record.cells, table.columns)) for n, record in records)
+    rows_ = tuple(_with_encoding_warning(row, table.sheet, record) for record, row in made)
+    return Addresses(rows_, notes=(*table.sheet.notes, *table.notes, *notes), columns=tuple(table.columns))
+
+
+def _understood(path: Path, columns: Sequence[str]) -> _Table:
+    """The table with its columns, as the headers and the user say."""
+    assignments = read_assignments(columns)
+    table = _with_header(path, read_sheet(path), assignments)
+    return replace(table, columns=assign(assignments, table.columns))
 
 
 def _with_header(path: Path, sheet: Sheet, assignments: Sequence[Assignment]) -> _Table:
@@ -166,7 +195,9 @@ def _records_below(table: _Table) -> tuple[list[tuple[int, Record]], list[str]]:
     return records, [f"the header comes again in {rows.named(repeated)}, which {verb} skipped"] if repeated else []
 
 
-def _addresses(table: _Table, records: Sequence[tuple[int, Record]], kind: str, nameless: bool) -> Addresses:
+def _addresses(
+    table: _Table, records: Sequence[tuple[int, Record]], kind: str, nameless: bool, elsewhere: Collection[str]
+) -> Addresses:
     account = Account()
     addressed = []
     for n, record in records:
@@ -179,25 +210,27 @@ def _addresses(table: _Table, records: Sequence[tuple[int, Record]], kind: str, 
     if not account.has_names and not nameless and any(row.lines for row in addressed):
         raise TableError(_nameless(table))
     cells, numbers = [record.cells for _, record in records], [row.number for row in addressed]
-    notes = address_rows.notes(table.columns, cells, account, numbers)
-    used, unused = _used_and_unused(table.columns, cells, account)
+    notes = address_rows.notes(table.columns, cells, account, numbers, elsewhere)
+    used, unused = _used_and_unused(table.columns, cells, account, elsewhere)
     return Addresses(
         tuple(addressed),
-        tuple((_called(column), str(column.role)) for column in used),
+        tuple((_called(column), str(column.role or "letter")) for column in used),
         tuple(map(_called, unused)),
         (*table.sheet.notes, *table.notes, *notes, *doubts),
+        tuple(table.columns),
     )
 
 
 def _used_and_unused(
-    columns: Sequence[Column], cells: Sequence[Sequence[str]], account: Account
+    columns: Sequence[Column], cells: Sequence[Sequence[str]], account: Account, elsewhere: Collection[str]
 ) -> tuple[list[Column], list[Column]]:
     """The columns of which something is written (or would be, were they not empty), and the others with content."""
     filled = {column.number for column in columns if address_rows.holds(column, cells)}
     used, unused = [], []
     for column in columns:
         empty = column.role and column.number not in filled
-        if column.role == LABEL or column.number in account.written or empty:
+        said = column.role in (LABEL, *SETTINGS) or column.header in elsewhere
+        if said or column.number in account.written or empty:
             used.append(column)
         elif column.header or column.number in filled:
             unused.append(column)

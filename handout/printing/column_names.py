@@ -6,6 +6,7 @@ A new name of a column is one more word here, beside those of its role; a word t
 
 from __future__ import annotations
 
+import re
 import unicodedata
 
 # Role → names of columns of that role.  English, German, French, Spanish, Italian, Dutch.
@@ -131,6 +132,14 @@ def normalised(header: str) -> str:
     return "".join(c for c in plain if c.isalnum())
 
 
+def identifier(header: str) -> str:
+    """A header as a name in a letter: ``"First name"`` → ``first_name``, ``"Straße/Nr."`` → ``strasse_nr``."""
+    plain = unicodedata.normalize("NFKD", unicodedata.normalize("NFKD", header).casefold())
+    letters = "".join(c for c in plain if not unicodedata.combining(c))
+    name = "_".join(re.findall(r"[^\W_]+", letters))
+    return f"c{name}" if name[:1].isdigit() else name
+
+
 def _listed(text: str) -> list[str]:
     return [header for header in text.replace("\n", ",").split(",") if normalised(header)]
 
@@ -145,7 +154,9 @@ def _inverted(table: dict[str, str]) -> dict[str, str]:
 
 
 ROLES = _inverted(_ROLES)
-ROLE_NAMES = tuple(_ROLES)
+# what a column may say of how its row is made; no header means it by itself
+SETTINGS = ("text", "hand", "pen", "language", "copies")
+ROLE_NAMES = (*_ROLES, *SETTINGS)
 KINDS = _inverted(_KINDS)
 FILLERS = frozenset(map(normalised, _listed(_FILLERS)))
 WHOLE_ADDRESS = tuple(map(normalised, _listed(_WHOLE_ADDRESS)))

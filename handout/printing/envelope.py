@@ -1,6 +1,8 @@
-"""Where the address stands on an envelope that is addressed by hand."""
+"""Where the address stands on an envelope that is addressed by hand, or in its window, and where its sender."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 from handout.printing.rows import Row
 from handout.values import Page
@@ -15,6 +17,37 @@ _LEFT, _LEFT_LEAST, _CENTRE = 0.52, 0.3, 0.55
 _MORE, _PITCH = 2.5, 3.3
 _X_HEIGHT, _X_HEIGHT_LEAST = 3.2, 1.8
 _LEAST = 5.0  # mm, the room that a layout needs
+# the sender: size of its letters and distance from the edges, mm, on the usual envelopes; its share of the width
+_SENDER, _SENDER_EDGE, _SENDER_WIDE = 1.9, 8.0, 0.42
+_BACK_EDGE, _BACK_LEFT = (
+    9.0,
+    0.25,
+)  # of the back: mm from the upper edge, where the flap is; share of the width left free
+_TICK, _TICK_EDGE = 1.5, 6.0  # mm, size of a row's number and its distance from the lower left corner; set by eye
+
+
+@dataclass(frozen=True)
+class Window:
+    """The window of an envelope, on the letter that lies in it.
+
+    page : the letter's; box : (x, y, width, height), mm, of what is seen of it however it has slipped; below : mm
+    from the top, where the letter itself may begin.
+    """
+
+    page: str
+    box: tuple[float, float, float, float]
+    below: float
+
+
+# DL and C5: the zone of the address in the field of DIN 5008:2020, form B, which windows of DIN 680 show: the field is
+# 85 x 45 mm at 20 mm, 45 mm; its upper 17.7 mm are for remarks.  #10: the usual window is 4 1/2 x 1 1/8 in, 7/8 in from
+# the left and 1/2 in from the lower edge of 9 1/2 x 4 1/8 in; a letter folded in three stands on the lower edge and has
+# room to slip 1 in sideways.
+WINDOWS = {
+    "DL": Window("A4", (25.0, 62.7, 78.0, 27.3), 98.5),
+    "C5": Window("A4", (25.0, 62.7, 78.0, 27.3), 98.5),
+    "#10": Window("letter", (24.0, 53.0, 86.0, 26.5), 95.0),
+}
 
 
 def address_text(row: Row) -> str:
@@ -58,3 +91,31 @@ def address_layout(page: Page, lines: int, longest: int = 20, x_height: float | 
     top = max(min(max(_CENTRE * page.height - height / 2, stamps), lowest), side)
     bottom = max(page.height - top - height, side)
     return Layout(page, (top, side, bottom, left), x_height, _PITCH * x_height, fit=True)
+
+
+def sender_layout(page: Page, lines: int, longest: int, back: bool = False) -> Layout:
+    """The layout of the sender's address: small, in the upper left corner of an envelope, or on its flap."""
+    scale = min(1.0, page.height / 104, page.width / 150)
+    x_height, edge = _SENDER * scale, _SENDER_EDGE * scale
+    left, top = (_BACK_LEFT * page.width, _BACK_EDGE * scale) if back else (edge, edge)
+    wide = page.width * (1 - 2 * _BACK_LEFT if back else _SENDER_WIDE)
+    return box_layout(page, (left, top, wide, page.height / 2 - top), lines, longest, x_height)
+
+
+def tick_layout(page: Page, longest: int) -> Layout:
+    """The layout of a row's number, by which a letter and its envelope are put together."""
+    high = _TICK * (ASCENT + DESCENT) + _LEAST / 2
+    box = (_TICK_EDGE, page.height - _TICK_EDGE - high, _TICK * (longest + 2 * _MORE), high)
+    return box_layout(page, box, 1, longest, _TICK)
+
+
+def box_layout(
+    page: Page, box: tuple[float, float, float, float], lines: int, longest: int, x_height: float = _X_HEIGHT
+) -> Layout:
+    """The layout of so many lines in a box, (x, y, width, height) in mm, no larger than `x_height`."""
+    x, y, width, height = box
+    wide, deep = max(longest, 1) + _MORE, ASCENT + DESCENT + _PITCH * (max(lines, 1) - 0.9)
+    size = max(min(x_height, width / wide, height / deep), _X_HEIGHT_LEAST / 2)
+    right = max(page.width - x - max(width, _LEAST), 0.0)
+    bottom = max(page.height - y - max(deep * size, _LEAST), 0.0)
+    return Layout(page, (y, right, bottom, x), size, _PITCH * size, fit=True)

@@ -1,10 +1,12 @@
-"""Records what became of every envelope of a batch, as JSON lines, so that an interrupted batch can be resumed.
+"""Records what became of every page of a batch, as JSON lines, so that an interrupted batch can be resumed.
 
-Every batch, identified by its table, hand and options, has a file in the user's state folder.  A run first writes
-``{"begun": "2026-03-01T09:30:00", "run": "4f2a9c", "table": "…", "facts": {…}, "seed": 7}``, a resumed one
-``{"resumed": …, "run": …}``; then a line for each step of each envelope: ``{"row": 5, "copy": 1, "state": "sending",
+Every batch, identified by its table, letter, hand and options, has a file in the user's state folder.  A run first
+writes ``{"begun": "2026-03-01T09:30:00", "run": "4f2a9c", "table": "…", "facts": {…}, "seed": 7}``, a resumed one
+``{"resumed": …, "run": …}``; then a line for each step of each page: ``{"row": 5, "copy": 1, "state": "sending",
 "title": "handout 4f2a9c row 5"}``, ``"sent"`` with the job's name, and ``"completed"``, ``"failed"`` or ``"doubtful"``.
-Lines are only added, and each is on the disk before the next step; a line cut off by a crash is ignored.
+A page that is no envelope has a ``"part"`` (``"letter 2"``), and a row that has such pages is first written with all of
+its ``"parts"``: from then on it is known what it consists of.  Lines are only added, and each is on the disk before the
+next step; a line cut off by a crash is ignored.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Literal, TextIO
+from typing import Any, Literal, NamedTuple, TextIO
 
 import platformdirs
 
@@ -30,12 +32,21 @@ from handout.printing.rows import Row
 State = Literal["sending", "sent", "completed", "failed", "doubtful"]
 _TABLE, _HAND = "content of the table", "content of the hand's file"
 _TOLD = ("title", "job", "why")
-Piece = tuple[int, int]  # number of the row, and of the copy from 1
+ENVELOPE = ""  # the part of a row that is its envelope
+_ALONE = (ENVELOPE,)
+
+
+class Piece(NamedTuple):
+    """One page of a batch: the number of its row, of the copy from 1, and which part of that row it is."""
+
+    row: int
+    copy: int
+    part: str = ENVELOPE
 
 
 @dataclass(frozen=True)
 class Step:
-    """The last known state of an envelope."""
+    """The last known state of a piece."""
 
     state: State
     title: str = ""
@@ -44,7 +55,7 @@ class Step:
 
 
 def _add(steps: dict[Piece, Step], piece: Piece, state: State, more: Mapping[str, str]) -> None:
-    """Add a step.  Envelopes keep the order in which they were begun, and their job until they are sent again."""
+    """Add a step.  Pieces keep the order in which they were begun, and their job until they are sent again."""
     before = steps.pop(piece, None) if state == "sending" else steps.get(piece)
     ticket = {"title": before.title, "job": before.job} if before is not None and state != "sending" else {}
     steps[piece] = Step(state, **{**ticket, **more})
@@ -67,9 +78,12 @@ class Batch:
         return _digest(json.dumps(self.facts, sort_keys=True))
 
 
-def batch(table: Path, rows: Sequence[Row], hand: Path, options: Mapping[str, Any]) -> Batch:
-    """The batch of these rows, written by the hand in this file, with these options (JSON values)."""
-    content = json.dumps([[row.number, row.lines, row.problem] for row in rows])
+def batch(table: Path, rows: Sequence[Row], hand: Path, options: Mapping[str, Any], cells: bool = False) -> Batch:
+    """The batch of these rows, written by the hand in this file, with these options (JSON values).
+
+    cells : whether what is written depends on more of a row than its address.
+    """
+    content = json.dumps([[row.number, row.lines, row.problem, *([dict(row.cells)] * cells)] for row in rows])
     hand_digest = hashlib.sha256(hand.read_bytes()).hexdigest()
     return Batch(table.resolve(), {**options, _TABLE: _digest(content), _HAND: hand_digest})
 
@@ -88,6 +102,7 @@ class Journal:
     """The journal of one run; without a stream it is kept in memory only.
 
     run : a random token in the titles of its jobs, which tells them from all others.
+    parts : number of a row of which something was sent → what it consists of, in order.
     """
 
     run: str = field(default_factory=lambda: _token())
@@ -95,23 +110,31 @@ class Journal:
     resumed: bool = False
     path: Path | None = None
     steps: dict[Piece, Step] = field(default_factory=dict)
+    parts: dict[int, tuple[str, ...]] = field(default_factory=dict)
     _stream: TextIO | None = None
     _head: Mapping[str, Any] | None = None  # written before the first step: a run that sends nothing leaves no trace
 
     def title(self, piece: Piece) -> str:
-        """Title of an envelope's job at the printer; it holds nobody's name."""
-        row, copy = piece
-        return " ".join(["handout", self.run, f"row {row}", *([f"copy {copy}"] * (copy > 1))])
+        """Title of a piece's job at its device; it holds nobody's name."""
+        copy = [f"copy {piece.copy}"] * (piece.copy > 1)
+        return " ".join(["handout", self.run, f"row {piece.row}", *copy, *filter(None, [piece.part])])
 
     def earlier(self, piece: Piece) -> frozenset[str]:
-        """Titles of the envelopes that were begun before this one and are completed."""
+        """Titles of the pieces that were begun before this one and are completed."""
         before = itertools.takewhile(lambda step: step[0] != piece, self.steps.items())
         return frozenset(step.title for _, step in before if step.state == "completed")
 
     def note(self, piece: Piece, state: State, **more: str) -> None:
-        """Add a step of an envelope; it is on the disk when this returns."""
+        """Add a step of a piece; it is on the disk when this returns."""
         _add(self.steps, piece, state, more)
-        self._write({"row": piece[0], "copy": piece[1], "state": state, **more})
+        part = {"part": piece.part} if piece.part else {}
+        self._write({"row": piece.row, "copy": piece.copy, **part, "state": state, **more})
+
+    def consists(self, row: int, parts: Sequence[str]) -> None:
+        """Note of what a row consists, before anything of it is sent; of its envelope alone goes without saying."""
+        if self.parts.get(row, _ALONE) != tuple(parts):
+            self._write({"row": row, "parts": list(parts)})
+        self.parts[row] = tuple(parts)
 
     def __enter__(self) -> Journal:
         return self
@@ -152,7 +175,7 @@ def begin(what: Batch, seed: int, place: Path | None = None, afresh: bool = Fals
         )
     run = _token()
     head = {"begun": _now(), "run": run, "table": str(what.table), "facts": dict(what.facts), "seed": seed}
-    return Journal(run, seed, False, path, {}, _opened(path), head)
+    return Journal(run, seed, False, path, {}, {}, _opened(path), head)
 
 
 def resume(what: Batch, place: Path | None = None) -> Journal:
@@ -168,7 +191,8 @@ def resume(what: Batch, place: Path | None = None) -> Journal:
     if last is None:
         raise InputError(_nothing_to_resume(what, place or folder()))
     run = _token()
-    return Journal(run, last.head["seed"], True, path, last.steps, _opened(path), {"resumed": _now(), "run": run})
+    seed, steps, parts = last.head["seed"], last.steps, last.parts
+    return Journal(run, seed, True, path, steps, parts, _opened(path), {"resumed": _now(), "run": run})
 
 
 @dataclass
@@ -177,6 +201,7 @@ class _Run:
 
     head: dict[str, Any]
     steps: dict[Piece, Step]
+    parts: dict[int, tuple[str, ...]]
     ended: str = ""
 
 
@@ -232,11 +257,14 @@ def _read(path: Path) -> _Run | None:
     run: _Run | None = None
     for entry in _entries(path):
         if "begun" in entry:
-            run = _Run(entry, {})
+            run = _Run(entry, {}, {})
         elif run is not None and "state" in entry:
-            piece = (int(entry["row"]), int(entry["copy"]))
+            piece = Piece(int(entry["row"]), int(entry["copy"]), str(entry.get("part", ENVELOPE)))
             more = {name: str(entry[name]) for name in _TOLD if name in entry}
             _add(run.steps, piece, entry["state"], more)
+            run.parts.setdefault(piece.row, _ALONE)
+        elif run is not None and "parts" in entry:
+            run.parts[int(entry["row"])] = tuple(map(str, entry["parts"]))
         elif run is not None:
             run.ended = entry.get("ended", "")
     return run
@@ -249,18 +277,23 @@ def _nothing_to_resume(what: Batch, place: Path) -> str:
     last = next((run for run in runs if run.head.get("table") == str(what.table)), None)
     if last is None:
         return f"There is nothing to resume: no batch of {what.table.name} was begun on this computer."
-    facts, was = what.facts, last.head["facts"]
-    changed = [name for name in {**was, **facts} if was.get(name) != facts.get(name)]
-    changes = [_change(name, was.get(name), facts.get(name)) for name in changed]
     return (
         f"The batch of {what.table.name} begun on {_time(last)} cannot be resumed, because "
-        f"{' and '.join(changes)}: give the same again, or print with --rows what is missing."
+        f"{' and '.join(changes(last.head['facts'], what.facts))}: give the same again, or print with --rows what is "
+        "missing."
     )
 
 
+def changes(was: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
+    """What differs between two batches, each a phrase."""
+    return [_change(name, was.get(name), now.get(name)) for name in {**was, **now} if was.get(name) != now.get(name)]
+
+
 def _change(name: str, was: object, now: object) -> str:
-    if name in (_TABLE, _HAND):
+    if name.startswith("content of "):
         return f"the {name} has changed since"
+    if name == "program":
+        return f"it was begun by {_shown(was)}, and this is {_shown(now)}"
     return f"--{name.removesuffix('_name').replace('_', '-')} was {_shown(was)} and is now {_shown(now)}"
 
 

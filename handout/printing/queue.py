@@ -61,21 +61,40 @@ class OutcomeUnknown(PrinterError):
     """The connection broke when the printer may already have taken a page."""
 
 
-class Queue(Protocol):
-    """Takes pages, one job each.
+class Device(Protocol):
+    """A printer or a plotter: says what became of the jobs that it has taken.
 
-    name : what to call it in a message; format : of the documents it takes, a key of `documents.WRITERS`; keeps :
-    whether it looks after what it has taken, through jams and restarts, until it is printed.
+    name : what to call it in a message; keeps : whether it looks after what it has taken, through jams and restarts,
+    until it is made.
     """
 
     @property
     def name(self) -> str: ...
 
     @property
-    def format(self) -> str: ...
+    def keeps(self) -> bool: ...
+
+    def follow(self, job: str) -> Outcome:
+        """Wait until a job is over, or return at once where the queue keeps it and will print it by itself."""
+        ...
+
+    def outcome(self, job: str, title: str, earlier: Collection[str] = ()) -> Outcome:
+        """What became of a job that was sent some time ago; `job` is empty where only its title is known.
+
+        `earlier` are titles of jobs that were over before this one was begun.
+        """
+        ...
+
+    def cancel(self, job: str, title: str) -> Outcome:
+        """Stop the job that is in flight; what became of it."""
+        ...
+
+
+class Queue(Device, Protocol):
+    """Takes pages, one job each; format : of the documents it takes, a key of `documents.WRITERS`."""
 
     @property
-    def keeps(self) -> bool: ...
+    def format(self) -> str: ...
 
     def resolution(self, wanted: int) -> int:
         """The dpi of its pages, where the profile asks for `wanted`."""
@@ -95,21 +114,6 @@ class Queue(Protocol):
         PrinterError
             It was certainly not.
         """
-        ...
-
-    def follow(self, job: str) -> Outcome:
-        """Wait until a job is over, or return at once where the queue keeps it and will print it by itself."""
-        ...
-
-    def outcome(self, job: str, title: str, earlier: Collection[str] = ()) -> Outcome:
-        """What became of a job that was sent some time ago; `job` is empty where only its title is known.
-
-        `earlier` are titles of jobs that were over before this one was begun.
-        """
-        ...
-
-    def cancel(self, job: str, title: str) -> Outcome:
-        """Stop the job that is in flight; what became of it."""
         ...
 
 

@@ -20,6 +20,7 @@ class Row:
     warnings : what the user should look at, each a phrase to stand after "row 5:".
     problem : why the row cannot be addressed; empty if it can.
     cells : every cell by its header, as found in the file.
+    copies : how often the row is made, where it says so itself.
     """
 
     number: int
@@ -27,6 +28,7 @@ class Row:
     warnings: tuple[str, ...] = ()
     problem: str = ""
     cells: Mapping[str, str] = field(default_factory=dict)
+    copies: int = 1
 
 
 def select(rows: Sequence[Row], text: str) -> list[Row]:

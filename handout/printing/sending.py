@@ -1,16 +1,20 @@
-"""Sends the pages of a batch, one job after the other, follows each to its end, and resumes interrupted batches."""
+"""Sends the pages of a batch, one job after the other, follows each to its end, and resumes interrupted batches.
+
+A page goes to a device (a `queue.Queue`, a printer or a plotter) exactly once: before it is sent the journal says so,
+and what became of a page whose end was not seen is asked of the device by the title of its job.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
-from handout.errors import PrinterError
+from handout.errors import HandoutError, PrinterError
 from handout.printing.journal import Journal, Piece
-from handout.printing.queue import Outcome, OutcomeUnknown, Queue, Say
+from handout.printing.queue import Device, Outcome, OutcomeUnknown, Say
 from handout.printing.rows import ranges
 
 
@@ -88,52 +92,76 @@ class Checked:
 class Remaining:
     """What is left of a batch.
 
-    send : envelopes that are not at the printer; wait : those that it has and may still print; done : rows that came
-    out; unknown : rows of which nobody can tell.
+    fresh : rows of which nothing was sent yet; send : of the others, pieces that are not at the device; wait : those
+    that it has and may still make; done : rows of which all came out; unknown : pieces of which nobody can tell.
     """
 
+    fresh: list[int] = field(default_factory=list)
     send: list[Piece] = field(default_factory=list)
     wait: list[Piece] = field(default_factory=list)
     done: list[int] = field(default_factory=list)
     unknown: list[Failed] = field(default_factory=list)
 
+    @property
+    def rows(self) -> set[int]:
+        """The rows of which pages have to be made."""
+        return {*self.fresh, *(piece.row for piece in self.send)}
+
 
 class Pages(Protocol):
-    """Pages that are ready for a queue."""
+    """Pages that are ready for a device."""
 
     @property
-    def queue(self) -> Queue: ...
+    def queue(self) -> Device: ...
 
-    def send(self, number: int, title: str, name: str) -> str:
-        """Hand the page of a row to the queue as a job of that title; the job's name there."""
+    def sheets(self, pieces: Sequence[Piece]) -> Iterable[Sequence[Piece]]:
+        """The pieces as they are made, in order: those that share a sheet are made by one job."""
+        ...
+
+    def ready(self, sheet: Sequence[Piece]) -> None:
+        """Have the paper for a sheet put in, where it is not that of the sheet before; nothing has been sent yet."""
+        ...
+
+    def send(self, sheet: Sequence[Piece], title: str) -> str:
+        """Hand a sheet to the queue as a job of that title; the job's name there."""
         ...
 
 
-def remaining(journal: Journal, queue: Queue, rows: Sequence[int], copies: int, again: Collection[int]) -> Remaining:
-    """Work out what is left to do, from the journal and, where that does not tell, from the printer.
+def remaining(
+    journal: Journal, queue: Device, rows: Sequence[int], copies: Mapping[int, int], again: Collection[int]
+) -> Remaining:
+    """Work out what is left to do, from the journal and, where that does not tell, from the device.
 
     Parameters
     ----------
-    rows : the rows of the batch, by number.
-    again : rows to print whatever became of them; not those that the printer may still print by itself.
+    rows : the rows of the batch, by number; copies : of each row.
+    again : rows to make whatever became of them; not those that the device may still make by itself.
     """
     todo = Remaining()
     for row in rows:
-        outcomes = {(row, copy): _outcome(journal, queue, (row, copy)) for copy in range(1, copies + 1)}
+        if row not in journal.parts:
+            todo.fresh.append(row)
+            continue
+        outcomes = {piece: _outcome(journal, queue, piece) for piece in pieces(row, copies[row], journal.parts[row])}
         for piece, outcome in outcomes.items():
             if outcome.state == "waiting":
                 todo.wait.append(piece)
             elif outcome.state == "failed" or row in again:
                 todo.send.append(piece)
             elif outcome.state == "unknown":
-                todo.unknown.append(Failed(row, outcome.why))
+                todo.unknown.append(Failed(row, f"{piece.part}: {outcome.why}" if piece.part else outcome.why))
         if all(outcome.state == "completed" for outcome in outcomes.values()) and row not in again:
             todo.done.append(row)
     return todo
 
 
-def _outcome(journal: Journal, queue: Queue, piece: Piece) -> Outcome:
-    """Find out what became of an envelope, asking the printer if need be; "failed" if it was never sent."""
+def pieces(row: int, copies: int, parts: Sequence[str]) -> list[Piece]:
+    """All pieces of a row, in order."""
+    return [Piece(row, copy, part) for copy in range(1, copies + 1) for part in parts]
+
+
+def _outcome(journal: Journal, queue: Device, piece: Piece) -> Outcome:
+    """Find out what became of a piece, asking the device if need be; "failed" if it was never sent."""
     step = journal.steps.get(piece)
     if step is None or step.state == "failed":
         return Outcome("failed")
@@ -146,7 +174,7 @@ def _outcome(journal: Journal, queue: Queue, piece: Piece) -> Outcome:
     if outcome.job:
         journal.note(piece, "sent", job=outcome.job)
     if outcome.state in ("completed", "failed"):
-        _note(journal, piece, outcome)
+        _note(journal, [piece], outcome)
     return Outcome("unknown", f"{sent}, and {outcome.why}") if outcome.state == "unknown" else outcome
 
 
@@ -154,16 +182,17 @@ def send(
     pages: Pages,
     checked: Checked,
     todo: Remaining,
-    copies: int,
+    made: Mapping[int, Sequence[Piece]],
     table: Sequence[int],
     journal: Journal,
     listener: Listener,
 ) -> tuple[Job, ...]:
-    """Wait for jobs at the printer, then send the checked pages; a failure says what was sent and how to resume.
+    """Wait for jobs at the device, then send the checked pages; a failure says what was sent and how to resume.
 
     Parameters
     ----------
-    table : the numbers of all rows that can be addressed, so that the rest is named in few words.
+    made : all pieces of every row that is begun, or goes on, now.
+    table : the numbers of all rows that can be made, so that the rest is named in few words.
 
     Raises
     ------
@@ -171,27 +200,30 @@ def send(
         The queue refused a page, or did not print it.
     """
     failed = {failure.row for failure in checked.failed}
-    run = _Run(pages, checked, copies, [n for n in table if n not in failed], journal)
+    left = {row: set(made[row]) if row in todo.fresh else set[Piece]() for row in made}
+    for piece in (*todo.send, *todo.wait):
+        left.setdefault(piece.row, set()).add(piece)
+    run = _Run(pages, checked, made, [n for n in table if n not in failed], journal, left)
+    waiting: dict[str, list[Piece]] = {}
     for piece in todo.wait:
-        with run.stoppable(piece):
-            _follow(pages.queue, journal, piece, journal.steps[piece].job)
-    begun: set[int] = set()
-    for piece in todo.send:
-        if piece[0] not in checked.done:
-            continue
-        if piece[0] not in begun:
-            listener.progress(len(begun), len(checked.done), "send")
-        begun.add(piece[0])
-        with run.stoppable(piece):
-            run.send(piece)
-    listener.progress(len(checked.done), len(checked.done), "send")
+        waiting.setdefault(journal.steps[piece].job, []).append(piece)
+    for job, begun in waiting.items():
+        with run.stoppable(begun):
+            _follow(pages.queue, journal, begun, job)
+        run.gone(begun)
+    wanted = [piece for row in made for piece in made[row] if piece in left[row]]
+    for sheet in pages.sheets(wanted):
+        listener.progress(run.begun_rows, len(made), "send")
+        with run.stoppable(sheet):
+            run.send(sheet)
+    listener.progress(len(made), len(made), "send")
     return tuple(run.jobs)
 
 
-def _follow(queue: Queue, journal: Journal, piece: Piece, job: str) -> None:
-    """Wait for an envelope's job; PrinterError unless it is completed."""
+def _follow(queue: Device, journal: Journal, sheet: Sequence[Piece], job: str) -> None:
+    """Wait for the job of a sheet; PrinterError unless it is completed."""
     outcome = queue.follow(job)
-    _note(journal, piece, outcome)
+    _note(journal, sheet, outcome)
     if outcome.state == "failed":
         raise PrinterError(f"job {job} was not printed: {outcome.why}.")
     if outcome.state == "unknown":
@@ -200,93 +232,119 @@ def _follow(queue: Queue, journal: Journal, piece: Piece, job: str) -> None:
         raise PrinterError(f"job {job} is not printed yet: {outcome.why}. Let it go on at the printer.")
 
 
-def _note(journal: Journal, piece: Piece, outcome: Outcome) -> None:
-    if outcome.state == "completed":
-        journal.note(piece, "completed")
-    elif outcome.state == "failed":
-        journal.note(piece, "failed", why=outcome.why)
-    elif outcome.state == "unknown":
-        journal.note(piece, "doubtful", why=outcome.why)
+def _note(journal: Journal, sheet: Sequence[Piece], outcome: Outcome) -> None:
+    for piece in sheet:
+        if outcome.state == "completed":
+            journal.note(piece, "completed")
+        elif outcome.state == "failed":
+            journal.note(piece, "failed", why=outcome.why)
+        elif outcome.state == "unknown":
+            journal.note(piece, "doubtful", why=outcome.why)
 
 
 @dataclass
 class _Run:
-    """A batch that is being sent; `whole`: the rows of its table that can be printed; `jobs`: what has gone."""
+    """A batch that is being sent.
+
+    made : all pieces of the rows that are made now; whole : the rows of its table that can be made; left : of every
+    row what has not gone yet; jobs : what has gone.
+    """
 
     pages: Pages
     checked: Checked
-    copies: int
+    made: Mapping[int, Sequence[Piece]]
     whole: Sequence[int]
     journal: Journal
+    left: dict[int, set[Piece]]
     jobs: list[Job] = field(default_factory=list)
+    begun: dict[int, int] = field(default_factory=dict)  # row → how many pieces of it have gone
 
-    def send(self, piece: Piece) -> None:
-        """Send one envelope; note it before it is sent, when it is sent, and when it is printed."""
-        row, copy = piece
-        title = self.journal.title(piece)
-        self.journal.note(piece, "sending", title=title)
+    @property
+    def begun_rows(self) -> int:
+        return len(self.begun)
+
+    def gone(self, sheet: Sequence[Piece]) -> None:
+        """These need no more."""
+        for piece in sheet:
+            self.left[piece.row].discard(piece)
+            self.begun[piece.row] = self.begun.get(piece.row, 0) + 1
+
+    def send(self, sheet: Sequence[Piece]) -> None:
+        """Send one sheet; note it before it is sent, when it is sent, and when it is made."""
+        self.pages.ready(sheet)
+        title = self.journal.title(sheet[0])
+        for row in dict.fromkeys(piece.row for piece in sheet):
+            self.journal.consists(row, list(dict.fromkeys(piece.part for piece in self.made[row])))
+        for piece in sheet:
+            self.journal.note(piece, "sending", title=title)
         try:
-            job = self.pages.send(row, title, f"row-{row:03d}" + (f"-{copy}" if copy > 1 else ""))
+            job = self.pages.send(sheet, title)
         except OutcomeUnknown:
             raise
         except PrinterError as error:
-            self.journal.note(piece, "failed", why=str(error))
+            _note(self.journal, sheet, Outcome("failed", str(error)))
             raise
-        self.journal.note(piece, "sent", job=job)
-        self.jobs.append(Job(row, job))
-        _follow(self.pages.queue, self.journal, piece, job)
+        for piece in sheet:
+            self.journal.note(piece, "sent", job=job)
+            self.jobs.append(Job(piece.row, job))
+        self.gone(sheet)
+        _follow(self.pages.queue, self.journal, sheet, job)
 
     @contextmanager
-    def stoppable(self, piece: Piece) -> Iterator[None]:
-        """Add to a failure of the queue, or to an interruption, which rows were sent and how to go on."""
-        number = piece[0]
+    def stoppable(self, sheet: Sequence[Piece]) -> Iterator[None]:
+        """Add to a failure of the device, or to an interruption, which rows were sent and how to go on."""
+        number = sheet[0].row
         try:
             yield
-        except (PrinterError, KeyboardInterrupt) as error:
+        except (HandoutError, KeyboardInterrupt) as error:
             if isinstance(error, KeyboardInterrupt):
-                self._cancel(piece)
-            sent = tuple(n for n in self.checked.done if n < number)
-            rest = [n for n in self.checked.done if n >= number]
+                self._cancel(sheet)
+            here = {piece.row for piece in sheet}
+            sent = tuple(n for n in self.checked.done if n not in here and not self.left.get(n))
+            rest = [n for n in self.checked.done if n not in sent]
             resume = ranges(rest, self.whole)
             how = "the same command and --resume" if self.journal.path is not None else f"--rows {resume}"
-            way_out = f"{self._what_went(sent, piece)}; go on with {how}."
+            way_out = f"{self._what_went(sent, sheet)}; go on with {how}."
             if isinstance(error, KeyboardInterrupt):
                 error.add_note(f"Stopped at row {number}. {way_out}")
                 raise
-            reason = str(error) if self._begun(number) or self._in_doubt(piece) else "not sent"
+            reason = str(error) if self.begun.get(number) or self._in_doubt(sheet[0]) else "not sent"
             failed = tuple(Failed(n, reason if n == number else "not sent") for n in rest)
             warnings = tuple(self.checked.warnings)
             report = Report(sent, (*self.checked.failed, *failed), (), tuple(self.jobs), warnings)
             raise PrintingStopped(f"Row {number}: {error} {way_out}", report, resume) from error
 
-    def _begun(self, number: int) -> int:
-        """How many copies of a row have gone."""
-        return sum(job.row == number for job in self.jobs)
-
     def _in_doubt(self, piece: Piece) -> bool:
-        """Whether an envelope may have come out, as far as is known."""
+        """Whether a piece may have come out, as far as is known."""
         step = self.journal.steps.get(piece)
         return step is not None and step.state in ("sending", "sent", "doubtful")
 
-    def _what_went(self, sent: Sequence[int], piece: Piece) -> str:
-        """What was sent before a batch stopped, and what of the row at which it stopped."""
-        row = piece[0]
-        begun = self._begun(row)
-        rows = f"{'Row' if len(sent) == 1 else 'Rows'} {ranges(sent, self.whole)}"
-        went = f"{rows} {'was' if len(sent) == 1 else 'were'} sent" if sent else ""
-        if begun and self.copies > 1:
-            last = f"{begun} of {self.copies} copies of row {row}"
-            return f"{went} and {last}" if went else f"{last} {'was' if begun == 1 else 'were'} sent"
-        if self._in_doubt(piece):
-            job = self.journal.steps[piece].job
-            last = f"row {row} was sent as job {job}" if job else f"whether row {row} was sent is not known"
-            return f"{went}, and {last}" if went else last[0].upper() + last[1:]
-        return went or "Nothing was sent"
+    def _what_went(self, sent: Sequence[int], sheet: Sequence[Piece]) -> str:
+        """What was sent before a batch stopped, and what of the rows that it had begun."""
+        row = sheet[0].row
+        went = [f"{_rows(sent, self.whole)} {'was' if len(sent) == 1 else 'were'} sent"] if sent else []
+        parted = [n for n in self.begun if n != row and n not in sent]
+        went += [f"a part of {_rows(parted, self.whole).lower()}"] if parted else []
+        begun, every = self.begun.get(row, 0), self.made.get(row, ())
+        if begun and len(every) > 1:
+            kind = "copies" if len({piece.part for piece in every}) == 1 else "sheets"
+            went.append(f"{begun} of {len(every)} {kind} of row {row}")
+        elif self._in_doubt(sheet[0]):
+            job = self.journal.steps[sheet[0]].job
+            went.append(f"row {row} was sent as job {job}" if job else f"whether row {row} was sent is not known")
+        if not went:
+            return "Nothing was sent"
+        text = " and ".join(went)
+        return f"{text[0].upper()}{text[1:]}{'' if ' sent' in text else ' was sent'}"
 
-    def _cancel(self, piece: Piece) -> None:
+    def _cancel(self, sheet: Sequence[Piece]) -> None:
         """Cancel the job in flight, if there is one, and note what became of it."""
-        step = self.journal.steps.get(piece)
+        step = self.journal.steps.get(sheet[0])
         if step is not None and step.state in ("sending", "sent"):
             outcome = self.pages.queue.cancel(step.job, step.title)
             if outcome.state in ("completed", "failed"):
-                _note(self.journal, piece, outcome)
+                _note(self.journal, sheet, outcome)
+
+
+def _rows(numbers: Sequence[int], whole: Sequence[int]) -> str:
+    return f"{'Row' if len(numbers) == 1 else 'Rows'} {ranges(numbers, whole)}"

@@ -120,7 +120,10 @@ def _delimited(path: Path, data: bytes) -> Sheet:
     if separator is not None:
         lines, odd = lines[1:], frozenset(n - 1 for n in odd)
     delimiters = separator.group(1) if separator else _DELIMITERS
-    records, unclosed = max((_records(lines, d) for d in delimiters), key=lambda parsed: _likelihood(parsed[0]))
+    try:
+        records, unclosed = max((_records(lines, d) for d in delimiters), key=lambda parsed: _likelihood(parsed[0]))
+    except TableError as error:
+        raise TableError(f"{path}: {error}") from error
     if unclosed:
         raise TableError(f"{path}: row {unclosed}: a quotation mark is opened and never closed.")
     for n, record in enumerate(records, 1):
@@ -146,6 +149,11 @@ def _records(lines: list[str], delimiter: str) -> tuple[list[Record], int]:
                 start = reader.line_num
             return records, 0
         except csv.Error as error:
+            if "field larger" in str(error):
+                raise TableError(
+                    f"row {len(records) + 1}: a cell has more than {csv.field_size_limit()} characters: shorten it, or "
+                    "close the quotation mark that is missing."
+                ) from error
             if "unexpected end" in str(error) or not strict:
                 return records, len(records) + 1
     raise AssertionError("unreachable")

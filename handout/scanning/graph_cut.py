@@ -131,14 +131,20 @@ def minimum_cut(cost: Array, a: Indices, b: Indices, price: Array) -> NDArray[np
     price : (m,) float, not negative.
     """
     fine = min(float(_FINE), _LARGEST / 2 / max(float(np.abs(cost).sum()), 1.0))
-    whole, walls = np.rint(cost * fine).astype(np.int32), np.rint(price * fine).astype(np.int32)
-    labels = whole < 0  # of nodes that nothing ties to others, such as bare paper on both sides of a seam
-    wall = walls > 0
+    whole, walls = np.rint(cost * fine).astype(np.int64), np.rint(price * fine).astype(np.int64)
+    labels = whole < 0  # of nodes that cost more than all their walls, and of those that nothing ties to others
+    free = np.abs(whole) <= np.bincount(a, walls, len(cost)) + np.bincount(b, walls, len(cost))
+    for settled, other in ((a, b), (b, a)):  # a wall to a settled node is a cost of the other
+        edge = ~free[settled]
+        pull = np.where(labels[settled[edge]], -walls[edge], walls[edge])
+        whole += np.bincount(other[edge], pull, len(cost)).astype(np.int64)
+    wall = free[a] & free[b] & (walls > 0)
     a, b, walls = a[wall], b[wall], walls[wall]
+    labels[free] = whole[free] < 0
     tied = np.zeros(len(cost), dtype=bool)
     tied[a] = tied[b] = True
     number = np.cumsum(tied) - 1
-    labels[tied] = _cut_tied(whole[tied], number[a], number[b], walls)
+    labels[tied] = _cut_tied(whole[tied].astype(np.int32), number[a], number[b], walls.astype(np.int32))
     return labels
 
 

@@ -9,6 +9,7 @@ Source: own method.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,7 +58,7 @@ def refuse_oblique(scan: Scan) -> None:
     for pair in (sides[0::2], sides[1::2]):
         if any(side is None for side in pair):
             continue
-        angle = _between(*(side for side in pair if side is not None))
+        angle = _between(*(side[1] for side in pair if side is not None))
         if angle > _OUTLINE.angle:
             raise InputError(
                 f"{scan.source} was photographed at an angle: opposite edges of the sheet are {angle:.1f}° apart "
@@ -67,7 +68,10 @@ def refuse_oblique(scan: Scan) -> None:
 
 
 def outline(rgb: NDArray[np.uint8]) -> list[Array | None]:
-    """Directions (2,) of the sheet's upper, right, lower and left side; None for one that is not to be seen."""
+    """The sheet's upper, right, lower and left side; None for one that is not to be seen.
+
+    Each is (2, 2): a point on it, pixels of the picture, and its direction.
+    """
     import cv2
 
     factor = min(1.0, _OUTLINE.long / max(rgb.shape[:2]))
@@ -76,12 +80,28 @@ def outline(rgb: NDArray[np.uint8]) -> list[Array | None]:
     piece = _sheet(np.asarray(grey, dtype=np.uint8))
     if piece is None:
         return [None] * 4
+    grey = _evenly_lit(grey, piece)
+    piece = _sheet(grey)
+    if piece is None:
+        return [None] * 4
     contour = max(cv2.findContours(piece, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0], key=len)
     points = contour.reshape(-1, 2).astype(np.float64)
     corners = _corners(points)
     if piece.sum() < _OUTLINE.full * cv2.contourArea(corners.astype(np.float32)):
         return [None] * 4
-    return _sides(points, corners, np.asarray(grey, dtype=np.float64))
+    sides = _sides(points, corners, np.asarray(grey, dtype=np.float64))
+    # the middle of a pixel of the smaller picture
+    return [None if side is None else np.array([(side[0] + 0.5) / factor - 0.5, side[1]]) for side in sides]
+
+
+def _evenly_lit(grey: NDArray[Any], piece: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """(h, w): the picture without the fall of light over a piece of the sheet, so that all of it is as bright."""
+    rows, columns = np.nonzero(piece[::4, ::4])
+    light = np.log(np.maximum(grey[::4, ::4][rows, columns], 1.0))
+    level, down, across = np.linalg.lstsq(np.column_stack([np.ones(len(rows)), rows, columns]), light, rcond=None)[0]
+    y, x = np.arange(grey.shape[0])[:, None] / 4, np.arange(grey.shape[1]) / 4
+    even = grey / np.exp(down * y + across * x + level - float(light.mean()))
+    return np.asarray(np.clip(even, 0, 255), dtype=np.uint8)
 
 
 def _sheet(grey: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
@@ -110,7 +130,7 @@ def _corners(points: Array) -> Array:
 
 
 def _sides(points: Array, corners: Array, grey: Array) -> list[Array | None]:
-    """The direction of each side, where it lies inside the picture, runs straight, and is no shadow's."""
+    """A point and the direction of each side, where it lies inside the picture, runs straight, and is no shadow's."""
     high, wide = (side - 1 - _OUTLINE.edge for side in grey.shape)
     inside = (points > _OUTLINE.edge).all(axis=1) & (points[:, 0] < wide) & (points[:, 1] < high)
     sides: list[Array | None] = []
@@ -137,15 +157,17 @@ def _step(grey: Array, points: Array, direction: Array) -> float:
 
 
 def _straight(points: Array) -> Array | None:
-    """Direction of the line through points (n, 2), or None if they do not lie on one."""
-    centred = points - np.median(points, axis=0)
+    """(2, 2): a point and the direction of the line through points (n, 2), or None if they do not lie on one."""
+    count = len(points)
     for _ in range(3):
-        _, _, axes = np.linalg.svd(centred - centred.mean(axis=0), full_matrices=False)
-        distance = np.abs((centred - centred.mean(axis=0)) @ axes[1])
+        middle = points.mean(axis=0)
+        _, _, axes = np.linalg.svd(points - middle, full_matrices=False)
+        distance = np.abs((points - middle) @ axes[1])
+        line = np.array([middle, axes[0]])
         if distance.max() < _OUTLINE.straight:
-            return np.asarray(axes[0])
-        centred = centred[distance < max(_OUTLINE.straight, float(np.percentile(distance, 90)))]
-    return np.asarray(axes[0]) if len(centred) > 0.6 * len(points) else None
+            return line
+        points = points[distance < max(_OUTLINE.straight, float(np.percentile(distance, 90)))]
+    return line if len(points) > 0.6 * count else None
 
 
 def _between(a: Array, b: Array) -> float:

@@ -47,8 +47,43 @@ def count_of_pdf(path: Path) -> int:
         return len(document)
 
 
+def drawn_page(path: Path, page: int | None, dpi: float, content: bytes | None = None) -> NDArray[np.uint8]:
+    """Pixels (h, w, 3) uint8 of a page, whatever is on it.
+
+    content : of the file, where it is not on the disk.
+
+    Raises
+    ------
+    InputError
+        As `page_of_pdf`, but for a page without a picture.
+    """
+    with _opened(path, content) as document:
+        return _rendered(document[page_index(len(document), page, path)], path, dpi)
+
+
+def size_of_pdf(path: Path, page: int = 1) -> tuple[float, float]:
+    """Width and height of a page as it is shown, mm.
+
+    Raises
+    ------
+    InputError
+        As `page_of_pdf`.
+    """
+    with _opened(path) as document:
+        width, height = document[page_index(len(document), page, path)].get_size()
+    return width * 25.4 / 72, height * 25.4 / 72
+
+
+def _rendered(sheet: Any, path: Path, dpi: float) -> NDArray[np.uint8]:
+    width, height = sheet.get_size()  # points
+    refuse_large(round(width / 72 * dpi), round(height / 72 * dpi), path)
+    # pdfium rounds the size up: without the hair's breadth a picture would be stretched by a row
+    bitmap = sheet.render(scale=dpi / 72 * (1 - 1e-6), rev_byteorder=True)
+    return np.ascontiguousarray(bitmap.to_numpy()[:, :, :3])
+
+
 @contextmanager
-def _opened(path: Path) -> Iterator[Any]:
+def _opened(path: Path, content: bytes | None = None) -> Iterator[Any]:
     try:
         import pypdfium2  # type: ignore[import-not-found, unused-ignore]
     except ImportError as error:
@@ -58,7 +93,7 @@ def _opened(path: Path) -> Iterator[Any]:
         ) from error
     document = None
     try:
-        document = pypdfium2.PdfDocument(path)
+        document = pypdfium2.PdfDocument(path if content is None else content)
         if not len(document):
             raise InputError(f"{path} is a PDF without a page: scan it again.")
         yield document
@@ -80,10 +115,7 @@ def _drawn(sheet: Any, path: Path, source: str) -> tuple[NDArray[np.uint8], floa
             "it as a PNG of 300 dpi."
         )
     dpi = min(picture, _FINEST)
-    refuse_large(round(width / 72 * dpi), round(height / 72 * dpi), path)
-    # pdfium rounds the size up: without the hair's breadth a picture would be stretched by a row
-    bitmap = sheet.render(scale=dpi / 72 * (1 - 1e-6), rev_byteorder=True)
-    return np.ascontiguousarray(bitmap.to_numpy()[:, :, :3]), dpi
+    return _rendered(sheet, path, dpi), dpi
 
 
 def _native(sheet: Any, whole: float) -> float | None:

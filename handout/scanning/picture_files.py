@@ -66,7 +66,7 @@ def read_picture(path: Path, page: int | None = None) -> Picture:
         colour space that cannot be read well, or pixels that are not square.
     """
     path = Path(path)
-    if _is_pdf(path):
+    if is_pdf(path):
         from handout.scanning.pdf_pages import page_of_pdf
 
         rgb, dpi, count = page_of_pdf(path, page)
@@ -82,7 +82,7 @@ def count_pages(path: Path) -> int:
     InputError
         As `read_picture`, of a PDF.
     """
-    if _is_pdf(path):
+    if is_pdf(path):
         from handout.scanning.pdf_pages import count_of_pdf
 
         return count_of_pdf(path)
@@ -106,7 +106,8 @@ def _quietly() -> Iterator[None]:
         yield
 
 
-def _is_pdf(path: Path) -> bool:
+def is_pdf(path: Path) -> bool:
+    """Whether a file is a PDF, whatever it is called."""
     if path.is_file():
         with path.open("rb") as file:
             return b"%PDF-" in file.read(1024)

@@ -83,6 +83,7 @@ class PrintedSheet:
     fine : distance of the finest lines that run across: less than `pitch` where only every so many are heavy.
     columns : distance of lines that run down, of squared paper; None if there are none.
     left, right : margin lines, where they come furthest in; None without.
+    across, down : all lines that it is made of: rules and the finer ones between them; columns and margin lines.
     """
 
     rules: tuple[PrintedLine, ...]
@@ -91,6 +92,8 @@ class PrintedSheet:
     columns: float | None
     left: float | None
     right: float | None
+    across: tuple[PrintedLine, ...] = ()
+    down: tuple[PrintedLine, ...] = ()
 
 
 def find_printed_lines(rgb: NDArray[np.uint8], width: float, height: float) -> PrintedSheet | None:
@@ -107,7 +110,8 @@ def find_printed_lines(rgb: NDArray[np.uint8], width: float, height: float) -> P
     down = _lines(_light_taken(np.ascontiguousarray(rgb.transpose(1, 0, 2)), height, width), height)
     columns, margins = _columns(down, rules)
     left, right = _margins(margins, width, height)
-    return PrintedSheet(rules, pitch, fine, columns, left, right)
+    distance = _pitch(columns) if columns else None
+    return PrintedSheet(rules, pitch, fine, distance, left, right, (*row[0], *rules), (*columns, *margins))
 
 
 def _light_taken(rgb: NDArray[np.uint8], width: float, height: float) -> NDArray[np.float32]:
@@ -329,8 +333,10 @@ def _pitch(rules: tuple[PrintedLine, ...]) -> float:
     return float(np.median(np.diff([rule.at for rule in rules])))
 
 
-def _columns(down: list[PrintedLine], rules: tuple[PrintedLine, ...]) -> tuple[float | None, list[PrintedLine]]:
-    """The distance of lines that run down evenly, if they do, and those that are margin lines."""
+def _columns(
+    down: list[PrintedLine], rules: tuple[PrintedLine, ...]
+) -> tuple[tuple[PrintedLine, ...], list[PrintedLine]]:
+    """The lines that run down evenly, if there are any, and those that are margin lines."""
     down = _strong(down)
     row = _evenly(down, 5)
     usual = [line.colour for line in row[0]] if row else [rule.colour for rule in rules if rule.contrast > 0]
@@ -344,7 +350,7 @@ def _columns(down: list[PrintedLine], rules: tuple[PrintedLine, ...]) -> tuple[f
         for line, angle in zip(down, turned, strict=True)
         if (angle > least or line.contrast > _SEARCH.stronger * strength) and line.seen >= _SEARCH.seen
     ]
-    return (_pitch(tuple(row[0])) if row else None), margins
+    return (tuple(row[0]) if row else ()), margins
 
 
 def _margins(lines: list[PrintedLine], width: float, height: float) -> tuple[float | None, float | None]:

@@ -66,6 +66,8 @@ def _marked(page: Drawing, look: Look) -> Drawing:
 
 
 def _png(pages: Sequence[Drawing], look: Look) -> bytes:
+    import numpy as np
+
     from handout.inking import papers, pens, plain
     from handout.sinks import paths
     from handout.sinks.png import to_png
@@ -75,12 +77,15 @@ def _png(pages: Sequence[Drawing], look: Look) -> bytes:
     if look.transparent:
         return to_png(pens.ink(page, dpi, pen, rng), about=page.about, paper=None)
     single_colour = page.ink is None and not any(stroke.colour for stroke in page.strokes) and not look.show_travel
-    if single_colour and pen.model == "plain" and look.paper.name == "none":
+    if single_colour and pen.model == "plain" and look.paper.name == "none" and page.beneath is None:
         cover = plain.coverage(page, dpi, width=pen.width)
         return to_png(cover, dpi, about=page.about, palette=plain.shades(rgb(pen.colour)))
     plain.shape(page, dpi, pen.width)  # refuses a page that no paper can be made for
     # the ink draws on children of its generator, so that it is the same on any paper
     sheet = papers.sheet(papers.under(look.paper, page.about), page.page, dpi, pens.noise(page.about))
+    if page.beneath is not None:
+        white = np.full((*plain.shape(page, dpi, pen.width), 3), 255, dtype=np.uint8)
+        sheet = page.beneath(white if sheet is None else sheet, dpi)
     image = pens.image(page, dpi, pen, rng, sheet)
     return to_png(paths.travel_over(image, page, dpi) if look.show_travel else image, dpi, about=page.about)
 

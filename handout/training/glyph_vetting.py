@@ -1,8 +1,7 @@
 """Learns what tells a glyph that is wrong: writers are simulated, their letters known, some of them spoilt on purpose.
 
-`python -m handout.training.glyph_vetting -o handout/hand/outliers.npz` makes the model that ships.  The Gaussians and
-the weights of the evidence come from pages whose letters are known; how far the confidence of a reading is to be
-believed comes from other pages, which are read as a user's are, and whose mistakes are the reader's own.
+`python -m handout.training.glyph_vetting -o handout/hand/outliers.npz` makes the model that ships.  How far a score is
+to be believed was measured on people's pages (`hand.vetting`).
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ from handout.hand.glyph_features import COUNT, glyph_features
 from handout.hand.outlier_score import ALONE, OutlierModel
 from handout.hand.places import graphemes
 from handout.hand.scanned import ScannedHand
-from handout.hand.vetting import calibrated, calibration_terms
+from handout.hand.vetting import calibrated
 from handout.inking.pen import usual
 from handout.page_sizes import page
 from handout.prompting import corpus
@@ -31,7 +30,7 @@ from handout.scanning.written_page import WrittenPage
 from handout.simulated.author import ground_truth_score, page_score
 from handout.simulated.author.simulate import Desk, simulate
 from handout.simulated.author.truth import Simulated
-from handout.tagging.page_tagging import TaggedPage, hand_of_pages, tag_labelled_page, tag_page
+from handout.tagging.page_tagging import TaggedPage, hand_of_pages, tag_labelled_page
 from handout.tagging.synthetic_writers import built_in_hands, random_writer, texts
 from handout.training.spoilt_letters import NOBODY, Spoiler
 from handout.values import Array, Indices
@@ -43,7 +42,6 @@ class Recipe:
     """What is learned from, and how; set so that more of either gains nothing on writers kept apart."""
 
     pages: int = 24  # with known letters; every fourth is kept apart
-    read: int = 18  # that are read
     spoilings: int = 3  # of each page
     pens: tuple[str, ...] = ("ballpoint", "fountain", "fineliner", "pencil", "ballpoint")
     x_height: tuple[float, float] = (1.7, 2.6)  # mm
@@ -61,10 +59,9 @@ Known = tuple[WrittenPage, str, Indices]  # a page, its transcript, and the grap
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """Glyphs with the evidence on them: the model's (n, k), their confidence (n,), and whether each is wrong (n,)."""
+    """The evidence on glyphs, the model's (n, k), and whether each is wrong (n,)."""
 
     evidence: Array
-    confidence: Array
     wrong: Array
 
 
@@ -117,8 +114,7 @@ def judged(model: OutlierModel, hand: ScannedHand, spoiler: Spoiler) -> Sample:
     for glyph in hand.glyphs:
         letters[glyph.vertices] = glyph.at
     wrong = spoiler.wrong(letters, np.array([glyph.at for glyph in hand.glyphs]))
-    confidence = np.array([glyph.confidence for glyph in hand.glyphs])
-    return Sample(model.evidence(glyph_features(hand), names(hand)), confidence, wrong)
+    return Sample(model.evidence(glyph_features(hand), names(hand)), wrong)
 
 
 def gaussians(hands: Sequence[ScannedHand]) -> OutlierModel:
@@ -157,7 +153,6 @@ def gaussians(hands: Sequence[ScannedHand]) -> OutlierModel:
         bias=0.0,
         alone=np.zeros(len(ALONE)),
         alone_bias=0.0,
-        calibration=np.zeros(4),
     )
 
 
@@ -204,13 +199,6 @@ def _slopes(evidence: Array, wrong: Array) -> tuple[Array, float]:
     return slopes, float(weights[0] - slopes @ middle)
 
 
-def calibrated_model(model: OutlierModel, samples: Sequence[Sample]) -> OutlierModel:
-    """The model with odds that hold on pages that were read."""
-    terms = [calibration_terms(each.evidence @ model.weights + model.bias, each.confidence) for each in samples]
-    right = 1.0 - np.concatenate([sample.wrong for sample in samples])
-    return replace(model, calibration=logistic(np.concatenate(terms), right, 1.0))
-
-
 def ranked(score: Array, wrong: Array) -> float:
     """Chance that a wrong glyph has a higher score than a right one."""
     order = np.argsort(np.argsort(score)) + 1.0
@@ -218,18 +206,17 @@ def ranked(score: Array, wrong: Array) -> float:
     return float((order[wrong].sum() - bad * (bad + 1) / 2) / max(bad * (len(score) - bad), 1))
 
 
-def learned(pages: Sequence[Known], read: Sequence[tuple[TaggedPage, Known]]) -> OutlierModel:
-    """The model that pages with known letters, and pages that were read, give; tells how good it is."""
+def learned(pages: Sequence[Known]) -> OutlierModel:
+    """The model that pages with known letters give; tells how good it is."""
     train, kept = ([page for number, page in enumerate(pages) if (number % 4 == 2) == apart] for apart in (False, True))
     model = gaussians([hand_of(tag_labelled_page(*page)) for page in train])
     model = weighed(model, [sample for page in train for sample in spoilt(model, page)])
     model = replace(model, between=RECIPE.people * model.between)
-    model = calibrated_model(model, [judged(model, hand_of(tagged), _spoiler(page)) for tagged, page in read])
     for title, group in (("learned from", train), ("kept apart", kept)):
         samples = [sample for page in group for sample in spoilt(model, page)]
         evidence, wrong = (np.concatenate(part) for part in zip(*((s.evidence, s.wrong) for s in samples), strict=True))
         score = evidence @ model.weights + model.bias
-        odd = calibrated(model.calibration, score, np.full(len(score), 0.7)) < 0.5
+        odd = calibrated(score, np.full(len(score), 0.7)) < 0.5
         _say(
             f"{title}: {len(score)} letters, {wrong.mean():.1%} wrong; ranked {ranked(score, wrong):.3f}; below 0.5: "
             f"{odd[wrong].mean():.1%} of the wrong, {odd[~wrong].mean():.1%} of the right"
@@ -266,18 +253,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     )
     parser.add_argument("-o", "--output", type=Path, required=True, help="the .npz file")
     chosen = parser.parse_args(arguments)
-    pages, read = list[Known](), list[tuple[TaggedPage, Known]]()
+    pages = list[Known]()
     try:
-        for number in range(RECIPE.pages + RECIPE.read):
+        for number in range(RECIPE.pages):
             simulated = simulated_page(number)
             written = page_score.read(simulated)
-            page_of = known(simulated, written)
-            if number < RECIPE.pages:
-                pages.append(page_of)
-            else:
-                read.append((tag_page(written, page_of[1], rng=np.random.default_rng(number)), page_of))
-            _say(f"page {number + 1} of {RECIPE.pages + RECIPE.read}")
-        outlier_score.save(learned(pages, read), chosen.output)
+            pages.append(known(simulated, written))
+            _say(f"page {number + 1} of {RECIPE.pages}")
+        outlier_score.save(learned(pages), chosen.output)
     except (InputError, OSError) as error:
         parser.exit(2, f"{error}\n")
 

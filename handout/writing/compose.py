@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from handout.errors import DoesNotFit
 from handout.hand.drawn import Hand
 from handout.hand.scanned import ScannedHand
 from handout.values import Manuscript
@@ -87,30 +89,66 @@ def each_page(
     # streams of their own for slips and for what is struck out: with slips and without, all else is written alike
     slip_stream = rng.spawn(1)[0] if slips else None
     streams = (rng, rng.spawn(1)[0])
-    handwriting = _handwriting(hand, streams, layout.jitter)
-    paragraphs: Iterable[Sequence[Piece]] = paragraphs_of(text, handwriting.repertoire, fallback=fallback)
+    writer = handwriting(hand, streams, layout.jitter)
+    paragraphs: Iterable[Sequence[Piece]] = paragraphs_of(text, writer.repertoire, fallback=fallback)
     if slip_stream is not None:
         paragraphs = slip(paragraphs, slips, slip_stream)
-    choosers = [Chooser(handwriting.stock, stream, min(layout.jitter, 1.0)) for stream in streams]
-    words = (_set(handwriting, choosers[0], chosen, proofread) for chosen in choices(paragraphs, choosers))
-    layout, rows = rows_on_pages(words, handwriting.pitch, layout, pages)
-    return paginate(rows, handwriting, layout, rng)
+    choosers = [Chooser(writer.stock, stream, min(layout.jitter, 1.0)) for stream in streams]
+    words = (set_paragraph(writer, choosers[0], chosen, proofread) for chosen in choices(paragraphs, choosers))
+    layout, rows = rows_on_pages(words, writer.pitch, layout, pages)
+    return paginate(rows, writer, layout, rng)
 
 
-def _set(
-    handwriting: Any, chooser: Chooser, words: Iterator[Choice], proofread: Proofreader | None
+def each_part(
+    texts: Sequence[str],
+    hand: Hand | ScannedHand,
+    layouts: Sequence[Layout],
+    seed: Sequence[int],
+    *,
+    fallback: bool = False,
+    proofread: Proofreader | None = None,
+) -> Iterator[Sheet | None]:
+    """Texts that are written one after the other, each in a place of its own: a page for each of them.
+
+    None stands for a text that is larger than its place; `Placed.at` counts through all texts, with one character
+    between two.
+
+    Raises
+    ------
+    InputError, MissingCharacters
+        Nothing to write, or not in this hand.
+    """
+    rng = np.random.default_rng(seed)
+    streams = (rng, rng.spawn(1)[0])
+    jitter = max(layout.jitter for layout in layouts)
+    writer = handwriting(hand, streams, jitter)
+    choosers = [Chooser(writer.stock, stream, min(jitter, 1.0)) for stream in streams]
+    counts = [len(paragraphs_of(text, writer.repertoire, fallback=fallback)) for text in texts]
+    paragraphs = paragraphs_of("\n".join(texts), writer.repertoire, fallback=fallback)
+    words = (set_paragraph(writer, choosers[0], chosen, proofread) for chosen in choices(paragraphs, choosers))
+    for count, layout in zip(counts, layouts, strict=True):
+        part = [iter(list(units)) for units in islice(words, count)]
+        try:
+            fitting, rows = rows_on_pages(part, writer.pitch, layout, 1)
+            yield next(paginate(rows, writer, fitting, rng.spawn(1)[0]))
+        except DoesNotFit:
+            yield None
+
+
+def set_paragraph(
+    writer: Any, chooser: Chooser, words: Iterator[Choice], proofread: Proofreader | None
 ) -> Iterator[Unit[Any]]:
-    """A paragraph, and what its proofreader makes of it."""
+    """A paragraph as a handwriting sets it, and what its proofreader makes of it."""
     if proofread is None:
-        return iter(handwriting.set_paragraph(words))
+        return iter(writer.set_paragraph(words))
     from handout.writing.scanned_words import SetParagraph
 
-    paragraph = SetParagraph(handwriting, chooser, list(words))
+    paragraph = SetParagraph(writer, chooser, list(words))
     proofread(paragraph)
     return iter(paragraph.units)
 
 
-def _handwriting(hand: Hand | ScannedHand, streams: Sequence[np.random.Generator], jitter: float) -> Handwriting[Any]:
+def handwriting(hand: Hand | ScannedHand, streams: Sequence[np.random.Generator], jitter: float) -> Handwriting[Any]:
     """How a hand writes: nothing behind this asks which kind it is."""
     if hand.pages is None:
         return DrawnHandwriting(hand, streams, jitter)

@@ -119,7 +119,8 @@ def bound_bars(glyphs: Sequence[Glyph], strokes: Sequence[list[Array]]) -> None:
 def _ink(glyph: Glyph, strokes: Sequence[Array]) -> Array:
     """(n, 2): places along the strokes of a letter, the bars of t and f left out."""
     crossed = glyph.letter in CROSSED
-    return np.vstack([_evenly(stroke) for stroke in strokes if not (crossed and is_bar(stroke))])
+    stems = [stroke for stroke in strokes if not (crossed and is_bar(stroke))]
+    return np.vstack([_evenly(stroke) for stroke in stems or strokes])  # a stem may be slurred until it lies, too
 
 
 def _meant(glyph: Glyph, before: Glyph | None, after: Glyph | None, bar: Array) -> tuple[bool, bool]:
@@ -351,7 +352,7 @@ class DrawnHandwriting:
         self._hand, self._jitter = hand, jitter
         self._writers = [WordWriter(hand, rng, jitter) for rng in streams]
         self.baseline_model, self.stock = USUAL_BASELINES, DrawnForms(hand)
-        self.name, self.pitch, self.repertoire = hand.name, hand.pitch, hand.repertoire
+        self.name, self.pitch, self.space, self.repertoire = hand.name, hand.pitch, hand.word_space, hand.repertoire
 
     def set_paragraph(self, words: Iterable[Choice]) -> Iterator[Unit[PlannedGlyph]]:
         """See `pages.Handwriting`."""

@@ -6,6 +6,10 @@ mostly joined to the next one, a gap in the middle of a word would be no habit o
 glyph where its letter's other ways do, has the shape of one that leaves at about that height, and is inked with the
 stroke that it goes on from, mirrored there: ink of that pen, at that place, of that darkness.
 
+Capitals are not joined to what follows them, nor letters to one that the author enters nowhere: such ways cross the
+letter.  Of 48 words of three joined hands (csafe w0154 w0180, cvl 0013), shown with new ligatures and without in an
+order that nobody knew, 15 looked better with them, 13 without and 20 alike; of those that are joined still, 14 and 3.
+
 Source: own method; seed 000, §6.4, joins what was joined and no more.
 """
 
@@ -60,7 +64,7 @@ class Joints:
     def _usual(self, first: int, second: int) -> bool:
         """Whether the author mostly joins two letters; never for neighbours of the source, which stay as they are."""
         glyphs = self._forms.hand.glyphs
-        if glyphs[first].after == second or not glyphs[first].letter.isalpha() or not glyphs[second].letter.islower():
+        if glyphs[first].after == second or not glyphs[first].letter.islower() or not glyphs[second].letter.islower():
             return False
         pairs, leaving, entered = self._shares
         one, two = glyphs[first].letter, glyphs[second].letter
@@ -74,7 +78,7 @@ class Joints:
         glyphs = self._forms.hand.glyphs
         pairs: dict[tuple[str, str], tuple[int, int]] = {}
         for glyph in glyphs:
-            if glyph.after != NOBODY and glyph.letter.isalpha() and glyphs[glyph.after].letter.islower():
+            if glyph.after != NOBODY and glyph.letter.islower() and glyphs[glyph.after].letter.islower():
                 key = glyph.letter, glyphs[glyph.after].letter
                 count, joined = pairs.get(key, (0, 0))
                 pairs[key] = count + 1, joined + bool(glyph.ligatures)
@@ -106,6 +110,8 @@ class Joints:
         form, height, letter = forms[number], float(forms.centre[number, 1]), hand.glyphs[number].letter
         anchors = _anchors(ways, leaving)
         theirs = np.array([hand.glyphs[of].letter == letter for of in ways.of.tolist()], dtype=bool)
+        if not (leaving or theirs.any()):
+            return None
         usual = np.median(anchors[theirs], axis=0) if theirs.any() else None
         x_height = mean_x_height(hand)
         across = np.array([1.0, -mean_slant(hand)]) * (1 if leaving else -1)  # how far from the body a place is

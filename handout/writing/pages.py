@@ -93,7 +93,7 @@ class Handwriting(Protocol[G]):
     """How a hand of some kind writes one text, drawn or scanned: what the steps of `compose` ask of it.
 
     name : of the hand.
-    pitch : usual distance of lines, x-heights.
+    pitch : usual distance of lines, x-heights; space : usual gap between words.
     repertoire : what the hand can write.
     stock : its glyphs, for choosing.
     baseline_model : how its lines lie on a page.
@@ -103,6 +103,8 @@ class Handwriting(Protocol[G]):
     def name(self) -> str: ...
     @property
     def pitch(self) -> float: ...
+    @property
+    def space(self) -> float: ...
     @property
     def repertoire(self) -> Repertoire: ...
     @property
@@ -130,8 +132,8 @@ def indented(units: Iterator[Unit[G]]) -> tuple[float, Iterator[Unit[G]]]:
 
 
 LEAST_GAP = 0.55  # between the ink of two words, x-heights
-_SQUEEZE = 0.22  # people bunch the words of a line by at most this share of its gaps to get one more word in
-_SMALLEST_FIT = 0.55  # --fit never makes writing smaller than this share of what was asked for
+SQUEEZE = 0.22  # people bunch the words of a line by at most this share of its gaps to get one more word in
+SMALLEST_FIT = 0.55  # --fit never makes writing smaller than this share of what was asked for
 _BUNCHED = (0.72, 0.88)  # what --fit then makes of word gaps and line distance
 _CUT = 0.01  # x-heights before what a word that is wider than its line goes on with: it is still one word
 _BUNCH = 0.25  # share of the usual gap that a gap near the edge gives up before those further from it do
@@ -160,11 +162,11 @@ def extent(units: Sequence[Unit[G]], gaps: Sequence[float]) -> float:
     return sum(gaps[1:]) + sum(unit.word.advance for unit in units[:-1]) + reach
 
 
-def wrap(paragraph: Iterable[Unit[G]], indent: float, room: float, squeeze: float = _SQUEEZE) -> Iterator[Row[G]]:
+def wrap(paragraph: Iterable[Unit[G]], indent: float, room: float, squeeze: float = SQUEEZE) -> Iterator[Row[G]]:
     """Break a paragraph into rows of at most `room` x-heights; an empty one gives one empty row."""
     units: list[Unit[G]] = []
     for unit in paragraph:
-        if units and _squeezed([*units, unit], room - indent, squeeze) is None:
+        if units and squeezed([*units, unit], room - indent, squeeze) is None:
             yield _row(units, indent, room, squeeze)
             units, indent = [], 0.0
         units.append(unit)
@@ -172,7 +174,7 @@ def wrap(paragraph: Iterable[Unit[G]], indent: float, room: float, squeeze: floa
 
 
 def _row(units: list[Unit[G]], indent: float, room: float, squeeze: float) -> Row[G]:
-    gaps = _squeezed(units, room - indent, squeeze)
+    gaps = squeezed(units, room - indent, squeeze)
     return Row(tuple(units), tuple(gaps if gaps is not None else _gaps(units)), indent)
 
 
@@ -185,7 +187,7 @@ def _gaps(units: Sequence[Unit[G]]) -> list[float]:
     return gaps[: len(units)]
 
 
-def _squeezed(units: Sequence[Unit[G]], room: float, squeeze: float) -> list[float] | None:
+def squeezed(units: Sequence[Unit[G]], room: float, squeeze: float) -> list[float] | None:
     """The gaps with which the units fit into `room`, narrowed where they must be; None where they cannot."""
     gaps = _gaps(units)
     over = extent(units, gaps) - room
@@ -233,12 +235,12 @@ def _fitted_rows(
         return layout, rows
     if not layout.fit:
         raise _too_long(len(rows), pitch, layout, limit)
-    for scale in np.linspace(1.0, _SMALLEST_FIT, 46)[1:]:
+    for scale in np.linspace(1.0, SMALLEST_FIT, 46)[1:]:
         smaller = _scaled(layout, pitch, float(scale))
         rows = list(rows_of(paragraphs, smaller))
         if _pages(len(rows), pitch, smaller) <= limit and _widest(rows) <= smaller.room:
             return smaller, rows
-    tight = _scaled(layout, pitch, _SMALLEST_FIT, _BUNCHED[1])
+    tight = _scaled(layout, pitch, SMALLEST_FIT, _BUNCHED[1])
     rows = list(rows_of([(indent, _bunch(units)) for indent, units in paragraphs], tight))
     if _pages(len(rows), pitch, tight) <= limit:
         return tight, rows
@@ -362,7 +364,7 @@ def _sheet(
             baseline = layout.margin[0] + (ASCENT - geometry.above) * scale + number * pitch
         x = layout.margin[3] + scale * (_left(row, layout, geometry.edge) + row.indent)
         rise = (geometry.slope - slope, geometry.sag * scale, layout.margin[3] + half_width, half_width)
-        starts, to_page = _starts(row, x, scale), _to_page(baseline, rise)
+        starts, to_page = _starts(row, x, scale), on_page(baseline, rise)
         placed = writer.place([unit.word for unit in row.units], starts, scale, to_page)
         if any(unit.intended is not None for unit in row.units):
             placed = _struck(placed, row, starts, layout, to_page, strike_through)
@@ -476,7 +478,8 @@ def _left(row: Row[G], layout: Layout, edge: float) -> float:
     return min(max(wander, -0.5), max(0.0, spare))
 
 
-def _to_page(baseline: float, curve: tuple[float, float, float, float]) -> ToPage:
+def on_page(baseline: float, curve: tuple[float, float, float, float]) -> ToPage:
+    """Places of a line that leaves the level as `Line.rise` says, on its page."""
     slope, sag, middle, half_width = curve
 
     def to_page(points: Array) -> Array:

@@ -138,7 +138,7 @@ class ScannedHandwriting:
         self.stock, self._model = _learnt(hand)
         self.name, self.pitch, self.baseline_model = hand.name, hand.pitch, author_baselines(hand)
         self.repertoire = hand.repertoire
-        self._space = float(self._model.spacing.gaps.mean[WORDS]) * hand.pitch  # the usual gap between words, x-heights
+        self.space = float(self._model.spacing.gaps.mean[WORDS]) * hand.pitch  # the usual gap between words, x-heights
 
     def set_paragraph(self, words: Iterable[Choice]) -> Iterator[SetUnit]:
         """See `pages.Handwriting`; all words of the paragraph are set together, as one line."""
@@ -182,8 +182,8 @@ class ScannedHandwriting:
         """The gap before a word: several spaces are wider than one; a gap of nothing would mean that there is none."""
         if not spaces:
             return 0.0
-        wider = wide_gap(self._space, spaces) - self._space
-        return wider + (self._space if indent else max(drawn, 1e-3))
+        wider = wide_gap(self.space, spaces) - self.space
+        return wider + (self.space if indent else max(drawn, 1e-3))
 
     def laid(self, word: Word[InkGlyph]) -> list[LineGraph]:
         """The ink of a word's glyphs, line space from where it begins on its line."""

@@ -12,7 +12,7 @@ from PIL import Image
 from handout.sources import read_drawing
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "scanning"))
-from sheets import kinds, photographed, scanned, sheet
+from sheets import kinds, on_a_desk, photographed, printed, scanned, sheet
 
 TEXT = "nun mum nun mum mun\n" * 5  # nothing below the line
 
@@ -141,3 +141,46 @@ def test_the_pages_of_a_job_keep_the_rules_that_were_measured(photo):
     kept = json.loads(json.dumps(job_pages.inputs(TEXT, task, writing, sheet, "A5")))
     Path("sheet.jpg").unlink()
     assert job_pages._again(kept, 1).layout == task.layout
+
+
+def test_text_keeps_clear_of_what_is_printed_on_a_plain_sheet(call):
+    made = printed(sheet([], dpi=100), at=(10, 10, 128, 30), holes=((16.0, 105.0),))
+    Image.fromarray(scanned(made, np.random.default_rng(2)).rgb).save("head.png")
+    facts, err = write(call, "--paper", "head.png")
+    left, top, right, bottom = facts["paper"]["text_mm"]
+    assert 20 < left < 26 and 44 < top < 54 and right > 130 and bottom > 190
+    assert "printed or punched on it is left free" in err
+    drawn = np.concatenate([stroke.xy for stroke in read_drawing("a.json").strokes])
+    assert drawn[:, 0].min() > left - 2 and drawn[:, 1].min() > top
+    facts, err = write(call, "--paper", "head.png", "--margin", "10mm")
+    assert "--margin is followed" in err and "text_mm" not in facts["paper"]
+
+
+@pytest.mark.slow
+def test_a_sheet_on_a_desk_is_written_on_its_rules(call):
+    how, rules, margin, _ = kinds()["college"]
+    rgb, _ = on_a_desk(sheet(**how, dpi=100), np.random.default_rng(4))
+    Image.fromarray(rgb).save("desk.jpg", quality=90)
+    facts, err = write(call, "--paper", "desk.jpg", "-o", "a.png", "--dpi", 60)
+    assert "cut out of its picture along its outline" in err and facts["paper"]["rules"] == len(rules)
+    for line, rule in zip(feet("a.json"), rules, strict=False):
+        assert np.median(line[:, 1]) == pytest.approx(rule, abs=0.8)
+    assert min(stroke.xy[:, 0].min() for stroke in read_drawing("a.json").strokes) > margin
+    assert np.asarray(Image.open("a.png").convert("L"))[3:-3, 3:-3].min() > 60  # no wood
+
+
+def test_a_pdf_is_written_on_clear_of_its_print(call):
+    from reportlab.pdfgen.canvas import Canvas
+
+    canvas = Canvas("form.pdf", pagesize=(420, 595))
+    canvas.setFont("Helvetica-Bold", 30)
+    canvas.drawString(60, 500, "Letterhead")
+    canvas.showPage()
+    canvas.showPage()
+    canvas.save()
+    out, err = call("write", "nun mum", "--paper", "form.pdf", "-o", "b.json", "--seed", 3, "--json")
+    assert "form.pdf is the first of 2 pages" in err
+    assert 40 < json.loads(out)["paper"]["text_mm"][1] < 50  # mm; the heading stands at 33.5
+    drawing = read_drawing("b.json")
+    assert (drawing.page.width, drawing.page.height) == pytest.approx((148.2, 209.9), abs=0.2)
+    assert "no such page" in call("write", "a", "--paper", "form.pdf:3", "-o", "b.json", code=2)[1]

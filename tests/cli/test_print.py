@@ -75,7 +75,7 @@ def test_an_envelope_that_nobody_knows_of(call, table):
         call(*command, code=3)
         printer.clear()
         _, err = call(*command, "--resume", code=4)
-        assert re.search(r"row 2: it was sent as job 1, and .* --resume --again 2 prints it again", err)
+        assert re.search(r"row 2: it was sent as job 1, and .* --resume --again 2 makes it again", err)
         call(*command, "--resume", "--again", "2", "-q")
         assert [job.name.split()[-1] for job in printer.printed] == ["3", "2"]
 

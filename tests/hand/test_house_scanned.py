@@ -8,7 +8,11 @@ import timeit
 import pytest
 
 from handout.hand import file, library
+from handout.hand.learnt import known
 from handout.hand.report import facts
+from handout.hand.vetting import vet
+from handout.pipeline.rereading import author_reader
+from handout.writing.scanned_words import layout_model
 
 NAMES = ("house-joined-ballpoint", "house-print-fountain")
 
@@ -28,6 +32,18 @@ def test_a_shipped_hand_is_whole(name):
     for page in hand.pages:
         ink = page.texture.rgba[:, :, 3] > 0
         assert 0.01 < ink.mean() < 0.2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
+def test_what_is_kept_of_a_shipped_hand_is_what_this_version_works_out(name):
+    path = library.scanned_file(name)
+    hand = file.load(path)
+    author_reader(hand)
+    vet(hand)
+    layout_model(hand)
+    kept = json.loads(path.with_suffix(".learnt").read_text())["values"]
+    assert kept.keys() == known(hand).keys(), "work it out anew: docs/contributing.md says how"
 
 
 def test_together_they_are_small():

@@ -58,6 +58,21 @@ def test_most_glyphs_of_a_good_hand_are_sure_and_none_without_name_or_confidence
     assert vet(changed(small_hand, 0, confidence=0.0)).verdict(0) == "refused"
 
 
+def test_the_shape_of_a_letter_without_siblings_says_less(small_hand):
+    letters = [glyph.letter for glyph in small_hand.glyphs]
+    trust = outlier_score.Siblings(outlier_score.shipped(), glyph_features(small_hand), letters).trust
+    for letter in set(letters):
+        assert trust[letters.index(letter)] == pytest.approx(1 - outlier_score.LONE / letters.count(letter))
+
+
+def test_a_lone_letter_that_lost_its_stem_is_told_by_how_it_reads(small_hand):
+    (number,) = small_hand.of("p").tolist()
+    height = small_hand.outline(number)[:, 1] * small_hand.pitch
+    bowl = small_hand.glyphs[number].vertices[height > 0]
+    stemless = changed(small_hand, number, vertices=bowl, ligatures=())
+    assert vet(stemless).probability[number] < vet(small_hand).probability[number] - 0.2
+
+
 def test_a_hand_of_one_glyph_can_be_judged(small_hand):
     lone = replace(small_hand.glyphs[0], before=-1, after=-1, ligatures=())
     vetting = vet(replace(small_hand, glyphs=(lone,)))

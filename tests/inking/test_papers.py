@@ -61,7 +61,7 @@ def test_laid_lines_can_be_seen_but_only_just() -> None:
 
 def test_a_picture_fills_the_page(tmp_path: Path) -> None:
     file = tmp_path / "sheet.png"
-    Image.new("RGB", (30, 40), (200, 180, 90)).save(file)
+    Image.new("RGB", (150, 200), (200, 180, 90)).save(file)
     assert (made(str(file), 100) == (200, 180, 90)).all()
 
 

@@ -299,10 +299,10 @@ def test_another_table_or_hand_is_one_sentence(what, tmp_path):
 
 def test_two_programs_do_not_print_one_batch(what, tmp_path):
     with begin(what, tmp_path) as kept:
-        kept.note((2, 1), "sending", title="t")
+        kept.note(journal.Piece(2, 1), "sending", title="t")
         with pytest.raises(InputError, match="by another program at this moment"):
             resume(what, tmp_path)
-    assert resume(what, tmp_path).steps.keys() == {(2, 1)}
+    assert resume(what, tmp_path).steps.keys() == {(2, 1, "")}
 
 
 @pytest.mark.slow
@@ -320,7 +320,7 @@ def test_a_journal_that_was_cut_off_is_read_up_to_there(tmp_path_factory, data):
     )
     kept = begin(what, folder)
     for row, state in steps:
-        kept.note((row, 1), state, **({"title": f"t{row}"} if state == "sending" else {}))
+        kept.note(journal.Piece(row, 1), state, **({"title": f"t{row}"} if state == "sending" else {}))
     kept._stream.close()
     whole = kept.path.read_bytes()
     first = whole.index(b"\n") + 1
@@ -332,11 +332,11 @@ def test_a_journal_that_was_cut_off_is_read_up_to_there(tmp_path_factory, data):
     expected = {}
     for line in lines:
         entry = json.loads(line)
-        expected[entry["row"], entry["copy"]] = entry["state"]
+        expected[entry["row"], entry["copy"], ""] = entry["state"]
     assert {piece: step.state for piece, step in found.steps.items()} == expected
-    found.note((9, 1), "completed")
+    found.note(journal.Piece(9, 1), "completed")
     found._stream.close()
-    assert resume(what, folder).steps[9, 1].state == "completed"
+    assert resume(what, folder).steps[9, 1, ""].state == "completed"
 
 
 @contextmanager

@@ -7,6 +7,8 @@ import pytest
 
 from handout.errors import InputError
 from handout.hand import library
+from handout.hand.learnt import known, remember
+from handout.hand.vetting import vet
 from handout.hand.word_pictures import own_words
 from handout.page_sizes import page
 from handout.pipeline import rereading, writing
@@ -16,6 +18,7 @@ from handout.pipeline.results import Tally
 from handout.reading import pictures
 from handout.writing.compose import each_page
 from handout.writing.layout import Layout
+from handout.writing.scanned_words import layout_model
 
 USUAL = AuthorReader(pictures.load(), 0.5, 2.0, 0.45)
 
@@ -70,6 +73,8 @@ def test_a_glyph_that_is_another_letter_is_written_no_more():
     hand = library.find("house-print-fountain")
     wrong = set(hand.of("o").tolist())
     lying = replace(hand, glyphs=tuple(replace(g, letter="t") if n in wrong else g for n, g in enumerate(hand.glyphs)))
+    author_reader(hand), vet(hand), layout_model(hand)
+    remember(lying, known(hand))  # nobody else notices
     text = "that little tent stays tight at the street, but the latter gets tattered at night-time"
 
     def compose(proofread):

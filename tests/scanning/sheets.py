@@ -94,3 +94,35 @@ def kinds():
         ),
         "seyes": ({"rules": seyes, "margins": (33.0,), **fine}, seyes, 33.0, 8.0),
     }  # fmt: skip
+
+
+def printed(made, at=(60.0, 12.0, 40.0, 9.0), holes=(), dark=(0.25, 0.3, 0.45)):
+    """The sheet with bars like words in an area (left, top, width, height), mm, and round holes at places, mm."""
+    rgb, unit = made.rgb.copy(), made.size[0] / made.rgb.shape[1]
+    left, top, width, height = at
+    for row in np.arange(top, top + height - 1.4, 2.8):
+        for word in np.arange(left, left + width - 5, 6.0):
+            rgb[round(row / unit) : round((row + 1.4) / unit), round(word / unit) : round((word + 4.6) / unit)] = dark
+    for x, y in holes:
+        cv2.circle(rgb, (round(x / unit), round(y / unit)), round(2.9 / unit), (0.12, 0.09, 0.07), -1, cv2.LINE_AA)
+    return Sheet(rgb, made.size, made.to_picture)
+
+
+def on_a_desk(made, rng, tilt=0.05, turn=4.0, around=0.18):
+    """The sheet photographed on dark wood, at an angle, with a shadow: the picture, and its corners there, pixels."""
+    height, width = made.rgb.shape[:2]
+    size = (round(width * (1 + 2 * around)), round(height * (1 + 2 * around)))
+    corners = np.array([(0, 0), (width, 0), (width, height), (0, height)])
+    a, middle = np.radians(turn), np.array([width, height]) / 2
+    seen = corners + rng.uniform(-tilt, tilt, (4, 2)) * width - middle
+    seen = seen @ np.array([[np.cos(a), np.sin(a)], [-np.sin(a), np.cos(a)]]) + np.array(size) / 2
+    warp = cv2.getPerspectiveTransform(corners.astype(np.float32), seen.astype(np.float32))
+    mask = cv2.warpPerspective(np.ones((height, width)), warp, size, flags=cv2.INTER_AREA)[..., None]
+    grain = cv2.GaussianBlur(rng.normal(0, 1, size[::-1]), (0, 0), sigmaX=30, sigmaY=1.2)[..., None]
+    shadow = cv2.GaussianBlur(np.roll(mask[..., 0], (8, 8), (0, 1)), (0, 0), 8)[..., None]
+    wood = np.array([0.42, 0.28, 0.17]) * (1 + 0.9 * grain) * (1 - 0.5 * shadow)
+    rgb = wood * (1 - mask) + cv2.warpPerspective(made.rgb, warp, size, flags=cv2.INTER_AREA) * mask
+    x, y = np.meshgrid(np.linspace(0, 1, size[0]), np.linspace(0, 1, size[1]))
+    light = 1 - 0.5 * np.clip(0.7 * x + 0.5 * y**2 - 0.1, 0, 1)
+    rgb = cv2.GaussianBlur(rgb, (0, 0), 0.9) * light[..., None] + rng.normal(0, 0.015, rgb.shape)
+    return np.rint(np.clip(rgb, 0, 1) * 255).astype(np.uint8), seen

@@ -137,7 +137,7 @@ def test_one_word_of_a_text_is_written_again_and_the_others_stay(small_hand):
     for one, other in zip(plain[:6] + plain[9:], again[:6] + again[9:], strict=True):
         assert one.number == other.number
         # where it stood, but for what comes after the other word; as it was bent
-        assert np.ptp(one.graph.xy, axis=0) == pytest.approx(np.ptp(other.graph.xy, axis=0), rel=1e-3)
+        assert np.ptp(one.graph.xy, axis=0) == pytest.approx(np.ptp(other.graph.xy, axis=0), rel=5e-3)
         assert one.graph.xy[:, 1] == pytest.approx(other.graph.xy[:, 1], abs=0.1)
     rises = [[ink.graph.xy[:, 1].mean() for ink in made[hen]] for made in (plain, again)]
     assert np.mean(rises[0]) == pytest.approx(np.mean(rises[1]), abs=0.5)

@@ -7,7 +7,7 @@ import pytest
 
 from handout.hand.library import load
 from handout.values import Glyph
-from handout.writing.drawn_words import clear_dots, is_bar
+from handout.writing.drawn_words import bound_bars, clear_dots, is_bar
 from handout.writing.text import paragraphs_of
 from tests.writing.lines_of_glyphs import drawn_units
 
@@ -134,3 +134,10 @@ def test_a_dot_moves_only_where_it_must():
         clear_dots((i, ell), strokes)
         assert (strokes[0][1] is not dot) == moves and strokes[0][0] is stem
         assert apart([strokes[0][1]], strokes[1]) > 0.25
+
+
+def test_a_stem_that_was_slurred_until_it_lies_is_no_lack_of_one():
+    lying = np.array([[0.0, 0.5], [2.0, 0.52]])
+    strokes = [[lying]]
+    bound_bars((Glyph("t", (lying,), (False,), 0.4),), strokes)
+    assert len(strokes[0]) == 1 and is_bar(strokes[0][0])

@@ -81,11 +81,17 @@ def test_neighbours_in_the_source_are_free_and_spaces_count_half(kept):
     within, parted = (kept.transitions.cost(numbers, numbers, apart) for apart in (False, True))
     first = np.flatnonzero(kept.after >= 0)
     assert (within[first, kept.after[first]] == 0).all() and (within >= 0).all()
+    pairs = {(kept.letters[i], kept.letters[kept.after[i]]) for i in first.tolist()}
+    torn = np.array([[WEIGHTS.apart + WEIGHTS.doubled * (a == b) if (a, b) in pairs else 0.0 for b in kept.letters]
+                     for a in kept.letters])  # fmt: skip
+    torn[first, kept.after[first]] = 0.0
+    within = within - torn
     met = kept.transitions.has_exit[:, None] & kept.transitions.has_entry
     kept_on = parted - WEIGHTS.cut * (1.0 * kept.transitions.has_exit[:, None] + kept.transitions.has_entry)
     assert np.allclose(kept_on[met], within[met] / 2) and (kept_on[~met] <= within[~met] / 2 + 1e-6).all()
     # a block asked for by itself is the same
-    assert np.array_equal(index_glyphs(kept.hand).transitions.cost(numbers[3:7], numbers[:5], False), within[3:7, :5])
+    block = index_glyphs(kept.hand).transitions.cost(numbers[3:7], numbers[:5], False)
+    assert block == pytest.approx(within[3:7, :5] + torn[3:7, :5])
 
 
 @settings(max_examples=80, deadline=None)
@@ -108,14 +114,22 @@ def test_letters_that_depart_alike_go_together(kept):
     first, second = (int(number) for number in np.flatnonzero(np.abs(departure).sum(axis=1) > 0)[[0, 5]])
     one, other = np.array([first]), np.array([second])
     departure[second] = departure[first]
-    alike = TransitionCosts(kept.exits, kept.entries, departure, kept.after, kept.leaving, kept.entered).cost(
-        one, other, False
-    )
+    alike = TransitionCosts(
+        kept.exits, kept.entries, departure, kept.after, kept.leaving, kept.entered, kept.letters
+    ).cost(one, other, False)
     departure[second] = -departure[first]
-    unlike = TransitionCosts(kept.exits, kept.entries, departure, kept.after, kept.leaving, kept.entered).cost(
-        one, other, False
-    )
+    unlike = TransitionCosts(
+        kept.exits, kept.entries, departure, kept.after, kept.leaving, kept.entered, kept.letters
+    ).cost(one, other, False)
     assert alike[0, 0] < unlike[0, 0] and alike[0, 0] <= meetings.cost(one, other, False)[0, 0]
+
+
+def test_a_pair_that_the_page_has_is_best_taken_from_it(kept):
+    first = np.flatnonzero(kept.after >= 0)
+    number = next(i for i in first.tolist() if len(kept.of(kept.letters[kept.after[i]])) > 1)
+    others = kept.of(kept.letters[kept.after[number]])
+    costs = kept.transitions.cost(np.array([number]), others, parted=False)[0]
+    assert costs[others == kept.after[number]] + WEIGHTS.apart <= costs[others != kept.after[number]].min()
 
 
 def test_of_several_ligatures_the_best_two_count():
@@ -130,7 +144,7 @@ def test_ligatures_that_meet_none_cost(kept):
     exits = np.concatenate([kept.exits, np.full_like(kept.exits[:, :1], np.nan)], axis=1)
     number = int(np.flatnonzero(meetings.has_exit & (kept.after >= 0))[0])
     exits[number, -1] = exits[number, 0]
-    more = TransitionCosts(exits, kept.entries, kept.residual, kept.after, kept.leaving, kept.entered)
+    more = TransitionCosts(exits, kept.entries, kept.residual, kept.after, kept.leaving, kept.entered, kept.letters)
     single = (~np.isnan(kept.entries[:, :, 0, 0])).sum(axis=1) == 1
     others = np.flatnonzero(single & (np.arange(len(kept)) != kept.after[number]))
     one = np.array([number])

@@ -9,9 +9,11 @@ from itertools import compress, groupby, pairwise
 import numpy as np
 
 from handout.hand.letter_classes import CROSSED, CROSSED_ASLANT, CROSSED_CAPITALS
-from handout.hand.scanned import ScannedHand
+from handout.hand.scanned import NOBODY, ScannedHand
 from handout.motion.optimal_control import follow
 from handout.motion.recovery.letter_forms import HANDS
+from handout.motion.recovery.letter_line import LetterLine
+from handout.motion.recovery.letter_tracing import trace_letter
 from handout.motion.recovery.placed_strokes import (
     Part,
     PlacedGlyph,
@@ -27,6 +29,8 @@ from handout.values import POSE, ActionPlan, Array, Indices, Placed
 
 _BACK = 3.0  # x-heights that the pen goes back over its ink rather than be lifted
 _DELAYED = CROSSED | CROSSED_ASLANT | CROSSED_CAPITALS  # letters whose last strokes may come after the next letter
+_X_HEIGHT = 13.0  # half widths of a usual line in an x-height: of ink of no letters nothing else tells the size
+_SMALL = 0.6  # x-heights: what is no larger is a dot or an accent
 _SMOOTH = 0.28  # of a line that strikes out, see ActionPlan
 
 
@@ -69,7 +73,9 @@ def pen_paths(
     paths: list[PenPath] = []
     for _, word in groupby(placed, key=lambda glyph: glyph.word):
         units = list(word)
-        paths += _word_paths([unit for unit in units if unit.ink is not None], model, delayed_after == "word")
+        if inked := [unit for unit in units if unit.ink is not None and unit.ink.number != NOBODY]:
+            paths += _word_paths(inked, model, delayed_after == "word")
+        paths += [path for unit in units if unit.ink and unit.ink.number == NOBODY for path in _scribbled(unit)]
         paths += [_drawn(points, unit, model) for unit in units for points in unit.strokes]
     return paths
 
@@ -80,6 +86,21 @@ def _drawn(points: Array, placed: Placed, model: StrokeOrderModel) -> PenPath:
     count = len(xy)
     of = np.full(count, placed.at, dtype=np.intp)
     return PenPath(xy, np.full(count, model.width), np.ones(count), placed.word, of)
+
+
+def _scribbled(placed: Placed) -> Iterator[PenPath]:
+    """The paths over ink of no letters, such as a signature: piece after piece from the left, then what is small."""
+    assert placed.ink is not None
+    graph = placed.ink.graph
+    x_height = _X_HEIGHT * float(np.median(graph.radius)) if len(graph) else 0.0
+    pieces = [np.flatnonzero(graph.components == number) for number in np.unique(graph.components)]
+    small = [float(np.ptp(graph.xy[piece], axis=0).max()) < _SMALL * x_height for piece in pieces]
+    for late, piece in sorted(zip(small, pieces, strict=True), key=lambda p: (p[0], graph.xy[p[1], 0].min())):
+        part = graph.take(piece)
+        line = LetterLine(part.xy * (1.0, -1.0), part.radius, part.density, part.edges, x_height, joined_hand=True)
+        for stroke in trace_letter(line, "").strokes:
+            of = np.full(len(stroke), placed.at, dtype=np.intp)
+            yield PenPath(part.xy[stroke], 2 * part.radius[stroke], part.density[stroke], placed.word, of, late)
 
 
 def _word_paths(placed: Sequence[Placed], model: StrokeOrderModel, delays: bool) -> Iterator[PenPath]:

@@ -1,0 +1,147 @@
+"""How long the studio takes to answer, beside the same call of the library.
+
+Medians, ms: a card in each drawn hand as SVG, asked for and fetched; a line in a scanned hand as PNG; of the letters
+of that hand a page, a tile, a correction that is kept, and its undoing.  Columns: through the server; in the library,
+warm; what the server adds.  The browser waits 120 ms after a key before it asks: a card is to be there within 300 ms.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+import urllib.request
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from handout.hand import library
+from handout.pipeline import letter_desk
+from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
+from handout.pipeline.writing import write
+
+CARD = "Dear Ada,\n\nthank you for the jam: it is nearly finished, and we all hope for more.\n\nYours, Zoë"
+LINE = "thank you for the jam"
+HANDS = ("house-joined", "house-quick", "house-print")
+SCANNED = "house-print-fountain"
+TIMES, FEW = 15, 5  # of which the median is taken: of quick calls, and of slow ones
+
+
+class Server:
+    """The studio with a copy of a scanned hand, in a process of its own, and requests to it."""
+
+    def __init__(self, folder: Path, hand: Path) -> None:
+        key = folder / "key"
+        command = [
+            sys.executable,
+            "-m",
+            "handout",
+            "studio",
+            str(hand),
+            "--no-browser",
+            "--json",
+            "--key-file",
+            str(key),
+        ]
+        self._process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        assert self._process.stdout is not None
+        self._address = json.loads(self._process.stdout.readline())["link"].split("/#")[0]
+        self._headers = {"Authorization": f"Bearer {key.read_text(encoding='ascii').strip()}"}
+
+    def ask(self, path: str, body: dict[str, Any] | None = None) -> bytes:
+        """What a route answers."""
+        data = None if body is None else json.dumps(body).encode()
+        with urllib.request.urlopen(urllib.request.Request(self._address + path, data, self._headers)) as answer:
+            return bytes(answer.read())
+
+    def written(self, **asked: Any) -> bytes:
+        """A text, written and fetched."""
+        done = json.loads(self.ask("/api/write", asked))
+        return self.ask(f"/api/tasks/{done['id']}/files/0")
+
+    def close(self) -> None:
+        """End it."""
+        self._process.terminate()
+        self._process.wait()
+
+
+def median(call: Callable[[], object], times: int) -> float:
+    """Of some calls, ms, after one that is not counted."""
+    call()
+    taken = []
+    for _ in range(times):
+        begin = time.perf_counter()
+        call()
+        taken.append(time.perf_counter() - begin)
+    return 1000 * statistics.median(taken)
+
+
+def compared(name: str, server: Callable[[], object], own: Callable[[], object], times: int = TIMES) -> None:
+    """A row of the table."""
+    there, here = median(server, times), median(own, times)
+    print(f"{name:<34} {there:8.0f} {here:8.0f} {there - here:8.0f}", flush=True)
+
+
+def corrections(server: Server, hand: Path) -> None:
+    """The rows of the letters of a hand; `hand` is the server's, a copy of it the library's."""
+    own = str(shutil.copy(hand, hand.with_name("own.hand")))
+    url = f"/api/hands/{hand.stem}"
+    revision = [json.loads(server.ask(f"{url}/letters"))["revision"], letter_desk.open_letters(own)["revision"]]
+    spot = letter_desk.page_letters(own, 0)["letters"][20]["spot"]  # type: ignore[index,call-overload]
+    made = [{"do": "confirm", "page": 0, "at": spot}]
+
+    def post(path: str, **body: Any) -> None:
+        revision[0] = json.loads(server.ask(f"{url}/{path}", {"revision": revision[0], **body}))["revision"]
+
+    def change(call: Callable[..., Any], what: object) -> None:
+        revision[1] = call(own, revision[1], what)["revision"]
+
+    compared("the letters of a page", lambda: server.ask(f"{url}/letters/0"), lambda: letter_desk.page_letters(own, 0))
+    tile = (0, 0, 1, 1)
+    place = "/".join(map(str, tile))
+    compared("a tile", lambda: server.ask(f"{url}/tiles/{place}"), lambda: letter_desk.page_tile(own, *tile))
+    data = json.dumps(made).encode()
+    compared(
+        "a correction, kept",
+        lambda: post("corrections", corrections=made),
+        lambda: change(letter_desk.correct_letters, data),
+        FEW,
+    )
+    compared("undone", lambda: post("history", back=1), lambda: change(letter_desk.rewind_letters, 1), FEW - 1)
+
+
+def main() -> None:
+    print(f"{'ms, medians':<34} {'studio':>8} {'library':>8} {'more':>8}")
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        hand = Path(shutil.copy(library.scanned_file(SCANNED), folder / "copy.hand"))
+        server = Server(folder, hand)
+        try:
+            server.ask("/api/choices")
+            for drawn in HANDS:
+                compared(
+                    f"card, {drawn}",
+                    lambda drawn=drawn: server.written(text=CARD, page="A6", hand=drawn, seed=1),  # type: ignore[misc]
+                    lambda drawn=drawn: write(  # type: ignore[misc]
+                        CARD, [folder / "card.svg"], WritingOptions(drawn, 1), SheetOptions("A6")
+                    ),
+                )
+            writing, sheet, picture = WritingOptions(SCANNED, 1), SheetOptions("120x30mm"), PictureOptions(150)
+            asked = {"text": LINE, "page": "120x30mm", "hand": SCANNED, "seed": 1, "format": "png", "dpi": 150}
+            compared(
+                f"line, {SCANNED}",
+                lambda: server.written(**asked),
+                lambda: write(LINE, [folder / "line.png"], writing, sheet, picture),
+                FEW,
+            )
+            corrections(server, hand)
+        finally:
+            server.close()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,54 @@
+"""`handout studio`: the page in the browser."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from handout.errors import InputError
+
+MISSING = "The studio needs two packages more: pip install 'handout-driver[web]'."
+
+
+@click.command("studio")
+@click.argument("hands", nargs=-1)
+@click.option("--port", type=click.IntRange(1, 65535), help="Where it listens; default: 7217, or any that is free.")
+@click.option("--no-browser", is_flag=True, help="Print the link and open nothing.")
+@click.option("--key-file", type=click.Path(path_type=Path), help="Keep a key for programs in this file meanwhile.")
+@click.option("--json", "as_json", is_flag=True, help="Print the link as one JSON object.")
+def command(hands: tuple[str, ...], port: int | None, no_browser: bool, key_file: Path | None, as_json: bool) -> None:
+    """Open the studio in the browser: write, make hands, correct their letters; HANDS are .hand files to have there.
+
+    It listens on this computer alone, and its link is good once. Programs use it, too: docs/studio.md.
+
+    \b
+    handout studio
+    handout studio me.hand --port 8000 --no-browser
+    """
+    open_studio(hands, "", port, not no_browser, as_json, key_file)
+
+
+def open_studio(
+    hands: tuple[str, ...], start: str, port: int | None, browser: bool, as_json: bool, key_file: Path | None = None
+) -> None:
+    """Serve the studio with some .hand files, at a page of it, until Ctrl-C."""
+    files = {Path(name).stem: Path(name).resolve() for name in hands}
+    for name, path in files.items():
+        if path.suffix != ".hand" or not path.is_file():
+            raise InputError(f"{path}: there is no such .hand file.")
+        if not name.replace("-", "").replace("_", "").isalnum():
+            raise InputError(f"{path}: in the studio a hand is called as its file is: use letters, digits, - and _.")
+    try:
+        from handout.web.server import serve
+    except ModuleNotFoundError as error:
+        raise InputError(MISSING) from error
+
+    def opened(link: str) -> None:
+        click.echo(json.dumps({"link": link}) if as_json else link)
+        click.echo("The studio is open; Ctrl-C closes it.", err=True)
+        if browser:
+            click.launch(link)
+
+    serve(files, start, port, key_file, opened)

@@ -1,0 +1,479 @@
+"""Letter files read: Markdown with a TOML head → `Letter`, or one sentence that names the line that is wrong.
+
+Markdown is CommonMark with tables, struck words, attributes, containers and front matter (`markdown-it-py`,
+`mdit-py-plugins`).  What pens do not write is refused, or, where words lose nothing by it, told as dropped.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Literal
+
+from markdown_it import MarkdownIt
+from markdown_it.tree import SyntaxTreeNode
+from mdit_py_plugins.attrs import attrs_block_plugin, attrs_plugin
+from mdit_py_plugins.attrs.parse import ParseError, parse
+from mdit_py_plugins.container import container_plugin
+from mdit_py_plugins.front_matter import front_matter_plugin
+
+from handout import encodings, units
+from handout.errors import InputError
+from handout.inking.pen import named
+from handout.letters.document import (
+    LEAST_SIZE,
+    MOST_SIZE,
+    Block,
+    Boxed,
+    Head,
+    Item,
+    Letter,
+    List,
+    Manner,
+    Paragraph,
+    Picture,
+    Quote,
+    Rule,
+    Side,
+    Signature,
+    Span,
+    TableBlock,
+    Underline,
+)
+from handout.tables import converted
+
+MOST_TEXT = 200_000  # characters: a hundred pages; a longer file is surely no letter
+_MOST_NESTED = 12  # blocks within blocks; set by eye: each list stands further in than the one around it
+_PARSED_NESTED = 60  # levels that the parser goes down: more than are allowed, so that none is lost unseen
+_SIZES = (1.55, 1.3, 1.12, 1.0, 1.0, 1.0)  # of headings by their level; set by eye
+_SIDES: dict[str, Side] = {"left": "left", "right": "right", "centre": "centre", "center": "centre"}
+_UNDERLINES: dict[str, Underline] = {"wavy": "wavy", "double": "double", "straight": "straight"}
+_USUAL_UNDERLINE: dict[str, Underline] = {"em": "straight", "strong": "double"}
+_MARKERS: dict[str, Literal["dash", "dot", "ring", ".", ")"]] = {
+    "-": "dash",
+    "*": "dot",
+    "+": "ring",
+    ".": ".",
+    ")": ")",
+}
+_RULES: dict[str, Literal["short", "wide", "flourish"]] = {"-": "short", "_": "wide", "*": "flourish"}
+_CONTAINERS = ("date", "ps", "signature")  # besides boxes
+# what no pen writes, and what to do instead
+_REFUSED = {
+    "fence": "a block of code, which is set in type: write it as a paragraph",
+    "code_block": "a block of code (it is indented by four spaces), which is set in type: indent it less",
+    "code_inline": "code between backquotes, which is set in type: leave them out, or write \\` for a backquote",
+    "html_block": "HTML, which is not written by hand: use Markdown, or write \\< for the sign itself",
+    "html_inline": "HTML, which is not written by hand: use Markdown, or write \\< for the sign itself",
+}
+_BRACES = re.compile(r"(?<!\\)\{[^{}\n]*\}")
+_BARE_VALUE = re.compile(r"(?<=[\s{])([A-Za-z][\w-]*)=([^\s\"'{}]+)(?=[\s}])")
+_EMPHASIS = ("em", "strong", "s")
+_KEYS = ("ink", "size", "hand")
+_UNCLOSED = re.compile(r"\*\*|~~|\]\(")
+
+
+def load(source: str | Path, name: str = "the letter", folder: Path = Path()) -> Letter:
+    """A letter, of the path of its file, or of its text.
+
+    Parameters
+    ----------
+    name : what messages call a text; folder : where the pictures of a text are looked for.
+
+    Raises
+    ------
+    InputError
+        A file that cannot be read, or what cannot be written: one sentence with the line.
+    """
+    if isinstance(source, Path):
+        try:
+            text = encodings.decode(source.read_bytes()).text
+        except (OSError, encodings.NoText) as error:
+            raise InputError(f"Cannot read {source}: {getattr(error, 'strerror', None) or error}.") from error
+        return load(text, source.name, source.parent)
+    if len(source) > MOST_TEXT:
+        raise InputError(
+            f"{name} is {len(source)} characters long; letters have {MOST_TEXT} at most: write it in parts."
+        )
+    return _Reader(name, folder).letter(source)
+
+
+@lru_cache(maxsize=1)
+def _markdown() -> MarkdownIt:
+    markdown = MarkdownIt("commonmark", {"html": True, "maxNesting": _PARSED_NESTED})
+    # characters that are escaped stay apart, so that a brace that is meant is told from one that opens nothing
+    markdown.enable(["table", "strikethrough"]).disable("text_join")
+    front_matter_plugin(markdown)
+    attrs_plugin(markdown, spans=True)
+    attrs_block_plugin(markdown)
+    container_plugin(markdown, "container", validate=lambda _name, *_: True)
+    return markdown
+
+
+def _quoted(text: str) -> str:
+    """The values of attributes in quotes, which those with a # or a point in them need."""
+    return _BRACES.sub(lambda braces: _BARE_VALUE.sub(r'\1="\2"', braces.group()), text)
+
+
+@dataclass
+class _Given:
+    """The attributes of a block or span, checked."""
+
+    manner: Manner
+    side: Side | None = None
+    kind: str = ""
+    new_page: bool = False
+    width: float | None = None
+    underline: Underline = ""
+
+
+@dataclass
+class _Reader:
+    """Reads one letter.
+
+    line : of the source that is being read; verse : whether every line of the source is a line of the letter.
+    """
+
+    name: str
+    folder: Path
+    line: int = 1
+    verse: bool = False
+    boxes: frozenset[str] = frozenset()
+    lines: Sequence[str] = ()
+    dropped: list[str] = field(default_factory=list)
+
+    def letter(self, text: str) -> Letter:
+        text = text.replace("\r\n", "\n").replace("\r", "\n").removeprefix("\ufeff")
+        text, head = self._with_dashes(text), Head()
+        self.lines = text.split("\n")
+        environment: dict[str, Any] = {}
+        nodes = SyntaxTreeNode(_markdown().parse(_quoted(text), environment)).children
+        for label, reference in environment.get("references", {}).items():
+            self.line = reference["map"][0] + 1 if "map" in reference else 1
+            self._drop(f"the address of [{label.lower()}] is not written")
+        if nodes and nodes[0].type == "front_matter":
+            head, nodes = self._head(nodes[0].content), nodes[1:]
+        elif self.lines[0].strip() == "---":
+            raise self._wrong("the head that begins here is not closed: put a line --- behind it, or *** for a rule.")
+        self.boxes = frozenset(head.box)
+        blocks = self._blocks(nodes, Manner())
+        if not blocks:
+            raise InputError(f"{self.name} holds nothing to write.")
+        return Letter(blocks, head, self.name, self.folder, tuple(self.dropped))
+
+    def _wrong(self, what: str) -> InputError:
+        return InputError(f"{self.name}, line {self.line}: {what}")
+
+    def _drop(self, what: str) -> None:
+        self.dropped.append(f"{self.name}, line {self.line}: {what}.")
+
+    def _with_dashes(self, text: str) -> str:
+        """A head between lines of +++, as TOML often stands, is one between lines of ---."""
+        first, _, rest = text.partition("\n")
+        if first.strip() != "+++":
+            return text
+        head, closed, body = rest.partition("\n+++\n")
+        if rest.startswith("+++\n"):
+            head, closed, body = "", "\n+++\n", rest[4:]
+            return f"---\n---\n{body}"
+        if not closed:
+            raise self._wrong("the head that begins here is not closed: put a line +++ behind it.")
+        return f"---\n{head}\n---\n{body}"
+
+    def _head(self, content: str) -> Head:
+        try:
+            return converted(tomllib.loads(content), Head)
+        except tomllib.TOMLDecodeError as error:
+            at = re.search(r" \(at (?:line (\d+), column \d+|end of document)\)", str(error))
+            self.line = 1 + (int(at.group(1)) if at and at.group(1) else len(content.split("\n")))
+            problem = str(error)[: at.start()] if at else str(error)
+            raise self._wrong(f"the head is no TOML: {problem[0].lower()}{problem[1:]}.") from error
+        except ValueError as error:
+            key = re.split(r"[ :]", str(error), maxsplit=1)[0].split(".")[-1]
+            names = re.compile(rf'\s*"?{re.escape(key)}"?\s*=|\s*\[.*\b{re.escape(key)}"?\]')
+            at_line = next((n for n, line in enumerate(content.split("\n"), 2) if names.match(line)), 1)
+            self.line = at_line
+            problem = str(error).rstrip(".")
+            raise self._wrong(f"{problem}{'' if problem.endswith('?') else '.'}") from error
+
+    # Blocks
+
+    def _blocks(self, nodes: Sequence[SyntaxTreeNode], manner: Manner, depth: int = 0) -> tuple[Block, ...]:
+        blocks: list[Block] = []
+        for node in nodes:
+            if node.map:
+                self.line = node.map[0] + 1
+            if depth > _MOST_NESTED:
+                raise self._wrong(f"blocks stand within more than {_MOST_NESTED} others: nest them less.")
+            blocks += self._block(node, manner, depth)
+        return tuple(blocks)
+
+    def _block(self, node: SyntaxTreeNode, manner: Manner, depth: int) -> list[Block]:
+        line = self.line
+        if node.type == "html_block" and node.content.strip().startswith("<!--"):
+            self._drop("the comment is not written")
+            return []
+        if node.type in _REFUSED:
+            raise self._wrong(f"{_REFUSED[node.type]}.")
+        match node.type:
+            case "paragraph" if _is_picture(node):
+                return [self._picture(node)]
+            case "paragraph" | "heading":
+                return [self._paragraph(node, manner)]
+            case "bullet_list" | "ordered_list":
+                return [self._list(node, manner, depth)]
+            case "hr":
+                given = self._given(_attrs(node), Manner(), ("page",), ("ink",))
+                return [Rule(_RULES[node.markup[0]], line, given.manner.ink, given.new_page)]
+            case "table":
+                return [self._table(node, manner)]
+            case "blockquote":
+                given = self._given(_attrs(node), manner, ("page",))
+                return [Quote(self._blocks(node.children, given.manner, depth + 1), line, given.new_page)]
+            case _:
+                return self._container(node, manner, depth)
+
+    def _paragraph(self, node: SyntaxTreeNode, manner: Manner) -> Paragraph:
+        line, level = self.line, int(node.tag[1]) if node.type == "heading" else 0
+        given = self._given(_attrs(node), manner, ("left", "right", "centre", "center", "page", "date", "ps"))
+        manner = given.manner
+        if level:
+            manner = self._sized(manner, _SIZES[level - 1])
+        if given.kind == "date":
+            return self._dated(Paragraph(self._spans(node, manner), line, given.side, new_page=given.new_page))
+        kind: Literal["text", "postscript"] = "postscript" if given.kind == "ps" else "text"
+        return Paragraph(self._spans(node, manner), line, given.side, level, kind, given.new_page)
+
+    def _dated(self, paragraph: Paragraph) -> Paragraph:
+        return replace(paragraph, kind="date", side=paragraph.side or "right")
+
+    def _list(self, node: SyntaxTreeNode, manner: Manner, depth: int) -> List:
+        line = self.line
+        own = {name: value for name, value in _attrs(node).items() if name != "start"}
+        given = self._given(own, manner, ("page",))
+        first = int(node.attrs.get("start", 1)) if node.type == "ordered_list" else 0
+        items = []
+        for number, child in enumerate(node.children, first):
+            self.line = child.map[0] + 1 if child.map else self.line
+            at = self.line
+            label = f"{number}{node.markup}" if node.type == "ordered_list" else ""
+            spans = (Span(label, given.manner, at),) if label else ()
+            items.append(Item(self._blocks(child.children, given.manner, depth + 1), Paragraph(spans, at), at))
+        inner = [block for item in node.children for block in item.children if block.type == "paragraph"]
+        tight = all(block.hidden for block in inner)
+        return List(tuple(items), _MARKERS[node.markup[0]], tight, line, given.manner, given.new_page)
+
+    def _table(self, node: SyntaxTreeNode, manner: Manner) -> TableBlock:
+        line = self.line
+        given = self._given(_attrs(node), manner, ("page",))
+        rows = []
+        for part in node.children:
+            for row in part.children:
+                self.line = row.map[0] + 1 if row.map else self.line
+                rows.append(tuple(self._cell(cell, given.manner) for cell in row.children))
+        return TableBlock(tuple(rows), line, given.manner, given.new_page)
+
+    def _cell(self, node: SyntaxTreeNode, manner: Manner) -> Paragraph:
+        line = self.line
+        side = _SIDES.get(str(node.attrs.get("style", "")).removeprefix("text-align:"))
+        return Paragraph(self._spans(node, manner), line, side)
+
+    def _picture(self, node: SyntaxTreeNode) -> Picture:
+        image = node.children[0].children[0]
+        own = {name: value for name, value in _attrs(image).items() if name not in ("src", "alt", "title")}
+        given = self._given(own, Manner(), ("left", "right", "centre", "center", "page"), ("width",))
+        path = self.folder / str(image.attrs["src"])
+        if not path.is_file():
+            raise self._wrong(f"there is no picture {path}.")
+        more = self._given(_attrs(node), Manner(), ("left", "right", "centre", "center", "page"), ("width",))
+        side = given.side or more.side or "centre"
+        return Picture(path, self.line, given.width or more.width, side, given.new_page or more.new_page)
+
+    def _container(self, node: SyntaxTreeNode, manner: Manner, depth: int) -> list[Block]:
+        line, (kind, _, name) = self.line, node.info.strip().partition(" ")
+        self._check_container(node, kind)
+        places = (*_SIDES, "page") if kind == "signature" else ("page",)
+        given = self._given(_attrs(node), manner, places)
+        with self._as_verse():
+            inner = given.manner if kind != "signature" else replace(given.manner, size=manner.size)
+            blocks = self._blocks(node.children, inner, depth + 1)
+        if kind == "signature":
+            size = given.manner.size / manner.size
+            side = given.side or "left"
+            return [Signature(name.strip(), blocks, line, side, size, given.manner.ink, given.new_page)]
+        if kind == "date":
+            return [self._dated(block) if isinstance(block, Paragraph) else block for block in blocks]
+        if kind == "ps":
+            return [replace(b, kind="postscript") if isinstance(b, Paragraph) else b for b in blocks]
+        if depth:
+            raise self._wrong(f"the box {kind} stands on the page, not within another block: put it outside.")
+        return [Boxed(kind, blocks, line, given.new_page)]
+
+    def _check_container(self, node: SyntaxTreeNode, kind: str) -> None:
+        if not node.map or node.map[1] >= len(self.lines) or not self.lines[node.map[1]].strip().startswith(":::"):
+            raise self._wrong(f"the block ::: {kind} that begins here is not closed: put a line ::: behind it.")
+        known = (*_CONTAINERS, *sorted(self.boxes))
+        if kind not in known:
+            raise self._wrong(
+                f"::: {kind} names no box of the head, nor {', '.join(_CONTAINERS)}{_near(kind, known)}; a box "
+                f"is a table [box.{kind or 'address'}] of the head with x, y, w and h."
+            )
+
+    @contextmanager
+    def _as_verse(self) -> Iterator[None]:
+        """Lines of the source are lines of the letter, as in an address."""
+        before, self.verse = self.verse, True
+        yield
+        self.verse = before
+
+    # Spans
+
+    def _spans(self, node: SyntaxTreeNode, manner: Manner) -> tuple[Span, ...]:
+        spans = [span for inline in node.children for span in self._inline(inline.children, manner)]
+        return tuple(span for span in spans if span.text)
+
+    def _inline(self, nodes: Sequence[SyntaxTreeNode], manner: Manner) -> Iterator[Span]:
+        before: SyntaxTreeNode | None = None
+        for node, following in zip(nodes, [*nodes[1:], None], strict=True):
+            match node.type:
+                case "text":
+                    # attributes that this begins with are of the emphasis before it
+                    begin = _behind(node)[0] if before is not None and before.type in _EMPHASIS else 0
+                    yield Span(self._checked(node.content[begin:]), manner, self.line)
+                case "text_special":
+                    yield Span(node.content, manner, self.line)
+                case "softbreak" | "hardbreak":
+                    hard = self.verse or node.type == "hardbreak"
+                    yield Span("\n" if hard else " ", manner, self.line)
+                    self.line += 1
+                case "em" | "strong" | "s" | "span":
+                    attrs = _attrs(node) if node.type == "span" else _behind(following)[1]
+                    yield from self._inline(node.children, self._emphasised(node.type, attrs, manner))
+                case "link":
+                    self._drop(f"the address of the link, {node.attrs.get('href', '')}, is not written")
+                    yield from self._inline(node.children, manner)
+                case "html_inline" if node.content.startswith("<!--"):
+                    self._drop("the comment is not written")
+                case "image":
+                    raise self._wrong("a picture stands within words: give it a paragraph of its own.")
+                case _:
+                    raise self._wrong(f"{_REFUSED.get(node.type, f'{node.type} cannot be written')}.")
+            before = node
+
+    def _checked(self, text: str) -> str:
+        """Text without signs that were meant to open something."""
+        if "{{" in text or "{%" in text:
+            raise self._wrong(
+                "{{ … }} and {% … %} are filled in from a table; here there is none: write \\{ for a brace itself."
+            )
+        if "{" in text or "}" in text:
+            raise self._wrong(
+                "a brace belongs to no attributes: they stand, closed and as in {.right ink=#a00}, right behind "
+                "[words] or emphasis, or in a line of their own before a block and behind an empty one; write \\{ for "
+                "a brace itself."
+            )
+        if unclosed := _UNCLOSED.search(text):
+            self._drop(f"{unclosed.group()} opens or closes nothing and is written as it stands")
+        return text
+
+    # Attributes
+
+    def _emphasised(self, kind: str, attrs: Mapping[str, Any], manner: Manner) -> Manner:
+        given = self._given(attrs, manner, tuple(_UNDERLINES))
+        underline = given.underline or _USUAL_UNDERLINE.get(kind, "")
+        return replace(given.manner, underline=underline or manner.underline, struck=given.manner.struck or kind == "s")
+
+    def _given(
+        self, attrs: Mapping[str, Any], manner: Manner, classes: Sequence[str], keys: Sequence[str] = _KEYS
+    ) -> _Given:
+        """What attributes say, of those that may stand here."""
+        given = _Given(manner)
+        for key, value in attrs.items():
+            if key == "class":
+                for name in str(value).split():
+                    self._class(name, given, classes)
+            elif key not in keys:
+                raise self._wrong(
+                    f"the attribute {key} says nothing here{_near(key, keys)}; {_listed(keys)} may stand."
+                )
+            else:
+                self._value(key, str(value), given)
+        return given
+
+    def _class(self, name: str, given: _Given, classes: Sequence[str]) -> None:
+        if name not in classes:
+            some = [f".{each}" for each in classes if each != "center"]
+            raise self._wrong(f".{name} says nothing here{_near(name, classes)}; {_listed(some)} may stand.")
+        if name in _SIDES:
+            given.side = _SIDES[name]
+        elif name in _UNDERLINES:
+            given.underline = _UNDERLINES[name]
+        elif name == "page":
+            given.new_page = True
+        else:
+            given.kind = name
+
+    def _value(self, key: str, value: str, given: _Given) -> None:
+        factor = 1.0
+        try:
+            if key == "size":
+                factor = float(value)
+            elif key == "ink":
+                given.manner = replace(given.manner, ink=_six_digits(named(value)))
+            elif key == "hand":
+                given.manner = replace(given.manner, hand=value)
+            else:
+                given.width = units.length(value, key)
+        except ValueError as error:
+            raise self._wrong(f"size={value} is no number, such as 1.3.") from error
+        except InputError as error:
+            raise self._wrong(str(error)) from error
+        given.manner = self._sized(given.manner, factor)
+
+    def _sized(self, manner: Manner, factor: float) -> Manner:
+        size = manner.size * factor
+        if not LEAST_SIZE <= size <= MOST_SIZE:  # nan, too
+            raise self._wrong(f"size: letters {size:g} times as large are outside {LEAST_SIZE:g} to {MOST_SIZE:g}.")
+        return replace(manner, size=size)
+
+
+def _is_picture(node: SyntaxTreeNode) -> bool:
+    """Whether a paragraph is nothing but a picture."""
+    inline = node.children[0].children if node.children else []
+    return len(inline) == 1 and inline[0].type == "image"
+
+
+def _attrs(node: SyntaxTreeNode) -> dict[str, Any]:
+    """All attributes of a node, those that the parser would keep from browsers too."""
+    return {**node.attrs, **node.meta.get("insecure_attrs", {})}
+
+
+def _behind(node: SyntaxTreeNode | None) -> tuple[int, Mapping[str, Any]]:
+    """The attributes that a text begins with, and how long they are."""
+    if node is None or node.type != "text" or not node.content.startswith("{"):
+        return 0, {}
+    try:
+        end, attrs = parse(node.content)
+    except ParseError:
+        return 0, {}
+    return end + 1, attrs
+
+
+def _six_digits(colour: str) -> str:
+    digits = colour.removeprefix("#").lower()
+    return "#" + (digits if len(digits) == 6 else "".join(2 * digit for digit in digits))
+
+
+def _near(name: str, known: Sequence[str]) -> str:
+    similar = difflib.get_close_matches(name, known, 1)
+    return f" (did you mean {similar[0]}?)" if similar else ""
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names) if names else "none"

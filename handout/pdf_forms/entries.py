@@ -1,0 +1,338 @@
+"""An answer in its field, as a person fills it in: how large, on which line, a letter a cell, a cross in a box.
+
+Every field has a frame of its own, mm, in which its text runs to the right: the field's upper left corner lies at
+(`AROUND`, `AROUND`), with blank paper around it for what reaches out of the field.
+
+Source: own method.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import groupby
+from typing import Literal
+
+import numpy as np
+
+from handout.errors import InputError
+from handout.hand.protocol import AnyHand
+from handout.pdf_forms.fields import Box, Field, Widget
+from handout.values import Array, Glyph, Line, Manuscript, Page, Placed
+from handout.writing.layout import FOOT_ABOVE_RULE, Align, Layout, Ruling
+
+Mark = Literal["cross", "tick"]
+Rules = Callable[[int, Box], Sequence[float]]  # of a page and a box on it: see `printed_rules.rules`
+AROUND = 60.0  # mm
+
+
+@dataclass(frozen=True)
+class EntrySettings:
+    """How people fill in forms; set by eye, beside forms that were filled in."""
+
+    of_height: float = 0.3  # x-height as a share of a field's height, where a line of text fills it
+    of_room: float = 0.4  # as a share of the room over a printed rule
+    least_mm: float = 0.95  # x-height below which writing of a usual pen cannot be read
+    of_cell: float = 0.48  # x-height as a share of a cell's width
+    narrowest_cell: float = 1.5  # mm: narrower ones are no cells to write in
+    cell_filled: float = 0.86  # of a cell's width, which the widest letter takes at most
+    varies: float = 0.03  # standard deviation of the size from field to field, share
+    below_middle: float = 0.7  # x-heights from a box's middle down to the feet of its text
+    in_cell: float = 0.85  # the same of a cell, where capitals and digits stand
+    wanders: float = 0.12  # mm, of a line that has no rule, and of a letter in its cell; standard deviation
+    edge: tuple[float, float] = (0.6, 2.0)  # mm from a field's edge to its text, least and most
+    of_width: float = 0.08  # of its width that this takes at most
+    pitch: float = 3.1  # x-heights between lines where none are printed: closer than in a letter
+    least_pitch: float = 4.0  # mm: printed rules that are closer are no rules to write on
+    foot: float = 0.6  # of a field's height: a rule below is what its text stands on
+    head: float = 0.3  # a rule above it is the upper edge of a box,
+    over: float = 0.8  # mm: unless it lies that far over the field, as the rule of the line above does
+    narrowest: float = 8.0  # mm: narrower frames are enlarged to this while their text is set
+
+
+SETTINGS = EntrySettings()
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A field's own frame.
+
+    scale : how many times as large as on the page all is in it.
+    """
+
+    box: Box
+    turn: int
+    scale: float = 1.0
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and height of the field in its frame, mm."""
+        left, top, right, bottom = self.box
+        across, down = (right - left) * self.scale, (bottom - top) * self.scale
+        return (down, across) if self.turn % 2 else (across, down)
+
+    def to_page(self, points: Array) -> Array:
+        """Places (n, 2) of the frame on the page, mm."""
+        x, y = (points - AROUND).T / self.scale
+        left, top, right, bottom = self.box
+        places = ((left + x, top + y), (left + y, bottom - x), (right - x, bottom - y), (right - y, top + x))
+        return np.column_stack(places[self.turn])
+
+    def placed(self, glyph: Placed) -> Placed:
+        """A glyph of the frame on the page."""
+        return _mapped(glyph, self.to_page, 1 / self.scale)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What is written in one place of a field.
+
+    text, layout : "" and None for a mark in a box.
+    cells : of a field with a letter a cell, the number of the cell of every letter, and how many cells there are.
+    """
+
+    field: str
+    page: int
+    frame: Frame
+    text: str = ""
+    layout: Layout | None = None
+    cells: tuple[tuple[int, ...], int] | None = None
+
+
+@dataclass(frozen=True)
+class Filler:
+    """What all entries of a form have in common.
+
+    hand, x_height : whose writing, and its usual size, mm.
+    rules : the lines printed at a field.
+    jitter : scale of all variation.
+    """
+
+    hand: AnyHand
+    x_height: float
+    rules: Rules
+    jitter: float = 1.0
+
+    def entries(self, fields: Mapping[str, Field], values: Mapping[str, str], rng: np.random.Generator) -> list[Entry]:
+        """All that is written into a form, from top to bottom."""
+        entries = [
+            self._entry(fields[name], widget, value, rng)
+            for name, value in values.items()
+            for widget in _answered(fields[name], value)
+        ]
+        # fields beside each other are filled in from left to right
+        return sorted(entries, key=lambda e: (e.page, round((e.frame.box[1] + e.frame.box[3]) / 8), e.frame.box[0]))
+
+    def _entry(self, field: Field, widget: Widget, value: str, rng: np.random.Generator) -> Entry:
+        frame = Frame(widget.box, widget.turn)
+        if field.kind in ("check", "radio"):
+            return Entry(field.name, widget.page, frame)
+        usual = self.x_height * float(np.exp(SETTINGS.varies * self.jitter * rng.standard_normal()))
+        printed = self.rules(widget.page, widget.box) if widget.turn == 0 else ()
+        if field.cells and frame.size[0] >= SETTINGS.narrowest_cell * field.cells:
+            return self._combed(Entry(field.name, widget.page, frame, value), field.cells, usual, rng)
+        frame = replace(frame, scale=max(1.0, SETTINGS.narrowest / frame.size[0]))
+        entry = Entry(field.name, widget.page, frame, value)
+        inner = _inner(printed, frame.size[1] / frame.scale)
+        if field.multiline and len(inner) > 1:
+            return self._on_rules(entry, inner, usual, field.align)
+        if field.multiline and frame.size[1] >= 2 * SETTINGS.pitch * SETTINGS.least_mm * frame.scale:
+            return self._filling(entry, usual, field.align)
+        return self._one_line(entry, printed, usual, field.align, rng)
+
+    def _one_line(
+        self, entry: Entry, printed: Sequence[float], usual: float, align: Align, rng: np.random.Generator
+    ) -> Entry:
+        """On the rule under the field, or in the middle of its box."""
+        scale = entry.frame.scale
+        height = entry.frame.size[1] / scale
+        under = [at for at in printed if at > SETTINGS.foot * height]
+        if under and not any(-SETTINGS.over < at < SETTINGS.head * height for at in printed):
+            rule, size = under[0], _bounded(SETTINGS.of_room * under[0], usual)
+        else:
+            size = _bounded(SETTINGS.of_height * height, usual)
+            wanders = min(SETTINGS.wanders, 0.03 * height) * self.jitter * float(rng.standard_normal())
+            rule = height / 2 + SETTINGS.below_middle * size + FOOT_ABOVE_RULE + wanders
+        spare = float(rng.uniform(0, 0.5 * self.jitter))
+        return replace(entry, layout=self._layout(entry.frame, size, [rule], align, spare))
+
+    def _on_rules(self, entry: Entry, rules: Sequence[float], usual: float, align: Align) -> Entry:
+        """On the rules that are printed in the field."""
+        size = _bounded(SETTINGS.of_room * float(np.median(np.diff(rules))), usual)
+        return replace(entry, layout=self._layout(entry.frame, size, rules, align, 0.0))
+
+    def _layout(self, frame: Frame, size: float, rules: Sequence[float], align: Align, spare: float) -> Layout:
+        """A text on lines at heights in the field, mm of the page."""
+        width, height = frame.size
+        edge = self._edge(frame)
+        side = AROUND + edge
+        heights = tuple((AROUND + at * frame.scale, 0.0) for at in rules)
+        return Layout(
+            Page(width + 2 * AROUND, height + 2 * AROUND),
+            (0.0, side, 0.0, side + min(spare, edge) * (align == "left")),
+            size * frame.scale,
+            align=align,
+            fit=True,
+            jitter=self.jitter,
+            ruling=Ruling(heights),
+        )
+
+    def _edge(self, frame: Frame) -> float:
+        """From the edge of a field to its text, mm of its frame."""
+        width = frame.size[0]
+        edge = min(SETTINGS.edge[1], max(SETTINGS.edge[0], SETTINGS.of_width * width / frame.scale))
+        return min(edge * frame.scale, 0.1 * width)
+
+    def _filling(self, entry: Entry, usual: float, align: Align) -> Entry:
+        """Line under line in a field without rules."""
+        width, height = entry.frame.size
+        size = _bounded(SETTINGS.of_height * height / entry.frame.scale, usual) * entry.frame.scale
+        side = AROUND + self._edge(entry.frame)
+        layout = Layout(
+            Page(width + 2 * AROUND, height + 2 * AROUND),
+            (AROUND + 0.2 * size, side, AROUND, side),
+            size,
+            min(SETTINGS.pitch, self.hand.pitch) * size,
+            align=align,
+            fit=True,
+            jitter=self.jitter,
+        )
+        return replace(entry, layout=layout)
+
+    def _combed(self, entry: Entry, cells: int, usual: float, rng: np.random.Generator) -> Entry:
+        """A letter a cell: set with a space between any two, and moved to their cells afterwards."""
+        width, height = entry.frame.size
+        size = _bounded(min(SETTINGS.of_height * height, SETTINGS.of_cell * width / cells), usual)
+        filled = tuple(n for n, letter in enumerate(entry.text) if not letter.isspace())
+        text = " ".join(entry.text[n] for n in filled)
+        wanders = 0.5 * SETTINGS.wanders * self.jitter * float(rng.standard_normal())
+        baseline = AROUND + height / 2 + SETTINGS.in_cell * size + FOOT_ABOVE_RULE + wanders
+        layout = Layout(
+            Page(2 * AROUND + 20 * size * len(text), height + 2 * AROUND),
+            (0.0, 0.0, 0.0, AROUND),
+            size,
+            align="left",
+            jitter=self.jitter,
+            ruling=Ruling(((baseline, 0.0),)),
+        )
+        return replace(entry, text=text, layout=layout, cells=(filled, cells))
+
+
+def _answered(field: Field, value: str) -> Iterator[Widget]:
+    """The places of a field that are written in: all, or the buttons that stand for the answer."""
+    for widget in field.widgets:
+        if field.kind not in ("check", "radio") or value in ("x", widget.state):
+            yield widget
+
+
+def _bounded(size: float, usual: float) -> float:
+    return max(SETTINGS.least_mm, min(size, usual))
+
+
+def _inner(printed: Sequence[float], height: float) -> list[float]:
+    """Of the lines printed at a field those to write on, where they are far enough apart."""
+    inner = [at for at in printed if at > 0.5 * SETTINGS.least_pitch and at <= height + 0.5 * SETTINGS.least_pitch]
+    return inner if all(np.diff(inner) >= SETTINGS.least_pitch) else []
+
+
+def page_manuscript(
+    page: Page,
+    entries: Iterable[tuple[Entry, Manuscript | None]],
+    hand: AnyHand,
+    mark: Mark,
+    jitter: float,
+    rng: np.random.Generator,
+) -> Manuscript:
+    """The writing on one page of a form.
+
+    Parameters
+    ----------
+    entries : what was set of each; None for a mark.
+    """
+    lines: list[Line] = []
+    words, doubts, sizes = 0, [], []
+    about: dict[str, object] = {"hand": hand.name}
+    for entry, setting in entries:
+        if setting is None:
+            made = [_marked(entry.frame, mark, jitter, rng)]
+        else:
+            sizes.append(setting.x_height / entry.frame.scale)
+            made = [*setting.lines] if entry.cells is None else [_in_cells(entry, setting, jitter, rng)]
+            told = setting.about.get("doubtful", ())
+            doubts += [{**doubt, "field": entry.field, "page": entry.page + 1} for doubt in told]
+            about |= {name: setting.about[name] for name in ("borrowed",) if name in setting.about}
+        for line in made:
+            placed = map(entry.frame.placed, line.placed)
+            lines.append(replace(line, placed=tuple(replace(p, word=words + p.word) for p in placed)))
+            words = max((p.word + 1 for p in lines[-1].placed), default=words)
+    size = float(np.median(sizes)) if sizes else hand.x_height
+    return Manuscript(tuple(lines), page, size, {**about, "x_height": round(size, 3), "doubtful": doubts})
+
+
+def _in_cells(entry: Entry, setting: Manuscript, jitter: float, rng: np.random.Generator) -> Line:
+    """The letters of a line, each in the middle of its cell; all smaller where one is wider than that.
+
+    Raises
+    ------
+    InputError
+        A character is left out, since the hand lacks it: which cell stays empty is not known then.
+    """
+    assert entry.cells is not None
+    filled, count = entry.cells
+    cell = entry.frame.size[0] / count
+    (line,) = setting.lines
+    letters = [list(group) for _, group in groupby(line.placed, key=lambda p: p.word)]
+    if len(letters) != len(filled):
+        raise InputError(f"{entry.field}: the hand lacks a letter of {entry.text!r}, and each has a cell of its own.")
+    extents = [_extent(letter) for letter in letters]
+    widest = max(right - left for left, right in extents)
+    scale = min(1.0, SETTINGS.cell_filled * cell / max(widest, 1e-6))
+    placed = []
+    for number, letter, (left, right) in zip(filled, letters, extents, strict=True):
+        middle = AROUND + (number + 0.5) * cell + min(SETTINGS.wanders, 0.04 * cell) * jitter * rng.standard_normal()
+        about, to = np.array([(left + right) / 2, line.baseline]), np.array([middle, line.baseline])
+        placed += [_mapped(glyph, partial(_moved, about=about, to=to, scale=scale), scale) for glyph in letter]
+    return replace(line, placed=tuple(placed))
+
+
+def _extent(letter: Sequence[Placed]) -> tuple[float, float]:
+    """Where the ink of some glyphs begins and ends, mm from the left."""
+    x = [stroke[:, 0] for glyph in letter for stroke in glyph.strokes]
+    x += [glyph.ink.graph.xy[:, 0] for glyph in letter if glyph.ink is not None]
+    every = np.concatenate(x) if x else np.zeros(1)
+    return float(every.min()), float(every.max())
+
+
+def _moved(points: Array, about: Array, to: Array, scale: float) -> Array:
+    """Places (n, 2) scaled about a point, which comes to lie on another."""
+    return np.asarray((points - about) * scale + to)
+
+
+def _mapped(glyph: Placed, move: Callable[[Array], Array], scale: float) -> Placed:
+    """A glyph whose places are moved, with a line so many times as wide."""
+    ink = glyph.ink
+    if ink is not None:
+        ink = replace(ink, graph=replace(ink.graph, xy=move(ink.graph.xy), radius=ink.graph.radius * scale))
+    return replace(glyph, strokes=tuple(map(move, glyph.strokes)), ink=ink)
+
+
+# ways of a pen through a box of side 1, from its upper left corner: a cross, which leaves the corners a little free,
+# and a tick, which leaves the box
+_WAYS: Mapping[Mark, tuple[tuple[tuple[float, float], ...], ...]] = {
+    "cross": (((0.12, 0.1), (0.5, 0.48), (0.9, 0.92)), ((0.9, 0.08), (0.52, 0.5), (0.1, 0.94))),
+    "tick": (((0.06, 0.46), (0.24, 0.72), (0.38, 0.98), (0.7, 0.4), (1.2, -0.26)),),
+}
+_SWAY = 0.05  # of a box, standard deviation of every point; set by eye
+_LARGEST_MARK = 5.0  # mm: in a larger box people make no larger cross
+
+
+def _marked(frame: Frame, mark: Mark, jitter: float, rng: np.random.Generator) -> Line:
+    """A cross or a tick, in the middle of its box."""
+    width, height = frame.size
+    side = min(width, height, _LARGEST_MARK) * (1 + 0.06 * jitter * float(rng.standard_normal()))
+    corner = np.array([AROUND + (width - side) / 2, AROUND + (height - side) / 2])
+    ways = [np.array(way) for way in _WAYS[mark]]
+    strokes = tuple(corner + side * (way + _SWAY * jitter * rng.standard_normal(way.shape)) for way in ways)
+    glyph = Glyph("", (), (True,) * len(strokes), 0.0)
+    return Line("", (Placed(glyph, strokes, joined=False, word=0, at=-1),), float(corner[1] + side))

@@ -1,0 +1,504 @@
+"""A letter file in its hands, on pages, in files: the head and the options are checked, its runs set, its pages drawn.
+
+A page is a function of the letter, the options, the seed and the row: `draw_letter` gives the same for the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, fields, replace
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.completion.completed_hand import complete_hand
+from handout.errors import InputError, MissingCharacters
+from handout.hand.measures import ink_colours
+from handout.inking.mixing import mixed, pasted, recoloured
+from handout.letters.document import Letter, Picture, Signature, blocks_in
+from handout.letters.rows import Setting
+from handout.letters.runs import Runs, WriterOptions, lines_of, runs_of, written
+from handout.letters.setting import LetterPage, set_letter
+from handout.motion.timing import time_in_air
+from handout.page_sizes import margins
+from handout.pipeline import programs
+from handout.pipeline import writing as texts
+from handout.pipeline.inputs import Source
+from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
+from handout.pipeline.results import SILENT, Facts, Listener, Tally
+from handout.pipeline.signatures import find_signature, placed_signature, size
+from handout.pipeline.writing import INK, STROKES, WritingTask, Written, check_outputs, draw, letter_facts, prepare
+from handout.progress import Tell, silent, within
+from handout.sinks import OF_INK, write_drawings
+from handout.values import Drawing, Manuscript, Raster, Stroke
+from handout.writing.layout import Layout
+from handout.writing.text import LEFT_OUT
+
+if TYPE_CHECKING:
+    from handout.hand.drawn import Hand
+    from handout.hand.scanned import ScannedHand
+    from handout.pipeline.rereading import Doubt, Rereader
+    from handout.writing.text import Borrowed
+
+_PDF_DPI = 300.0  # pixels an inch of a letterhead in PDF, as PNG files have
+_SET, _WRITTEN = 0.5, 0.35  # of the work: setting a letter, and writing it before it is drawn; as of a text
+Options = TypeVar("Options", WritingOptions, SheetOptions, PictureOptions)
+_PAGE = 250  # characters: no page of a letter holds fewer, but for its pictures
+_OPTIONS = {  # what a head may say that is an option, too
+    WritingOptions: ("hand", "x_height", "line_spacing", "align", "slips"),
+    SheetOptions: ("page", "margin"),
+    PictureOptions: ("pen", "pen_width", "ink", "paper"),
+}
+_FILES = ("hand", "paper", "pen")  # of these, such as may name a file beside the letter
+
+
+@dataclass(frozen=True)
+class LetterTask:
+    """A letter with its options, checked.
+
+    tasks : of each of its hands by the names in the letter, "" for that of the letter.
+    first, following : layouts of the first page and the others.
+    """
+
+    letter: Letter
+    tasks: Mapping[str, WritingTask]
+    first: Layout
+    following: Layout
+
+    def background(self, page: int) -> Path | None:
+        """What lies behind the writing of a page, from 1, in previews."""
+        head = self.letter.head
+        own = (head.first if page == 1 else head.following).background
+        name = head.background if own is None else own
+        return None if name in (None, "none") else self.letter.folder / str(name)
+
+    def notes(self, *, apart: bool = True) -> tuple[str, ...]:
+        """What the user is told: what of the source is not written, and of inks that one pen draws, not `apart`."""
+        letter = self.letter
+        inks = {span.manner.ink for paragraph in letter.paragraphs for span in paragraph.spans} - {""}
+        if apart or not inks:
+            return letter.dropped
+        also = f"{letter.name} is in {', '.join(sorted(inks))}, too: --layers colour stops for another pen."
+        return (*letter.dropped, also)
+
+    @property
+    def main(self) -> WritingTask:
+        """That of the letter's own hand."""
+        return self.tasks[""]
+
+
+def prepare_letter(
+    letter: Letter,
+    writing: WritingOptions = WritingOptions(),
+    sheet: SheetOptions = SheetOptions(),
+    picture: PictureOptions = PictureOptions(),
+    given: Collection[str] | None = None,
+) -> LetterTask:
+    """Check a letter's head and the options, and load its hands.
+
+    Parameters
+    ----------
+    given : the options by their names that are wanted whatever the head says; None: those that are not as usual.
+
+    Raises
+    ------
+    InputError
+        An option is wrong, or a hand is missing.
+    """
+    own_margins = not _is_given("margin", sheet, given)
+    writing, sheet, picture = (
+        _headed(letter, writing, given),
+        _headed(letter, sheet, given),
+        _headed(letter, picture, given),
+    )
+    tasks = {"": prepare(writing, sheet, picture)}
+    writing = replace(writing, seed=tasks[""].seed)
+    if picture.paper != "none":
+        tasks[""] = texts.on_lined_paper(tasks[""], writing, sheet, picture)
+    for name in letter.hands:
+        if name:
+            try:
+                tasks[name] = prepare(replace(writing, hand=_beside(letter, name)), sheet, picture)
+            except InputError as error:
+                spans = (span for paragraph in letter.paragraphs for span in paragraph.spans)
+                line = next(span.line for span in spans if span.manner.hand == name)
+                raise letter.wrong(line, str(error)) from error
+    layout, head = tasks[""].layout, letter.head
+    first, following = (
+        replace(layout, margin=margins(text, layout.page)) if text is not None and own_margins else layout
+        for text in (head.first.margin, head.following.margin)
+    )
+    task = LetterTask(letter, tasks, first, following)
+    for page in (1, 2):
+        if (background := task.background(page)) is not None and not background.is_file():
+            raise letter.wrong(1, f"there is no background {background}.")
+    return task
+
+
+def _is_given(name: str, options: Any, given: Collection[str] | None) -> bool:
+    """Whether an option was asked for by the caller."""
+    if given is not None:
+        return name in given
+    usual = next(field.default for field in fields(options) if field.name == name)
+    return bool(getattr(options, name) != usual)
+
+
+def _headed(letter: Letter, options: Options, given: Collection[str] | None) -> Options:
+    """Options, with what the head says of those that the caller did not ask for."""
+    said: dict[str, Any] = {}
+    for name in _OPTIONS[type(options)]:
+        value = getattr(letter.head, name)
+        if value is not None and not _is_given(name, options, given):
+            said[name] = _beside(letter, value) if name in _FILES else value
+    return replace(options, **said)
+
+
+def _beside(letter: Letter, name: str) -> str:
+    """A name, or the path of a file of that name beside the letter."""
+    path = letter.folder / name
+    return str(path) if Path(name).suffix and path.is_file() else name
+
+
+def draw_letter(
+    task: LetterTask, row: int | None = None, wanted: frozenset[str] = INK, tell: Tell = silent
+) -> tuple[list[Manuscript], list[Drawing]]:
+    """The pages of a letter as manuscripts and as drawings; see `pipeline.writing.draw_pages`.
+
+    Raises
+    ------
+    InputError, MissingCharacters, DoesNotFit
+        The message has the line of the letter.
+    """
+    tell(0.0, "setting the letter")
+    hands, pages = _set(task, row)
+    about = {"title": texts.title(task.letter.text), "pages": len(pages)} | ({} if row is None else {"row": row})
+    drawings = []
+    for number, page in enumerate(pages, 1):
+        tell(_SET + (1 - _SET) * (number - 1) / len(pages), f"writing {number}/{len(pages)}")
+        drawings.append(_drawn(page, task, hands, {**about, "page_number": number}, wanted))
+    return [page.whole for page in pages], drawings
+
+
+def _set(task: LetterTask, row: int | None) -> tuple[Mapping[str, Hand | ScannedHand], list[LetterPage]]:
+    """The pages of a letter, with what `Manuscript.about` says of them, and its hands with all letters they need."""
+    letter, main = task.letter, task.main
+    runs = runs_of(letter, _page_numbers(letter))
+    key = [main.seed] if row is None else [main.seed, row]
+    supplied = {name: _supplied(name, runs, task) for name in task.tasks}
+    hands = {name: hand for name, (hand, _) in supplied.items()}
+    readers = {name: _rereader(hand, task.tasks[name]) for name, hand in hands.items()}
+    writers = {}
+    for number, (name, hand) in enumerate(hands.items()):
+        with _located(name, runs):
+            writers[name] = written(runs, name, hand, _writer_options(task, name), [*key, number], readers[name])
+    limit = main.pages or (1 if main.layout.fit else None)
+    setting = Setting(letter, runs, writers, task.first, task.following, _sizes(letter), limit)
+    pages = set_letter(setting, lines_of(runs, writers), [*key, len(writers)])
+    doubts = [doubt for name, reader in readers.items() for doubt in _doubts(name, reader, pages)]
+    texts.refuse_doubts(doubts, main)
+    lent = [
+        letter_facts(each)
+        for name, (_, lacking) in supplied.items()
+        for each in _written(lacking, name, pages, task.tasks[name].hand)
+    ]
+    borrowed = lent if row is None else [{"row": row, **facts} for facts in lent]
+    told = [doubt.facts() for doubt in doubts]
+    return hands, [_told(page, number, told, borrowed) for number, page in enumerate(pages, 1)]
+
+
+def _page_numbers(letter: Letter) -> int:
+    """The highest page number that a letter could have, 0 where it has none."""
+    if letter.head.page_numbers == "none":
+        return 0
+    return 2 + len(letter.text) // _PAGE + len(letter.blocks) // 2
+
+
+def _writer_options(task: LetterTask, name: str) -> WriterOptions:
+    main, own = task.main, task.tasks[name].layout.x_height
+    return WriterOptions(own, main.layout.x_height, main.layout.jitter, main.fallback, main.slips)
+
+
+def _supplied(name: str, runs: Runs, task: LetterTask) -> tuple[Hand | ScannedHand, Sequence[Borrowed]]:
+    """A hand with the letters of its runs, and what was supplied; see `complete_hand`."""
+    hand, main = task.tasks[name].hand, task.main
+    if not runs.of(name):
+        return hand, []
+    with _located(name, runs):
+        return complete_hand(hand, runs.text(name), fallback=main.fallback, seed=main.seed)
+
+
+@contextmanager
+def _located(name: str, runs: Runs) -> Iterator[None]:
+    """Characters that a hand lacks are told with the lines of the letter."""
+    try:
+        yield
+    except MissingCharacters as error:
+        raise MissingCharacters(runs.located(name, str(error))) from error
+
+
+def _rereader(hand: Hand | ScannedHand, task: WritingTask) -> Rereader | None:
+    """Who reads what a scanned hand has written, and has it written again; None for a drawn hand."""
+    if hand.pages is None or task.hand.pages is None:
+        return None
+    from handout.pipeline import rereading
+
+    # without variation the best glyphs are wanted, always the same: what reads badly is only told
+    tries = rereading.SETTINGS.tries if task.layout.jitter else 0
+    return rereading.Rereader(hand, rereading.author_reader(task.hand), tries, rereading.SETTINGS)
+
+
+def _doubts(name: str, reader: Rereader | None, pages: Sequence[LetterPage]) -> Iterator[Doubt]:
+    """The words of a hand that read as others after all, with their pages and lines."""
+    if reader is None:
+        return
+    from handout.pipeline.rereading import SETTINGS, Doubt
+
+    lines = {
+        placed.at: (number, row + 1)
+        for number, page in enumerate(pages, 1)
+        for voice, manuscript in page.layers.items()
+        if voice.hand == name
+        for row, line in zip(page.rows[voice], manuscript.lines, strict=True)
+        for placed in line.placed
+    }
+    for word in reader.words:
+        if word.verdict is not None and word.wrong >= SETTINGS.told and word.at in lines:
+            yield Doubt(word.text, *lines[word.at], word.verdict.reads_as, 1.0 - word.wrong)
+
+
+def _told(page: LetterPage, number: int, doubts: Sequence[Facts], borrowed: Sequence[Facts]) -> LetterPage:
+    """A page with what is told of its words and letters."""
+    here = [doubt for doubt in doubts if doubt["page"] == number]
+    more = {**({"borrowed": list(borrowed)} if borrowed else {}), **({"doubtful": here} if here else {})}
+    return replace(page, whole=replace(page.whole, about={**page.whole.about, **more}))
+
+
+def _written(
+    letters: Sequence[Borrowed], name: str, pages: Sequence[LetterPage], author: Hand | ScannedHand
+) -> list[Borrowed]:
+    """What was supplied to a hand of the letters that are on the pages, and what was left out."""
+    kept = []
+    own, lent = _places(name, pages, author) if letters else (set[int](), set[int]())
+    for letter in letters:
+        # of a doubtful letter its own form may have been written all the same
+        there = lent if letter.doubted and not letter.of_author else own | lent
+        at = letter.at if letter.source == LEFT_OUT else tuple(place for place in letter.at if place in there)
+        if at:
+            kept.append(replace(letter, at=at))
+    return kept
+
+
+def _places(name: str, pages: Sequence[LetterPage], author: Hand | ScannedHand) -> tuple[set[int], set[int]]:
+    """Where in the text of a hand its own letters stand, and those that were lent to it."""
+    lines = [line for page in pages for v, layer in page.layers.items() if v.hand == name for line in layer.lines]
+    own, lent = set[int](), set[int]()
+    for placed in (placed for line in lines for placed in line.placed if placed.glyph.letter):
+        foreign = placed.ink is not None and author.pages is not None and placed.ink.number >= len(author.glyphs)
+        (lent if foreign else own).add(placed.at)
+    return own, lent
+
+
+def _sizes(letter: Letter) -> dict[str | Path, tuple[float, float]]:
+    """The sizes of the pictures (pixels) and signatures (mm) of a letter."""
+    from PIL import Image
+
+    sizes: dict[str | Path, tuple[float, float]] = {}
+    for block in blocks_in(letter.blocks):
+        if isinstance(block, Picture):
+            try:
+                with Image.open(block.path) as picture:
+                    sizes[block.path] = (float(picture.width), float(picture.height))
+            except (OSError, ValueError, Image.DecompressionBombError) as error:
+                raise letter.wrong(block.line, f"{block.path} cannot be read as a picture: {error}.") from error
+        elif isinstance(block, Signature) and block.name:
+            try:
+                sizes[block.name] = size(find_signature(block.name, letter.folder))
+            except InputError as error:
+                raise letter.wrong(block.line, str(error)) from error
+    return sizes
+
+
+# Drawing
+
+
+def _drawn(
+    page: LetterPage,
+    task: LetterTask,
+    hands: Mapping[str, Hand | ScannedHand],
+    about: Mapping[str, Any],
+    wanted: frozenset[str],
+) -> Drawing:
+    """A page as one drawing."""
+    layers = list(_layers(page, task, hands, about, wanted))
+    told = {**(layers[0].about if layers else about), **page.whole.about}
+    drawing = Drawing((), page.whole.page, told, beneath=_beneath(task, page, int(about["page_number"])))
+    if all(layer.strokes or layer.bounds is None for layer in layers):
+        drawing = replace(drawing, strokes=_in_order(layers, page.whole.x_height))
+    if all(layer.ink is None for layer in layers):
+        return drawing
+    inked = np.array([layer.bounds for layer in layers if layer.bounds is not None])
+    bounds = (*inked[:, :2].min(axis=0).tolist(), *inked[:, 2:].max(axis=0).tolist()) if len(inked) else None
+    return replace(drawing, ink=partial(_mixed, layers, task.main), inked=bounds)
+
+
+def _layers(
+    page: LetterPage,
+    task: LetterTask,
+    hands: Mapping[str, Hand | ScannedHand],
+    about: Mapping[str, Any],
+    wanted: frozenset[str],
+) -> Iterator[Drawing]:
+    """What is written on a page in one hand, ink and size, and its signatures, each as a drawing."""
+    for voice, manuscript in page.layers.items():
+        own = replace(task.tasks[voice.hand], hand=hands[voice.hand])
+        drawing = draw(manuscript, own, page.rng.spawn(1)[0], about, wanted)
+        # strokes have the ink of the whole letter from the pen that they are drawn with
+        ink = voice.ink or (own.look.pen.colour if own.coloured and drawing.ink is not None else "")
+        yield _inked(drawing, ink, own) if ink else drawing
+    for place in page.signatures:
+        signature = find_signature(str(place.source), task.letter.folder)
+        own = replace(task.main, hand=signature, pen_hand=None)
+        manuscript = placed_signature(signature, place, page.whole.page)
+        drawing = draw(manuscript, own, page.rng.spawn(1)[0], about, wanted)
+        yield _inked(drawing, place.ink, own) if place.ink else drawing
+
+
+def _beneath(
+    task: LetterTask, page: LetterPage, number: int
+) -> Callable[[NDArray[np.uint8], float], NDArray[np.uint8]] | None:
+    """What previews of a page show under its ink: the letterhead, and pictures."""
+    background, sheet = task.background(number), page.whole.page
+    places = [(Path(each.source), (each.x, each.y, each.width, each.height)) for each in page.pictures]
+    if background is not None:
+        places.insert(0, (background, (0.0, 0.0, sheet.width, sheet.height)))
+    if not places:
+        return None
+
+    def laid(paper: NDArray[np.uint8], dpi: float) -> NDArray[np.uint8]:
+        return pasted(paper, dpi, [(_pixels(path), place) for path, place in places])
+
+    return laid
+
+
+@lru_cache(maxsize=4)
+def _pixels(path: Path) -> NDArray[np.uint8]:
+    """(h, w, 3): a picture, or the first page of a PDF."""
+    from PIL import Image, ImageOps
+
+    try:
+        if path.suffix.lower() != ".pdf":
+            with Image.open(path) as picture:
+                upright = ImageOps.exif_transpose(picture).convert("RGBA")
+                white = Image.new("RGBA", upright.size, "white")
+                return np.asarray(Image.alpha_composite(white, upright).convert("RGB"))
+        try:
+            import pypdfium2
+        except ImportError as error:
+            raise InputError(
+                f"{path}: a background of PDF needs the extra pdf: pip install 'handout-driver[pdf]'."
+            ) from error
+        with pypdfium2.PdfDocument(path) as document:
+            return np.asarray(document[0].render(scale=_PDF_DPI / 72).to_pil().convert("RGB"))
+    except (OSError, ValueError, RuntimeError, Image.DecompressionBombError) as error:
+        raise InputError(f"{path} cannot be read as a picture: {error}.") from error
+
+
+def _inked(drawing: Drawing, colour: str, task: WritingTask) -> Drawing:
+    """What is written in an ink of its own."""
+    strokes = tuple(replace(stroke, colour=colour) for stroke in drawing.strokes)
+    if drawing.ink is None:
+        return replace(drawing, strokes=strokes)
+    pen: Any = task.pen_hand or task.hand
+    was, ink = ink_colours(pen).colours[0], drawing.ink
+    return replace(drawing, strokes=strokes, ink=lambda dpi: recoloured(ink(dpi), was, colour))
+
+
+def _mixed(layers: Sequence[Drawing], task: WritingTask, dpi: float) -> Raster:
+    """The ink of all layers of a page; of those that are strokes as the pen of pictures draws them."""
+    from handout.inking import pens
+
+    return mixed(
+        pens.ink(layer, dpi, task.look.pen, pens.noise(layer.about)) if layer.ink is None else layer.ink(dpi)
+        for layer in layers
+    )
+
+
+def _in_order(layers: Sequence[Drawing], x_height: float) -> tuple[Stroke, ...]:
+    """The strokes of all layers, a word after the other as they stand on the page, on one clock."""
+    if len(layers) < 2:
+        return layers[0].strokes if layers else ()
+    strokes = [(stroke.word, layer, at) for layer, each in enumerate(layers) for at, stroke in enumerate(each.strokes)]
+    ordered, clock, before = list[Stroke](), 0.0, (-1, -1)
+    for _, layer, at in sorted(strokes, key=lambda entry: entry[0]):
+        stroke = layers[layer].strokes[at]
+        if ordered:
+            last = ordered[-1]
+            if before == (layer, at - 1):  # as if nothing else were on the page
+                clock += float(stroke.t[0] - layers[layer].strokes[at - 1].t[-1])
+            else:
+                way = float(np.linalg.norm(stroke.xy[0] - last.xy[-1])) / x_height
+                clock += time_in_air(way, line=False, word=stroke.word != last.word)
+        ordered.append(replace(stroke, t=stroke.t - stroke.t[0] + clock))
+        clock, before = float(ordered[-1].t[-1]), (layer, at)
+    return tuple(ordered)
+
+
+def write_letter(
+    letter: Letter,
+    outputs: Sequence[str | Path],
+    writing: WritingOptions = WritingOptions(),
+    sheet: SheetOptions = SheetOptions(),
+    picture: PictureOptions = PictureOptions(),
+    *,
+    given: Collection[str] | None = None,
+    device: str | None = None,
+    listener: Listener = SILENT,
+) -> Written:
+    """Write a letter to files, as `pipeline.writing.write` does a text; `given` as in `prepare_letter`.
+
+    Raises
+    ------
+    InputError, MissingCharacters, DoesNotFit
+        The message has the line of the letter; nothing is written then.
+    """
+    paths = [Path(name) for name in outputs]
+    extra = programs.Programs(device, paths).sinks
+    check_outputs(paths, extra)
+    task = prepare_letter(letter, writing, sheet, picture, given)
+    wanted = frozenset[str]().union(*(INK if path.suffix.lower() in OF_INK else STROKES for path in paths))
+    pages, drawings = draw_letter(task, wanted=wanted, tell=within(listener.progress, 0.0, _WRITTEN))
+    files = write_drawings(drawings, paths, task.main.look, extra=extra, tell=within(listener.progress, _WRITTEN, 1.0))
+    asked = replace(_headed(letter, picture, given), ink=None)  # which scanned ink follows here
+    notes = (*task.notes(), *texts.not_followed(task.main, asked, wanted >= INK), *task.main.paper_notes)
+    notes = (*notes, *texts.style_notes(task.main, drawings), *_unshown(drawings, paths))
+    return texts.written(Tally.of(pages, drawings), task.main, files, notes)
+
+
+def _unshown(drawings: Sequence[Drawing], paths: Sequence[Path]) -> list[str]:
+    """A note on files that leave room for pictures and show none."""
+    others = sorted({path.suffix for path in paths if path.suffix.lower() != ".png"})
+    if not others or all(drawing.beneath is None for drawing in drawings):
+        return []
+    return [f"{' and '.join(others)} files leave the pictures and the background out, which PNG files show."]
+
+
+def write_source(
+    source: Source,
+    outputs: Sequence[str | Path],
+    writing: WritingOptions = WritingOptions(),
+    sheet: SheetOptions = SheetOptions(),
+    picture: PictureOptions = PictureOptions(),
+    *,
+    device: str | None = None,
+    listener: Listener = SILENT,
+) -> Written:
+    """Write a text or a letter to files: `write_letter`, or `pipeline.writing.write`."""
+    if source.letter is None:
+        return texts.write(source.text, outputs, writing, sheet, picture, device=device, listener=listener)
+    return write_letter(
+        source.letter, outputs, writing, sheet, picture, given=source.given, device=device, listener=listener
+    )

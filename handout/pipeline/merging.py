@@ -1,0 +1,505 @@
+"""A table and a letter: every row's pages, the letter it fills and its envelope, for printers and plotters alike.
+
+The pages of a row depend on the seed, the row, the letter, the hand and the program alone.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import NamedTuple
+
+from handout import page_sizes
+from handout.errors import InputError
+from handout.hand import library
+from handout.inking.device_pixels import Calibrate
+from handout.letters import letter_file as letter_files
+from handout.letters.document import Head
+from handout.merging.fields import Fields, RowManner, counted, doubts
+from handout.merging.sheets import overlaid
+from handout.merging.template import Letter
+from handout.pipeline import writing
+from handout.pipeline.inputs import LETTERS, decoded, is_file
+from handout.pipeline.job_pages import program, words
+from handout.pipeline.letters import LetterTask, draw_letter, prepare_letter
+from handout.pipeline.options import MergeOptions, PictureOptions, SheetOptions, TableOptions, WritingOptions
+from handout.pipeline.results import Listener, Tally
+from handout.pipeline.writing import INK, WritingTask
+from handout.printing import countries, envelope, journal
+from handout.printing.address_table import Addresses, read_addresses, read_rows
+from handout.printing.batch import BACK, BatchPage
+from handout.printing.journal import ENVELOPE, Batch, Journal
+from handout.printing.rows import Row, named, select
+from handout.sinks import write_drawing
+from handout.values import Drawing, Manuscript, Page
+from handout.writing.layout import Layout
+
+# that change nothing on paper, and so make no other batch
+_NOT_OF_THE_BATCH = {"dry_run", "resume", "again", "afresh", "page", "letter", "skip_bad", "given", "approved"}
+# the head of a letter file, as `letters.letter_file` finds it
+_HEAD = re.compile(r"\ufeff?(?:---|\+\+\+)[ \t]*\n(?:.*\n)*?(?:---|\+\+\+)[ \t]*(?:\n|\Z)")
+# options that the head of a letter file may give, too
+_OF_HEADS = frozenset(Head.__struct_fields__)
+_MOST_SENDER = 6  # lines of a return address: more do not fit the corner of an envelope
+_SENDER, _TICK = 1_000_003, 2_000_003  # added to the seed: a sender does not vary as the address beside it does
+
+
+@dataclass(frozen=True)
+class Merge:
+    """A table, and what is made of each of its rows.
+
+    letter : that its rows fill; None where their letters stand in a column, or where there are envelopes only.
+    head : of a letter file, which has no gaps, with the lines around it; None of a plain text.
+    with_letters, with_envelopes : what a row has; sender : the lines of the return address.
+    """
+
+    path: Path
+    table: Addresses
+    options: MergeOptions
+    letter: Letter | None
+    head: str | None = None
+    sender: tuple[str, ...] = ()
+
+    @property
+    def fields(self) -> Fields:
+        """What letters call the columns."""
+        return Fields(self.table.columns)
+
+    @property
+    def with_letters(self) -> bool:
+        return self.letter is not None or self.fields.says("text")
+
+    @property
+    def with_envelopes(self) -> bool:
+        return self.options.with_envelopes or not self.with_letters
+
+
+def read(path: Path, table: TableOptions, options: MergeOptions, listener: Listener) -> Merge:
+    """The table and its letter, checked as far as they can be without writing; the listener hears how they were read.
+
+    Raises
+    ------
+    TableError, InputError
+        The table or the letter cannot be read, or does not fit the other.
+    """
+    letter, head = (None, None) if options.letter is None else _letter(Path(options.letter), listener)
+    rows = read_rows(path, table.columns)
+    names = Fields(rows.columns)
+    with_text = names.says("text")
+    if letter is not None and with_text:
+        raise InputError("--letter and a column for the text are both given: the letter stands in one of them.")
+    if letter is not None:
+        letter.check(names.names, names.headers, str(path))
+    used = names.used(list(letter.names) if letter else [])
+    alone = letter is None and not with_text
+    if alone or options.with_envelopes or options.window or (letter is not None and "address" in letter.names):
+        rows = read_addresses(path, table.columns, table.address, table.no_name, used)
+    if not alone:
+        asked = [replace(row, warnings=(*row.warnings, *doubts(row, sorted(used)))) for row in rows]
+        rows = replace(rows, rows=tuple(asked))
+    rows = _abroad(counted(rows), options.home_country)
+    listener.say(*(f"{path}: {note}." for note in rows.notes))
+    return Merge(path, rows, options, letter, head, _sender(options.return_address, listener))
+
+
+def _letter(path: Path, listener: Listener) -> tuple[Letter, str | None]:
+    """The letter in a file, and the head of a Markdown file."""
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"Cannot read {path}: {error.strerror or error}.") from error
+    text = decoded(data, str(path), listener)
+    if not text.strip():
+        raise InputError(f"{path} is empty: there is no letter to write.")
+    if path.suffix.lower() not in LETTERS:
+        return Letter(text, path.name), None
+    head = ((match := _HEAD.match(text)) and match.group()) or ""
+    return Letter(text[len(head) :], path.name, markdown=True, first_line=1 + head.count("\n")), head
+
+
+def _abroad(table: Addresses, home: str) -> Addresses:
+    """The addresses without the country of the sender."""
+    if not home:
+        return table
+    country = countries.find(home)
+    if country is None:
+        raise InputError(f"home country: {home!r} is no country that is known; give a name or a code such as DE.")
+    rows = [
+        replace(row, lines=row.lines[:-1]) if len(row.lines) > 2 and countries.find(row.lines[-1]) == country else row
+        for row in table
+    ]
+    return replace(table, rows=tuple(rows))
+
+
+def _sender(given: str, listener: Listener) -> tuple[str, ...]:
+    """The lines of a return address, a text or its file; one line is broken at its commas."""
+    text = given.replace("\\n", "\n")
+    if is_file(text):
+        text = decoded(Path(text).read_bytes(), text, listener)
+    lines = text.strip().split("\n")
+    if len(lines) == 1:
+        lines = lines[0].split(",")
+    sender = tuple(line.strip() for line in lines if line.strip())
+    if len(sender) > _MOST_SENDER or (given and not sender):
+        raise InputError(f"return address: {len(sender)} lines; give 1 to {_MOST_SENDER}, or a file that has them.")
+    return sender
+
+
+def journal_of(pages: RowPages, table: TableOptions, more: Mapping[str, object], dry_run: bool) -> Journal:
+    """The journal of a batch: a new one, the one that is gone on with, or one in memory where nothing is made.
+
+    A hand that is no name or file leaves none either: nobody could say whether it is the same the next time.
+
+    Parameters
+    ----------
+    table : every option of the device; more : further ones, by their names.
+
+    Raises
+    ------
+    InputError
+        The batch cannot be begun, or gone on with.
+    """
+    if dry_run and (table.resume or table.afresh):
+        raise InputError("--resume and --afresh are for what is made: leave them out of a --dry-run.")
+    hand = pages.writing.hand
+    if dry_run or not isinstance(hand, str):
+        return Journal(seed=pages.seed)
+    if table.resume and table.afresh:
+        raise InputError("--resume goes on with a batch, --afresh makes all of it again: give one of them.")
+    facts = {**_named(table), **_named(pages.writing), **_look(pages.picture), **more}
+    what = _batch(pages.merge, hand, facts)
+    kept = journal.resume(what) if table.resume else journal.begin(what, pages.seed, afresh=table.afresh)
+    if pages.merge.options.approved is not None and kept.seed != pages.seed:
+        raise InputError(f"--approved: the batch was begun with seed {kept.seed}, and the proof has {pages.seed}.")
+    return kept
+
+
+def _look(picture: PictureOptions) -> dict[str, object]:
+    return {"pen": picture.pen, "pen_width": picture.pen_width, "ink": picture.ink}
+
+
+def _batch(merge: Merge, hand: str, facts: dict[str, object]) -> Batch:
+    """What identifies the batch, by which it is gone on with: its table, its letter, its hand and its options.
+
+    Of the options for letters only those that were given count, so that a batch of envelopes is the same as before
+    there were letters.
+    """
+    usual = _named(MergeOptions())
+    facts |= {name: value for name, value in _named(merge.options).items() if value != usual[name]}
+    cells = merge.with_letters or any(merge.fields.says(setting) for setting in ("hand", "pen"))
+    if cells:
+        facts |= {"program": program(), "content of the rows' hands": _digest_of_hands(merge)}
+    if merge.letter is not None:
+        if merge.head is not None:
+            named = ",".join(sorted((merge.options.given or frozenset()) & _OF_HEADS))
+            facts["content of the options"] = hashlib.sha256(named.encode()).hexdigest()
+        facts["content of the letter"] = hashlib.sha256(Path(str(merge.options.letter)).read_bytes()).hexdigest()
+    if merge.sender:
+        facts["return_address"] = "\n".join(merge.sender)
+    return journal.batch(merge.path, merge.table, library.path(hand), facts, cells)
+
+
+def _named(options: object) -> dict[str, object]:
+    """The options that change something on paper, by name."""
+    names = (option.name for option in fields(options))  # type: ignore[arg-type]
+    values = {name: getattr(options, name) for name in names if name not in _NOT_OF_THE_BATCH}
+    return {name: ",".join(value) if isinstance(value, tuple) else value for name, value in values.items()}
+
+
+def _digest_of_hands(merge: Merge) -> str:
+    """A digest of the hands that rows name for themselves; "" if none does."""
+    names = sorted({manner.hand for row in merge.table if (manner := merge.fields.manner(row)).hand})
+    files = [library.path(name) for name in names]
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files if file.is_file())).hexdigest() if names else ""
+
+
+class Finding(NamedTuple):
+    """What to look at on a page: how much it matters, 0 most; and a phrase."""
+
+    rank: int
+    phrase: str
+
+
+OUT_OF_REACH, AT_EDGE, DOUBTFUL, SHRUNK, LENT, BROKEN, SLIP, WARNED = range(8)
+_SHRUNK = 0.99  # of the size that was asked for: what is nearer to it nobody sees
+
+
+@dataclass
+class RowPages:
+    """Writes the pages of rows, and counts what was written.
+
+    sheet : of the letters, or without letters of the envelopes; seed : which is known, whatever `writing` says.
+    wanted : of a scanned hand its ink or its strokes.
+    calibrated : a task and the name of its hand → how its ink goes to the printer.
+    x_height : mm, of addresses; None: chosen for each.
+    dropped : sentences on what no pen writes of the letters.
+    findings : number of a row → what to look at on its pages, by how much that matters; see `Finding`.
+    """
+
+    merge: Merge
+    writing: WritingOptions
+    sheet: SheetOptions
+    picture: PictureOptions
+    wanted: frozenset[str] = INK
+    calibrated: Callable[[WritingTask, str], Calibrate | None] = lambda task, hand: None
+    x_height: float | None = None
+    seed: int = 0
+    tally: Tally = field(default_factory=Tally)
+    dropped: dict[str, None] = field(default_factory=dict)
+    findings: dict[int, list[Finding]] = field(default_factory=dict)
+    _tasks: dict[tuple[bool, str, str], WritingTask] = field(default_factory=dict)
+    _calibrations: dict[str, Calibrate | None] = field(default_factory=dict)
+
+    @property
+    def envelope_page(self) -> Page:
+        """The envelope, as it is read."""
+        if self.merge.with_letters:
+            return page_sizes.page(self.merge.options.envelope)
+        return page_sizes.page(self.sheet.page_name)
+
+    def sheets(self) -> list[Page]:
+        """The sizes of the pages of a row."""
+        letters = [self.look().layout.page] if self.merge.with_letters else []
+        return [*letters, *([self.envelope_page] if self.merge.with_envelopes else [])]
+
+    def look(self) -> WritingTask:
+        """How rows are written that say nothing of themselves, be it letters or envelopes."""
+        if self.merge.head is None:
+            return self.task(self.merge.with_letters, RowManner())
+        return self._letter_file("a", RowManner()).main
+
+    def __call__(self, row: Row) -> list[BatchPage]:
+        """The pages of a row: its letter, its envelope, the back of that.
+
+        Raises
+        ------
+        InputError
+            The row cannot be written.
+        """
+        manner, pages = self.merge.fields.manner(row), list[BatchPage]()
+        if self.merge.with_letters:
+            pages += self._letter(row, manner)
+        if self.merge.with_envelopes:
+            pages += self._envelope(row, manner)
+        return pages
+
+    def task(self, of_letter: bool, manner: RowManner) -> WritingTask:
+        """How a row's letter or envelope is written."""
+        key = of_letter, manner.hand, manner.pen
+        if key not in self._tasks:
+            options = replace(self.writing, hand=manner.hand or self.writing.hand)
+            picture = replace(self.picture, pen=manner.pen or self.picture.pen)
+            if of_letter:
+                task = writing.prepare(options, self.sheet, picture)
+                if picture.paper != "none":
+                    task = writing.on_lined_paper(task, options, self.sheet, picture)
+            else:
+                edge = SheetOptions(f"{self.envelope_page.width}x{self.envelope_page.height}mm", "0mm", 1)
+                task = writing.prepare(replace(options, slips=0.0), edge, replace(picture, paper="none"))
+            self._tasks[key] = task
+        return self._tasks[key]
+
+    def text(self, row: Row, manner: RowManner) -> str:
+        """The letter of a row."""
+        if self.merge.letter is not None:
+            language = manner.language or self.merge.options.language
+            return self.merge.letter.fill(self.merge.fields.values(row), row.cells, language)
+        if not manner.text:
+            raise InputError("there is no text for its letter")
+        return manner.text
+
+    def _letter(self, row: Row, manner: RowManner) -> list[BatchPage]:
+        text, window, read = self.text(row, manner), None, None
+        if self.merge.head is not None:
+            read = self._letter_file(text, manner)
+        task = self.task(True, manner) if read is None else read.main
+        if self.merge.options.window:
+            window = _window(self.merge.options.window, task.layout.page)
+            _check_address(row)
+        if read is None:
+            drawings = self._written("\n" * (_lines_above(window.below, task) if window else 0) + text, task, row)
+        else:
+            drawings = self._drawn(read, window, row)
+        first = [drawings[0]]
+        if window is not None:
+            layout = envelope.box_layout(task.layout.page, window.box, *_extent(row.lines), task.layout.x_height)
+            first += self._written("\n".join(row.lines), replace(task, slips=0.0, paper=None), row, layout, _SENDER)
+        if self.merge.options.tick:
+            first += self._ticked(row, task)
+        drawings[0] = overlaid(first, task.layout.page) if len(first) > 1 else first[0]
+        return [self._page(f"letter {n}", drawing, task, manner) for n, drawing in enumerate(drawings, 1)]
+
+    def _letter_file(self, text: str, manner: RowManner) -> LetterTask:
+        """The letter file of a row, with its hands and layouts."""
+        path, given = Path(str(self.merge.options.letter)), self.merge.options.given
+        letter = letter_files.load(f"{self.merge.head}{text}", path.name, path.parent)
+        self.dropped |= dict.fromkeys(letter.dropped)
+        options = replace(self.writing, hand=manner.hand or self.writing.hand, seed=self.seed)
+        picture = replace(self.picture, pen=manner.pen or self.picture.pen)
+        own = {name for name in ("hand", "pen") if getattr(manner, name)}
+        return prepare_letter(letter, options, self.sheet, picture, None if given is None else given | own)
+
+    def _drawn(self, read: LetterTask, window: envelope.Window | None, row: Row) -> list[Drawing]:
+        """The pages of a letter file."""
+        if window is not None:
+            top, right, bottom, left = read.first.margin
+            read = replace(read, first=replace(read.first, margin=(max(top, window.below), right, bottom, left)))
+        return self._counted(*draw_letter(read, row.number, self.wanted), row, read.main.layout)
+
+    def _envelope(self, row: Row, manner: RowManner) -> list[BatchPage]:
+        _check_address(row)
+        task, page, options = self.task(False, manner), self.envelope_page, self.merge.options
+        layout = envelope.address_layout(page, *_extent(row.lines), self.x_height)
+        front, back = self._written(envelope.address_text(row), task, row, layout), list[Drawing]()
+        if sender := self.merge.sender:
+            layout = envelope.sender_layout(page, *_extent(sender), options.return_at == "back")
+            written = self._written("\n".join(sender), task, row, layout, _SENDER)
+            front, back = (front, written) if options.return_at == "back" else ([*front, *written], [])
+        if options.tick:
+            front += self._ticked(row, task)
+        pages = [self._page(ENVELOPE, overlaid(front, page) if len(front) > 1 else front[0], task, manner)]
+        return [*pages, *(self._page(BACK, drawing, task, manner) for drawing in back)]
+
+    def _ticked(self, row: Row, task: WritingTask) -> list[Drawing]:
+        number = str(row.number)
+        layout = envelope.tick_layout(task.layout.page, len(number))
+        return self._written(number, replace(task, slips=0.0, paper=None), row, layout, _TICK)
+
+    def _written(
+        self, text: str, task: WritingTask, row: Row, layout: Layout | None = None, other: int = 0
+    ) -> list[Drawing]:
+        """A text of a row on its pages; `other` than its main text varies otherwise."""
+        if layout is not None:
+            wanted = task.layout
+            spacing = wanted.line_spacing or layout.line_spacing
+            layout = replace(layout, align=wanted.align, jitter=wanted.jitter, line_spacing=spacing)
+            task = replace(task, pages=1)
+        task = replace(task, seed=self.seed + other)
+        drawn = writing.draw_pages(text, task, layout, row.number, self.wanted)
+        return self._counted(*drawn, row, layout or task.layout)
+
+    def _counted(
+        self, pages: Sequence[Manuscript], drawings: Sequence[Drawing], row: Row, layout: Layout
+    ) -> list[Drawing]:
+        """Pages that were written, counted, with their words; what is to be looked at is noted."""
+        self.findings.setdefault(row.number, []).extend(_findings(pages, layout))
+        self.tally += Tally.of(pages, drawings)
+        named = ({**drawing.about, "words": words(page)} for page, drawing in zip(pages, drawings, strict=True))
+        return [replace(drawing, about=about) for drawing, about in zip(drawings, named, strict=True)]
+
+    def _page(self, part: str, drawing: Drawing, task: WritingTask, manner: RowManner) -> BatchPage:
+        from handout.inking import pens
+
+        about = {name: value for name, value in drawing.about.items() if name != "words" or not self.wanted & INK}
+        drawing, look = replace(drawing, about=about), task.look
+        hand = manner.hand or (self.writing.hand if isinstance(self.writing.hand, str) else task.hand.name)
+        if hand not in self._calibrations:
+            self._calibrations[hand] = self.calibrated(task, hand)
+        return BatchPage(
+            part,
+            drawing,
+            lambda dpi: pens.ink(drawing, dpi, look.pen, pens.noise(drawing.about)),
+            self._calibrations[hand],
+            lambda path: write_drawing(drawing, path, look),
+        )
+
+
+def _check_address(row: Row) -> None:
+    if not row.lines:
+        raise InputError("there is no street, place or address in it")
+
+
+def _extent(lines: Sequence[str]) -> tuple[int, int]:
+    """How many lines, and the characters of the longest."""
+    return len(lines), max(map(len, lines))
+
+
+def _window(name: str, page: Page) -> envelope.Window:
+    known = envelope.WINDOWS.get(name) or envelope.WINDOWS.get(name.upper())
+    if known is None:
+        raise InputError(f"window: {name!r} is none of {', '.join(envelope.WINDOWS)}.")
+    wanted = page_sizes.page(known.page)
+    if abs(page.width - wanted.width) > 1 or abs(page.height - wanted.height) > 1:
+        raise InputError(
+            f"window: an envelope {name} with a window takes letters of {known.page}: use --page {known.page}."
+        )
+    return known
+
+
+def _lines_above(height: float, task: WritingTask) -> int:
+    """How many empty lines keep a letter clear of the upper `height` mm."""
+    layout = task.layout
+    distance = layout.baseline_distance(task.hand.pitch)
+    return max(int(-(-(height - layout.margin[0]) // distance)), 0)
+
+
+def _findings(pages: Sequence[Manuscript], layout: Layout) -> Iterator[Finding]:
+    """What to look at on the pages of one text."""
+    size = min((page.x_height for page in pages), default=layout.x_height)
+    if size < _SHRUNK * layout.x_height:
+        yield Finding(SHRUNK, f"written at {size / layout.x_height:.0%} of its size, so that it fits")
+    for letter in pages[0].about.get("borrowed", []) if pages else []:
+        if not letter["own"]:
+            yield Finding(LENT, f"{letter['letter']!r}, {letter['count']} times, is {letter['from']}")
+    for page in pages:
+        for doubt in page.about.get("doubtful", []):
+            yield Finding(DOUBTFUL, f"{doubt['word']!r} may be read as {doubt['reads_as'] or 'nothing'!r}")
+        for slip in page.about.get("slips", []):
+            yield Finding(SLIP, f"struck out and written again: {slip.get('word', '')!r}")
+        yield from _broken(page)
+
+
+def _broken(page: Manuscript) -> Iterator[Finding]:
+    """Words that go on in the next line."""
+    for above, below in itertools.pairwise(line for line in page.lines if line.placed):
+        last = above.placed[-1]
+        if below.placed[0].at == last.at + 1:
+            word = "".join(placed.glyph.letter for placed in above.placed if placed.word == last.word)
+            yield Finding(BROKEN, f"a word goes on in the next line after {word!r}")
+
+
+def approval(pages: RowPages, table: TableOptions) -> dict[str, object]:
+    """All that decides on how the pages of a table look but the seed, as a proof keeps it."""
+    hand = pages.writing.hand
+    if not isinstance(hand, str):
+        raise InputError("A hand that is in memory alone cannot be told again: approve pages of a hand with a name.")
+    options = {name: value for name, value in _named(pages.writing).items() if name != "seed"}
+    sheet = {"page_name": pages.sheet.page_name, "margin": pages.sheet.margin, "pages": pages.sheet.pages}
+    read = {"columns": ",".join(table.columns), "address": table.address}
+    facts = _batch(pages.merge, hand, {**read, **options, **_look(pages.picture), **sheet}).facts
+    told: dict[str, object] = json.loads(json.dumps({name: fact for name, fact in facts.items() if fact is not None}))
+    return told
+
+
+def approved(pages: RowPages, table: TableOptions) -> int | None:
+    """The seed of the proof that these pages were approved by; None where none is named.
+
+    Raises
+    ------
+    InputError
+        It is no proof, or something has changed since: the message says what.
+    """
+    path = pages.merge.options.approved
+    if path is None:
+        return None
+    try:
+        proof = json.loads(Path(path).read_bytes())
+        facts, seed, rows = dict(proof["facts"]), int(proof["seed"]), set(proof["rows"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        reason = getattr(error, "strerror", None) or "it is no proof of handout"
+        raise InputError(f"--approved: {path} cannot be read: {reason}; handout proof makes one.") from error
+    now = approval(pages, table)
+    changes = journal.changes(facts, now)
+    if pages.writing.seed not in (None, seed):
+        changes.append(f"--seed was {seed} and is now {pages.writing.seed}")
+    asked = {row.number for row in select(pages.merge.table, table.rows)}
+    if more := sorted(asked - rows):
+        changes.append(f"{named(more)} {'is' if len(more) == 1 else 'are'} not in it")
+    if changes:
+        raise InputError(f"The proof {path} does not hold any more, because {' and '.join(changes)}: make a new one.")
+    return seed

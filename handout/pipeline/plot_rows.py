@@ -1,0 +1,371 @@
+"""A table and a plotter: the letters and envelopes of its rows, sheet after sheet, several cards on one bed.
+
+The batch is that of printers: its rows, its journal, how it is gone on with.  A sheet is a job of `plotting.jobs`,
+which goes on within a stroke where it broke off; the plotter says by these jobs what became of a page.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import gzip
+import itertools
+import tempfile
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+
+from handout.errors import DoesNotFit
+from handout.merging.sheets import Grid, grid
+from handout.pipeline import merging
+from handout.pipeline.merging import Merge, RowPages
+from handout.pipeline.options import MergeOptions, TableOptions, seed_of
+from handout.pipeline.plot_request import AttendanceOptions, Operator, PlotOptions, PlotRequest
+from handout.pipeline.plotting import ReportFile, Unattended, asked_machine, draw_job, job_options, port_to, stretched
+from handout.pipeline.printing import Printed, progress
+from handout.pipeline.results import SILENT, Facts, Listener
+from handout.pipeline.writing import STROKES
+from handout.plotting import bed, plan
+from handout.plotting.driving import plot_report
+from handout.plotting.driving.driver import Report, connect
+from handout.plotting.jobs import store
+from handout.plotting.jobs.job import Job, Options
+from handout.plotting.jobs.pages import laid_out
+from handout.plotting.planning.plan import Plan
+from handout.plotting.ports import Port
+from handout.printing.batch import BACK, BatchOptions, BatchPage, chosen_rows, make_rows
+from handout.printing.journal import ENVELOPE, Journal, Piece
+from handout.printing.queue import Outcome
+from handout.printing.rows import named
+from handout.printing.sending import Listener as BatchListener
+from handout.profiles import Plotter
+from handout.sinks import Look, check_outputs, write_drawings
+from handout.sinks.drawing_json import to_json
+from handout.sources.drawing_json import from_json
+from handout.values import Drawing, Page
+
+_PENS = "--columns pen=…: a plotter draws with the pen that is in it; the column shows in pictures alone."
+_ENDS = {"ebb": "\r", "hpgl": ""}  # of the lines of a dialect, where that is no line feed
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlottedRows(Printed):
+    """What became of a table: see `Printed`.
+
+    reports : of every part that was plotted; planned_s : s that plotting would take, of a preview.
+    """
+
+    reports: tuple[Report, ...] = ()
+    planned_s: float | None = None
+
+    @property
+    def executed_s(self) -> float:
+        """Time that it took, s."""
+        return round(sum(report.executed_s for report in self.reports), 2)
+
+    @property
+    def fidelity(self) -> str:
+        """How faithful the plot was, in one sentence; "" if nothing was plotted."""
+        return plot_report.sentence(self.reports)
+
+    def facts(self) -> Facts:
+        if self.planned_s is not None:
+            return {**super().facts(), "planned_s": round(self.planned_s, 2)}
+        planned = round(sum(report.announced_s for report in self.reports), 2)
+        told = {"planned_s": planned, "executed_s": self.executed_s, "stretched": stretched(self.reports)}
+        return {**super().facts(), **told, **plot_report.facts(self.reports)}
+
+
+def plot_rows(
+    table: str | Path,
+    request: PlotRequest,
+    port: str | None,
+    batch: tuple[TableOptions, MergeOptions] = (TableOptions(), MergeOptions()),
+    attendance: AttendanceOptions = AttendanceOptions(),
+    *,
+    outputs: Sequence[str | Path] = (),
+    operator: Operator | None = None,
+    listener: Listener = SILENT,
+) -> PlottedRows:
+    """Plot a letter, an envelope or both for every row of a table; with `outputs`, write what would be plotted.
+
+    Parameters
+    ----------
+    request : how it is written and plotted; its source is not looked at.
+    port : see `plotting.open_port`.
+    batch : the options of the table, and those of its letters.
+
+    Raises
+    ------
+    TableError, InputError
+        The table or the letter cannot be read, or an option is wrong.
+    RowsRefused
+        There are letters, and some rows cannot be made: nothing was plotted.
+    DeviceError, PrintingStopped
+        The plotter cannot be reached, or failed; the message says how to go on.
+    """
+    (rows, merge), plotting, paths = batch, request.plotting, [Path(name) for name in outputs]
+    account = ReportFile(attendance.report)
+    check_outputs(paths)
+    profile = asked_machine(plotting, port)
+    pages = _pages(merging.read(Path(table), rows, merge, listener), request)
+    task, merged, shared = pages.look(), pages.merge, grid(plotting.grid, plotting.gap)
+    _check_grid(shared, task.layout.page, profile)
+    if (approved := merging.approved(pages, rows)) is not None:
+        pages.seed = approved
+    record = _journal(pages, rows, request, profile, bool(paths))
+    pages.seed = record.seed
+    all_or_none = merged.with_letters and not merge.skip_bad
+    options = BatchOptions(rows.rows, plotting.copies, rows.again, None, all_or_none)
+    chosen_rows(merged.table, options, record.resumed)
+    place: PlotFiles | PlotSpool
+    if paths:
+        place = PlotFiles(shared, profile, paths, task.look, plotting)
+    else:
+        assert port is not None
+        how = job_options(replace(plotting, copies=1), profile, task.fast)
+        attended, opened = operator or Unattended(port, listener), port_to(port, profile)
+        place = PlotSpool(shared, profile, PlotterQueue(profile, port, how, attended, attendance, account, opened))
+    with record, place:
+        report = make_rows(merged.table, pages, place, options, record, BatchListener(progress(listener), listener.say))
+    if isinstance(place, PlotFiles):
+        account.planned(place.plans)
+    return PlottedRows(
+        report,
+        pages.tally,
+        pages.seed,
+        task.hand.name,
+        port or "",
+        {**merged.table.facts()},
+        letters=merged.with_letters,
+        reports=tuple(place.queue.reports) if isinstance(place, PlotSpool) else (),
+        planned_s=place.planned_s if isinstance(place, PlotFiles) else None,
+        notes=(*task.paper_notes, *pages.dropped, *([_PENS] if merged.fields.says("pen") else [])),
+    )
+
+
+def _pages(merged: Merge, request: PlotRequest) -> RowPages:
+    """How the pages of rows are written, as strokes."""
+    sheet = request.sheet if merged.with_letters else replace(request.sheet, usual_page="DL")
+    pages = RowPages(merged, request.writing, sheet, request.picture, STROKES, seed=seed_of(request.writing.seed))
+    if request.writing.x_height is not None and not merged.with_letters:
+        pages.x_height = pages.look().layout.x_height
+    return pages
+
+
+def _journal(pages: RowPages, rows: TableOptions, request: PlotRequest, profile: Plotter, dry_run: bool) -> Journal:
+    """The journal of this batch: what changes the ink makes another."""
+    plotting, sheet = request.plotting, request.sheet
+    ways = {name: getattr(plotting, name) for name in ("order", "layers", "grid", "pen_up", "pen_down")}
+    more = {**ways, "gap": str(plotting.gap), "margin": sheet.margin, "pages": sheet.pages, "device": profile.name}
+    copied = replace(rows, copies=plotting.copies)
+    return merging.journal_of(pages, copied, {**more, "page_name": pages.sheet.page_name}, dry_run)
+
+
+def _check_grid(shared: Grid, card: Page, profile: Plotter) -> None:
+    """Refuse a grid that is larger than the bed, before anything is written."""
+    sheet, reach = shared.sheet(card), profile.bed
+    upright = sheet.width <= reach.width and sheet.height <= reach.height
+    turned = sheet.width <= reach.height and sheet.height <= reach.width
+    if shared.cards > 1 and not (upright or turned):
+        raise DoesNotFit(
+            f"grid: {shared.across} x {shared.down} cards of {card.width:g} x {card.height:g} mm take "
+            f"{sheet.width:g} x {sheet.height:g} mm, and the bed of {profile.name or profile.title} has "
+            f"{reach.width:g} x {reach.height:g} mm: use fewer cards, a smaller --gap or a smaller --page."
+        )
+
+
+@dataclass
+class _Sheets:
+    """Pages on their way to a plotter: kept on the disk, and laid on sheets together."""
+
+    shared: Grid
+    profile: Plotter
+
+    def __post_init__(self) -> None:
+        self._stack = contextlib.ExitStack()
+        self._pages: dict[tuple[int, str], tuple[Path, Page]] = {}
+        self._copies: dict[int, int] = {}
+
+    def __enter__(self) -> Self:
+        self._folder = Path(self._stack.enter_context(tempfile.TemporaryDirectory(prefix="handout-")))
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._stack.close()
+
+    def warning(self, page: BatchPage) -> str | None:
+        """What hangs off the paper."""
+        return "nothing is written on it" if not page.drawing.strokes else bed.beyond_paper(page.drawing)
+
+    def take(self, number: int, pages: Sequence[BatchPage], copies: int) -> None:
+        """Keep the row's pages, which have to be within the reach of the machine wherever they lie on their sheet."""
+        for page in pages:
+            drawing, shared = page.drawing, self._grid(page.part)
+            placed = bed.place(shared.sheet(drawing.page), self.profile)
+            corner = np.array(shared.corner(shared.cards - 1, drawing.page))
+            for stroke in drawing.strokes:
+                bed.check(placed.to_machine(np.concatenate([stroke.xy, stroke.xy + corner])), self.profile)
+            path = self._folder / f"{number}-{page.part or 'envelope'}.json.gz"
+            path.write_bytes(gzip.compress(to_json(replace(drawing, ink=None, inked=None)), 1))
+            self._pages[number, page.part] = path, drawing.page
+        self._copies[number] = copies
+
+    def _grid(self, part: str) -> Grid:
+        return Grid() if part in (ENVELOPE, BACK) else self.shared
+
+    def sheets(self, pieces: Sequence[Piece]) -> Iterator[Sequence[Piece]]:
+        """Letters first, as many on a sheet as there is room for; then envelopes, then their backs."""
+        kinds = (
+            [piece for piece in pieces if piece.part not in (ENVELOPE, BACK)],
+            [piece for piece in pieces if piece.part == ENVELOPE],
+            [piece for piece in pieces if piece.part == BACK],
+        )
+        for kind in kinds:
+            for _, alike in itertools.groupby(kind, lambda piece: self._pages[piece.row, piece.part][1]):
+                several, many = list(alike), self._grid(kind[0].part).cards
+                yield from (several[at : at + many] for at in range(0, len(several), many))
+
+    def drawing(self, sheet: Sequence[Piece]) -> Drawing:
+        """A sheet with all that lies on it."""
+        cards = [from_json(gzip.decompress(self._pages[piece.row, piece.part][0].read_bytes())) for piece in sheet]
+        return self._grid(sheet[0].part).laid(cards)
+
+    def finish(self) -> None:
+        """Nothing: what had to be drawn is drawn."""
+
+    def files(self) -> tuple[Path, ...]:
+        """Nothing for the user: it is on paper."""
+        return ()
+
+
+class PlotFiles(_Sheets):
+    """Sheets as they would be plotted, written to files."""
+
+    def __init__(
+        self, shared: Grid, profile: Plotter, paths: Sequence[Path], look: Look, plotting: PlotOptions
+    ) -> None:
+        super().__init__(shared, profile)
+        self._paths, self._look, self._plotting = paths, look, plotting
+        self._written: tuple[Path, ...] = ()
+        self.plans: list[Plan] = []
+
+    @property
+    def planned_s(self) -> float:
+        """s that plotting would take."""
+        return sum(planned.duration for planned in self.plans)
+
+    def finish(self) -> None:
+        """Write all sheets."""
+        pieces = [Piece(row, copy, part) for row, part in self._pages for copy in range(1, self._copies[row] + 1)]
+        if not pieces:
+            return
+        pieces.sort(key=lambda piece: (piece.row, piece.copy))
+        ways = self._plotting.layers, self._plotting.order
+        drawings = [laid_out(self.drawing(sheet), self.profile, *ways) for sheet in self.sheets(pieces)]
+        self.plans = [plan(drawing, self.profile) for drawing in drawings]
+        self._written = tuple(write_drawings(drawings, self._paths, self._look))
+
+    def files(self) -> tuple[Path, ...]:
+        """The previews."""
+        return self._written
+
+
+class PlotSpool(_Sheets):
+    """Sheets for a plotter."""
+
+    def __init__(self, shared: Grid, profile: Plotter, queue: PlotterQueue) -> None:
+        super().__init__(shared, profile)
+        self.queue = queue
+
+    def ready(self, sheet: Sequence[Piece]) -> None:
+        """Have the sheet put in."""
+        self.queue.feed(_called(sheet))
+
+    def send(self, sheet: Sequence[Piece], title: str) -> str:
+        """Keep a sheet as a job of that title; its name."""
+        return self.queue.begin(self.drawing(sheet), title)
+
+
+def _called(sheet: Sequence[Piece]) -> str:
+    """A sheet as it is asked for."""
+    rows = named(sorted({piece.row for piece in sheet}))
+    part = sheet[0].part
+    if part == ENVELOPE:
+        return f"the envelope of {rows}"
+    return f"the envelope of {rows}, its back up" if part == BACK else f"a sheet for {rows}"
+
+
+@dataclass
+class PlotterQueue:
+    """A plotter as a device of a batch: a sheet is a job that is kept until it is drawn.
+
+    reports : of every part that was plotted.
+    """
+
+    profile: Plotter
+    address: str
+    options: Options
+    operator: Operator
+    attendance: AttendanceOptions
+    account: ReportFile
+    port: Port | None = None
+    reports: list[Report] = field(default_factory=list)
+    keeps: bool = False
+    _sheets: int = 0
+
+    @property
+    def name(self) -> str:
+        """Where it is."""
+        return self.address
+
+    def feed(self, sheet: str) -> None:
+        """Put a sheet in, by the machine's feeder or by asking for it; the first lies there already."""
+        self._sheets += 1
+        if self._sheets == 1:
+            return
+        if not self.profile.feeder.command:
+            self.operator.do(f"Put in {sheet}")
+            return
+        with contextlib.closing(self.port or port_to(self.address, self.profile)) as port:
+            self.port = None
+            controller = connect(port, self.profile, lambda sentence: None)
+            for line in self.profile.feeder.command:
+                controller.send(f"{line}{_ENDS.get(self.profile.dialect, chr(10))}".encode())
+            controller.finish()
+
+    def begin(self, drawing: Drawing, title: str) -> str:
+        """A job of one sheet, on the disk when this returns; its name."""
+        return store.create([drawing], self.profile, self.options, title=title, port=self.address).name
+
+    def follow(self, job: str) -> Outcome:
+        """Draw a job, or what is left of it."""
+        kept, self._sheets = store.find(job), max(self._sheets, 1)
+        if not kept.standing().finished:
+            port, self.port = self.port, None
+            self.reports += draw_job(kept, self.address, self.attendance, self.account, self.operator, port)
+            self.attendance = replace(self.attendance, at_zero=False)
+        return Outcome("completed")
+
+    def outcome(self, job: str, title: str, earlier: Collection[str] = ()) -> Outcome:
+        """What became of a job, of which its name or its title is known."""
+        kept = _kept(job, title)
+        if kept is None:
+            if job:
+                return Outcome("unknown", "that plot is not kept any more")
+            return Outcome("failed", "no such plot was begun")
+        return Outcome("completed" if kept.standing().finished else "waiting", job="" if job else kept.name)
+
+    def cancel(self, job: str, title: str) -> Outcome:
+        """Nothing: what has been begun is kept."""
+        return self.outcome(job, title)
+
+
+def _kept(name: str, title: str) -> Job | None:
+    """The job of that title, and if it is known of that name, which may have been given again to another."""
+    return next((job for job in store.every() if job.title == title and name in ("", job.name)), None)

@@ -1,0 +1,349 @@
+"""Proofs: every page of a table's letters and envelopes, small, with what to look at first, before any ink is spent.
+
+A proof is a page for a browser (.html) or a printer (.pdf), and beside it a .json file by which a later run knows that
+it makes what was looked at (`merging.approved`).
+"""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+import json
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from handout import atomic, units
+from handout.errors import InputError
+from handout.inking.papers import laid
+from handout.pipeline import merging
+from handout.pipeline.merging import AT_EDGE, OUT_OF_REACH, WARNED, Finding, RowPages
+from handout.pipeline.options import (
+    MergeOptions,
+    PictureOptions,
+    SheetOptions,
+    TableOptions,
+    WritingOptions,
+    seed_of,
+)
+from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
+from handout.plotting import plan
+from handout.printing import media, printers
+from handout.printing.batch import BatchPage, margin_warning
+from handout.printing.journal import ENVELOPE
+from handout.printing.rows import Row, select
+from handout.profiles import Plotter, Printer, find
+from handout.values import Drawing
+
+_DPI = 96  # of the small pictures
+_WIDE = 300  # pixels across a picture, on the screen
+_EDGE = 4.0  # mm from the edge of the paper: what comes nearer is said; set by eye
+_INCH = 72.0  # points of a PDF
+_FIRST = 200  # rows that are named at the top
+
+
+@dataclass(frozen=True)
+class ProofPage:
+    """A page in a proof: its row, what it is, its picture (PNG), its size in mm, and what to look at on it."""
+
+    row: int
+    part: str
+    picture: bytes
+    size: tuple[float, float]
+    findings: tuple[Finding, ...] = ()
+
+
+@dataclass(frozen=True)
+class Proof(Result):
+    """What a proof holds.
+
+    rows : that can be made; failed : number of a row → why it cannot.
+    sheets : how many of each size, by its name; machine_s : s that a plotter would take, None without one.
+    """
+
+    tally: Tally
+    seed: int
+    hand: str
+    rows: tuple[int, ...]
+    failed: dict[int, str]
+    looked: dict[int, tuple[str, ...]]
+    sheets: dict[str, int]
+    files: tuple[Path, ...]
+    machine_s: float | None = None
+
+    def facts(self) -> Facts:
+        return {
+            **self.tally.facts(self.seed, self.hand, self.files),
+            "rows": len(self.rows),
+            "failed": [{"row": row, "reason": reason} for row, reason in self.failed.items()],
+            "look_at": [{"row": row, "why": list(why)} for row, why in self.looked.items()],
+            "sheets": self.sheets,
+            **({} if self.machine_s is None else {"machine_s": round(self.machine_s, 1)}),
+            **({"notes": list(self.notes)} if self.notes else {}),
+        }
+
+
+@dataclass(frozen=True)
+class ProofOptions(TableOptions):
+    """What a proof is of: the page, and the machine, printer or plotter, whose reach and time are looked at."""
+
+    page: str | None = None
+    printer: str = ""
+    device: str = ""
+    margin: str | None = None
+    pages: int | None = None
+
+
+def proof(
+    table: str | Path,
+    outputs: Sequence[str | Path],
+    options: ProofOptions = ProofOptions(),
+    writing: WritingOptions = WritingOptions(),
+    picture: PictureOptions = PictureOptions(),
+    merge: MergeOptions = MergeOptions(),
+    *,
+    listener: Listener = SILENT,
+) -> Proof:
+    """Write a proof of a table's letters and envelopes.
+
+    Parameters
+    ----------
+    outputs : .html and .pdf files; the file by which the proof is approved has the name of the first, with .json.
+
+    Raises
+    ------
+    TableError, InputError
+        The table or the letter cannot be read, or an option is wrong.
+    """
+    paths = [Path(name) for name in outputs]
+    _check(paths)
+    machine = _machine(options)
+    merged = merging.read(Path(table), options, merge, listener)
+    usual = "DL" if not merged.with_letters else "A5" if isinstance(machine, Plotter) else "A4"
+    sheet = SheetOptions(options.page, options.margin, options.pages, usual)
+    pages = RowPages(merged, writing, sheet, picture, seed=seed_of(writing.seed))
+    hand = pages.look().hand.name
+    if writing.x_height is not None and not merged.with_letters:
+        pages.x_height = pages.look().layout.x_height
+    made = _Made(pages, machine)
+    rows = select(merged.table, options.rows)
+    for number, row in enumerate(rows):
+        listener.progress(number / len(rows), f"proof {number}/{len(rows)}")
+        made.take(row)
+    approved = {"seed": pages.seed, "rows": made.good, "facts": merging.approval(pages, options)}
+    heading = f"{Path(table).name}, {hand}, seed {pages.seed}"
+    for path in paths:
+        atomic.write(path, _html(made, heading) if path.suffix.lower() == ".html" else _pdf(made, heading))
+    record = paths[0].with_suffix(".json")
+    atomic.write(record, json.dumps(approved, ensure_ascii=False, indent=1).encode())
+    return Proof(
+        pages.tally,
+        pages.seed,
+        hand,
+        tuple(made.good),
+        made.failed,
+        {row: tuple(finding.phrase for finding in found) for row, found in made.looked.items()},
+        dict(made.sheets),
+        (*paths, record),
+        made.machine_s if isinstance(machine, Plotter) else None,
+        notes=tuple(pages.dropped),
+    )
+
+
+def _check(paths: Sequence[Path]) -> None:
+    if not paths:
+        raise InputError("A proof needs a file: give it with -o proof.html.")
+    for path in paths:
+        if path.suffix.lower() not in (".html", ".pdf"):
+            raise InputError(f"{path}: a proof is written as .html or .pdf; give the file one of these endings.")
+        atomic.check_writable(path)
+    atomic.check_writable(paths[0].with_suffix(".json"))
+
+
+def _machine(options: ProofOptions) -> Printer | Plotter | None:
+    """The machine whose reach is looked at."""
+    if options.printer and options.device:
+        raise InputError("--printer and --device are both given: a proof is of one machine.")
+    if options.device:
+        profile = find(options.device, "plotter")
+        assert isinstance(profile, Plotter)
+        return profile
+    return printers.resolve(options.printer) if options.printer else None
+
+
+@dataclass
+class _Made:
+    """The pages as they are written, one row after the other."""
+
+    writer: RowPages
+    machine: Printer | Plotter | None
+    rows: list[int] = field(default_factory=list)
+    pages: list[ProofPage] = field(default_factory=list)
+    failed: dict[int, str] = field(default_factory=dict)
+    looked: dict[int, list[Finding]] = field(default_factory=dict)
+    sheets: Counter[str] = field(default_factory=Counter)
+    machine_s: float = 0.0
+
+    @property
+    def good(self) -> list[int]:
+        """The rows that can be made."""
+        return [row for row in self.rows if row not in self.failed]
+
+    def take(self, row: Row) -> None:
+        """Write a row and look at it."""
+        self.rows.append(row.number)
+        try:
+            if row.problem:
+                raise InputError(row.problem)
+            pages = self.writer(row)
+        except InputError as error:
+            self.failed[row.number] = str(error)
+            return
+        found = self.writer.findings.pop(row.number, [])
+        found += [Finding(WARNED, warning) for warning in row.warnings]
+        placed = [self._of_page(page) for page in pages]
+        every = sorted(dict.fromkeys([*found, *(finding for each in placed for finding in each)]))
+        if every:
+            self.looked[row.number] = every
+        for page, own in zip(pages, placed, strict=True):
+            sheet = page.drawing.page
+            self.sheets[sheet.name or f"{sheet.width:g} x {sheet.height:g} mm"] += row.copies
+            called = "envelope" if page.part == ENVELOPE else page.part
+            size = (sheet.width, sheet.height)
+            self.pages.append(ProofPage(row.number, called, _small(page), size, tuple(own)))
+
+    def _of_page(self, page: BatchPage) -> list[Finding]:
+        """What is to be looked at for where a page's ink lies."""
+        drawing, found = page.drawing, list[Finding]()
+        if isinstance(self.machine, Printer):
+            fed = media.printer_for(drawing.page, self.machine)
+            if warning := margin_warning(drawing, fed):
+                found.append(Finding(OUT_OF_REACH, warning))
+        elif isinstance(self.machine, Plotter) and drawing.strokes:
+            try:
+                self.machine_s += plan(drawing, self.machine).duration
+            except InputError as error:
+                found.append(Finding(OUT_OF_REACH, str(error)))
+        if not found and (near := _nearest(drawing)) is not None and near < _EDGE:
+            called = "the envelope" if page.part == ENVELOPE else page.part
+            found.append(Finding(AT_EDGE, f"ink comes within {max(near, 0.0):.1f} mm of the edge of {called}"))
+        return found
+
+
+def _nearest(drawing: Drawing) -> float | None:
+    """How near ink comes to an edge of its paper, mm."""
+    if drawing.bounds is None:
+        return None
+    x0, y0, x1, y1 = drawing.bounds
+    return min(x0, y0, drawing.page.width - x1, drawing.page.height - y1)
+
+
+def _small(page: BatchPage) -> bytes:
+    """A small picture of a page on white, PNG."""
+    from PIL import Image
+
+    raster = page.ink(_DPI)
+    width, height = (max(round(side * _DPI / 25.4), 1) for side in (page.drawing.page.width, page.drawing.page.height))
+    whole = Image.new("RGB", (width, height), "white")
+    ink = Image.fromarray(laid(raster, None))
+    whole.paste(ink, (round(raster.origin[0] * _DPI / 25.4), round(raster.origin[1] * _DPI / 25.4)))
+    stream = io.BytesIO()
+    whole.quantize(32).save(stream, "PNG", optimize=True)
+    return stream.getvalue()
+
+
+def _totals(made: _Made) -> str:
+    """Pages, ink and time, in one sentence."""
+    tally = made.writer.tally
+    sheets = ", ".join(f"{count} {name}" for name, count in made.sheets.items()) or "no page"
+    ink = f", {tally.pen_down / 1000:.1f} m of ink" if tally.pen_down else ""
+    time = f", {units.duration(tally.duration)} of writing" if tally.duration else ""
+    machine = f", {units.duration(made.machine_s)} on the plotter" if made.machine_s else ""
+    return f"{units.count(len(made.good), 'row')}: {sheets}{ink}{time}{machine}."
+
+
+def _first(made: _Made) -> list[tuple[int, str, int]]:
+    """Rows that want looking at, the most urgent first: number, what, rank."""
+    rows = [(row, reason, -1) for row, reason in made.failed.items()]
+    rows += [(row, "; ".join(finding.phrase for finding in found), found[0].rank) for row, found in made.looked.items()]
+    return sorted(rows, key=lambda entry: (entry[2], entry[0]))[:_FIRST]
+
+
+_STYLE = f"""body{{font:14px sans-serif;margin:24px;background:#eee;color:#222}}
+figure{{display:inline-block;margin:8px;vertical-align:top;width:{_WIDE}px}}
+img{{width:100%;background:#fff;border:1px solid #aaa}} .look img{{border:3px solid #c30}}
+figcaption{{font-size:12px}} li.failed{{color:#c00}} a{{color:inherit}}"""
+
+
+def _html(made: _Made, heading: str) -> bytes:
+    """The proof for a browser, in one file."""
+    first = "".join(
+        f'<li{" class=failed" if rank < 0 else ""}><a href="#row-{row}">row {row}</a>: {html.escape(why)}</li>'
+        for row, why, rank in _first(made)
+    )
+    begins = {page.row: n for n, page in reversed(list(enumerate(made.pages)))}
+    figures = "".join(_figure(made, page, begins[page.row] == n) for n, page in enumerate(made.pages))
+    look = f"<h2>Look at these first</h2><ol>{first}</ol>" if first else "<p>Nothing wants looking at first.</p>"
+    text = (
+        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{html.escape(heading)}</title>'
+        f"<style>{_STYLE}</style><h1>{html.escape(heading)}</h1><p>{html.escape(_totals(made))}</p>{look}"
+        f"<h2>Every page</h2>{figures}</html>\n"
+    )
+    return text.encode()
+
+
+def _figure(made: _Made, page: ProofPage, first: bool) -> str:
+    """A page with its caption; the first of a row is where links to that row lead."""
+    where = f' id="row-{page.row}"' if first else ""
+    look = ' class="look"' if page.row in made.looked else ""
+    picture = base64.b64encode(page.picture).decode()
+    own = "".join(f"<br>{html.escape(finding.phrase)}" for finding in page.findings)
+    return (
+        f'<figure{where}{look}><img alt="row {page.row}, {page.part}" src="data:image/png;base64,{picture}">'
+        f"<figcaption>row {page.row}, {html.escape(page.part)}{own}</figcaption></figure>"
+    )
+
+
+def _pdf(made: _Made, heading: str) -> bytes:
+    """The proof for a printer: A4, what to look at first, then twelve pages on a page."""
+    from reportlab.lib.pagesizes import A4
+    from reportlab.lib.utils import ImageReader, simpleSplit
+    from reportlab.pdfgen.canvas import Canvas
+
+    stream = io.BytesIO()
+    canvas = Canvas(stream, pagesize=A4, invariant=True)
+    width, height = A4
+    y = height - 50.0
+    lines = [heading, _totals(made), "", *(f"row {row}: {why}" for row, why, _ in _first(made))]
+    for line in lines:
+        for part in simpleSplit(_plain(line), "Helvetica", 9, width - 80) or [""]:
+            if y < 50:
+                canvas.showPage()
+                y = height - 50.0
+            canvas.setFont("Helvetica", 9)
+            canvas.drawString(40, y, part)
+            y -= 13.0
+    across, down, edge = 3, 4, 30.0
+    wide, high = (width - 2 * edge) / across, (height - 2 * edge) / down
+    for number, page in enumerate(made.pages):
+        if number % (across * down) == 0:
+            canvas.showPage()
+        column, row = number % across, number // across % down
+        room = wide - 10.0, high - 24.0
+        scale = min(room[0] / page.size[0], room[1] / page.size[1])
+        w, h = page.size[0] * scale, page.size[1] * scale
+        x, top = edge + column * wide, height - edge - row * high
+        canvas.drawImage(ImageReader(io.BytesIO(page.picture)), x, top - h, w, h)
+        canvas.setStrokeColorRGB(*((0.8, 0.2, 0.0) if page.row in made.looked else (0.6, 0.6, 0.6)))
+        canvas.rect(x, top - h, w, h)
+        canvas.setFont("Helvetica", 7)
+        canvas.drawString(x, top - h - 9.0, f"row {page.row}, {page.part}")
+    canvas.save()
+    return stream.getvalue()
+
+
+def _plain(text: str) -> str:
+    """A text in the letters that every PDF has."""
+    return text.encode("cp1252", "replace").decode("cp1252")

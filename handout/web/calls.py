@@ -1,0 +1,162 @@
+"""What may be asked of the studio: typed bodies, and the options of the pipeline that they mean.
+
+Names are names and no paths: they have no dot, no slash and no colon but where a length follows, so that the pipeline,
+which takes files in their place, cannot be led to one.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from msgspec import Meta, Raw, Struct
+
+from handout.pipeline.options import (
+    Align,
+    PictureOptions,
+    PromptOptions,
+    ReadingOptions,
+    SheetOptions,
+    WritingOptions,
+    slip_rate,
+)
+
+Name = Annotated[str, Meta(pattern=r"^[\w-]{1,80}(?!\n)$")]
+Length = Annotated[str, Meta(pattern=r"^[0-9.]{1,9} ?(mm|cm|in|pt)?(?!\n)$")]
+Lengths = Annotated[str, Meta(pattern=r"^[0-9., a-z]{1,60}(?!\n)$")]
+PageName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9.-]{1,30}(?!\n)$")]
+PaperName = Annotated[str, Meta(pattern=r"^(none|plain|laid|ruled|squared)(:[0-9.]+mm(,[0-9.]+mm)?)?(?!\n)$")]
+Colour = Annotated[str, Meta(pattern=r"^(#[0-9a-fA-F]{3,6}|[a-zA-Z ]{1,30})(?!\n)$")]
+Text = Annotated[str, Meta(max_length=100_000)]
+Seed = Annotated[int, Meta(ge=0, le=2**53)]
+UploadId = Annotated[str, Meta(pattern=r"^[\w-]{22}(?!\n)$")]
+Format = Literal["svg", "png", "pdf", "inkml", "json", "gcode", "hpgl", "ebb"]
+
+
+class Body(Struct, frozen=True, forbid_unknown_fields=True):
+    """A JSON object; a field that is not known is an error."""
+
+
+class Login(Body, frozen=True):
+    """The token of the link that opened the studio."""
+
+    token: Annotated[str, Meta(max_length=200)]
+
+
+class Write(Body, frozen=True):
+    """A text in a hand, on pages, as files of a format; lengths have units, as "2.5mm"."""
+
+    text: Text
+    format: Format = "svg"
+    hand: Name = "house-joined"
+    seed: Seed | None = None
+    page: PageName = "A4"
+    margin: Lengths | None = None
+    pages: Annotated[int, Meta(ge=1, le=100)] | None = None
+    x_height: Length | None = None
+    line_spacing: Length | None = None
+    align: Align = "ragged"
+    variation: Annotated[float, Meta(ge=0, le=3)] = 1.0
+    haste: Annotated[float, Meta(ge=-1, le=1)] = 0.0
+    slips: Annotated[float, Meta(ge=0, le=100)] = 0.0
+    fit: bool = False
+    fallback: bool = False
+    strict: bool = False
+    style: Name | None = None
+    pen: Name | None = None
+    pen_width: Length | None = None
+    ink: Colour | None = None
+    paper: PaperName = "none"
+    transparent: bool = False
+    dpi: Annotated[float, Meta(ge=20, le=1200)] = 300.0
+    device: Name | None = None
+
+    def writing(self, hand: str) -> WritingOptions:
+        """How it is written; `hand` is where its hand is kept, or its name."""
+        return WritingOptions(
+            hand=hand,
+            seed=self.seed,
+            x_height=self.x_height,
+            line_spacing=self.line_spacing,
+            align=self.align,
+            jitter=self.variation,
+            haste=self.haste,
+            fit=self.fit,
+            fallback=self.fallback,
+            slips=slip_rate(str(self.slips)) if self.slips else 0.0,
+            strict=self.strict,
+            style=self.style,
+        )
+
+    def sheet(self) -> SheetOptions:
+        """What it is written on."""
+        return SheetOptions(self.page, self.margin, self.pages)
+
+    def picture(self) -> PictureOptions:
+        """How it looks."""
+        return PictureOptions(self.dpi, self.pen, self.pen_width, self.ink, self.paper, self.transparent)
+
+
+class NewHand(Body, frozen=True):
+    """Scans that were sent to /api/uploads, and what is on each; sheets of the studio need no text."""
+
+    name: Name
+    scans: Annotated[tuple[UploadId, ...], Meta(min_length=1, max_length=20)]
+    texts: Annotated[tuple[Text, ...], Meta(max_length=20)] = ()
+    title: Annotated[str, Meta(max_length=200)] | None = None
+    dpi: Annotated[float, Meta(ge=50, le=2400)] | None = None
+    pen: Literal["ballpoint", "fineliner", "fountain", "pencil"] | None = None
+    seed: Seed = 0
+
+    def reading(self) -> ReadingOptions:
+        """How it is read."""
+        return ReadingOptions(self.dpi, self.pen, self.title, self.seed)
+
+
+class GivenHand(Body, frozen=True):
+    """A .hand file that was sent to /api/uploads, and what it is to be called here."""
+
+    name: Name
+    upload: UploadId
+
+
+class Lacking(Body, frozen=True):
+    """A text that is to be written in a hand."""
+
+    text: Text
+
+
+class Sheets(Body, frozen=True):
+    """Sheets to write a hand on; for a hand those letters of which it has few sure ones."""
+
+    pages: Annotated[int, Meta(ge=1, le=20)] | None = None
+    hand: Name | None = None
+    also: Annotated[str, Meta(max_length=500)] = ""
+    page: Literal["A4", "letter"] = "A4"
+    ruling: Length = "10mm"
+
+    def prompt(self, hand: str | None) -> PromptOptions:
+        """What is on them."""
+        return PromptOptions(pages=self.pages, hand=hand, also=self.also, page=self.page, ruling=self.ruling)
+
+
+Revision = Annotated[str, Meta(max_length=60)]
+
+
+class Revised(Body, frozen=True):
+    """A change of a hand as it was when it had this revision."""
+
+    revision: Revision
+
+
+class Corrections(Body, frozen=True):
+    """A list of corrections, each an object with `do`, `page` and places in pixels of the scan."""
+
+    revision: Revision
+    corrections: Raw
+
+
+class Rewinding(Body, frozen=True):
+    """So many entries of the journal are undone; negative: made again."""
+
+    revision: Revision
+    back: Annotated[int, Meta(ge=-1000, le=1000)] = 1

@@ -1,0 +1,120 @@
+"""Routes of the page Hands: pictures of hands, new ones from scans, what a text would lack, sheets to write on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import FileResponse, Response
+
+from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
+from handout.web.calls import GivenHand, Lacking, NewHand, Sheets
+from handout.web.routes import Way, json_answer
+from handout.web.studio import Studio
+from handout.web.tasks import followed
+from handout.web.worker import Call
+
+_SAMPLE = "The quick brown fox jumps over the lazy dog"
+_SAMPLE_SHEET = SheetOptions("110x24mm", "4mm", 1)
+_SAMPLE_DPI = 200.0  # of a line of writing in the gallery: sharp on screens of two pixels a point
+
+
+def name_of(request: Request) -> str:
+    """The hand that a request is about."""
+    name = str(request.path_params["name"])
+    if not name.replace("-", "").replace("_", "").isalnum() or len(name) > 80:
+        raise HTTPException(422, "A hand is called by its name: letters, digits, - and _.")
+    return name
+
+
+def _sent(studio: Studio, key: str, *suffixes: str) -> Path:
+    upload = studio.uploads.get(key)
+    if upload is None:
+        raise HTTPException(422, "A file that was to be used is not here: send it again.")
+    if suffixes and upload.path.suffix not in suffixes:
+        raise HTTPException(422, f"{upload.name} is no {suffixes[0]} file.")
+    return upload.path
+
+
+async def sample(studio: Studio, request: Request, body: None) -> Response:
+    """A line in a hand."""
+    name, folder = name_of(request), studio.folder()
+    writing = WritingOptions(studio.hand(name), seed=1, fit=True, fallback=True)
+    drawn = name in studio.drawn
+    options = (writing, _SAMPLE_SHEET, PictureOptions(_SAMPLE_DPI))
+    call = Call("writing.write", (_SAMPLE, [folder / f"line.{'svg' if drawn else 'png'}"], *options), listens=True)
+    kind = "image/svg+xml" if drawn else "image/png"
+    return await followed(request, studio.begin(studio.quick if drawn else studio.long, "a sample", call, folder), kind)
+
+
+async def sheet(studio: Studio, request: Request, body: None) -> Response:
+    """All letters of a hand."""
+    name, folder = name_of(request), studio.folder()
+    call = Call("kept_hands.show_hand", (studio.hand(name), [folder / f"{name}.png"]))
+    return await followed(request, studio.begin(studio.long, "showing the letters", call, folder), "image/png")
+
+
+async def lacks(studio: Studio, request: Request, body: Lacking) -> Response:
+    """What a text would lack."""
+    name = name_of(request)
+    if name in studio.drawn:
+        raise HTTPException(422, f"{name} is a drawn hand; what a text lacks is said when it is written.")
+    call = Call("kept_hands.check_hand", (studio.hand(name), None, body.text))
+    return json_answer(await studio.answer("looking for letters", call))
+
+
+async def read(studio: Studio, request: Request, body: NewHand) -> Response:
+    """Scans become a hand."""
+    scans = [_sent(studio, key) for key in body.scans]
+    call = Call("hands.read_as_own", (body.name, scans, body.texts, body.reading()), listens=True)
+    return await followed(request, studio.begin(studio.long, f"reading {body.name}", call))
+
+
+async def take(studio: Studio, request: Request, body: GivenHand) -> Response:
+    """A .hand file becomes a hand of the user's own."""
+    call = Call("kept_hands.import_hand", (_sent(studio, body.upload, ".hand"), body.name))
+    facts = await studio.answer("taking a hand in", call)
+    return json_answer({"name": facts["name"]})
+
+
+async def copy(studio: Studio, request: Request, body: None) -> Response:
+    """A hand that comes with the program becomes one of the user's own, which can be corrected."""
+    name = name_of(request)
+    call = Call("kept_hands.copy_hand", (studio.hand(name), f"my-{name}"))
+    return json_answer({"name": (await studio.answer("copying a hand", call))["name"]})
+
+
+async def give(studio: Studio, request: Request, body: None) -> Response:
+    """A hand as a file."""
+    name, folder = name_of(request), studio.folder()
+    await studio.answer("copying a hand", Call("kept_hands.export_hand", (studio.hand(name), folder / f"{name}.hand")))
+    return FileResponse(folder / f"{name}.hand", media_type="application/zip", filename=f"{name}.hand")
+
+
+async def remove(studio: Studio, request: Request, body: None) -> Response:
+    """A hand of the user's own is deleted."""
+    facts = await studio.answer("deleting a hand", Call("kept_hands.remove_hand", (name_of(request),)), studio.desk)
+    return json_answer({"name": facts["name"]})
+
+
+async def sheets(studio: Studio, request: Request, body: Sheets) -> Response:
+    """Sheets to write on."""
+    folder = studio.folder()
+    wanted = body.prompt(None if body.hand is None else studio.hand(body.hand))
+    task = studio.begin(studio.long, "making sheets", Call("prompts.prompt", (folder / "sheets.pdf", wanted)), folder)
+    return await followed(request, task, "application/pdf")
+
+
+ROUTES = (
+    Way("GET", "/api/hands/{name}/sample", "A line in a hand: the picture itself, if Accept has its type", sample,
+        answer="image/png"),
+    Way("GET", "/api/hands/{name}/sheet", "All letters of a hand", sheet, answer="image/png"),
+    Way("POST", "/api/hands/{name}/lacks", "What a text would lack in a scanned hand", lacks, body=Lacking),
+    Way("POST", "/api/hands", "A hand from scans, kept among the user's own; half a minute a page", read, body=NewHand),
+    Way("POST", "/api/hands/given", "A .hand file, kept among the user's own", take, body=GivenHand),
+    Way("POST", "/api/hands/{name}/copy", "A copy of a scanned hand among the user's own, called my-NAME", copy),
+    Way("GET", "/api/hands/{name}/file", "A scanned hand as a .hand file", give, answer="application/zip"),
+    Way("DELETE", "/api/hands/{name}", "Delete a scanned hand of the user's own", remove),
+    Way("POST", "/api/sheets", "Sheets to write a hand on, as PDF", sheets, answer="application/pdf", body=Sheets),
+)  # fmt: skip

@@ -1,0 +1,119 @@
+"""The table of routes: from it requests are served, and `openapi.json` is made."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Awaitable, Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import Route
+
+from handout import __version__
+from handout.web.calls import Body
+from handout.web.guard import OPEN
+from handout.web.studio import Studio
+
+Handle = Callable[[Studio, Request, Any], Awaitable[Response]]
+_IN_PATH = re.compile(r"{(\w+)(?::\w+)?}")
+
+
+@dataclass(frozen=True)
+class Way:
+    """A route.
+
+    summary : for the documentation.
+    handle : is given the studio, the request, and its body as one of `body`, or None.
+    answer : the media type of what it answers.
+    body : the type of its JSON body; bytes for a file.
+    query : parameter → what it says.
+    """
+
+    method: str
+    path: str
+    summary: str
+    handle: Handle
+    answer: str = "application/json"
+    body: type[Body] | type[bytes] | Any = None
+    query: tuple[tuple[str, str], ...] = ()
+
+    def route(self) -> Route:
+        """The same for starlette."""
+
+        async def endpoint(request: Request) -> Response:
+            body = None
+            if self.body not in (None, bytes):
+                body = parsed(await request.body(), self.body)
+            return await self.handle(request.app.state.studio, request, body)
+
+        return Route(self.path, endpoint, methods=[self.method], name=f"{self.method} {self.path}")
+
+
+def parsed(data: bytes, kind: Any) -> Any:
+    """A body of a type.
+
+    Raises
+    ------
+    HTTPException
+        422: it is none.
+    """
+    try:
+        return msgspec.json.decode(data, type=kind)
+    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+        what, _, where = str(error).partition(" - at `$")
+        field = where.rstrip("`").lstrip(".")
+        if "matching regex" in what:
+            what = "this is no such name or length"
+        raise HTTPException(422, f"{field}: {what}." if field else f"The request cannot be read: {what}.") from None
+
+
+def json_answer(facts: Any, code: int = 200) -> Response:
+    """An object as JSON."""
+    return Response(msgspec.json.encode(facts), code, media_type="application/json")
+
+
+def openapi(ways: Sequence[Way]) -> dict[str, Any]:
+    """The description of all routes, in OpenAPI 3.1."""
+    kinds = list(dict.fromkeys(way.body for way in ways if way.body not in (None, bytes)))
+    schemas, parts = msgspec.json.schema_components(kinds, ref_template="#/components/schemas/{name}")
+    schema = dict(zip(kinds, schemas, strict=True))
+    paths: dict[str, dict[str, Any]] = {}
+    for way in ways:
+        bare = _IN_PATH.sub(r"{\1}", way.path)
+        paths.setdefault(bare, {})[way.method.lower()] = _operation(way, schema)
+    error = {"type": "object", "properties": {"error": {"type": "string"}}}
+    return {
+        "openapi": "3.1.0",
+        "info": {"title": "handout studio", "version": __version__},
+        "paths": paths,
+        "components": {
+            "schemas": {**parts, "Error": error},
+            "securitySchemes": {"key": {"type": "http", "scheme": "bearer"}},
+        },
+    }
+
+
+def _operation(way: Way, schema: dict[Any, Any]) -> dict[str, Any]:
+    named = [{"name": name, "in": "path", "required": True, "schema": {"type": "string"}}
+             for name in _IN_PATH.findall(way.path)]  # fmt: skip
+    asked = [{"name": name, "in": "query", "description": said, "schema": {"type": "string"}}
+             for name, said in way.query]  # fmt: skip
+    fault = {"description": "refused", "content": {"application/json": {"schema": {"$ref": _ERROR}}}}
+    operation: dict[str, Any] = {
+        "summary": way.summary,
+        "responses": {"200": {"description": "done", "content": {way.answer: {}}}, "4XX": fault},
+        **({"parameters": [*named, *asked]} if named or asked else {}),
+        **({} if way.path in OPEN else {"security": [{"key": []}]}),
+    }
+    if way.body is bytes:
+        operation["requestBody"] = {"required": True, "content": {"application/octet-stream": {}}}
+    elif way.body is not None:
+        operation["requestBody"] = {"required": True, "content": {"application/json": {"schema": schema[way.body]}}}
+    return operation
+
+
+_ERROR = "#/components/schemas/Error"

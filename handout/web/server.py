@@ -1,0 +1,137 @@
+"""The studio's application, and its start."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import errno
+import socket
+from collections.abc import AsyncIterator, Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+from starlette.routing import Mount
+from starlette.staticfiles import StaticFiles
+from starlette.types import ASGIApp
+
+from handout import atomic
+from handout.errors import InputError
+from handout.web import hands, letters, tasks, writing
+from handout.web.guard import Guard
+from handout.web.routes import Way, json_answer, openapi
+from handout.web.studio import Studio
+
+TABLES = (tasks.ROUTES, writing.ROUTES, hands.ROUTES, letters.ROUTES)
+PORT = 7217  # that is tried first; no service is registered there (IANA).  Drafts belong to it, so it stays the same
+_STATIC = Path(__file__).resolve().parent / "static"
+_MOST_CONNECTIONS = 200  # at once; a browser opens six
+
+
+async def _described(studio: Studio, request: Request, body: None) -> Response:
+    return json_answer(openapi(WAYS))
+
+
+WAYS = (*(way for table in TABLES for way in table), Way("GET", "/api/openapi.json", "This description", _described))
+
+
+def application(studio: Studio, port: int) -> ASGIApp:
+    """The application as it is served at a port."""
+
+    @contextlib.asynccontextmanager
+    async def lifespan(app: Starlette) -> AsyncIterator[None]:
+        await studio.open()
+        try:
+            yield
+        finally:
+            await studio.close()
+
+    routes = [*(way.route() for way in WAYS), Mount("/", StaticFiles(directory=_STATIC, html=True))]
+    faults: dict[Any, Any] = {HTTPException: _fault, Exception: _fault}
+    app = Starlette(routes=routes, lifespan=lifespan, exception_handlers=faults)
+    app.state.studio = studio
+    return Guard(app, port, studio.known)
+
+
+async def _fault(request: Request, error: Exception) -> Response:
+    """An error as a sentence, with nothing of where it came from."""
+    if not isinstance(error, HTTPException):
+        return JSONResponse({"error": "That is a fault of this program."}, 500)
+    usual = {404: "There is nothing here.", 405: "That is not done here."}
+    sentence = error.detail if error.detail not in ("Not Found", "Method Not Allowed") else usual[error.status_code]
+    return JSONResponse({"error": sentence}, error.status_code, error.headers)
+
+
+def listening(port: int | None) -> socket.socket:
+    """A socket that listens on this computer alone: at the port, or at the usual one or any that is free.
+
+    Raises
+    ------
+    InputError
+        Something else listens at the port that was asked for.
+    """
+    for number in (PORT, 0) if port is None else (port,):
+        one = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        one.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            one.bind(("127.0.0.1", number))
+            return one
+        except OSError as error:
+            one.close()
+            if error.errno not in (errno.EADDRINUSE, errno.EACCES) or (port is None and number == 0):
+                raise InputError(f"Cannot listen at 127.0.0.1:{number}: {error.strerror}.") from error
+    raise InputError(f"Cannot listen at 127.0.0.1:{port}: another program does; give another --port.")
+
+
+def serve(
+    hands_: Mapping[str, Path],
+    start: str,
+    port: int | None,
+    key_file: Path | None,
+    opened: Callable[[str], None],
+) -> None:
+    """Serve the studio until it is interrupted.
+
+    Parameters
+    ----------
+    hands_ : name → .hand file of hands beside those that are known by name.
+    start : the page that the link opens.
+    key_file : where a key for programs is kept meanwhile, readable for the user alone.
+    opened : is told the link once the server listens.
+    """
+    studio = Studio(hands_, start)
+    one = listening(port)
+    number = int(one.getsockname()[1])
+    if key_file is not None:
+        atomic.write(key_file, b"")
+        key_file.chmod(0o600)
+        key_file.write_text(studio.new_key() + "\n", encoding="ascii")
+    config = uvicorn.Config(
+        application(studio, number),
+        log_level="error",
+        access_log=False,
+        ws="none",
+        server_header=False,
+        limit_concurrency=_MOST_CONNECTIONS,
+        timeout_graceful_shutdown=2,
+    )
+    server = uvicorn.Server(config)
+
+    async def run() -> None:
+        serving = asyncio.ensure_future(server.serve(sockets=[one]))
+        while not server.started and not serving.done():
+            await asyncio.sleep(0.01)
+        if server.started:
+            opened(f"http://127.0.0.1:{number}/#{studio.token}")
+        await serving
+
+    try:
+        asyncio.run(run())
+    finally:
+        one.close()
+        if key_file is not None:
+            key_file.unlink(missing_ok=True)

@@ -1,0 +1,84 @@
+// Requests to the server, with the session's key; refusals are thrown as the server's own sentences.
+
+const KEPT = 'handout-key';
+
+export class Refusal extends Error {
+  constructor(status, sentence) { super(sentence); this.status = status; }
+}
+
+export const key = () => localStorage.getItem(KEPT);
+
+/** Take the token out of the address and make it a session, or go on with the one there is. */
+export async function open() {
+  const token = location.hash.slice(1);
+  if (/^[\w-]{43}$/.test(token)) {
+    history.replaceState(null, '', location.pathname);
+    try {
+      const { key: own, start } = await request('POST', '/api/session', { token });
+      localStorage.setItem(KEPT, own);
+      if (start) location.hash = start;
+    } catch (error) {
+      if (!key()) throw error;
+    }
+  }
+}
+
+async function answer(method, path, body, headers = {}, signal = undefined) {
+  const sent = { method, headers: { ...headers, Authorization: `Bearer ${key() || ''}` }, signal };
+  if (body instanceof Blob) sent.body = body;
+  else if (body !== undefined) { sent.body = JSON.stringify(body); sent.headers['Content-Type'] = 'application/json'; }
+  let got;
+  try {
+    got = await fetch(path, sent);
+  } catch (error) {
+    if (error.name === 'AbortError') throw error;
+    throw new Refusal(0, 'The studio does not answer: it was closed, or its terminal was. Start it again.');
+  }
+  if (!got.ok) {
+    const told = await got.json().catch(() => ({}));
+    throw new Refusal(got.status, told.error || `The server answered ${got.status}.`);
+  }
+  return got;
+}
+
+export async function request(method, path, body, signal) {
+  return (await answer(method, path, body, {}, signal)).json();
+}
+
+export async function blob(path, accept, method = 'GET', body = undefined, signal = undefined) {
+  return (await answer(method, path, body, accept ? { Accept: accept } : {}, signal)).blob();
+}
+
+export async function text(path, signal) {
+  return (await answer('GET', path, undefined, {}, signal)).text();
+}
+
+/** Begin a task, hear its snapshots, and give the last one; aborting cancels it. */
+export async function task(path, body, heard, signal, method = 'POST') {
+  const begun = await (await answer(method, path, body, { Prefer: 'respond-async' }, signal)).json();
+  const cancel = () => request('DELETE', `/api/tasks/${begun.id}`).catch(() => {});
+  signal?.addEventListener('abort', cancel);
+  try {
+    let last = begun;
+    for await (const snapshot of events(`/api/tasks/${begun.id}/events`, signal)) heard(last = snapshot);
+    if (last.state === 'cancelled') throw new DOMException('cancelled', 'AbortError');
+    if (last.state !== 'done') throw new Refusal(422, last.error || 'The connection was lost.');
+    return last;
+  } finally {
+    signal?.removeEventListener('abort', cancel);
+  }
+}
+
+async function* events(path, signal) {
+  const reader = (await answer('GET', path, undefined, {}, signal)).body.pipeThrough(new TextDecoderStream()).getReader();
+  let rest = '';
+  for (;;) {
+    const { done, value } = await reader.read();
+    if (done) return;
+    const parts = (rest + value).split('\n\n');
+    rest = parts.pop();
+    for (const part of parts) if (part.startsWith('data: ')) yield JSON.parse(part.slice(6));
+  }
+}
+
+export const fileOf = (done, number = 0) => `/api/tasks/${done.id}/files/${number}`;

@@ -1,0 +1,52 @@
+// Shows a page being written at its true speed: strokes appear as their Béziers, which keep time, come to be written.
+
+const time = (path, name) => parseFloat(path.getAttribute(name));
+
+/** The data of a path as far as it is written some milliseconds after its beginning. */
+function begun(path, ms) {
+  const n = path.getAttribute('d').match(/-?\d*\.?\d+/g).map(Number);
+  const spans = (path.getAttribute('data-k') || '').split(' ').map(Number);
+  let d = `M${n[0]} ${n[1]}`;
+  for (let i = 2, k = 0; i + 5 < n.length && ms > 0; i += 6, k += 1) {
+    const [ax, ay, bx, by, cx, cy] = n.slice(i, i + 6);
+    const u = Math.min(1, ms / spans[k]);
+    const two = (a, b) => a + (b - a) * u;
+    const [px, py, qx, qy] = [ax * u, ay * u, two(ax, bx), two(ay, by)];
+    const [rx, ry] = [two(bx, cx), two(by, cy)];
+    const [sx, sy, tx, ty] = [two(px, qx), two(py, qy), two(qx, rx), two(qy, ry)];
+    d += `c${px} ${py} ${sx} ${sy} ${two(sx, tx)} ${two(sy, ty)}`;
+    ms -= spans[k];
+  }
+  return `${d}h.001`;
+}
+
+/** Play an SVG page; `ended` is called at its end. Gives a function that stops it. */
+export function play(svg, speed, ended) {
+  const strokes = [...svg.querySelectorAll('.stroke')];
+  const moves = [...svg.querySelectorAll('.travel path')];
+  const nib = document.createElementNS(svg.namespaceURI, 'path');
+  let start = null, next = 0, asked = 0;
+  for (const part of [...strokes, ...moves]) part.classList.add('later');
+  svg.querySelector('.ink').append(nib);
+
+  function stop() {
+    cancelAnimationFrame(asked);
+    nib.remove();
+    for (const part of [...strokes, ...moves]) part.classList.remove('later');
+    ended();
+  }
+  function frame(now) {
+    start ??= now;
+    const t = (now - start) / 1000 * speed;
+    for (; next < strokes.length && time(strokes[next], 'data-t1') <= t; next += 1) strokes[next].classList.remove('later');
+    for (const move of moves) if (time(move, 'data-t0') <= t) move.classList.remove('later');
+    if (next === strokes.length) { stop(); return; }
+    const t0 = time(strokes[next], 'data-t0');
+    nib.setAttribute('d', t < t0 ? '' : begun(strokes[next], (t - t0) * 1000));
+    nib.setAttribute('stroke-width', strokes[next].getAttribute('stroke-width') || strokes[next].parentNode.getAttribute('stroke-width'));
+    nib.setAttribute('clip-path', strokes[next].getAttribute('clip-path') || 'none');
+    asked = requestAnimationFrame(frame);
+  }
+  asked = requestAnimationFrame(frame);
+  return stop;
+}

@@ -1,0 +1,35 @@
+// The frame: the session, and which page is shown.
+
+import { open, key, request } from './api.js';
+import { h, say } from './dom.js';
+import * as write from './write.js';
+import * as hands from './hands.js';
+import * as letters from './letters.js';
+
+const PAGES = { write: ['Write', write], hands: ['Hands', hands], letters: ['Letters', letters] };
+const main = document.querySelector('#main');
+const shared = { choices: null, async refresh() { this.choices = await request('GET', '/api/choices'); } };
+let leave = null;
+
+async function show() {
+  const [name, ...rest] = (location.hash.slice(1) || 'write').split('/');
+  const [title, page] = PAGES[name] || PAGES.write;
+  document.querySelector('#pages').replaceChildren(...Object.entries(PAGES).map(([id, [label]]) => h(
+    'a', { href: `#${id}`, 'aria-current': label === title ? 'page' : undefined }, label,
+  )));
+  document.title = `${title} – handout studio`;
+  leave?.();
+  main.replaceChildren();
+  leave = await page.show(main, shared, rest.map(decodeURIComponent));
+}
+
+try {
+  await open();
+  if (!key()) throw new Error('Open the link that `handout studio` printed in its terminal: it lets this browser in.');
+  await shared.refresh();
+  addEventListener('hashchange', () => show().catch((error) => say(error.message)));
+  await show();
+} catch (error) {
+  const lost = error.status === 401 ? 'The studio was started again since: open the link that it printed in its terminal.' : error.message;
+  main.replaceChildren(h('div', { class: 'middle' }, h('h1', {}, 'Not let in'), h('p', { class: 'bad', role: 'alert' }, lost)));
+}

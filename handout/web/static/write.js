@@ -1,0 +1,309 @@
+// The page Write: a text on the left, the page on the right, new after a pause in typing.
+
+import { task, blob, text as fetched, fileOf } from './api.js';
+import { h, s, field, tick, choice, say, save } from './dom.js';
+import { play } from './replay.js';
+
+const KEPT = 'handout-draft';
+const FIRST = 'Dear Ada,\n\nthank you for the jam: it is nearly finished, and we all hope for more.\n\nYours, Zoë';
+const PAUSE = { quick: 120, long: 700 }; // ms after the last key
+const SCREEN_DPI = 150;
+const INKS = { '': 'the pen’s own', '#20223a': 'black', '#24408e': 'blue', '#7c1f2b': 'red', '#1f5a3c': 'green' };
+const FORMATS = { pdf: 'PDF', svg: 'SVG', png: 'PNG', inkml: 'InkML', json: 'JSON', gcode: 'G-code', hpgl: 'HP-GL', ebb: 'EBB' };
+const DIE = 'M5 3h14a2 2 0 0 1 2 2v14a2 2 0 0 1-2 2H5a2 2 0 0 1-2-2V5a2 2 0 0 1 2-2Zm0 2v14h14V5Zm3 1.7A1.6 1.6 0 1 1 8 9.9a1.6 1.6 0 0 1 0-3.2Zm8 0a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm-4 3.7a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm-4 3.7a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm8 0a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Z';
+
+const random = () => Math.floor(Math.random() * 1e6);
+const plural = (count, word) => `${count} ${word}${count === 1 ? '' : 's'}`;
+const clock = (seconds) => (seconds < 90 ? `${Math.round(seconds)} s` : `${Math.round(seconds / 60)} min`);
+
+function draft() {
+  try {
+    return JSON.parse(localStorage.getItem(KEPT)) || {};
+  } catch {
+    return {};
+  }
+}
+
+/** The controls by name, filled with what was chosen last. */
+function controls(choices, kept) {
+  const hands = h('select', {}, [true, false].map((drawn) => h(
+    'optgroup', { label: drawn ? 'Drawn' : 'From paper' },
+    choices.hands.filter((hand) => hand.drawn === drawn).map((hand) => h('option', { value: hand.name }, hand.name)),
+  )));
+  const plotters = choices.plotters.map((plotter) => plotter.name);
+  const made = {
+    text: h('textarea', { spellcheck: 'true', maxlength: 100000 }),
+    hand: hands,
+    page: choice(choices.pages),
+    x_height: h('input', { type: 'number', min: 0.8, max: 20, step: 0.1, placeholder: 'usual' }),
+    pen: choice(['', ...choices.pens], { '': 'usual' }),
+    ink: choice([...Object.keys(INKS), 'other'], { ...INKS, other: 'another …' }),
+    colour: h('input', { type: 'color', value: '#31457a', 'aria-label': 'Colour of the ink' }),
+    paper: choice(choices.papers, { none: 'white' }),
+    align: choice(['ragged', 'left', 'centre', 'right']),
+    style: choice(['', ...choices.styles], { '': 'the hand’s own' }),
+    variation: h('input', { type: 'range', min: 0, max: 2, step: 0.1, value: 1 }),
+    slips: h('input', { type: 'number', min: 0, max: 100, step: 1, value: 0 }),
+    seed: h('input', { type: 'number', min: 0, step: 1, value: random() }),
+    device: choice(['', ...plotters], { '': 'a common one', ...Object.fromEntries(choices.plotters.map((p) => [p.name, p.title])) }),
+    format: choice(Object.keys(FORMATS), FORMATS),
+  };
+  const first = { text: FIRST, page: 'A6', hand: 'house-joined' };
+  for (const [name, control] of Object.entries(made)) {
+    const value = kept[name] ?? first[name];
+    if (value === undefined) continue;
+    const before = control.value;
+    control.value = value;
+    if (control.tagName === 'SELECT' && control.selectedIndex < 0) control.value = before;
+  }
+  return made;
+}
+
+/** What is asked of the server. */
+function asked(made, ticks) {
+  const body = {
+    text: made.text.value, hand: made.hand.value, page: made.page.value, paper: made.paper.value, align: made.align.value,
+    variation: Number(made.variation.value), slips: Number(made.slips.value) || 0, seed: Number(made.seed.value) || 0,
+    fallback: ticks.fallback.checked, fit: ticks.fit.checked,
+  };
+  if (made.x_height.value) body.x_height = `${made.x_height.value}mm`;
+  for (const name of ['pen', 'style']) if (made[name].value) body[name] = made[name].value;
+  const ink = made.ink.value === 'other' ? made.colour.value : made.ink.value;
+  if (ink) body.ink = ink;
+  return body;
+}
+
+/** What was decided for the user, as sentences. */
+function told(facts, said) {
+  const ways = new Map();
+  for (const { letter, own, from } of facts.borrowed || []) {
+    const way = `${own ? 'Put together' : 'Lent'}, ${from}`;
+    ways.set(way, [...(ways.get(way) || []), letter]);
+  }
+  const lent = [...ways].map(([way, letters]) => `${way}: ${[...new Set(letters)].join(' ')}`);
+  const doubts = (facts.doubtful || []).map((one) => `“${one.word}” on line ${one.line}${facts.pages > 1 ? `, page ${one.page},` : ''} may read as “${one.reads_as || 'nothing'}”`);
+  return [...doubts, ...lent, ...(said || []), ...(facts.notes || [])].filter((one, at, all) => all.indexOf(one) === at);
+}
+
+/** A name for a file, after the first words of its text. */
+function called(text) {
+  const words = text.trim().split(/\s+/).slice(0, 3).join('-');
+  return words.replace(/[^\p{L}\p{N}-]/gu, '').toLowerCase() || 'page';
+}
+
+export async function show(main, shared) {
+  const kept = draft();
+  const made = controls(shared.choices, kept);
+  const [fallback, lend] = tick('Lend letters that the hand lacks', { checked: kept.fallback ?? true });
+  const [fitting, fit] = tick('Shrink what does not fit', { checked: kept.fit ?? false });
+  const ticks = { fallback: lend, fit };
+  const spread = h('output', {}, made.variation.value);
+  const die = h('button', { type: 'button', class: 'icon', title: 'Another seed', 'aria-label': 'Another seed' }, s('svg', { viewBox: '0 0 24 24', 'aria-hidden': 'true' }, s('path', { d: DIE })));
+  const refusal = h('p', { class: 'bad', role: 'alert' });
+  const form = h(
+    'form', { 'aria-label': 'What is written' },
+    field('Text', made.text), refusal,
+    h('div', { class: 'grid' },
+      field('Hand', made.hand), field('Page', made.page),
+      field('Pen', made.pen), h('div', {}, h('label', { for: 'ink' }, 'Ink'), h('div', { class: 'joined' }, made.ink, made.colour)),
+      field('Paper', made.paper), field('Height of an x, mm', made.x_height),
+      h('div', {}, h('label', { for: 'variation' }, 'Variation ', spread), made.variation),
+      h('div', {}, h('label', { for: 'seed' }, 'Seed'), h('div', { class: 'joined' }, made.seed, die))),
+    h('details', { open: Boolean(kept.more) }, h('summary', {}, 'More'),
+      h('div', { class: 'grid' }, field('Lines', made.align), field('Handstyle', made.style),
+        field('Slips in 100 words', made.slips), h('div', {}), h('div', { class: 'all' }, fallback), h('div', { class: 'all' }, fitting))),
+  );
+  made.ink.id = 'ink'; made.variation.id = 'variation'; made.seed.id = 'seed';
+
+  const back = h('button', { type: 'button', class: 'icon', 'aria-label': 'Page before' }, '‹');
+  const on = h('button', { type: 'button', class: 'icon', 'aria-label': 'Next page' }, '›');
+  const place = h('span', { class: 'quiet' });
+  const replay = h('button', { type: 'button' }, 'Watch it written');
+  const pace = choice(['1', '2', '5', '20'], { 1: 'true speed', 2: '2 ×', 5: '5 ×', 20: '20 ×' });
+  pace.setAttribute('aria-label', 'Speed');
+  const [wayLabel, way] = tick('Pen’s path');
+  const download = h('button', { type: 'button', class: 'main' }, 'Download');
+  made.format.setAttribute('aria-label', 'Format');
+  made.device.setAttribute('aria-label', 'Plotter');
+  const bar = h('progress', { max: 1, value: 0, 'aria-label': 'Progress' });
+  const stage = h('span', { class: 'quiet' });
+  const cancel = h('button', { type: 'button' }, 'Cancel');
+  const work = h('div', { class: 'work' }, stage, bar, cancel);
+  work.hidden = true;
+  const sheet = h('figure', { class: 'sheet', 'aria-label': 'The page' });
+  const paper = h('div', { class: 'paper', tabindex: 0, 'aria-label': 'The page, to scroll' }, sheet);
+  const notes = h('div', { class: 'told', 'aria-live': 'polite' });
+  main.append(h('div', { class: 'write' }, h('h1', { class: 'hidden' }, 'Write'), form, h(
+    'section', { class: 'desk', 'aria-label': 'The page' },
+    h('div', { class: 'tools' }, h('span', { class: 'joined' }, back, place, on), replay, h('span', {}, pace), wayLabel,
+      h('span', { class: 'joined push' }, made.device, made.format, download)),
+    paper, work, notes,
+  )));
+
+  let page = 0, last = null, lines = null, coming = null, waiting = 0, stopped = null;
+
+  const quick = () => shared.choices.hands.find((hand) => hand.name === made.hand.value)?.drawn;
+  const inked = () => !quick() || made.pen.value || made.paper.value !== 'none';
+
+  function keep() {
+    const values = Object.fromEntries(Object.entries(made).map(([name, control]) => [name, control.value]));
+    localStorage.setItem(KEPT, JSON.stringify({ ...values, fallback: lend.checked, fit: fit.checked, more: form.querySelector('details').open }));
+    made.colour.hidden = made.ink.value !== 'other';
+    made.device.hidden = !['gcode', 'hpgl', 'ebb'].includes(made.format.value);
+    spread.textContent = made.variation.value === '1' ? 'as people vary' : made.variation.value === '0' ? 'none' : made.variation.value;
+  }
+
+  function size(svg) {
+    const [, , width, height] = svg.getAttribute('viewBox').split(' ').map(Number);
+    sheet.dataset.wide = width; sheet.dataset.high = height;
+    fitted();
+  }
+
+  function fitted() {
+    const { wide, high } = sheet.dataset;
+    if (!wide) return;
+    const room = paper.getBoundingClientRect();
+    const most = Math.max(Math.min((room.width - 40) / wide, (room.height - 40) / high, 8), 260 / wide);
+    sheet.style.width = `${wide * most}px`; sheet.style.height = `${high * most}px`;
+  }
+
+  function heard(snapshot) {
+    work.hidden = false;
+    bar.value = snapshot.share;
+    stage.textContent = snapshot.state === 'waiting' ? 'waiting' : snapshot.stage;
+  }
+
+  async function lined(done, signal) {
+    const source = await fetched(fileOf(done, Math.min(page, done.facts.files.length - 1)), signal);
+    // its own style and script are for browsers that open the file; the security policy of this page refuses them
+    const bare = source.replace(/<(style|script|metadata)\b[\s\S]*?<\/\1>/g, '');
+    const parsed = new DOMParser().parseFromString(bare, 'image/svg+xml').documentElement;
+    for (const part of parsed.querySelectorAll('desc, title')) part.remove();
+    const svg = document.importNode(parsed, true);
+    svg.querySelector('#ink').classList.add('ink');
+    svg.querySelector('#travel').removeAttribute('display');
+    svg.querySelector('#travel').toggleAttribute('hidden', !way.checked);
+    svg.setAttribute('role', 'img'); svg.setAttribute('aria-label', made.text.value);
+    return svg;
+  }
+
+  async function pictured(done, signal) {
+    const url = URL.createObjectURL(await blob(fileOf(done, Math.min(page, done.facts.files.length - 1)), '', 'GET', undefined, signal));
+    const image = h('img', { alt: made.text.value, src: url });
+    await image.decode();
+    URL.revokeObjectURL(url);
+    return image;
+  }
+
+  function placed(element, done) {
+    const { facts } = done;
+    page = Math.min(page, facts.pages - 1);
+    if (element.viewBox) size(element);
+    else {
+      sheet.dataset.wide = element.naturalWidth / SCREEN_DPI * 25.4; sheet.dataset.high = element.naturalHeight / SCREEN_DPI * 25.4;
+      fitted();
+    }
+    const { wide, high } = sheet.dataset;
+    const marks = s('svg', { class: 'marks', viewBox: `0 0 ${wide} ${high}`, 'aria-hidden': 'true' }, (facts.doubtful || []).filter((one) => one.page === page + 1 && one.box).map(({ box: [x, y, right, low] }) => s('rect', { x: x - 0.7, y: y - 0.7, width: right - x + 1.4, height: low - y + 1.4, rx: 0.8 })));
+    sheet.replaceChildren(element, marks);
+    place.textContent = facts.pages > 1 ? `page ${page + 1} of ${facts.pages}` : 'one page';
+    back.disabled = page === 0; on.disabled = page >= facts.pages - 1;
+    const sentences = told(facts, done.said);
+    const figures = [plural(facts.lines, 'line'), facts.strokes ? `${plural(facts.strokes, 'stroke')}, ${clock(facts.duration_s)} by hand` : '', `seed ${facts.seed}`];
+    notes.replaceChildren(h('p', { class: 'quiet' }, figures.filter(Boolean).join(' · ')), sentences.length ? h('ul', {}, sentences.map((one) => h('li', {}, one))) : '');
+  }
+
+  async function drawn() {
+    coming?.abort();
+    stopped?.();
+    const own = coming = new AbortController();
+    if (!made.text.value.trim()) {
+      refusal.textContent = 'Nothing to write yet.';
+      return;
+    }
+    const body = asked(made, ticks);
+    try {
+      if (quick()) {
+        last = lines = await task('/api/write', { ...body, format: 'svg' }, () => {}, own.signal);
+        placed(await lined(lines, own.signal), lines);
+      } else lines = null;
+      refusal.textContent = '';
+      if (inked()) {
+        const done = await task('/api/write', { ...body, format: 'png', dpi: SCREEN_DPI }, heard, own.signal);
+        last = lines ? { ...done, facts: { ...done.facts, strokes: lines.facts.strokes, duration_s: lines.facts.duration_s } } : done;
+        placed(await pictured(done, own.signal), last);
+      }
+    } catch (error) {
+      if (error.name === 'AbortError') return;
+      refusal.textContent = error.message;
+    } finally {
+      if (coming === own) { work.hidden = true; coming = null; sheet.dataset.shown = String(performance.now()); }
+    }
+  }
+
+  function soon() {
+    keep();
+    clearTimeout(waiting);
+    waiting = setTimeout(drawn, quick() ? PAUSE.quick : PAUSE.long);
+  }
+
+  async function watched() {
+    if (stopped) { stopped(); return; }
+    try {
+      if (!lines) {
+        coming?.abort();
+        const own = coming = new AbortController();
+        replay.disabled = true;
+        lines = await task('/api/write', { ...asked(made, ticks), format: 'svg' }, heard, own.signal);
+        coming = null;
+      }
+      const svg = await lined(lines);
+      const before = [...sheet.children];
+      sheet.replaceChildren(svg);
+      replay.textContent = 'Stop';
+      stopped = play(svg, Number(pace.value), () => {
+        stopped = null;
+        replay.textContent = 'Watch it written';
+        if (!(before[0] instanceof SVGElement)) setTimeout(() => { if (sheet.contains(svg) && !stopped) sheet.replaceChildren(...before); }, 800);
+      });
+    } catch (error) {
+      if (error.name !== 'AbortError') say(error.message);
+    } finally {
+      replay.disabled = false; work.hidden = true;
+    }
+  }
+
+  async function downloaded() {
+    download.disabled = true;
+    const format = made.format.value;
+    const body = { ...asked(made, ticks), format };
+    if (!made.device.hidden && made.device.value) body.device = made.device.value;
+    const own = coming = new AbortController();
+    try {
+      const done = await task('/api/write', body, heard, own.signal);
+      for (const [number, name] of done.facts.files.entries()) save(await blob(fileOf(done, number)), name.replace(/^page/, called(body.text)));
+      say(`Saved ${plural(done.facts.files.length, 'file')}. ${(done.facts.notes || []).join(' ')}`);
+    } catch (error) {
+      if (error.name !== 'AbortError') refusal.textContent = error.message;
+    } finally {
+      download.disabled = false; work.hidden = true;
+    }
+  }
+
+  form.addEventListener('submit', (event) => event.preventDefault());
+  form.addEventListener('input', (event) => { if (event.target !== made.text && event.target !== made.variation) page = 0; soon(); });
+  form.querySelector('details').addEventListener('toggle', keep);
+  for (const control of [made.format, made.device]) control.addEventListener('input', keep);
+  die.addEventListener('click', () => { made.seed.value = random(); soon(); });
+  back.addEventListener('click', () => { page -= 1; drawn(); });
+  on.addEventListener('click', () => { page += 1; drawn(); });
+  replay.addEventListener('click', watched);
+  download.addEventListener('click', downloaded);
+  cancel.addEventListener('click', () => { coming?.abort(); work.hidden = true; });
+  way.addEventListener('change', () => sheet.querySelector('#travel')?.toggleAttribute('hidden', !way.checked));
+  const watch = new ResizeObserver(fitted);
+  watch.observe(paper);
+  keep();
+  drawn();
+  return () => { coming?.abort(); stopped?.(); clearTimeout(waiting); watch.disconnect(); };
+}

@@ -1,0 +1,152 @@
+"""What the routes of the studio share: sessions, uploads, the names of hands, tasks and the lanes that they run in."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from starlette.exceptions import HTTPException
+
+from handout.web.worker import Call
+from handout.web.workers import Busy, Lane, Task
+
+SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".pdf", ".webp", ".bmp", ".hand")  # of uploads
+_MOST_UPLOADS, _MOST_BYTES = 40, 1 << 30  # kept at once; a hand of ten pages at 600 dpi is a third of that
+_MOST_TASKS = 60  # that have ended and whose files are kept
+_WAITING = 12  # tasks that may wait in a lane
+
+
+@dataclass
+class Upload:
+    """A file that a browser or program sent; its name here is not its name there.
+
+    name : there, for people.
+    """
+
+    path: Path
+    name: str
+    size: int
+
+
+@dataclass(eq=False)
+class Studio:
+    """The state of the server.
+
+    hands : name → file of hands that were given on the command line, beside those that are known by name.
+    start : the page that the link opens, such as "letters/mine"; "" for the first.
+    """
+
+    hands: Mapping[str, Path] = field(default_factory=dict)
+    start: str = ""
+    token: str = field(default_factory=lambda: secrets.token_urlsafe(32))
+    uploads: dict[str, Upload] = field(default_factory=dict)
+    tasks: dict[str, Task] = field(default_factory=dict)
+    drawn: frozenset[str] = frozenset()  # hands that are quick to write in; known once hands were listed
+    _keys: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="handout-studio-")
+        # short calls, long ones, and those about the letters of a hand, which one process does in turn: one writer
+        self.quick = Lane(1, _WAITING)
+        # two long ones at least, so that what replaces cancelled work need not wait for its end
+        self.long = Lane(max(2, min(4, (os.cpu_count() or 1) - 1)), _WAITING)
+        self.desk = Lane(1, 8 * _WAITING)
+
+    def new_key(self) -> str:
+        """The key of a new session."""
+        self._keys.append(key := secrets.token_urlsafe(32))
+        return key
+
+    def exchange(self, token: str) -> str | None:
+        """A session's key for the token of the link, once; None for another."""
+        if not self.token or not secrets.compare_digest(token.encode(), self.token.encode()):
+            return None
+        self.token = ""
+        return self.new_key()
+
+    def known(self, key: str) -> bool:
+        """Whether a key is that of a session; how long that takes says nothing of the keys."""
+        return sum(secrets.compare_digest(key.encode(), own.encode()) for own in self._keys) > 0
+
+    def folder(self) -> Path:
+        """A new folder of the server's own."""
+        return Path(tempfile.mkdtemp(dir=self._folder.name))
+
+    def hand(self, name: str) -> str:
+        """What the pipeline calls a hand: its file, if it was given on the command line, or its name."""
+        return str(self.hands.get(name, name))
+
+    def begin(self, lane: Lane, kind: str, call: Call, folder: Path | None = None) -> Task:
+        """A task that waits for its turn.
+
+        Raises
+        ------
+        HTTPException
+            429: too many wait.
+        """
+        ended = [task for task in self.tasks.values() if task.ended]
+        for task in ended[: max(0, len(ended) - _MOST_TASKS)]:
+            self.tasks.pop(task.id).discard()
+        try:
+            task = lane.put(Task(kind, call, folder))
+        except Busy:
+            raise HTTPException(429, "Too much is waiting to be done: wait, or cancel some of it.") from None
+        self.tasks[task.id] = task
+        return task
+
+    async def answer(self, kind: str, call: Call, lane: Lane | None = None) -> Any:
+        """What a short call gives; it leaves no task behind.
+
+        Raises
+        ------
+        HTTPException
+            422 with the pipeline's own sentence; 409 where the hand was changed meanwhile; 500 for faults.
+        """
+        task = self.begin(lane or self.quick, kind, call)
+        try:
+            await task.wait()
+        finally:
+            if not task.ended:
+                task.change(state="cancelled")
+            self.tasks.pop(task.id, None)
+        refused(task)
+        return task.facts
+
+    def room(self, size: int) -> None:
+        """Make sure that there is room for an upload, or for more of one.
+
+        Raises
+        ------
+        HTTPException
+            507: there is none.
+        """
+        kept = sum(upload.size for upload in self.uploads.values())
+        if len(self.uploads) >= _MOST_UPLOADS or kept + size > _MOST_BYTES:
+            raise HTTPException(507, "No more scans can be kept: use those that were sent, or take some away.")
+
+    async def open(self) -> None:
+        """Begin to work."""
+        for lane in (self.quick, self.long, self.desk):
+            lane.open()
+        await self.quick.warm()
+
+    async def close(self) -> None:
+        """End all work, and delete what was made."""
+        for lane in (self.quick, self.long, self.desk):
+            await lane.close()
+        self._folder.cleanup()
+
+
+def refused(task: Task) -> None:
+    """Raise what became of a task as an answer, where it was not done."""
+    if task.state == "refused":
+        raise HTTPException(409 if task.reason == "StaleHand" else 422, task.error)
+    if task.state == "failed":
+        raise HTTPException(500, task.error)
+    if task.state == "cancelled":
+        raise HTTPException(499, "It was cancelled.")

@@ -1,0 +1,174 @@
+"""Routes of sessions, uploads and tasks: what every page needs."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import re
+import secrets
+from collections.abc import AsyncIterator
+from pathlib import Path, PurePath
+
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import FileResponse, Response, StreamingResponse
+
+from handout.web.calls import Login
+from handout.web.routes import Way, json_answer
+from handout.web.studio import SUFFIXES, Studio, Upload, refused
+from handout.web.workers import Task
+
+TYPES = {
+    ".svg": "image/svg+xml", ".png": "image/png", ".pdf": "application/pdf", ".inkml": "application/inkml+xml",
+    ".json": "application/json", ".hand": "application/zip",
+}  # fmt: skip
+_ALIVE = 15.0  # s after which a stream of events says that it is still there
+_LOOK = 0.25  # s between two looks whether who asked is still there
+
+
+async def log_in(studio: Studio, request: Request, body: Login) -> Response:
+    """The token of the link becomes a session, once."""
+    key = studio.exchange(body.token)
+    if key is None:
+        raise HTTPException(401, "This link was used already, or is of an earlier run: start `handout studio` again.")
+    return json_answer({"key": key, "start": studio.start})
+
+
+async def new_key(studio: Studio, request: Request, body: None) -> Response:
+    """A key for a program."""
+    return json_answer({"key": studio.new_key()})
+
+
+async def upload(studio: Studio, request: Request, body: None) -> Response:
+    """A file is taken in, part by part."""
+    name = PurePath(request.query_params.get("name", "").replace("\\", "/")).name[-100:]
+    suffix = PurePath(name).suffix.lower()
+    if suffix not in SUFFIXES:
+        raise HTTPException(422, f"A file is sent with its name, which ends in one of {', '.join(SUFFIXES)}.")
+    studio.room(0)
+    path, size = studio.folder() / f"{_harmless(name)}{suffix}", 0
+    try:
+        with path.open("wb") as file:
+            async for part in request.stream():
+                studio.room(size := size + len(part))
+                await asyncio.to_thread(file.write, part)
+    except OSError as error:
+        _forget(path)
+        raise HTTPException(507, f"The file cannot be kept: {error.strerror or error}.") from None
+    except BaseException:
+        _forget(path)
+        raise
+    studio.uploads[key := secrets.token_urlsafe(16)] = Upload(path, name, size)
+    return json_answer({"id": key, "name": name, "bytes": size})
+
+
+def _harmless(name: str) -> str:
+    """The stem of a name as letters, digits and hyphens: by it the scan is called in a hand, and in sentences."""
+    return re.sub("[^A-Za-z0-9]+", "-", PurePath(name).stem)[:40].strip("-") or "scan"
+
+
+def _forget(path: Path) -> None:
+    path.unlink(missing_ok=True)
+    path.parent.rmdir()
+
+
+async def take_away(studio: Studio, request: Request, body: None) -> Response:
+    """An upload is deleted."""
+    gone = studio.uploads.pop(request.path_params["id"], None)
+    if gone is not None:
+        _forget(gone.path)
+    return json_answer({})
+
+
+def task_of(studio: Studio, request: Request) -> Task:
+    """The task that a request is about."""
+    task = studio.tasks.get(request.path_params["id"])
+    if task is None:
+        raise HTTPException(404, "There is no such task, or it ended long ago.")
+    return task
+
+
+async def show(studio: Studio, request: Request, body: None) -> Response:
+    """How far a task has come."""
+    return json_answer(task_of(studio, request).snapshot())
+
+
+async def cancel(studio: Studio, request: Request, body: None) -> Response:
+    """A task is no longer wanted."""
+    task = task_of(studio, request)
+    if not task.ended:
+        task.change(state="cancelled")
+    return json_answer(task.snapshot())
+
+
+async def events(studio: Studio, request: Request, body: None) -> Response:
+    """A task's snapshots as they come."""
+    return StreamingResponse(_stream(task_of(studio, request)), media_type="text/event-stream")
+
+
+async def _stream(task: Task) -> AsyncIterator[str]:
+    snapshots = task.follow()
+    coming = asyncio.ensure_future(anext(snapshots))
+    try:
+        while True:
+            done, _ = await asyncio.wait({coming}, timeout=_ALIVE)
+            if not done:
+                yield ": still there\n\n"
+                continue
+            try:
+                yield f"data: {json.dumps(coming.result(), ensure_ascii=False)}\n\n"
+            except StopAsyncIteration:
+                return
+            coming = asyncio.ensure_future(anext(snapshots))
+    finally:
+        coming.cancel()
+
+
+async def file(studio: Studio, request: Request, body: None) -> Response:
+    """A file that a task made, by its number from 0."""
+    return file_answer(task_of(studio, request), int(request.path_params["number"]))
+
+
+def file_answer(task: Task, number: int = 0) -> Response:
+    """A file of a task as an answer."""
+    refused(task)
+    paths = task.files
+    if not 0 <= number < len(paths):
+        raise HTTPException(404, f"The task has no file {number}.")
+    path = paths[number]
+    kind = TYPES.get(path.suffix, "application/octet-stream")
+    return FileResponse(path, media_type=kind, filename=path.name, content_disposition_type="attachment")
+
+
+async def followed(request: Request, task: Task, wanted: str = "") -> Response:
+    """What becomes of a task: at once its number where the request prefers that, else when it has ended.
+
+    Who goes away before that cancels it.  wanted : a media type; a request that accepts it gets the first file itself.
+    """
+    if "respond-async" in request.headers.get("prefer", ""):
+        return json_answer(task.snapshot(), 202)
+    while not task.ended:
+        waiting = asyncio.ensure_future(task.wait())
+        await asyncio.wait({waiting}, timeout=_LOOK)
+        waiting.cancel()
+        if not task.ended and await request.is_disconnected():
+            task.change(state="cancelled")
+    refused(task)
+    if wanted and wanted in request.headers.get("accept", ""):
+        return file_answer(task)
+    return json_answer(task.snapshot())
+
+
+ROUTES = (
+    Way("POST", "/api/session", "The token of the link for the key of a session, once", log_in, body=Login),
+    Way("POST", "/api/keys", "A key for a program, which lasts as long as the server", new_key),
+    Way("POST", "/api/uploads", "A scan, a photograph or a .hand file; up to 128 MB", upload, body=bytes,
+        query=(("name", "the file's name, whose suffix says what it is"),)),
+    Way("DELETE", "/api/uploads/{id}", "Delete an upload", take_away),
+    Way("GET", "/api/tasks/{id}", "How far a task has come", show),
+    Way("DELETE", "/api/tasks/{id}", "Cancel a task", cancel),
+    Way("GET", "/api/tasks/{id}/events", "The same as a stream of events, until it has ended", events,
+        answer="text/event-stream"),
+    Way("GET", "/api/tasks/{id}/files/{number:int}", "A file that it made, from 0", file,
+        answer="application/octet-stream"),
+)  # fmt: skip

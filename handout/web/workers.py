@@ -1,0 +1,241 @@
+"""Tasks of the studio, and the processes that they run in.
+
+A `Lane` has some processes and a row of tasks that wait for them.  A task that is cancelled is told so at its next
+report of progress; where none comes soon its process is ended, and the next task gets a new one.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import pickle
+import re
+import secrets
+import shutil
+import sys
+import tempfile
+from collections.abc import AsyncIterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import msgspec
+
+from handout.web.worker import LENGTH, Call
+
+State = Literal["waiting", "running", "done", "refused", "failed", "cancelled"]
+ENDED = frozenset({"done", "refused", "failed", "cancelled"})
+_GRACE = 3.0  # s that cancelled work has to stop by itself; a process that is ended takes a second or two to replace
+_BROKEN = "The work broke off: its process ended, perhaps for want of memory."
+
+
+class Busy(Exception):
+    """More tasks wait than the lane takes."""
+
+
+@dataclass(eq=False)
+class Task:
+    """A call of the pipeline, and how far it has come.
+
+    kind : what it is, for people.
+    folder : for files that it makes, its own.
+    reason : of a refusal, the class of the error.
+    """
+
+    kind: str
+    call: Call
+    folder: Path | None = None
+    id: str = field(default_factory=lambda: secrets.token_urlsafe(12))
+    state: State = "waiting"
+    share: float = 0.0
+    stage: str = ""
+    said: list[str] = field(default_factory=list)
+    facts: Any = None
+    error: str = ""
+    reason: str = ""
+    _turn: asyncio.Event = field(default_factory=asyncio.Event)
+
+    @property
+    def ended(self) -> bool:
+        """Whether nothing more will come."""
+        return self.state in ENDED
+
+    @property
+    def files(self) -> list[Path]:
+        """The files that it made, in the order in which the pipeline names them."""
+        named = self.facts.get("files", []) if self.state == "done" and isinstance(self.facts, dict) else []
+        paths = [Path(name) for name in named]
+        return [path for path in paths if self.folder is not None and path.parent == self.folder]
+
+    def snapshot(self) -> dict[str, Any]:
+        """What is told of it: the fields that say something."""
+        facts = {**self.facts, "files": [path.name for path in self.files]} if isinstance(self.facts, dict) else None
+        told = {"said": self.said, "error": self.error, "facts": facts}
+        return {
+            "id": self.id,
+            "kind": self.kind,
+            "state": self.state,
+            "share": round(self.share, 3),
+            "stage": self.stage,
+            **{name: value for name, value in told.items() if value},
+        }
+
+    def change(self, **fields: Any) -> None:
+        """Take new values and wake who follows."""
+        for name, value in fields.items():
+            setattr(self, name, value)
+        turn, self._turn = self._turn, asyncio.Event()
+        turn.set()
+
+    async def follow(self) -> AsyncIterator[dict[str, Any]]:
+        """Its snapshots, one now and one at each change, until it has ended."""
+        while True:
+            turn, ended = self._turn, self.ended
+            yield self.snapshot()
+            if ended:
+                return
+            await turn.wait()
+
+    async def wait(self) -> None:
+        """Until it has ended."""
+        while not self.ended:
+            await self._turn.wait()
+
+    def discard(self) -> None:
+        """Delete what it made."""
+        if self.folder is not None:
+            shutil.rmtree(self.folder, ignore_errors=True)
+
+
+class _Process:
+    """One process, started when it is first needed and again after it has ended."""
+
+    def __init__(self) -> None:
+        self._process: asyncio.subprocess.Process | None = None
+        self._number = 0
+
+    async def start(self) -> asyncio.subprocess.Process:
+        """The process, alive."""
+        if self._process is None or self._process.returncode is not None:
+            command = (sys.executable, "-m", "handout.web.worker")
+            pipe = asyncio.subprocess.PIPE
+            self._process = await asyncio.create_subprocess_exec(*command, stdin=pipe, stdout=pipe)
+        return self._process
+
+    async def do(self, task: Task) -> None:
+        """A task, until it has ended."""
+        process = await self.start()
+        self._number += 1
+        number, canceller = self._number, asyncio.ensure_future(self._watch(task, process, self._number))
+        try:
+            _send(process, (number, task.call))
+            while not (task.ended and task.state != "cancelled"):
+                answer = await _answer(process)
+                if answer["number"] == number and self._heard(task, answer):
+                    return
+        except (asyncio.IncompleteReadError, ConnectionError, OSError):
+            if not task.ended:
+                task.change(state="failed", error=_BROKEN)
+            with contextlib.suppress(ProcessLookupError):
+                process.kill()
+            await process.wait()
+        finally:
+            canceller.cancel()
+
+    def _heard(self, task: Task, answer: dict[str, Any]) -> bool:
+        """Whether an answer was the last; nobody hears what a cancelled task still says."""
+        what = answer["what"]
+        if what in ENDED:
+            if not task.ended:
+                told = {"facts": answer.get("facts"), "error": bare(answer.get("error", "")), "share": 1.0}
+                told |= {"said": [*task.said, *(note for note in answer.get("notes", ()) if note not in task.said)]}
+                task.change(state=what, reason=answer.get("reason", ""), **told)
+            return True
+        if not task.ended and what == "said":
+            task.change(said=[*task.said, *map(bare, answer["sentences"])])
+        elif not task.ended:
+            task.change(share=answer["share"], stage=answer["stage"])
+        return False
+
+    async def _watch(self, task: Task, process: asyncio.subprocess.Process, number: int) -> None:
+        """End the work where the task is cancelled, by asking and then by force."""
+        await task.wait()
+        if task.state == "cancelled":
+            with contextlib.suppress(ConnectionError, OSError):
+                _send(process, (number, None))
+            await asyncio.sleep(_GRACE)
+            with contextlib.suppress(ProcessLookupError):
+                process.kill()
+
+    async def stop(self) -> None:
+        """End it."""
+        if self._process is not None and self._process.returncode is None:
+            with contextlib.suppress(ProcessLookupError):
+                self._process.kill()
+            await self._process.wait()
+
+
+def bare(sentence: str) -> str:
+    """A sentence in which files of the server's own are called by their names, without their folders."""
+    return re.sub(rf"{re.escape(tempfile.gettempdir())}[/\\](?:[\w.-]+[/\\])*", "", sentence)
+
+
+def _send(process: asyncio.subprocess.Process, message: tuple[int, Call | None]) -> None:
+    assert process.stdin is not None
+    data = pickle.dumps(message)
+    process.stdin.write(len(data).to_bytes(LENGTH, "big") + data)
+
+
+async def _answer(process: asyncio.subprocess.Process) -> dict[str, Any]:
+    assert process.stdout is not None
+    length = int.from_bytes(await process.stdout.readexactly(LENGTH), "big")
+    answer: dict[str, Any] = msgspec.msgpack.decode(await process.stdout.readexactly(length))
+    return answer
+
+
+class Lane:
+    """Some processes, and the tasks that wait for them.
+
+    most : tasks that may wait.
+    """
+
+    def __init__(self, processes: int, most: int) -> None:
+        self._processes = [_Process() for _ in range(processes)]
+        self._row: asyncio.Queue[Task] = asyncio.Queue(most)
+        self._servers: list[asyncio.Task[None]] = []
+
+    def open(self) -> None:
+        """Begin to serve; processes start when they are needed."""
+        self._servers = [asyncio.ensure_future(self._serve(process)) for process in self._processes]
+
+    async def warm(self) -> None:
+        """Start the processes before they are needed."""
+        await asyncio.gather(*(process.start() for process in self._processes))
+
+    async def _serve(self, process: _Process) -> None:
+        while True:
+            task = await self._row.get()
+            if not task.ended:
+                task.change(state="running")
+                await process.do(task)
+
+    def put(self, task: Task) -> Task:
+        """Let a task wait for its turn.
+
+        Raises
+        ------
+        Busy
+            Too many wait.
+        """
+        try:
+            self._row.put_nowait(task)
+        except asyncio.QueueFull:
+            raise Busy from None
+        return task
+
+    async def close(self) -> None:
+        """End all processes."""
+        for server in self._servers:
+            server.cancel()
+        for process in self._processes:
+            await process.stop()

@@ -1,0 +1,106 @@
+"""Letter files: what Markdown becomes, and one sentence with the line for what is wrong."""
+
+import pytest
+
+from handout.errors import InputError
+from handout.letters import load
+from handout.letters.document import Boxed, List, Paragraph, Quote, Rule, Signature, TableBlock
+
+HEAD = '---\nhand = "house-print"\n[box.address]\nx = "10mm"\ny = "10mm"\nw = "60mm"\nh = "30mm"\n---\n'
+
+
+def spans(text):
+    (paragraph,) = load(text).blocks
+    return {span.text.strip(): span.manner for span in paragraph.spans}
+
+
+def test_emphasis_is_underlined_as_pens_do():
+    found = spans("*one* **two** *three*{.wavy} [four]{.double} ~~five~~ six")
+    assert [found[word].underline for word in ("one", "two", "three", "four", "five", "six")] == [
+        "straight", "double", "wavy", "double", "", "",
+    ]  # fmt: skip
+    assert found["five"].struck and not found["six"].struck
+
+
+def test_values_of_attributes_need_no_quotes():
+    found = spans("[red]{ink=#a00 size=1.3} [blue]{ink=navy} [Ben]{hand=house-print}")
+    assert (found["red"].ink, found["red"].size, found["blue"].ink) == ("#aa0000", 1.3, "#000080")
+    assert found["Ben"].hand == "house-print"
+
+
+def test_blocks_become_what_they_are():
+    letter = load(
+        f"{HEAD}::: address\nAnn\nLondon\n:::\n\n{{.date}}\n2 May\n\n# Dear Ann\n\n{{.centre}}\nhello\n\n- a\n- b\n\n"
+        "3) c\n4) d\n\n> so\n\n| x | y |\n|--:|---|\n| 1 | 2 |\n\n***\n\n::: signature\nBen\n:::\n\n{.ps}\nP.S. more\n"
+    )
+    kinds = (Boxed, Paragraph, Paragraph, Paragraph, List, List, Quote, TableBlock, Rule, Signature, Paragraph)
+    assert tuple(map(type, letter.blocks)) == kinds
+    box, date, heading, hello, dashes, numbers, _, table, rule, signature, postscript = letter.blocks
+    assert letter.head.hand == "house-print" and letter.boxes["address"].w == 60
+    assert "".join(span.text for span in box.blocks[0].spans) == "Ann\nLondon"
+    assert (date.side, date.kind, heading.level, hello.side, postscript.kind) == (
+        "right", "date", 1, "centre", "postscript",
+    )  # fmt: skip
+    assert heading.spans[0].manner.size > 1.3
+    assert dashes.marker == "dash" and not dashes.items[0].label.spans
+    assert [item.label.spans[0].text for item in numbers.items] == ["3)", "4)"]
+    assert [cell.side for cell in table.rows[0]] == ["right", None]
+    assert rule.kind == "flourish" and signature.blocks[0].spans[0].text == "Ben"
+
+
+def test_a_head_may_stand_between_plus_signs():
+    assert load('+++\npage = "A6"\n+++\nHello').head.page == "A6"
+
+
+def test_a_soft_break_is_a_space_and_a_hard_one_a_line():
+    (paragraph,) = load("one\ntwo\\\nthree").blocks
+    assert "".join(span.text for span in paragraph.spans) == "one two\nthree"
+    assert [span.line for span in paragraph.spans if span.text in ("one", "two", "three")] == [1, 2, 3]
+
+
+def test_what_is_dropped_is_told_with_its_line():
+    letter = load("a [shop](https://example.org) here\n\n<!-- a note -->\n\nand **this", "x.md")
+    assert [sentence.split(":")[0] for sentence in letter.dropped] == ["x.md, line 1", "x.md, line 3", "x.md, line 5"]
+    assert "https://example.org" in letter.dropped[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "words"),
+    [
+        ("fine\n\na {.right", 3, "brace"),
+        ("a\n\n\nb {{ first_name }}", 4, "table"),
+        ("fine\n\n{.rigth}\nword", 4, "right"),
+        ("[a]{sze=2}", 1, "size"),
+        ("[a]{size=big}", 1, "number"),
+        ("[a]{size=99}", 1, "0.4 to 6"),
+        ("[a]{ink=blurple}", 1, "colour"),
+        ("[a]{onclick=x}", 1, "onclick"),
+        ("---\nfoo: bar\n---\nx", 2, "TOML"),
+        ("---\nhnd = 'x'\n---\nx", 2, "hand"),
+        ("---\n[first]\nmargn = '2mm'\n---\nx", 3, "margin"),
+        ("---\npage = 3\n---\nx", 2, "page"),
+        ("+++\nx", 1, "closed"),
+        ("---\nx", 1, "closed"),
+        ("x\n\n::: foo\nbar\n:::", 3, "foo"),
+        ("::: date\nbar", 1, "closed"),
+        ("x\n\n<b>x</b>", 3, "HTML"),
+        ("a `b`", 1, "code"),
+        ("x\n\n    code", 3, "code"),
+        ("```\na\n```", 1, "code"),
+        ("- " * 1000 + "x", 1, "within"),
+        (">" * 1000 + "x", 1, "within"),
+        ("a\n\n![a](none.png)", 3, "picture"),
+        ("a ![a](none.png)", 1, "paragraph of its own"),
+    ],
+)
+def test_what_is_wrong_is_one_sentence_with_its_line(text, line, words):
+    with pytest.raises(InputError) as error:
+        load(text, "x.md")
+    assert str(error.value).startswith(f"x.md, line {line}: ") and words in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(("text", "words"), [("", "nothing to write"), ("x" * 10**7, "10000000 characters")])
+def test_nothing_and_too_much_are_refused(text, words):
+    with pytest.raises(InputError, match=words):
+        load(text, "x.md")

@@ -1,0 +1,68 @@
+"""Columns as a letter names them, and what a row says of how it is made."""
+
+import pytest
+
+from handout.errors import InputError
+from handout.merging.fields import Fields, RowManner, counted, doubts
+from handout.printing.address_table import read_addresses, read_rows
+from handout.printing.column_names import identifier
+
+TABLE = "Vorname,Nachname,Straße/Nr.,PLZ,Ort,Geschenk,Stück,Schrift\nAnna,Maß,Weg 1,89073,Ulm,=SUM(A1),2,house-print\n"
+
+
+@pytest.fixture
+def path(tmp_path):
+    path = tmp_path / "people.csv"
+    path.write_text(TABLE, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("header", "name"),
+    [
+        ("First name", "first_name"),
+        ("Straße/Nr.", "strasse_nr"),
+        ("Größe (cm)", "grosse_cm"),
+        ("2nd guest", "c2nd_guest"),
+    ],
+)
+def test_a_header_as_a_name(header, name):
+    assert identifier(header) == name
+
+
+def test_columns_are_named_by_header_and_by_what_they_mean(path):
+    table = read_addresses(path)
+    fields = Fields(table.columns)
+    values = fields.values(table[0])
+    assert values["vorname"] == values["first_name"] == "Anna" and values["last_name"] == "Maß"
+    assert values["address"] == "Anna Maß\nWeg 1\n89073 Ulm"
+    assert fields.used(["first_name", "geschenk"]) == {"Vorname", "Geschenk"}
+
+
+def test_a_row_says_how_it_is_made(path):
+    table = counted(read_rows(path, ["copies=Stück,hand=Schrift"]))
+    (row,) = table
+    assert row.copies == 2 and row.lines == () and row.problem == ""
+    assert Fields(table.columns).manner(row) == RowManner(hand="house-print")
+    assert Fields(table.columns).says("hand") and not Fields(table.columns).says("text")
+    assert doubts(row, ["Geschenk", "Ort"]) == (
+        "the cell under 'Geschenk' is a formula, which is written as it stands",
+    )
+
+
+def test_copies_that_are_no_number_are_the_row_s_problem(path):
+    path.write_text("name,copies\nAnna,two\nBen,0\nCleo,\nDan,1e9\n", encoding="utf-8")
+    table = counted(read_rows(path, ["copies=copies"]))
+    assert [(row.number, row.copies, bool(row.problem)) for row in table] == [(2, 1, True), (4, 1, False), (5, 1, True)]
+    assert "says 'two', which is no number of copies from 0 to 100" in table[0].problem
+    assert any("of which nothing is made" in note for note in table.notes)
+
+
+def test_a_setting_is_no_part_of_the_address(path):
+    table = read_addresses(path, ["copies=Stück", "hand=Schrift"], elsewhere=["Geschenk"])
+    assert table[0].lines == ("Anna Maß", "Weg 1", "89073 Ulm") and table.unused == () and table.notes == ()
+
+
+def test_a_role_that_there_is_not_names_the_settings_too(path):
+    with pytest.raises(InputError, match=r"hnd.* did you mean hand"):
+        read_rows(path, ["hnd=Schrift"])

@@ -1,0 +1,151 @@
+"""The studio's pages in Chromium, by real events: written, looked through, corrected; axe-core finds nothing there."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+sync_api = pytest.importorskip("playwright.sync_api")
+pytest.importorskip("starlette")
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed"),
+]
+SHOTS = os.environ.get("STUDIO_PICTURES")  # a folder that pictures of the pages are kept in
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory, small_hand_file):
+    folder = tmp_path_factory.mktemp("studio")
+    shutil.copy(small_hand_file, folder / "mine.hand")
+    command = [sys.executable, "-m", "handout", "studio", str(folder / "mine.hand"), "--no-browser", "--json"]
+    environment = {**os.environ, "XDG_CONFIG_HOME": str(folder)}
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
+    yield json.loads(process.stdout.readline())["link"]
+    process.terminate()
+    process.wait()
+
+
+@pytest.fixture(scope="module")
+def page(server):
+    with sync_api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": 1280, "height": 800})
+        page.set_default_timeout(60_000)
+        faults = []
+        page.on("pageerror", lambda error: faults.append(str(error)))
+        page.on("console", lambda message: faults.append(message.text) if message.type == "error" else None)
+        page.goto(server)
+        page.home = server.split("#")[0]
+        yield page
+        assert faults == []
+        browser.close()
+
+
+def kept(page, name):
+    """A picture of the page, for the manual, once nothing more is waited for."""
+    if SHOTS:
+        page.wait_for_timeout(9000)
+        page.screenshot(path=str(Path(SHOTS) / f"studio-{name}.png"))
+
+
+def axe(page):
+    """What axe-core finds; nothing where it is not installed."""
+    try:
+        import axe_playwright_python
+    except ImportError:
+        return []
+    session = page.context.new_cdp_session(page)
+    session.send("Page.setBypassCSP", {"enabled": True})
+    script = (Path(axe_playwright_python.__file__).parent / "axe.min.js").read_text(encoding="utf-8")
+    session.send("Runtime.evaluate", {"expression": script})
+    asked = {
+        "expression": "axe.run().then(r => r.violations.map(v => v.id))",
+        "awaitPromise": True,
+        "returnByValue": True,
+    }
+    found = session.send("Runtime.evaluate", asked)
+    session.send("Page.setBypassCSP", {"enabled": False})
+    return found["result"]["value"]
+
+
+def test_a_text_is_written_changed_watched_and_downloaded(page):
+    page.wait_for_selector(".sheet svg path.stroke")
+    assert "#" not in page.url, "the token is gone from the address"
+    kept(page, "write")
+    page.get_by_label("Text").fill("Dear Ada, here is a card")
+    page.get_by_label("Seed", exact=True).fill("4")
+    page.locator(".told", has_text=re.compile("seed 4$")).wait_for()
+    first = page.locator(".sheet path.stroke").first.get_attribute("d")
+    assert axe(page) == []
+    page.get_by_role("button", name="Another seed").click()
+    page.locator(".told", has_text=re.compile("seed 4$")).wait_for(state="detached")
+    page.get_by_label("Seed", exact=True).fill("4")
+    page.locator(".told", has_text=re.compile("seed 4$")).wait_for()
+    assert page.locator(".sheet path.stroke").first.get_attribute("d") == first
+    page.get_by_label("Hand", exact=True).select_option("house-print")
+    page.wait_for_timeout(600)
+    assert page.locator(".sheet path.stroke").first.get_attribute("d") != first
+    page.get_by_label("Speed").select_option("20")
+    page.get_by_role("button", name="Watch it written").click()
+    page.get_by_role("button", name="Stop").wait_for()
+    page.get_by_role("button", name="Watch it written").wait_for()
+    page.get_by_label("Format").select_option("svg")
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Download").click()
+    assert download.value.suggested_filename == "dear-ada-here.svg"
+    assert 'data-t0="' in Path(download.value.path()).read_text(encoding="utf-8")
+
+
+def test_refusals_stand_where_the_text_is(page):
+    page.get_by_label("Text").fill("Жук " * 4000)
+    page.get_by_text("More", exact=True).click()
+    page.get_by_label("Lend letters that the hand lacks").uncheck()
+    page.locator("form .bad", has_text="Ж").wait_for()
+    page.get_by_label("Lend letters that the hand lacks").check()
+    page.get_by_label("Text").fill("Dear Ada")
+    page.locator(".told", has_text="1 line").wait_for()
+
+
+def test_hands_are_shown_and_a_wrong_one_is_refused(page):
+    page.get_by_role("link", name="Hands").click()
+    page.locator(".card", has_text="house-print").locator("img").first.wait_for()
+    page.locator("li.card", has_text="mine").locator("img").wait_for()
+    kept(page, "hands")
+    assert axe(page) == []
+    page.get_by_label("Scans or photographs").set_input_files(
+        {"name": "noise.png", "mimeType": "image/png", "buffer": b"no picture"}
+    )
+    page.get_by_label("What is written on it").fill("some text")
+    page.get_by_label("Name", exact=True).fill("noise")
+    page.get_by_role("button", name="Read the hand").click()
+    page.locator(".bad", has_text="noise.png").wait_for()
+    assert "/tmp" not in page.locator(".bad", has_text="noise.png").inner_text()
+
+
+def test_letters_are_corrected_by_keys_alone(page):
+    page.goto(page.home + "#letters/mine")
+    page.wait_for_selector("path.ink.here")
+    page.wait_for_selector(".scan-view image")
+    kept(page, "letters")
+    assert axe(page) == []
+    side = page.locator(".side")
+    page.keyboard.press("Enter")
+    side.get_by_text("1 correction is kept.").wait_for()
+    page.keyboard.press("Control+z")
+    side.get_by_text("correction is kept.").wait_for(state="detached")
+    page.keyboard.press("Control+y")
+    side.get_by_text("1 correction is kept.").wait_for()
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("Alt+c")
+    page.get_by_text("Draw the cut").wait_for()
+    page.keyboard.press("Escape")
+    page.get_by_text("Enter confirms").wait_for()
+    page.reload()
+    side.get_by_text("1 correction is kept.").wait_for()
