@@ -103,6 +103,25 @@ def test_a_text_is_written_changed_watched_and_downloaded(page):
     assert 'data-t0="' in Path(download.value.path()).read_text(encoding="utf-8")
 
 
+def test_words_that_read_as_others_are_framed_where_they_lie(page):
+    """The server's answer is given a doubtful word, since which words are is a matter of the reader's weights."""
+
+    def doubted(route):
+        answer = route.fetch()
+        word = (
+            '"doubtful": [{"word": "Ada", "page": 1, "line": 1, "reads_as": "Ado", "box": [30, 10, 50, 20]}], "pages"'
+        )
+        route.fulfill(response=answer, body=answer.text().replace('"pages"', word, 1))
+
+    page.route("**/api/write", doubted)
+    page.get_by_label("Text").fill("Dear Ada, again")
+    page.locator(".told", has_text="“Ada” on line 1 may read as “Ado”").wait_for()
+    frame, sheet = page.locator(".marks rect").bounding_box(), page.locator(".sheet").bounding_box()
+    page.unroute("**/api/write")
+    assert abs((frame["x"] + frame["width"] / 2 - sheet["x"]) / sheet["width"] - 40 / 105) < 0.02
+    assert abs((frame["y"] + frame["height"] / 2 - sheet["y"]) / sheet["height"] - 15 / 148) < 0.02
+
+
 def test_refusals_stand_where_the_text_is(page):
     page.get_by_label("Text").fill("Жук " * 4000)
     page.get_by_text("More", exact=True).click()

@@ -1,6 +1,6 @@
 // The page Write: a text on the left, the page on the right, new after a pause in typing.
 
-import { task, blob, text as fetched, fileOf } from './api.js';
+import { request, task, blob, text as fetched, fileOf } from './api.js';
 import { h, s, field, tick, choice, say, save } from './dom.js';
 import { play } from './replay.js';
 
@@ -224,7 +224,7 @@ export async function show(main, shared) {
     const body = asked(made, ticks);
     try {
       if (quick()) {
-        last = lines = await task('/api/write', { ...body, format: 'svg' }, () => {}, own.signal);
+        last = lines = await request('POST', '/api/write', { ...body, format: 'svg' }, own.signal);
         placed(await lined(lines, own.signal), lines);
       } else lines = null;
       refusal.textContent = '';
