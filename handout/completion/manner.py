@@ -294,26 +294,29 @@ def _varied(places: Array, spread: Spread, rng: np.random.Generator) -> Array:
 
 def _measured(hand: ScannedHand) -> Array:
     """What is kept of a hand: its spread, and the form of each built-in hand bent onto each of its letters."""
-    probability = vet(hand).probability
     seen, moved, varying = list[Known](), list[Array](), list[tuple[Array, Array]]()
-    for letter in hand.letters:
-        if len(letter) != 1 or not letter.isalnum() or not ways.count(letter):
-            continue
-        numbers = sorted(hand.of(letter).tolist(), key=lambda i: -probability[i])
-        glyphs = [ways.written(hand, i) for i in numbers[:_GLYPHS] if probability[i] >= _LIKELY]
-        bends = [_bent(letter, number, glyphs) for number in (_nearest(letter, glyphs[0]) if glyphs else ())]
-        for known, places, _ in bends:
-            seen.append(known)
-            moved.append(places)
+    for letter, glyphs in _good_glyphs(hand):
+        bends = [_bent(letter, number, glyphs) for number in _nearest(letter, glyphs[0])]
+        seen += [known for known, _, _ in bends]
+        moved += [places for _, places, _ in bends]
         if len(glyphs) > 1:
             varying.append(min(bends, key=lambda bend: bend[0].cost)[2])
     kept = [_spread(varying)]
-    for hand_number in range(len(HANDS)):
-        which = [k for k, known in enumerate(seen) if known.way.hand == hand_number]
-        if which:
-            learned = _Process([seen[k] for k in which]).learned(np.concatenate([moved[k] for k in which]))
-            kept += [_packed(replace(seen[k], weights=weights)) for k, weights in zip(which, learned, strict=True)]
+    for number in sorted({known.way.hand for known in seen}):
+        which = [k for k, known in enumerate(seen) if known.way.hand == number]
+        learned = _Process([seen[k] for k in which]).learned(np.concatenate([moved[k] for k in which]))
+        kept += [_packed(replace(seen[k], weights=weights)) for k, weights in zip(which, learned, strict=True)]
     return np.asarray(np.round(np.concatenate(kept), _DIGITS), dtype=np.float64)
+
+
+def _good_glyphs(hand: ScannedHand) -> Iterator[tuple[str, list[Written]]]:
+    """Letters of a hand of which there are forms, and those glyphs of each that are likeliest what they are called."""
+    probability = vet(hand).probability
+    for letter in hand.letters:
+        if len(letter) == 1 and letter.isalnum() and ways.count(letter):
+            numbers = sorted(hand.of(letter).tolist(), key=lambda i: -probability[i])
+            if glyphs := [ways.written(hand, i) for i in numbers[:_GLYPHS] if probability[i] >= _LIKELY]:
+                yield letter, glyphs
 
 
 def _bent(letter: str, number: int, glyphs: Sequence[Written]) -> tuple[Known, Array, tuple[Array, Array]]:
