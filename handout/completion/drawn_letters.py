@@ -1,4 +1,8 @@
-"""Letters and marks of a drawn hand, as slanting, wide and tall as the author of a scanned hand writes.
+"""Letters as the author of a scanned hand might write them, and those of a drawn hand in his proportions.
+
+What is drawn of a letter in the author's manner (`manner`) is made a line as ink shows it.  Of a hand with too few
+letters, and for marks, the forms of the drawn hand most like it are taken, as slanting, wide and tall as the author
+writes.
 
 Lengths are in line space, y up from the baseline.
 
@@ -9,24 +13,30 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
+from handout.completion.manner import LEAST, Manner
 from handout.completion.specimens import Part, Specimen
+from handout.completion.ways import evenly
 from handout.hand import measures
 from handout.hand.diacritics import NOT_ABOVE
 from handout.hand.drawn import Hand
 from handout.hand.letter_classes import X_HEIGHT
 from handout.hand.library import load
+from handout.hand.places import Place
 from handout.hand.scanned import NO_PAGE, ScannedHand
 from handout.motion.trace import trace
-from handout.values import Array, LineGraph
+from handout.values import Array, Indices, LineGraph
 from handout.writing.specimen import single_letter
 
 _STEP = 0.03  # x-heights between vertices of a line that is drawn; .9 pixels at 300 dpi and 2.5 mm
 _HASTY = 0.85  # share of joins from which an author writes as the quick hand does
 _WIDER = (0.7, 1.45)  # least and most that letters are made narrower or broader, however odd the widths measured
-_LIKE = 0.11  # of the box around a letter: how far its line lies from that of the drawn one on the average
+_PARALLEL = 0.87  # cosine, from which on two lines run side by side
+_ONE_LINE = 1.8  # half widths of the line, within which two strokes side by side are one line; by eye
+_PLACES: tuple[Place, ...] = ("middle", "start", "end")  # in a word, of the forms of a small letter that may be joined
 
 
 class DrawnLetters:
@@ -44,10 +54,13 @@ class DrawnLetters:
     @cached_property
     def house(self) -> Hand:
         """The drawn hand that is most like it."""
-        share = measures.joins(self._hand).share
-        if share < measures.JOINED_SHARE:
+        if self._share < measures.JOINED_SHARE:
             return load("house-print")
-        return load("house-quick" if share > _HASTY else "house-joined")
+        return load("house-quick" if self._share > _HASTY else "house-joined")
+
+    @cached_property
+    def _share(self) -> float:
+        return measures.joins(self._hand).share
 
     @cached_property
     def capital(self) -> float:
@@ -63,11 +76,37 @@ class DrawnLetters:
         written = [self._strokes(letter, rng) for _ in range(count)]
         return [Specimen(letter, (self._part(strokes),)) for strokes in written if strokes]
 
+    def in_manner(self, letter: str, count: int, rng: np.random.Generator) -> list[Specimen]:
+        """A letter as the author might write it, `count` times; [] if none is drawn, or he wrote too few letters.
+
+        Where he joins letters those within a word end where their ways to the next letter begin.
+        """
+        if len(self._manner.letters) < LEAST:
+            return []
+        places: list[Place] = ["alone"] * count
+        if self._share >= measures.JOINED_SHARE and letter.islower():
+            places = [_PLACES[k % len(_PLACES)] for k in range(count)]
+        parted = [place in ("start", "middle") for place in places]
+        written = self._manner.ways(letter, parted, rng)
+        return [
+            Specimen(letter, (self._line(*_welded(list(map(self._leant, strokes)), self.radius)),), (None, place, None))
+            for strokes, place in zip(written, places, strict=False)
+        ]
+
+    @cached_property
+    def _manner(self) -> Manner:
+        return Manner(self._hand)
+
+    def _leant(self, upright: Array) -> Array:
+        """A curve (m, 2) in line space through places (n, 2), upright x-heights."""
+        x, y = evenly(upright, _STEP).T * self.x_height
+        return np.column_stack([x + self.slant * y, y])
+
     def mark(self, mark: str, rng: np.random.Generator) -> list[Part]:
         """An accent over (under) the baseline at x = 0, its lowest point at the gap that it keeps from its letter."""
         forms = self.house.marks[mark]
         form = forms[int(rng.integers(len(forms)))]
-        curves = [_smooth(stroke) for stroke in form.strokes]
+        curves = [evenly(stroke, _STEP) for stroke in form.strokes]
         upright = [np.column_stack([xy[:, 0] - self.house.slant * xy[:, 1], xy[:, 1]]) for xy in curves]
         strokes = [self.x_height * xy for xy in upright]
         if mark not in NOT_ABOVE:
@@ -75,18 +114,6 @@ class DrawnLetters:
         low = min(float(xy[:, 1].min()) for xy in strokes)
         leant = [np.column_stack([xy[:, 0] + self.slant * (xy[:, 1] - low), xy[:, 1]]) for xy in strokes]
         return [self._part(leant)]
-
-    def recognises(self, letter: str, number: int) -> bool:
-        """Whether a glyph's body has the shape of a letter as the drawn hand writes it; letters cut amiss have not."""
-        from scipy.spatial import cKDTree
-
-        scanned = self._hand.outline(number)[np.isin(self._hand.glyphs[number].vertices, self._hand.body(number))]
-        drawn = np.concatenate(self._strokes(letter, np.random.default_rng(0)))
-        boxes = [(xy - xy.min(axis=0)) / np.maximum(np.ptp(xy, axis=0), 1e-9) for xy in (scanned, drawn)]
-        scanned_width, drawn_width = (max(_upright_width(xy, self.slant), 1e-9) for xy in (scanned, drawn))
-        distances = [cKDTree(a).query(b)[0] for a, b in (boxes, boxes[::-1])]
-        alike = max(float(np.mean(distance)) for distance in distances) < _LIKE
-        return bool(0.55 < scanned_width / drawn_width < 1.8 and alike)
 
     def _strokes(self, letter: str, rng: np.random.Generator) -> list[Array]:
         """The strokes of a letter in the author's proportions; [] if the drawn hand has none."""
@@ -111,9 +138,12 @@ class DrawnLetters:
             numbers = count + np.arange(len(stroke))
             edges.append(np.column_stack([numbers[:-1], numbers[1:]]))
             count += len(stroke)
-        xy = np.concatenate(list(strokes))
-        radius = np.full(count, self.radius)
-        graph = LineGraph(xy, radius, np.ones(count), np.zeros((count, 2)), np.concatenate(edges))
+        return self._line(np.concatenate(list(strokes)), np.concatenate(edges))
+
+    def _line(self, xy: Array, edges: Indices) -> Part:
+        """A line of places (n, 2) that is still to be inked."""
+        count = len(xy)
+        graph = LineGraph(xy, np.full(count, self.radius), np.ones(count), np.zeros((count, 2)), edges)
         return Part(graph, NO_PAGE, np.zeros(count, dtype=np.intp))
 
     @cached_property
@@ -140,17 +170,31 @@ def _upright_width(xy: Array, slant: float) -> float:
     return float(np.ptp(xy[:, 0] - slant * xy[:, 1]))
 
 
-def _smooth(points: Array) -> Array:
-    """(m, 2): a curve through points (n, 2), x-heights."""
-    from scipy.interpolate import CubicSpline
+def _welded(strokes: Sequence[Array], radius: float) -> tuple[Array, Indices]:
+    """Strokes (n, 2) as one line, places and edges: what runs beside an earlier part, within its width, is that part.
 
-    lengths = np.hypot(*np.diff(points, axis=0).T) if len(points) > 1 else np.zeros(0)
-    moves = lengths > 1e-6
-    if not moves.any():
-        return np.array(points[:1])
-    along = np.concatenate([[0.0], np.cumsum(lengths[moves])])
-    at = np.linspace(0, along[-1], max(3, int(along[-1] / _STEP) + 2))
-    return np.asarray(CubicSpline(along, points[np.concatenate([[True], moves])])(at))
+    Ink shows no more than that of a stem that the pen goes up and down again.
+    """
+    from scipy.spatial import cKDTree
+
+    xy, first = np.concatenate(list(strokes)), np.cumsum([0, *map(len, strokes)]).tolist()
+    along = np.concatenate([np.gradient(x, axis=0) if len(x) > 1 else np.zeros((1, 2)) for x in strokes])
+    along /= np.maximum(np.hypot(*along.T), 1e-9)[:, None]
+    number, edges, reach = np.arange(len(xy)), list[Indices](), _ONE_LINE * radius
+    for a, b in pairwise(first):
+        turns = a + 1 + np.flatnonzero(np.diff(np.sign(along[a:b, 1])) != 0)
+        for begin, end in pairwise([a, *turns.tolist(), b]):
+            steps = np.hypot(*np.diff(xy[a : begin + 1], axis=0).T)
+            leading = int((np.cumsum(steps[::-1]) < 2 * reach).sum())  # to the turn, which is no place beside it
+            if begin - leading > 0 and begin < end:
+                away, at = cKDTree(xy[: begin - leading]).query(xy[begin:end])
+                beside = (away < reach) & (np.abs((along[at] * along[begin:end]).sum(axis=1)) > _PARALLEL)
+                number[begin:end] = np.where(beside, number[at], number[begin:end])
+        own = number == np.arange(len(xy))
+        pairs = np.column_stack([number[a : b - 1], number[a + 1 : b]])
+        edges.append(pairs[own[a : b - 1] | own[a + 1 : b]])
+    kept = np.flatnonzero(number == np.arange(len(xy)))
+    return xy[kept], np.searchsorted(kept, np.concatenate(edges))
 
 
 def _traced(letter: str, house: Hand, rng: np.random.Generator) -> list[Array]:

@@ -1,4 +1,4 @@
-"""The forms of a letter that a scanned hand lacks: of the author's own letters, dots and marks, or of a drawn hand.
+"""The forms of a letter that a scanned hand lacks: of the author's own letters, dots and marks, or in his manner.
 
 Lengths are in line space, y up from the baseline.
 
@@ -15,9 +15,9 @@ import numpy as np
 from handout.completion.drawn_letters import DrawnLetters
 from handout.completion.specimens import Part, Specimen
 from handout.hand.diacritics import BELOW, DOTLESS, NAMES, NOT_ABOVE, OGONEK, STROKE_HEIGHT, THROUGH, decomposed
-from handout.hand.letter_classes import DOTTED, SAME_AS_CAPITAL, STEM_AT_LEFT
+from handout.hand.letter_classes import DOTTED, STEM_AT_LEFT
 from handout.hand.protocol import Repertoire
-from handout.hand.scanned import NO_PAGE, NOBODY, ScannedHand
+from handout.hand.scanned import NOBODY, ScannedHand
 from handout.values import Array, Indices, LineGraph
 from handout.writing.text import LEFT_OUT, PICTURE, borrow, instead
 
@@ -82,17 +82,12 @@ class LetterMaker:
         return Supply(specimens, instead("".join(form.base for form in forms)))
 
     def _lent(self, letter: str) -> Supply:
-        """A letter made of that of the other case, where both have one shape, or of the drawn hand's."""
-        other = letter.swapcase()
-        same = letter.lower() in SAME_AS_CAPITAL and other in self._hand.letters
-        numbers = [i for i in self._hand.of(other).tolist() if self._drawn.recognises(other, i)] if same else []
-        if numbers:
-            factor = self._drawn.capital / self._drawn.x_height
-            factor = factor if letter.isupper() else 1 / factor
-            change = "enlarged" if letter.isupper() else "made smaller"
-            return Supply([_resized(self._hand, i, letter, factor) for i in numbers[:_FORMS]], f"{other} {change}")
+        """A letter made after the author's others, or of the drawn hand's forms where there are too few of those."""
+        if specimens := self._drawn.in_manner(letter, _FORMS, self._rng):
+            return Supply(specimens, "made after the author's other letters")
         specimens = self._drawn.forms(letter, _FORMS, self._rng)
-        return Supply(specimens, f"the form of {self._drawn.house.name}" if specimens else "")
+        source = f"the form of {self._drawn.house.name}, as too few letters are known"
+        return Supply(specimens, source if specimens else "")
 
     def _accented(self, letter: str, base: str, mark: str, fallback: bool) -> Supply:
         """A letter under a mark: the author's own, or where that is accepted a drawn one."""
@@ -307,10 +302,3 @@ def _with_neighbours(hand: ScannedHand, number: int, gone: Indices, letter: str,
         paths([way.path for way in before.ligatures]) if before else (),
         paths([way.path for way in glyph.ligatures]),
     )
-
-
-def _resized(hand: ScannedHand, number: int, letter: str, factor: float) -> Specimen:
-    """The body of a glyph made larger or smaller, to be inked anew: a pen's line does not grow with its letters."""
-    graph = _line(hand, number, hand.body(number))
-    same = LineGraph(graph.xy * factor, graph.radius, graph.density, graph.uv, graph.edges)
-    return Specimen(letter, (Part(same, NO_PAGE, np.zeros(len(same), dtype=np.intp)),))

@@ -30,5 +30,3 @@ BOWLED = frozenset("acdegoqCGOQ06")  # letters and figures whose loops, but thos
 X_HEIGHT = NOT_ASCENDING - DESCENDING - DOTTED  # neither ascender nor descender nor dot: these are one x-height high
 FLAT_FIRST = "xzvuwneorsacm"  # the same, those with flat tops first: round ones overshoot
 STEM_AT_LEFT = frozenset("DL")  # capitals that are crossed at their one stem, not in their middle
-# Of which small letter and capital have one shape; not p, which stands lower and often begins with a stroke from below.
-SAME_AS_CAPITAL = frozenset("cosuvwxz")

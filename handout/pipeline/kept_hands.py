@@ -233,6 +233,7 @@ def edit_hand(
 
 def learn(path: Path) -> Mapping[str, Array]:
     """Work out what is asked of the hand of a file whenever it is written with, and keep it there; what that is."""
+    from handout.completion.manner import Manner
     from handout.pipeline.rereading import author_reader
     from handout.writing.glyph_index import index_glyphs
     from handout.writing.scanned_words import layout_model
@@ -242,6 +243,7 @@ def learn(path: Path) -> Mapping[str, Array]:
         author_reader(hand)
         index_glyphs(hand)
         layout_model(hand)
+        Manner(hand)
         file.keep_learnt(path, known(hand))
     return known(hand)
 
@@ -325,7 +327,7 @@ def own_place(name: str, *, replaced: bool = False) -> Path:
     """
     path = library.own_file(name)
     if path.exists() and not replaced:
-        raise InputError(f"There is a hand {name!r} already: give another --name, or --replace it.")
+        raise InputError(f"There is a hand {name!r} already: give another name, or replace it.")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:

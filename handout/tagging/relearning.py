@@ -114,7 +114,8 @@ def changes(
 
     named : page and number in its text of letters to leave out; those that a person confirmed are, anyway.
     """
-    old, new = _inks(before), _inks(after)
+    unmoved = _unmoved(before, after)
+    old, new = _inks(before, unmoved), _inks(after, unmoved)
     found: list[Change] = []
     for (page, at), one in sorted({**old, **new}.items()):
         is_, was = new.get((page, at)), old.get((page, at))
@@ -144,13 +145,24 @@ class _Ink:
     ink: frozenset[tuple[int, int]]
 
 
-def _inks(hand: ScannedHand) -> dict[tuple[int, int], _Ink]:
-    """The glyphs by page and number in the text."""
-    places = [np.rint(page.graph.uv * 16).astype(int).tolist() for page in hand.pages]
+def _unmoved(before: ScannedHand, after: ScannedHand) -> set[tuple[int, int]]:
+    """Page and number in its text of the glyphs that have the same vertices of the same graph."""
+    old = {(glyph.page, glyph.at): glyph.vertices for glyph in before.glyphs}
+    same = [was.graph is is_.graph for was, is_ in zip(before.pages, after.pages, strict=True)]
     return {
-        (g.page, g.at): _Ink(g, frozenset((places[g.page][v][0], places[g.page][v][1]) for v in g.vertices.tolist()))
-        for g in hand.glyphs
-        if g.at >= 0
+        key
+        for glyph in after.glyphs
+        if same[glyph.page] and (key := (glyph.page, glyph.at)) in old and np.array_equal(old[key], glyph.vertices)
+    }
+
+
+def _inks(hand: ScannedHand, unmoved: set[tuple[int, int]]) -> dict[tuple[int, int], _Ink]:
+    """The glyphs by page and number in the text, without those that have not moved."""
+    glyphs = [glyph for glyph in hand.glyphs if glyph.at >= 0 and (glyph.page, glyph.at) not in unmoved]
+    uv = [page.graph.uv for page in hand.pages]
+    return {
+        (g.page, g.at): _Ink(g, frozenset((x, y) for x, y in np.rint(uv[g.page][g.vertices] * 16).astype(int).tolist()))
+        for g in glyphs
     }
 
 

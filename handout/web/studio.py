@@ -53,7 +53,8 @@ class Studio:
         self._folder = tempfile.TemporaryDirectory(prefix="handout-studio-")
         # short calls, long ones, and those about the letters of a hand, which one process does in turn: one writer
         self.quick = Lane(1, _WAITING)
-        self.long = Lane(max(1, min(2, (os.cpu_count() or 1) - 1)), _WAITING)
+        # two long ones at least, so that what replaces cancelled work need not wait for its end
+        self.long = Lane(max(2, min(4, (os.cpu_count() or 1) - 1)), _WAITING)
         self.desk = Lane(1, 8 * _WAITING)
 
     def new_key(self) -> str:

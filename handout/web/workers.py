@@ -25,7 +25,7 @@ from handout.web.worker import LENGTH, Call
 
 State = Literal["waiting", "running", "done", "refused", "failed", "cancelled"]
 ENDED = frozenset({"done", "refused", "failed", "cancelled"})
-_GRACE = 1.5  # s that cancelled work has to stop by itself; a process that is ended takes about a second to replace
+_GRACE = 3.0  # s that cancelled work has to stop by itself; a process that is ended takes a second or two to replace
 _BROKEN = "The work broke off: its process ended, perhaps for want of memory."
 
 

@@ -24,12 +24,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.hand.author_reader import misread
 from handout.hand.measures import body_sizes
 from handout.hand.places import PLACES, Place, places
 from handout.hand.scanned import NOBODY, ScannedHand
@@ -95,8 +96,17 @@ def intrinsic_cost(hand: ScannedHand, bodies: Sequence[Indices]) -> Array:
     """(n,) float ≥ 0: of writing each glyph at all, given its body, which may be empty."""
     empty = np.array([not len(body) for body in bodies], dtype=bool)
     lent = np.arange(len(bodies)) >= hand.own
-    doubt = WEIGHTS.doubtful * (1 - vet(hand).probability)
-    return np.asarray(doubt + WEIGHTS.broken * empty + WEIGHTS.lent * lent + WEIGHTS.blot * blots(hand))
+    return np.asarray(doubt(hand) + WEIGHTS.broken * empty + WEIGHTS.lent * lent + WEIGHTS.blot * blots(hand))
+
+
+@lru_cache(maxsize=4)
+def doubt(hand: ScannedHand) -> Array:
+    """(n,) float ≥ 0: what glyphs cost that are perhaps not what they are called, or that only their author reads."""
+    own = np.arange(len(hand.glyphs)) < hand.own
+    odd = misread(hand.author or hand)
+    cost = WEIGHTS.doubtful * (1 - vet(hand).probability)
+    cost[own] += WEIGHTS.lent * odd[: hand.own]
+    return readonly(cost, len(hand.glyphs))
 
 
 _WIDE = 1.6  # times the usual width of a page's line: what crosses or is retraced is narrower; by eye, four pages
@@ -124,7 +134,7 @@ def blots(hand: ScannedHand) -> Array:
 
 def better_lent(hand: ScannedHand, letter: str) -> bool:
     """Whether all glyphs of a letter are more doubtful than a lent one would be strange."""
-    return WEIGHTS.doubtful * (1 - float(vet(hand).probability[hand.of(letter)].max(initial=0.0))) > WEIGHTS.lent
+    return float(doubt(hand)[hand.of(letter)].min(initial=np.inf)) > WEIGHTS.lent
 
 
 class TransitionCosts:

@@ -127,7 +127,7 @@ def doubted(hand, letter):
 def test_a_letter_of_which_all_are_doubtful_is_lent_beside_its_own(small_hand):
     hand = doubted(small_hand, "h")
     completed, borrowed = complete_hand(hand, "hen hen", fallback=True)
-    assert spelt(borrowed) == {"h": ("the form of house-joined, as its own are doubtful", False, (0, 4))}
+    assert spelt(borrowed) == {"h": ("made after the author's other letters, as its own are doubtful", False, (0, 4))}
     assert borrowed[0].doubted and completed.author is hand and completed.own == len(hand.glyphs)
     assert set(hand.of("h")) < set(completed.of("h")) and (vet(completed).probability[completed.own :] == 1).all()
     same, told = complete_hand(hand, "hen hen")  # lent only where that is accepted

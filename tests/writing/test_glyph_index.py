@@ -7,9 +7,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from handout.hand.author_reader import misread
 from handout.hand.scanned import ScannedHand
 from handout.values import LineGraph
-from handout.writing.glyph_index import WEIGHTS, TransitionCosts, blots, index_glyphs, mismatch, residuals
+from handout.writing.glyph_index import (
+    WEIGHTS,
+    TransitionCosts,
+    better_lent,
+    blots,
+    doubt,
+    index_glyphs,
+    mismatch,
+    residuals,
+)
 
 
 @pytest.fixture(scope="module")
@@ -122,6 +132,15 @@ def test_letters_that_depart_alike_go_together(kept):
         kept.exits, kept.entries, departure, kept.after, kept.leaving, kept.entered, kept.letters
     ).cost(one, other, False)
     assert alike[0, 0] < unlike[0, 0] and alike[0, 0] <= meetings.cost(one, other, False)[0, 0]
+
+
+def test_a_rare_letter_that_nobody_but_its_author_reads_costs_as_much_as_a_lent_one(small_hand):
+    (number,) = small_hand.of("p").tolist()
+    glyphs = list(small_hand.glyphs)
+    glyphs[number] = replace(glyphs[number], letter="k")
+    wrong = replace(small_hand, glyphs=tuple(glyphs))
+    assert not misread(small_hand)[number] and misread(wrong)[number]
+    assert doubt(wrong)[number] >= WEIGHTS.lent and better_lent(wrong, "k") and not better_lent(small_hand, "p")
 
 
 def test_a_pair_that_the_page_has_is_best_taken_from_it(kept):

@@ -120,6 +120,14 @@ function reader(redraw) {
 
   async function read(heard, signal) {
     const ids = [];
+    try {
+      return await readFrom(ids, heard, signal);
+    } finally {
+      for (const id of ids) request('DELETE', `/api/uploads/${id}`).catch(() => {});
+    }
+  }
+
+  async function readFrom(ids, heard, signal) {
     for (const { file } of scans) {
       heard({ share: 0, stage: `sending ${file.name}` });
       ids.push((await request('POST', `/api/uploads?name=${encodeURIComponent(file.name)}`, file, signal)).id);

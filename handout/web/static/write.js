@@ -1,6 +1,6 @@
 // The page Write: a text on the left, the page on the right, new after a pause in typing.
 
-import { task, blob, text as fetched, fileOf } from './api.js';
+import { request, task, blob, text as fetched, fileOf } from './api.js';
 import { h, s, field, tick, choice, say, save } from './dom.js';
 import { play } from './replay.js';
 
@@ -75,7 +75,12 @@ function asked(made, ticks) {
 
 /** What was decided for the user, as sentences. */
 function told(facts, said) {
-  const lent = (facts.borrowed || []).map((one) => `${one.letter}: ${one.own ? 'from the hand’s own letters' : 'lent'} (${one.from}), ${one.count}×`);
+  const ways = new Map();
+  for (const { letter, own, from } of facts.borrowed || []) {
+    const way = `${own ? 'Put together' : 'Lent'}, ${from}`;
+    ways.set(way, [...(ways.get(way) || []), letter]);
+  }
+  const lent = [...ways].map(([way, letters]) => `${way}: ${[...new Set(letters)].join(' ')}`);
   const doubts = (facts.doubtful || []).map((one) => `“${one.word}” on line ${one.line}${facts.pages > 1 ? `, page ${one.page},` : ''} may read as “${one.reads_as || 'nothing'}”`);
   return [...doubts, ...lent, ...(said || []), ...(facts.notes || [])].filter((one, at, all) => all.indexOf(one) === at);
 }
@@ -219,7 +224,7 @@ export async function show(main, shared) {
     const body = asked(made, ticks);
     try {
       if (quick()) {
-        last = lines = await task('/api/write', { ...body, format: 'svg' }, () => {}, own.signal);
+        last = lines = await request('POST', '/api/write', { ...body, format: 'svg' }, own.signal);
         placed(await lined(lines, own.signal), lines);
       } else lines = null;
       refusal.textContent = '';
