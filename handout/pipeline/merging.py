@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import NamedTuple
 
-from handout import page_sizes
+from handout import page_sizes, units
 from handout.errors import InputError
 from handout.hand import library
 from handout.inking.device_pixels import Calibrate
@@ -225,7 +225,8 @@ class Finding(NamedTuple):
     phrase: str
 
 
-OUT_OF_REACH, AT_EDGE, DOUBTFUL, SHRUNK, LENT, BROKEN, SLIP, WARNED = range(8)
+OUT_OF_REACH, AT_EDGE, DOUBTFUL, SHRUNK, SPARSE, LENT, BROKEN, SLIP, WARNED = range(9)
+_FEW = 2  # lines: a last page that has no more looks forgotten; set by eye
 _SHRUNK = 0.99  # of the size that was asked for: what is nearer to it nobody sees
 
 
@@ -450,6 +451,8 @@ def _findings(pages: Sequence[Manuscript], layout: Layout) -> Iterator[Finding]:
     size = min((page.x_height for page in pages), default=layout.x_height)
     if size < _SHRUNK * layout.x_height:
         yield Finding(SHRUNK, f"written at {size / layout.x_height:.0%} of its size, so that it fits")
+    if len(pages) > 1 and len(pages[-1].lines) <= _FEW:
+        yield Finding(SPARSE, f"its last page, {len(pages)}, has {units.count(len(pages[-1].lines), 'line')} only")
     for letter in pages[0].about.get("borrowed", []) if pages else []:
         if not letter["own"]:
             yield Finding(LENT, f"{letter['letter']!r}, {letter['count']} times, is {letter['from']}")

@@ -61,6 +61,14 @@ def test_rows_that_cannot_be_made_stand_at_the_top(call):
 
 
 @pytest.mark.slow
+def test_a_last_page_with_a_line_alone_wants_looking_at(call):
+    Path("letter.txt").write_text("Dear {{ first_name }}\n" * 3, encoding="utf-8")
+    more = ("--margin", "8mm", "--page", "80x37mm", "--line-spacing", "8mm")
+    out, _ = call("proof", *LETTER, *QUICK[:-2], *more, "--rows", "2", "-o", "proof.html", "--json")
+    assert json.loads(out)["look_at"] == [{"row": 2, "why": ["its last page, 2, has 1 line only"]}]
+
+
+@pytest.mark.slow
 def test_a_plotter_has_its_reach_and_its_time(call):
     command = ("proof", *LETTER, *QUICK, "--rows", "2", "-o", "proof.html", "--device", "simulated", "--json")
     out, _ = call(*command)
