@@ -327,7 +327,7 @@ def own_place(name: str, *, replaced: bool = False) -> Path:
     """
     path = library.own_file(name)
     if path.exists() and not replaced:
-        raise InputError(f"There is a hand {name!r} already: give another name, or replace it.")
+        raise InputError(f"There is a hand {name!r} already: give another name, or replace it (--replace).")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
