@@ -129,6 +129,11 @@ def test_no_files_import_each_other_in_a_circle():
         raise AssertionError(" → ".join(circle.args[1])) from None
 
 
+def test_files_of_tests_have_names_of_their_own():
+    names = [path.name for path in (PACKAGE.parent / "tests").rglob("test_*.py")]
+    assert sorted(set(names)) == sorted(names)  # pytest refuses the second of a name when all are run
+
+
 def test_nothing_asks_for_the_class_of_a_hand():
     asking = [
         f"{path.relative_to(PACKAGE)}:{node.lineno}"
