@@ -22,9 +22,16 @@ def writing_time(tally: Tally) -> str:
 
 def lent(tally: Tally) -> str:
     """What was written for characters that the hand lacks, or doubts, in some sentences; "" where there are none."""
-    forms = [f"{letter} ({source}{_times(count)})" for (letter, source), count in tally.lent.items()]
+    by_source: dict[str, list[tuple[str, int]]] = {}
+    for (letter, source), count in tally.lent.items():
+        by_source.setdefault(source, []).append((letter, count))
+    alone = [f"{forms[0][0]} ({source}{_times(forms[0][1])})" for source, forms in by_source.items() if len(forms) == 1]
+    sentence = f" Lent to the hand: {', '.join(alone)}." if alone else ""
+    for source, forms in by_source.items():
+        if len(forms) > 1:
+            letters = [f"{letter} ({count} times)" if count > 1 else letter for letter, count in forms]
+            sentence += f" Lent to the hand, {source}: {', '.join(letters)}."
     gone = [letter + _times(count) for letter, count in tally.left_out.items()]
-    sentence = f" Lent to the hand: {', '.join(forms)}." if forms else ""
     sentence += f" Left out, since the hand has no form for it: {', '.join(gone)}." if gone else ""
     doubtful = [letter + _times(count) for letter, count in tally.doubtful_letters.items()]
     return sentence + (

@@ -5,6 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from handout.cli.sentences import lent
+from handout.pipeline.results import Tally
+
 SEED = ("--seed", 1, "--hand", "house-quick", "--pen", "plain")
 FOX = {"letter": "🦊", "from": "left out", "own": False}
 SCHWA = {"letter": "ə", "from": "e in its place", "own": False}
@@ -58,3 +61,14 @@ def test_a_picture_needs_leave_to_be_left_out(call):
     assert "or --fallback to leave them out" in err and not Path("a.svg").exists()
     _, err = call("write", "🦊", "-o", "a.svg", "--fallback", code=2)
     assert "nothing but what is left out" in err
+
+
+def test_letters_of_one_source_are_told_of_together():
+    made = [
+        {"letter": letter, "from": "of house-print", "own": False, "count": n} for letter, n in (("G", 1), ("M", 3))
+    ]
+    one = {"letter": "ə", "from": "e in its place", "own": False, "count": 2}
+    sentence = lent(Tally(borrowed=[*made, one]))
+    assert (
+        sentence == " Lent to the hand: ə (e in its place, 2 times). Lent to the hand, of house-print: G, M (3 times)."
+    )
