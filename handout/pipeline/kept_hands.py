@@ -233,18 +233,23 @@ def edit_hand(
 
 def learn(path: Path) -> Mapping[str, Array]:
     """Work out what is asked of the hand of a file whenever it is written with, and keep it there; what that is."""
+    hand = file.load(path)
+    if hand.glyphs:
+        file.keep_learnt(path, worked_out(hand))
+    return known(hand)
+
+
+def worked_out(hand: ScannedHand) -> Mapping[str, Array]:
+    """What is asked of a hand whenever it is written with: of what it keeps, what is out of date is worked out anew."""
     from handout.completion.manner import Manner
     from handout.pipeline.rereading import author_reader
     from handout.writing.glyph_index import index_glyphs
     from handout.writing.scanned_words import layout_model
 
-    hand = file.load(path)
-    if hand.glyphs:
-        author_reader(hand)
-        index_glyphs(hand)
-        layout_model(hand)
-        Manner(hand)
-        file.keep_learnt(path, known(hand))
+    author_reader(hand)
+    index_glyphs(hand)
+    layout_model(hand)
+    Manner(hand)
     return known(hand)
 
 

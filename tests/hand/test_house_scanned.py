@@ -10,9 +10,7 @@ import pytest
 from handout.hand import file, library
 from handout.hand.learnt import known
 from handout.hand.report import facts
-from handout.hand.vetting import vet
-from handout.pipeline.rereading import author_reader
-from handout.writing.scanned_words import layout_model
+from handout.pipeline.kept_hands import worked_out
 
 NAMES = ("house-joined-ballpoint", "house-print-fountain")
 
@@ -39,9 +37,7 @@ def test_a_shipped_hand_is_whole(name):
 def test_what_is_kept_of_a_shipped_hand_is_what_this_version_works_out(name):
     path = library.scanned_file(name)
     hand = file.load(path)
-    author_reader(hand)
-    vet(hand)
-    layout_model(hand)
+    worked_out(hand)
     kept = json.loads(path.with_suffix(".learnt").read_text())["values"]
     assert kept.keys() == known(hand).keys(), "work it out anew: docs/contributing.md says how"
 
