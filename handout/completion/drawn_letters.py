@@ -16,6 +16,7 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from handout.completion.manner import LEAST, Manner
 from handout.completion.specimens import Part, Specimen
@@ -36,6 +37,8 @@ _HASTY = 0.85  # share of joins from which an author writes as the quick hand do
 _WIDER = (0.7, 1.45)  # least and most that letters are made narrower or broader, however odd the widths measured
 _PARALLEL = 0.87  # cosine, from which on two lines run side by side
 _ONE_LINE = 1.8  # half widths of the line, within which two strokes side by side are one line; by eye
+_LENS = 2.0  # of that: a gap no wider than this between two strokes that are one line before and after is none
+_LED = 2.0  # half widths along the way over which a stroke is led on to the one beside it; by eye
 _PLACES: tuple[Place, ...] = ("middle", "start", "end")  # in a word, of the forms of a small letter that may be joined
 
 
@@ -89,7 +92,7 @@ class DrawnLetters:
         parted = [place in ("start", "middle") for place in places]
         written = self._manner.ways(letter, parted, rng)
         return [
-            Specimen(letter, (self._line(*_welded(list(map(self._leant, strokes)), self.radius)),), (None, place, None))
+            Specimen(letter, (self._welded(list(map(self._leant, strokes))),), (None, place, None))
             for strokes, place in zip(written, places, strict=False)
         ]
 
@@ -138,13 +141,17 @@ class DrawnLetters:
             numbers = count + np.arange(len(stroke))
             edges.append(np.column_stack([numbers[:-1], numbers[1:]]))
             count += len(stroke)
-        return self._line(np.concatenate(list(strokes)), np.concatenate(edges))
+        return self._line(np.concatenate(list(strokes)), np.concatenate(edges), strokes)
 
-    def _line(self, xy: Array, edges: Indices) -> Part:
+    def _welded(self, strokes: Sequence[Array]) -> Part:
+        strokes = _closed(strokes, self.radius)
+        return self._line(*_welded(strokes, self.radius), strokes)
+
+    def _line(self, xy: Array, edges: Indices, strokes: Sequence[Array]) -> Part:
         """A line of places (n, 2) that is still to be inked."""
         count = len(xy)
         graph = LineGraph(xy, np.full(count, self.radius), np.ones(count), np.zeros((count, 2)), edges)
-        return Part(graph, NO_PAGE, np.zeros(count, dtype=np.intp))
+        return Part(graph, NO_PAGE, np.zeros(count, dtype=np.intp), tuple(strokes))
 
     @cached_property
     def _ascender_drawn(self) -> float:
@@ -170,17 +177,29 @@ def _upright_width(xy: Array, slant: float) -> float:
     return float(np.ptp(xy[:, 0] - slant * xy[:, 1]))
 
 
-def _welded(strokes: Sequence[Array], radius: float) -> tuple[Array, Indices]:
-    """Strokes (n, 2) as one line, places and edges: what runs beside an earlier part, within its width, is that part.
+def _closed(strokes: Sequence[Array], radius: float) -> list[Array]:
+    """Strokes (n, 2) of which what runs beside an earlier part, within a line's width, is led on to that."""
+    from scipy.ndimage import gaussian_filter1d
 
-    Ink shows no more than that of a stem that the pen goes up and down again.
-    """
+    number, xy = _beside(strokes, radius), np.concatenate(list(strokes))
+    led, first = [], np.cumsum([0, *map(len, strokes)]).tolist()
+    for a, b in pairwise(first):
+        aside = xy[number[a:b]] - xy[a:b]
+        if aside.any():
+            step = float(np.median(np.hypot(*np.diff(xy[a:b], axis=0).T)))
+            aside = gaussian_filter1d(aside, _LED * radius / max(step, 1e-9), axis=0, mode="nearest")
+        led.append(xy[a:b] + aside)
+    return led
+
+
+def _beside(strokes: Sequence[Array], radius: float) -> Indices:
+    """(n,): for each place of strokes the earlier one that it runs beside, within a line's width, or else its own."""
     from scipy.spatial import cKDTree
 
     xy, first = np.concatenate(list(strokes)), np.cumsum([0, *map(len, strokes)]).tolist()
     along = np.concatenate([np.gradient(x, axis=0) if len(x) > 1 else np.zeros((1, 2)) for x in strokes])
     along /= np.maximum(np.hypot(*along.T), 1e-9)[:, None]
-    number, edges, reach = np.arange(len(xy)), list[Indices](), _ONE_LINE * radius
+    number, reach = np.arange(len(xy)), _ONE_LINE * radius
     for a, b in pairwise(first):
         turns = a + 1 + np.flatnonzero(np.diff(np.sign(along[a:b, 1])) != 0)
         for begin, end in pairwise([a, *turns.tolist(), b]):
@@ -188,12 +207,32 @@ def _welded(strokes: Sequence[Array], radius: float) -> tuple[Array, Indices]:
             leading = int((np.cumsum(steps[::-1]) < 2 * reach).sum())  # to the turn, which is no place beside it
             if begin - leading > 0 and begin < end:
                 away, at = cKDTree(xy[: begin - leading]).query(xy[begin:end])
-                beside = (away < reach) & (np.abs((along[at] * along[begin:end]).sum(axis=1)) > _PARALLEL)
+                parallel = np.abs((along[at] * along[begin:end]).sum(axis=1)) > _PARALLEL
+                beside = _filled((away < reach) & parallel, away < _LENS * reach)
                 number[begin:end] = np.where(beside, number[at], number[begin:end])
-        own = number == np.arange(len(xy))
+    return number
+
+
+def _filled(sure: NDArray[np.bool_], maybe: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(n,): what is sure, and what is between that where all may be."""
+    filled, at = sure.copy(), np.flatnonzero(sure)
+    for a, b in pairwise(at.tolist()):
+        filled[a:b] = maybe[a:b].all()
+    return filled
+
+
+def _welded(strokes: Sequence[Array], radius: float) -> tuple[Array, Indices]:
+    """Strokes (n, 2) as one line, places and edges: what runs beside an earlier part, within its width, is that part.
+
+    Ink shows no more than that of a stem that the pen goes up and down again.
+    """
+    number, xy = _beside(strokes, radius), np.concatenate(list(strokes))
+    edges, first = list[Indices](), np.cumsum([0, *map(len, strokes)]).tolist()
+    own = number == np.arange(len(xy))
+    for a, b in pairwise(first):
         pairs = np.column_stack([number[a : b - 1], number[a + 1 : b]])
         edges.append(pairs[own[a : b - 1] | own[a + 1 : b]])
-    kept = np.flatnonzero(number == np.arange(len(xy)))
+    kept = np.flatnonzero(own)
     return xy[kept], np.searchsorted(kept, np.concatenate(edges))
 
 
