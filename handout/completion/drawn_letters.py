@@ -18,6 +18,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.completion.entering import Link, Links
 from handout.completion.manner import LEAST, Manner
 from handout.completion.specimens import Part, Specimen
 from handout.completion.ways import evenly
@@ -28,8 +29,10 @@ from handout.hand.letter_classes import X_HEIGHT
 from handout.hand.library import load
 from handout.hand.places import Place
 from handout.hand.scanned import NO_PAGE, ScannedHand
+from handout.inking.sweep import Way
 from handout.motion.trace import trace
 from handout.values import Array, Indices, LineGraph
+from handout.writing.forms import Forms
 from handout.writing.specimen import single_letter
 
 _STEP = 0.03  # x-heights between vertices of a line that is drawn; .9 pixels at 300 dpi and 2.5 mm
@@ -90,11 +93,41 @@ class DrawnLetters:
         if self._share >= measures.JOINED_SHARE and letter.islower():
             places = [_PLACES[k % len(_PLACES)] for k in range(count)]
         parted = [place in ("start", "middle") for place in places]
-        written = self._manner.ways(letter, parted, rng)
+        written, last = self._manner.ways(letter, parted, rng)
         return [
-            Specimen(letter, (self._welded(list(map(self._leant, strokes))),), (None, place, None))
+            self._specimen(letter, [*map(self._leant, strokes)], last, place, rng)
             for strokes, place in zip(written, places, strict=False)
         ]
+
+    def _specimen(
+        self, letter: str, strokes: Sequence[Array], last: int, place: Place, rng: np.random.Generator
+    ) -> Specimen:
+        """A letter with the ligatures that it has in its place; `last` is the stroke that leads to the next."""
+        strokes = _closed(strokes, self.radius)
+        body, ways = self._line(*_welded(strokes, self.radius), strokes), [Way(stroke) for stroke in strokes]
+        lines, roles, edges, paths = [body.graph.xy], [body.role], [body.graph.edges], [list[Indices](), list[Indices]()]
+        for side, links in enumerate(self._links):
+            link = links.link(strokes, (0, last)[side], rng) if place == "middle" or place == ("end", "start")[side] else None
+            if link is None:
+                continue
+            first, count = sum(map(len, lines)), len(link.xy) - 1
+            at = int(np.hypot(*(body.graph.xy - link.xy[0]).T).argmin())
+            path = np.concatenate([[at], first + np.arange(count)])
+            lines.append(link.xy[1:])
+            roles.append(np.where(np.arange(1, count + 1) < link.own, 0, (-1, 1)[side]))
+            edges.append(np.column_stack([path[:-1], path[1:]]))
+            paths[side].append(path[:: 1 if side else -1])
+            _lead_on(ways, link, leaving=bool(side))
+        whole = self._line(np.concatenate(lines), np.concatenate(edges), ())
+        part = Part(whole.graph, NO_PAGE, np.concatenate(roles).astype(np.intp), tuple(ways))
+        beside: list[Place | None] = ["middle" if some else None for some in paths]
+        return Specimen(letter, (part,), (beside[0], place, beside[1]), tuple(paths[0]), tuple(paths[1]))
+
+    @cached_property
+    def _links(self) -> tuple[Links, Links]:
+        """The ligatures to the letter before, and to the one after."""
+        forms = Forms(self._hand)
+        return Links(self._hand, forms, leaving=False), Links(self._hand, forms, leaving=True)
 
     @cached_property
     def _manner(self) -> Manner:
@@ -143,15 +176,11 @@ class DrawnLetters:
             count += len(stroke)
         return self._line(np.concatenate(list(strokes)), np.concatenate(edges), strokes)
 
-    def _welded(self, strokes: Sequence[Array]) -> Part:
-        strokes = _closed(strokes, self.radius)
-        return self._line(*_welded(strokes, self.radius), strokes)
-
     def _line(self, xy: Array, edges: Indices, strokes: Sequence[Array]) -> Part:
         """A line of places (n, 2) that is still to be inked."""
         count = len(xy)
         graph = LineGraph(xy, np.full(count, self.radius), np.ones(count), np.zeros((count, 2)), edges)
-        return Part(graph, NO_PAGE, np.zeros(count, dtype=np.intp), tuple(strokes))
+        return Part(graph, NO_PAGE, np.zeros(count, dtype=np.intp), tuple(map(Way, strokes)))
 
     @cached_property
     def _ascender_drawn(self) -> float:
@@ -175,6 +204,18 @@ class DrawnLetters:
 
 def _upright_width(xy: Array, slant: float) -> float:
     return float(np.ptp(xy[:, 0] - slant * xy[:, 1]))
+
+
+def _lead_on(ways: list[Way], link: Link, *, leaving: bool) -> None:
+    """Make a ligature part of the way that it goes on from, or a way of its own, which nobody begins or ends there."""
+    if link.stroke < 0:
+        ways.append(Way(link.xy if leaving else link.xy[::-1], (False, False)))
+        return
+    way = ways[link.stroke]
+    if leaving:
+        ways[link.stroke] = Way(np.concatenate([way.xy, link.xy[1:]]), (way.ends[0], False))
+    else:
+        ways[link.stroke] = Way(np.concatenate([link.xy[:0:-1], way.xy]), (False, way.ends[1]))
 
 
 def _closed(strokes: Sequence[Array], radius: float) -> list[Array]:

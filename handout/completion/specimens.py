@@ -30,17 +30,17 @@ class Part:
     graph : in line space; its `uv` is where its ink is on page `source`.
     source : number of a page of the hand, `NO_PAGE` for a line that is still to be inked.
     role : (n,) int, whose vertices they are: −1 the letter before, 0 the letter, 1 the letter after.
-    ways : (m, 2) each, line space: how the pen goes along a line that is still to be inked.
+    ways : line space: how the pen goes along a line that is still to be inked.
     """
 
     graph: LineGraph
     source: int
     role: Indices
-    ways: tuple[Array, ...] = ()
+    ways: tuple[Way, ...] = ()
 
     def shifted(self, shift: Array) -> Part:
         """The part moved by (2,)."""
-        ways = tuple(way + shift for way in self.ways)
+        ways = tuple(replace(way, xy=way.xy + shift) for way in self.ways)
         return replace(self, graph=replace(self.graph, xy=self.graph.xy + shift), ways=ways)
 
 
@@ -135,7 +135,7 @@ def _page_pixels(
         scanned.append(_line(specimen, number, [(g, p.source) for p, g in pairs if p.source != NO_PAGE]))
     rgba = texture(Manuscript(tuple(scanned), page, like.x_height), hand, like.dpi).rgba
     ways = [
-        Way((spot + way * [like.pitch, -like.pitch]) / like.pixel - 0.5)
+        replace(way, xy=(spot + way.xy * [like.pitch, -like.pitch]) / like.pixel - 0.5)
         for specimen, spot in zip(specimens, spots, strict=True)
         for part in specimen.parts
         for way in part.ways

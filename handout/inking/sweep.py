@@ -217,7 +217,7 @@ def _features(xy: Array, ends: tuple[bool, bool], usual: float) -> Array:
 class Way:
     """A way of the pen that is to be inked.
 
-    xy : (n, 2) pixels of the page, at least two places; ends : whether the pen is set down, and lifted, at its ends.
+    xy : (n, 2), in the frame of whoever holds it; ends : whether the pen is set down, and lifted, at its ends.
     """
 
     xy: Array
@@ -232,7 +232,7 @@ class Sweep:
         self._used = np.zeros(len(self._stock.page), dtype=np.float32)
 
     def ink(self, page: _Pixels, way: Way) -> None:
-        """Lay the ink of a way on a page (h, w, 4), premultiplied."""
+        """Lay the ink of a way, pixels of the page, on that (h, w, 4), premultiplied."""
         run = _run(way.xy)
         if run[-1] < 1.0:
             way = Way(way.xy[:1] + np.array([[-0.5, 0.0], [0.5, 0.0]]), way.ends)
