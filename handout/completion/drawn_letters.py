@@ -39,7 +39,7 @@ _STEP = 0.03  # x-heights between vertices of a line that is drawn; .9 pixels at
 _HASTY = 0.85  # share of joins from which an author writes as the quick hand does
 _WIDER = (0.7, 1.45)  # least and most that letters are made narrower or broader, however odd the widths measured
 _PARALLEL = 0.87  # cosine, from which on two lines run side by side
-_ONE_LINE = 1.8  # half widths of the line, within which two strokes side by side are one line; by eye
+_ONE_LINE = 2.6  # half widths of the line, within which two strokes side by side are one line; by eye
 _LENS = 2.0  # of that: a gap no wider than this between two strokes that are one line before and after is none
 _LED = 2.0  # half widths along the way over which a stroke is led on to the one beside it; by eye
 _PLACES: tuple[Place, ...] = ("middle", "start", "end")  # in a word, of the forms of a small letter that may be joined
@@ -105,9 +105,18 @@ class DrawnLetters:
         """A letter with the ligatures that it has in its place; `last` is the stroke that leads to the next."""
         strokes = _closed(strokes, self.radius)
         body, ways = self._line(*_welded(strokes, self.radius), strokes), [Way(stroke) for stroke in strokes]
-        lines, roles, edges, paths = [body.graph.xy], [body.role], [body.graph.edges], [list[Indices](), list[Indices]()]
+        lines, roles, edges, paths = (
+            [body.graph.xy],
+            [body.role],
+            [body.graph.edges],
+            [list[Indices](), list[Indices]()],
+        )
         for side, links in enumerate(self._links):
-            link = links.link(strokes, (0, last)[side], rng) if place == "middle" or place == ("end", "start")[side] else None
+            link = (
+                links.link(strokes, (0, last)[side], rng)
+                if place == "middle" or place == ("end", "start")[side]
+                else None
+            )
             if link is None:
                 continue
             first, count = sum(map(len, lines)), len(link.xy) - 1

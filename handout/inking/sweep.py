@@ -13,14 +13,14 @@ Lu, Barnes, DiVerdi & Finkelstein 2013, RealBrush.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from handout.errors import InputError
 from handout.hand.scanned import ScannedHand, ScannedPage
@@ -49,35 +49,55 @@ _AGAIN, _LATELY = 0.4, 0.8  # cost of a place that was used; of that, what is le
 _BLEND = 1.2  # radii on either side of a jump over which two stretches are blended
 _ACROSS = 2.0  # radii on either side of a line that its cross sections show, and two pixels
 _RIM = 1.5  # pixels beyond its radius over which a line fades, at most
+_FAINT = 0.12  # opacity at which a stroke is at its end
 _END_AT = 1.0  # radii from its line's end, within which a place ends a way as that line ends
 _FINE = 2  # cross sections a pixel, and their samples
-_ARM, _CUSP = 1.5, 2.2  # radii before and after a place, whose directions are so far apart, rad, where the way turns back
+_ARM, _CUSP = (
+    1.5,
+    2.2,
+)  # radii before and after a place, whose directions are so far apart, rad, where the way turns back
 _TURN = 1.6  # rad by which the way may turn in what is bent at once
+
+
+class _Line(NamedTuple):
+    """Places of a `Stock` on one line; see there."""
+
+    xy: Array
+    along: Array
+    radius: Array
+    features: Array
+    free: NDArray[np.bool_]
+    loose: NDArray[np.bool_]
+
+    def back(self) -> _Line:
+        """The same from its other end."""
+        features = np.concatenate([-self.features[:, [4, 5, 2, 3, 0, 1]], self.features[:, [7, 6]]], axis=1)[::-1]
+        free, loose = self.free[::-1], self.loose[::-1, ::-1]
+        return _Line(self.xy[::-1], -self.along[::-1], self.radius[::-1], features, free, loose)
 
 
 @dataclass(frozen=True, eq=False)
 class Stock:
-    """Places on the clear lines of a hand, a pixel apart, line after line, each line twice: there and back.
+    """Places on the clear lines of a hand, a pixel of its first page apart, line after line, each line there and back.
 
-    page : (n,) of the hand; uv : (n, 2) pixels of its picture; along : (n, 2) unit vectors there.
-    radius : (n,) pixels; dark : (n,) mean opacity within it.
-    features : (n, 8), see `_features`.
+    xy : (n, 2) in such pixels; along : (n, 2) unit vectors; radius : (n,); features : (n, 8), see `_features`.
     free : (n,) whether it may be taken: not where other ink is near, nor beyond a stroke's end.
-    first, last : (n,) the numbers between which those of its line lie.
     loose : (n, 2) whether its line begins, and ends, without touching another.
-    usual : median radius, pixels.
+    first, last : (n,) the numbers between which those of its line lie; page : (n,) of the hand.
+    dark : (n,) mean opacity around it.
+    usual : median radius.
     """
 
-    page: Indices
-    uv: Array
+    xy: Array
     along: Array
     radius: Array
-    dark: Array
     features: Array
     free: NDArray[np.bool_]
+    loose: NDArray[np.bool_]
     first: Indices
     last: Indices
-    loose: NDArray[np.bool_]
+    page: Indices
+    dark: Array
     usual: float
 
     @cached_property
@@ -102,61 +122,47 @@ def stock(hand: ScannedHand) -> Stock:
     InputError
         There are too few.
     """
-    radii = [page.graph.radius[lettered(hand, k)] / page.pixel for k, page in enumerate(hand.pages)]
+    unit, ink = hand.pages[0].pixel, [lettered(hand, k) for k in range(len(hand.pages))]
+    radii = [page.graph.radius[some] / unit for page, some in zip(hand.pages, ink, strict=True)]
     usual = float(np.median(np.concatenate(radii))) if sum(map(len, radii)) else 1.0
-    lines = [line for k, page in enumerate(hand.pages) for line in _lines(k, page, lettered(hand, k), usual)]
-    sizes = [len(line[0]) for line in lines]
-    if not lines or sum(int(line[5].sum()) for line in lines) < _FEWEST:
+    each = [list(_lines(page, some, usual, unit)) for page, some in zip(hand.pages, ink, strict=True)]
+    lines = [line for lines in each for line in lines]
+    if sum(int(line.free.sum()) for line in lines) < _FEWEST:
         raise InputError(
             f"{hand.name}: there are too few clear pieces of line to take a pen from; scribble half a page of loose "
             "waves and strokes with it, not over each other."
         )
-    uv, along, radius, page, features, free, loose = (np.concatenate(part) for part in zip(*lines, strict=True))
+    xy, along, radius, features, free, loose = (np.concatenate(part) for part in zip(*lines, strict=True))
+    sizes = [len(line.xy) for line in lines]
     ends = np.cumsum([0, *sizes])
+    page = np.repeat(np.arange(len(each)), [sum(len(line.xy) for line in lines) for lines in each])
+    dark = np.concatenate([_darkness(scan, xy[page == k], unit) for k, scan in enumerate(hand.pages)])
     first, last = np.repeat(ends[:-1], sizes), np.repeat(ends[1:] - 1, sizes)
-    dark = np.zeros(len(uv))
-    for k, scan in enumerate(hand.pages):
-        here = page == k
-        dark[here] = _darkness(scan, uv[here])
-    return Stock(page, uv, along, radius, dark, features, free, first, last, loose, usual)
+    return Stock(xy, along, radius, features, free, loose, first, last, page, dark, usual)
 
 
-def _lines(number: int, page: ScannedPage, ink: NDArray[np.bool_], usual: float) -> Iterator[tuple[Array, ...]]:
-    graph = page.graph
-    beside = clear(graph) & ink
+def _lines(page: ScannedPage, ink: NDArray[np.bool_], usual: float, unit: float) -> Iterator[_Line]:
+    """The lines of a page that lie clear somewhere, led on beyond their ends, each there and back."""
+    graph, more = page.graph, tip(usual)
+    clear_ink, out = (clear(graph) & ink).astype(np.float64), np.arange(1, more + 1)[:, None]
     for path in graph.branches:
-        run = _run(graph.uv[path])
-        if run[-1] < 2 * usual:
+        run = _run(graph.xy[path] / unit)
+        if run[-1] < 2 * usual or not clear_ink[path].any():
             continue
         at = np.linspace(0, run[-1], round(float(run[-1])) + 1)
-        uv, radius = (_at(at, run, values[path]) for values in (graph.uv, graph.radius / page.pixel))
-        ends = np.array([graph.degree[path[0]] < 2, graph.degree[path[-1]] < 2])
-        free = np.interp(at, run, beside[path]) > 0.99
-        away = np.where(ends[0], np.inf, at), np.where(ends[1], np.inf, at[-1] - at)
-        free &= np.minimum(*away) > _JUNCTION * usual
+        xy = _at(at, run, (graph.uv[path] + 0.5) * (page.pixel / unit) - 0.5)
+        radius = _at(at, run, graph.radius[path] / unit)
+        loose = graph.degree[path[[0, -1]]] < 2
+        away = np.minimum(np.where(loose[0], np.inf, at), np.where(loose[1], np.inf, at[-1] - at))
+        free = (_at(at, run, clear_ink[path]) > 0.99) & (away > _JUNCTION * usual) & (radius < _WIDEST * usual)
         if free.any():
-            free &= radius < _WIDEST * usual
-            uv = _smoothed(uv, _EVEN * usual)
-            yield from (_line(number, *some, usual) for some in ((uv, radius, free, ends), _back(uv, radius, free, ends)))
-
-
-def _back(*values: NDArray[Any]) -> tuple[NDArray[Any], ...]:
-    return tuple(some[::-1] for some in values)
-
-
-def _line(
-    number: int, uv: Array, radius: Array, free: NDArray[np.bool_], ends: NDArray[np.bool_], usual: float
-) -> tuple[Array, ...]:
-    """One line of a `Stock`, led on beyond its loose ends."""
-    more = tip(usual)
-    along, features = _along(uv), _features(uv, (bool(ends[0]), bool(ends[1])), usual)
-    out = np.arange(1, more + 1)[:, None]
-    uv = np.concatenate([uv[0] - out[::-1] * along[0], uv, uv[-1] + out * along[-1]])
-    wide = (more, more)
-    along, features = (np.pad(x, (wide, (0, 0)), "edge") for x in (along, features))
-    radius, free = np.pad(radius, wide, "edge"), np.pad(free, wide)
-    count = len(uv)
-    return uv, along, radius, np.full(count, number), features, free, np.tile(ends, (count, 1))
+            xy = _smoothed(xy, _EVEN * usual)
+            along, features = _along(xy), _features(xy, loose, usual)
+            longer = np.concatenate([xy[0] - out[::-1] * along[0], xy, xy[-1] + out * along[-1]])
+            held = np.clip(np.arange(-more, len(xy) + more), 0, len(xy) - 1)
+            free = np.concatenate([np.zeros(more, dtype=bool), free, np.zeros(more, dtype=bool)])
+            line = _Line(longer, along[held], radius[held], features[held], free, np.tile(loose, (len(held), 1)))
+            yield from (line, line.back())
 
 
 def tip(usual: float) -> int:
@@ -164,13 +170,22 @@ def tip(usual: float) -> int:
     return int(np.ceil(1.5 * usual)) + 2
 
 
-def _darkness(page: ScannedPage, uv: Array) -> Array:
+def _darkness(page: ScannedPage, xy: Array, unit: float) -> Array:
+    """(n,): mean opacity around places (n, 2), pixels of `unit` mm."""
+    import cv2
+
+    if not len(xy):
+        return np.zeros(0)
     texture = page.texture
-    (left, top), (h, w) = texture.corner, texture.shape
-    x, y = (np.rint(uv - [left, top])).astype(np.intp).T
-    alpha = np.pad(texture.rgba[:, :, 3], 1)
-    mean = sum(alpha[np.clip(y + 1 + dy, 0, h + 1), np.clip(x + 1 + dx, 0, w + 1)].astype(float) for dx in (-1, 0, 1) for dy in (-1, 0, 1))
-    return np.asarray(mean / (9 * 255))
+    mean = cv2.blur(texture.rgba[:, :, 3], (3, 3))
+    x, y = np.rint(_on_page(xy, unit, page) - texture.corner).astype(np.intp).T
+    h, w = texture.shape
+    return np.asarray(mean[np.clip(y, 0, h - 1), np.clip(x, 0, w - 1)] / 255, dtype=np.float64)
+
+
+def _on_page(xy: Array, unit: float, page: ScannedPage) -> Array:
+    """Pixels of a page, of places in pixels of `unit` mm."""
+    return np.asarray((xy + 0.5) * (unit / page.pixel) - 0.5)
 
 
 def _run(xy: Array) -> Array:
@@ -185,13 +200,13 @@ def _at(at: Array, run: Array, values: Array) -> Array:
 
 def _smoothed(xy: Array, reach: float) -> Array:
     """A line (n, 2) smoothed by a Gaussian; its ends stay."""
-    from scipy.ndimage import gaussian_filter1d
-
-    wide = min(len(xy) - 1, int(4 * reach))
+    wide = min(len(xy) - 1, int(3 * reach))
     if wide < 1:
         return xy
+    kernel = np.exp(-0.5 * (np.arange(-wide, wide + 1) / reach) ** 2)
+    kernel /= kernel.sum()
     padded = np.concatenate([2 * xy[0] - xy[wide:0:-1], xy, 2 * xy[-1] - xy[-2 : -wide - 2 : -1]])
-    return np.asarray(gaussian_filter1d(padded, reach, axis=0)[wide : wide + len(xy)])
+    return np.column_stack([np.convolve(column, kernel, "valid") for column in padded.T])
 
 
 def _along(xy: Array) -> Array:
@@ -199,7 +214,7 @@ def _along(xy: Array) -> Array:
     return np.asarray(way / np.maximum(np.hypot(*way.T), 1e-9)[:, None])
 
 
-def _features(xy: Array, ends: tuple[bool, bool], usual: float) -> Array:
+def _features(xy: Array, ends: ArrayLike, usual: float) -> Array:
     """(n, 8) of a line's places, a pixel apart: where it goes before, at and after each; how near its ends are."""
     count, ahead = len(xy), max(1, round(_AHEAD * usual / 2))
     number = np.arange(count)
@@ -209,7 +224,7 @@ def _features(xy: Array, ends: tuple[bool, bool], usual: float) -> Array:
         low, high = np.minimum(low, max(count - 1 - ahead, 0)), np.maximum(high, min(ahead, count - 1))
         way = xy[high] - xy[low]
         courses.append(way / np.maximum(np.hypot(*way.T), 1e-9)[:, None])
-    near = np.exp(-np.column_stack([number, number[::-1]]) / (_NEAR * usual)) * np.array(ends)
+    near = np.exp(-np.column_stack([number, number[::-1]]) / (_NEAR * usual)) * np.asarray(ends)
     return np.concatenate([*courses, _END * near], axis=1)
 
 
@@ -255,7 +270,7 @@ class Sweep:
             _bend(page, longer, strip, middle, (a, b))
 
     def _numbers(self, xy: Array, ends: tuple[bool, bool]) -> Indices:
-        """(n,): the place of the stock for each place (n, 2) of a way; places that follow each other are one stretch."""
+        """(n,): the place of the stock for each place (n, 2) of a way; those that follow each other are one stretch."""
         some = self._stock
         wanted = _features(xy, ends, some.usual)[::_STRIDE]
         near, at = some.tree.query(wanted, k=min(_LIKE, len(some.places)))
@@ -270,23 +285,25 @@ class Sweep:
         return numbers
 
     def _strip(self, numbers: Indices, turns: tuple[bool, bool]) -> tuple[_Pixels, int]:
-        """((n + 2 tip) · fine, width, 4) cross sections of a way and what may lie beyond its ends; the middle column."""
+        """((n + 2 tip) · fine, m, 4) cross sections of a way and what may lie beyond its ends; the middle column."""
         some = self._stock
         starts = np.flatnonzero(np.diff(numbers, prepend=-9) != 1)
         more, blend = tip(some.usual), max(1, round(_BLEND * some.usual))
         count = len(numbers)
         fine = np.arange(-more * _FINE, (count - 1 + more) * _FINE + 1) / _FINE
         half = int(np.ceil((_ACROSS * some.usual + 2) * _FINE))
-        total = np.zeros((len(fine), 2 * half + 1, 4), dtype=np.float32)
+        total, weights = np.zeros((len(fine), 2 * half + 1, 4), dtype=np.float32), np.zeros(len(fine))
         for a, b in pairwise([*starts.tolist(), count]):
-            left = -np.inf if a == 0 else a - 0.5
-            right = np.inf if b == count else b - 0.5
-            rise = np.clip((fine - left) / (2 * blend) + 0.5, 0, 1) if a else np.ones(len(fine))
-            fall = np.clip((right - fine) / (2 * blend) + 0.5, 0, 1) if b < count else np.ones(len(fine))
-            weight = _smooth(rise) * _smooth(fall) if a and b < count else _smooth(np.minimum(rise, fall))
+            from_start = np.inf if a == 0 else fine - (a - 0.5)
+            to_end = np.inf if b == count else b - 0.5 - fine
+            weight = np.ones(len(fine))
+            for inside in (from_start, to_end):
+                weight = weight * _smooth(np.clip(inside / (2 * blend) + 0.5, 0, 1))
             rows = np.flatnonzero(weight > 0)
             place = np.clip(numbers[a] + fine[rows] - a, some.first[numbers[a]], some.last[numbers[a]])
             total[rows] += weight[rows, None, None].astype(np.float32) * self._sections(place, half)
+            weights += weight
+        total /= weights[:, None, None].astype(np.float32)
         for k, out in enumerate((-fine, fine - count + 1)):
             number = int(numbers[-k])
             left = (number - some.first[number], some.last[number] - number)[k] - more
@@ -301,14 +318,18 @@ class Sweep:
         some = self._stock
         low = np.minimum(place.astype(np.intp), some.last[place.astype(np.intp)] - 1)
         part = (place - low)[:, None]
-        uv, along = (x[low] * (1 - part) + x[low + 1] * part for x in (some.uv, some.along))
+        xy, along = (x[low] * (1 - part) + x[low + 1] * part for x in (some.xy, some.along))
         across = np.column_stack([-along[:, 1], along[:, 0]])
         page = self._hand.pages[int(some.page[low[0]])]
         offsets = np.arange(-half, half + 1) / _FINE
-        where = uv[:, None] + offsets[:, None] * across[:, None] - np.array(page.texture.corner)
+        where = _on_page(xy[:, None] + offsets[:, None] * across[:, None], self._hand.pages[0].pixel, page)
+        where -= page.texture.corner
         picture = source_of(page).premultiplied
         ink = cv2.remap(
-            picture, where[..., 0].astype(np.float32), where[..., 1].astype(np.float32), cv2.INTER_CUBIC,
+            picture,
+            where[..., 0].astype(np.float32),
+            where[..., 1].astype(np.float32),
+            cv2.INTER_CUBIC,
             borderMode=cv2.BORDER_CONSTANT,
         ).astype(np.float32) / np.float32(255)
         return _own_ink(ink, some.radius[low] * _FINE, half)
@@ -324,12 +345,14 @@ def _cap(strip: _Pixels, out: Array, half: int, radius: float, pointed: bool) ->
     order = order[out[order] > 0]
     dark = strip[order, :, 3][:, np.abs(across) <= max(radius, 1.0)].max(axis=1)
     share = np.ones((len(out), 1), dtype=np.float32)
-    share[order, 0] = np.minimum.accumulate(dark) / np.maximum(dark, 1e-6)
+    left = np.minimum.accumulate(dark)
+    left = np.where(left > _FAINT, left, 0) * np.clip(radius + 2 - out[order], 0, 1)
+    share[order, 0] = left / np.maximum(dark, 1e-6)
     return np.broadcast_to(share, strip.shape[:2])
 
 
-def _smooth(t: Array) -> Array:
-    return np.asarray(0.5 - 0.5 * np.cos(np.pi * t))
+def _smooth(t: ArrayLike) -> Array:
+    return np.asarray(0.5 - 0.5 * np.cos(np.pi * np.asarray(t)))
 
 
 def _own_ink(ink: _Pixels, radius: Array, half: int) -> _Pixels:
@@ -421,7 +444,10 @@ def _bend(page: _Pixels, xy: Array, strip: _Pixels, middle: int, part: tuple[int
     held = np.clip(on, -1.0 * (near > 0), 1.0 * (near < len(some) - 1))
     aside = np.copysign(np.hypot(aside, on - held), aside)  # beyond an end, round
     ink = cv2.remap(
-        strip, (aside * _FINE + middle).astype(np.float32), ((near + a + held) * _FINE).astype(np.float32), cv2.INTER_CUBIC,
+        strip,
+        (aside * _FINE + middle).astype(np.float32),
+        ((near + a + held) * _FINE).astype(np.float32),
+        cv2.INTER_CUBIC,
         borderMode=cv2.BORDER_CONSTANT,
     )
     ink = np.clip(ink, 0, 1)
