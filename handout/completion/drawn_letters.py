@@ -260,6 +260,10 @@ def _beside(strokes: Sequence[Array], radius: float) -> Indices:
                 parallel = np.abs((along[at] * along[begin:end]).sum(axis=1)) > _PARALLEL
                 beside = _filled((away < reach) & parallel, away < _LENS * reach)
                 number[begin:end] = np.where(beside, number[at], number[begin:end])
+                back = begin - 1 - np.arange(min(int(beside.argmax()), begin - a))  # a hairpin: as the pen came
+                off = np.hypot(*(xy[back] - xy[begin : begin + len(back)]).T)
+                if beside.any() and len(back) and off.max() < _LENS * reach:
+                    number[begin : begin + len(back)] = number[back]
     return number
 
 

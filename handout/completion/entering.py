@@ -13,8 +13,8 @@ import numpy as np
 
 from handout.hand import measures
 from handout.hand.scanned import ScannedHand
-from handout.values import Array
-from handout.writing.forms import Forms
+from handout.values import Array, Indices
+from handout.writing.forms import Forms, along
 
 _HEIGHTS = np.linspace(-0.5, 2.1, 14)  # x-heights over the baseline at which letters are compared
 _BAND = 0.15  # x-heights: half the height of the band that shows at each
@@ -24,7 +24,7 @@ _OUTER = 0.15  # x-heights that a ligature may begin inside its letter's side
 _LEVEL = 0.12  # x-heights from a ligature's height to a place that it can begin at
 _AT_END = 0.25  # x-heights from there to the end of a stroke that is taken for it
 _LED = 0.35  # x-heights over which a ligature takes on the direction of the stroke that it goes on from
-_SOME = 4  # of the ligatures that fit best, one is taken
+_ALIKE, _SOME, _COMPARED = 10, 3, 6  # ligatures that fit best; of those most like them one is taken; places compared
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,11 +93,11 @@ class Links:
         apart -= np.clip(np.array(self._shapes), -_INSIDE * x_height, None)
         weight = np.exp(-np.abs(_HEIGHTS - heights[:, None] / x_height) / _REACH)
         cost = (np.minimum(np.abs(apart), x_height) * weight).sum(axis=1) / weight.sum(axis=1)
-        some = np.argsort(np.where(np.isnan(cost), np.inf, cost), kind="stable")[:_SOME]
+        some = np.argsort(np.where(np.isnan(cost), np.inf, cost), kind="stable")[:_ALIKE]
         some = some[~np.isnan(cost[some])]
         if not len(some):
             return None
-        which = int(some[int(rng.integers(len(some)))])
+        which = int(self._usual(some)[:_SOME][int(rng.integers(min(_SOME, len(some))))])
         start, way = starts[which], self._kept[which]
         assert start is not None
         line = self._ways.lines[way].xy[:: 1 if self._leaving else -1]
@@ -105,6 +105,13 @@ class Links:
         if start[1] >= 0:
             line = _led_on(strokes[start[1]][:: 1 if self._leaving else -1], line, _LED * x_height)
         return Link(line, int(np.clip(self._ways.owned[way], 1, len(line) - 2)), start[1])
+
+    def _usual(self, some: Indices) -> Indices:
+        """Some of the ligatures, those that are most like all others of them first."""
+        lines = [self._ways.lines[self._kept[k]].xy[:: 1 if self._leaving else -1] for k in some.tolist()]
+        each = np.array([along(line - line[0], _COMPARED) for line in lines])
+        apart = np.hypot(*np.moveaxis(each[:, None] - each, -1, 0)).mean(axis=2)
+        return np.asarray(some[np.median(apart, axis=1).argsort(kind="stable")])
 
     def _start(self, body: Array, strokes: Sequence[Array], joined: int, height: float) -> tuple[Array, int] | None:
         """Where a ligature can begin at a height, and the number of the stroke that ends there, or else -1.
