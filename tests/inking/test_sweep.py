@@ -1,5 +1,7 @@
 """Ink along a new way: the writer's own, whole, as wide as his, and without a speck."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -61,13 +63,13 @@ def test_a_dot_is_inked(small_hand):
 
 def test_a_way_is_parted_where_it_turns_back_and_before_it_crosses_itself():
     there = np.column_stack([np.linspace(0, 40, 41), np.zeros(41)])
-    assert sweep._cusps(np.concatenate([there, there[-2::-1] + [0, 0.3]]), 1.5) == [40]
+    assert sweep._cusps(np.concatenate([there, there[-2::-1] + np.array([0, 0.3])]), 1.5) == [40]
     assert sweep._cusps(there, 1.5) == []
     turn = np.linspace(0, 2 * np.pi, 126)
     circle = 20 * np.column_stack([np.cos(turn), np.sin(turn)])
     parts = list(sweep._even_parts(circle, 0, len(circle)))
     assert parts[0][0] == 0 and parts[-1][1] == len(circle) and len(parts) >= 4
-    assert all(b - 1 == c for (_, b), (c, _) in zip(parts, parts[1:], strict=False)), "they meet"
+    assert all(b - 1 == c for (_, b), (c, _) in pairwise(parts)), "they meet"
 
 
 def test_a_line_of_the_stock_read_backwards_is_what_its_places_say(small_hand):
