@@ -72,6 +72,7 @@ class Proof(Result):
     sheets: dict[str, int]
     files: tuple[Path, ...]
     machine_s: float | None = None
+    pages: tuple[ProofPage, ...] = ()
 
     def facts(self) -> Facts:
         return {
@@ -149,6 +150,7 @@ def proof(
         dict(made.sheets),
         (*paths, record),
         made.machine_s if isinstance(machine, Plotter) else None,
+        tuple(made.pages),
         notes=tuple(pages.dropped),
     )
 
