@@ -361,7 +361,7 @@ def _ink_alone(
 
     def density(where: NDArray[np.bool_]) -> Array:
         taken = np.log(np.maximum(paper[where], 1.0)) - np.log(np.maximum(flat[where], 1.0))
-        return np.clip(taken, 0.0, _MOST_DENSE)
+        return np.asarray(np.clip(taken, 0.0, _MOST_DENSE))
 
     colours = np.array([np.median(density(seen), axis=0), np.median(density(pen), axis=0)])
     total = density(over)
