@@ -320,25 +320,37 @@ class _Run:
         """
         try:
             yield
-        except (HandoutError, KeyboardInterrupt) as error:
-            if isinstance(error, KeyboardInterrupt) and sheet:
+        except KeyboardInterrupt as interruption:
+            if sheet:
                 self._cancel(sheet)
-            here, failed_before = {piece.row for piece in sheet}, {failure.row for failure in self.checked.failed}
-            sent = tuple(n for n in self.checked.done if n in self.made and n not in here and not self.left.get(n))
-            rest = [n for n in self.checked.wanted if n not in {*sent, *failed_before}]
-            number = sheet[0].row if sheet else next((n for n in rest if n not in self.made), 0)
-            resume = ranges(rest, self.whole)
-            how = "the same command and --resume" if self.journal.path is not None else f"--rows {resume}"
-            way_out = f"{self._what_went(sent, sheet)}; go on with {how}."
-            if isinstance(error, KeyboardInterrupt):
-                error.add_note(f"Stopped{f' at row {number}' if number else ''}. {way_out}")
-                raise
-            reason = str(error) if self.begun.get(number) or (sheet and self._in_doubt(sheet[0])) else "not sent"
-            failed = tuple(Failed(n, reason if n == number else "not sent") for n in rest)
-            warnings = tuple(self.checked.warnings)
-            report = Report(sent, (*self.checked.failed, *failed), (), tuple(self.jobs), warnings)
-            where = f"Row {number}: " if number else ""
-            raise PrintingStopped(f"{where}{error} {way_out}", report, resume) from error
+            sent, rest = self._parted(sheet)
+            interruption.add_note(f"Stopped{self._where(sheet, rest, ' at row')}. {self._way_out(sheet, sent, rest)}")
+            raise
+        except HandoutError as error:
+            sent, rest = self._parted(sheet)
+            in_doubt = bool(sheet) and (self.begun.get(sheet[0].row) or self._in_doubt(sheet[0]))
+            failed = tuple(Failed(n, str(error) if in_doubt and n == sheet[0].row else "not sent") for n in rest)
+            told = (*self.checked.failed, *failed)
+            report = Report(sent, told, (), tuple(self.jobs), tuple(self.checked.warnings))
+            where = self._where(sheet, rest, "Row")
+            message = f"{where}{': ' if where else ''}{error} {self._way_out(sheet, sent, rest)}"
+            raise PrintingStopped(message, report, ranges(rest, self.whole)) from error
+
+    def _parted(self, sheet: Sequence[Piece]) -> tuple[tuple[int, ...], list[int]]:
+        """The rows that are sent, and those that are not when this sheet fails."""
+        here, failed = {piece.row for piece in sheet}, {failure.row for failure in self.checked.failed}
+        sent = tuple(n for n in self.checked.done if n in self.made and n not in here and not self.left.get(n))
+        return sent, [n for n in self.checked.wanted if n not in {*sent, *failed}]
+
+    def _where(self, sheet: Sequence[Piece], rest: Sequence[int], word: str) -> str:
+        """The row that was being sent or made, behind a word; "" if there was none."""
+        number = sheet[0].row if sheet else next((n for n in rest if n not in self.made), 0)
+        return f"{word} {number}" if number else ""
+
+    def _way_out(self, sheet: Sequence[Piece], sent: Sequence[int], rest: Sequence[int]) -> str:
+        rows = ranges(rest, self.whole)
+        how = "the same command and --resume" if self.journal.path is not None else f"--rows {rows}"
+        return f"{self._what_went(sent, sheet)}; go on with {how}."
 
     def _in_doubt(self, piece: Piece) -> bool:
         """Whether a piece may have come out, as far as is known."""
@@ -351,17 +363,23 @@ class _Run:
         went = [f"{_rows(sent, self.whole)} {'was' if len(sent) == 1 else 'were'} sent"] if sent else []
         parted = [n for n in self.begun if n != row and n not in sent]
         went += [f"a part of {_rows(parted, self.whole).lower()}"] if parted else []
-        begun, every = self.begun.get(row, 0), self.made.get(row, ())
-        if begun and len(every) > 1:
-            kind = "copies" if len({piece.part for piece in every}) == 1 else "sheets"
-            went.append(f"{begun} of {len(every)} {kind} of row {row}")
-        elif sheet and self._in_doubt(sheet[0]):
-            job = self.journal.steps[sheet[0]].job
-            went.append(f"row {row} was sent as job {job}" if job else f"whether row {row} was sent is not known")
+        went += self._what_of(sheet) if sheet else []
         if not went:
             return "Nothing was sent"
         text = " and ".join(went)
         return f"{text[0].upper()}{text[1:]}{'' if ' sent' in text else ' was sent'}"
+
+    def _what_of(self, sheet: Sequence[Piece]) -> list[str]:
+        """What was sent of the row of this sheet."""
+        row = sheet[0].row
+        begun, every = self.begun.get(row, 0), self.made.get(row, ())
+        if begun and len(every) > 1:
+            kind = "copies" if len({piece.part for piece in every}) == 1 else "sheets"
+            return [f"{begun} of {len(every)} {kind} of row {row}"]
+        if self._in_doubt(sheet[0]):
+            job = self.journal.steps[sheet[0]].job
+            return [f"row {row} was sent as job {job}" if job else f"whether row {row} was sent is not known"]
+        return []
 
     def _cancel(self, sheet: Sequence[Piece]) -> None:
         """Cancel the job in flight, if there is one, and note what became of it."""
