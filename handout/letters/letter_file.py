@@ -43,9 +43,9 @@ from handout.letters.document import (
     Side,
     Signature,
     Span,
-    blocks_in,
     TableBlock,
     Underline,
+    blocks_in,
 )
 from handout.tables import converted
 

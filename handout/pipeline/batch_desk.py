@@ -7,7 +7,6 @@ with the same; what became of its rows is in the journal that every batch has (`
 from __future__ import annotations
 
 import json
-import os
 import shutil
 import tempfile
 from dataclasses import asdict, dataclass, fields, replace
@@ -20,6 +19,7 @@ import platformdirs
 from handout import atomic
 from handout.errors import InputError
 from handout.pipeline import merging
+from handout.pipeline.inputs import Source
 from handout.pipeline.options import (
     MergeOptions,
     PictureOptions,
@@ -29,11 +29,10 @@ from handout.pipeline.options import (
     WritingOptions,
     seed_of,
 )
-from handout.pipeline.inputs import Source
 from handout.pipeline.plot_desk import Attendant, Wire, known_port
 from handout.pipeline.plot_request import AttendanceOptions, PlotOptions, PlotRequest
 from handout.pipeline.plot_rows import plot_rows
-from handout.pipeline.printing import print_
+from handout.pipeline.printing import Printed, print_
 from handout.pipeline.proofing import ProofOptions, proof
 from handout.pipeline.results import SILENT, Facts, Listener
 from handout.plotting.jobs.store import free_name
@@ -100,8 +99,9 @@ class _Batch:
 
     @property
     def run(self) -> Run | None:
-        """What its journal says."""
-        return journal.last_run(self.table)
+        """What its journal says; that of an earlier batch of this name, which was deleted, is not heard."""
+        run = journal.last_run(self.table)
+        return run if run is not None and run.head["begun"] >= self.begun else None
 
     @property
     def state(self) -> str:
@@ -148,7 +148,7 @@ def keep_batch(
         if letter.strip():
             (work / f"letter.{'md' if markdown else 'txt'}").write_text(letter, encoding="utf-8")
         begun = datetime.now().isoformat(timespec="seconds")
-        options = {"given": [], "approved": None, "letter": None}
+        options: dict[str, Any] = {"given": [], "approved": None, "letter": None}
         kept = asdict(plan) | {"merge": asdict(plan.merge) | options, "begun": begun}
         (work / _PLAN).write_text(json.dumps(kept, ensure_ascii=False), encoding="utf-8")
         _batch(work).read(listener)
@@ -253,9 +253,9 @@ def prove_batch(name: str, *, listener: Listener = SILENT) -> Facts:
     plan, path = batch.plan, batch.folder / _PROOF
     for gone in (_APPROVED, _FACTS):
         (batch.folder / gone).unlink(missing_ok=True)
-    table = {field.name: getattr(plan.table, field.name) for field in fields(TableOptions)}
-    machine = {"device": plan.device or "grbl-servo"} if plan.to == "plotter" else {"printer": plan.printer}
-    options = ProofOptions(**table, **machine, page=plan.page, margin=plan.merge.margin, pages=plan.merge.pages)
+    device, printer = (plan.device or "grbl-servo", "") if plan.to == "plotter" else ("", plan.printer)
+    own: dict[str, Any] = {"page": plan.page, "printer": printer, "device": device, "margin": plan.merge.margin}
+    options = ProofOptions(**_of(plan.table), **own, pages=plan.merge.pages)
     merge = replace(batch.merge, approved=None)
     result = proof(batch.table, [path], options, plan.writing, plan.picture, merge, listener=listener)
     pictures = []
@@ -292,9 +292,10 @@ def make_batch(name: str, port: str, at_zero: bool, *, listener: Wire) -> Facts:
     run = batch.run
     if run is not None and run.ended == "done":
         raise InputError(f"All of the batch {name} was made: keep it anew to make it once more.")
-    resume = run is not None
-    table = replace(plan.table, resume=resume, afresh=False)
+    # who keeps a batch anew and approves it wants all of it, whatever became of another with the same rows
+    table = replace(plan.table, resume=run is not None, afresh=run is None and plan.to != "pdf")
     attendant = Attendant(port, listener)
+    made: Printed
     try:
         if plan.to == "plotter":
             known_port(port)
@@ -311,14 +312,18 @@ def make_batch(name: str, port: str, at_zero: bool, *, listener: Wire) -> Facts:
                 listener=attendant,
             )
         else:
-            rows = {field.name: getattr(table, field.name) for field in fields(TableOptions)}
-            printing = PrintOptions(**rows, printer=plan.printer or "pdf", page=plan.page, dry_run=_out(batch))
+            printing = PrintOptions(**_of(table), printer=plan.printer or "pdf", page=plan.page, dry_run=_out(batch))
             made = print_(
                 batch.table, printing, plan.writing, plan.picture, merge, change=attendant.do, listener=attendant
             )
     except KeyboardInterrupt:
         return {**show_batch(name), "complete": False}
     return {**show_batch(name), "complete": True, "made": {**made.facts(), "files": []}}
+
+
+def _of(table: TableOptions) -> dict[str, Any]:
+    """Its fields, for the options that are more than it."""
+    return {field.name: getattr(table, field.name) for field in fields(TableOptions)}
 
 
 def _out(batch: _Batch) -> Path | None:
@@ -338,7 +343,7 @@ def forget_batch(name: str) -> str:
 def batch_file(name: str, file: str) -> str:
     """The path of a picture of the proof, the proof, or what was made; InputError where there is none."""
     batch = _find(name)
-    path = batch.folder / os.path.basename(file)
+    path = batch.folder / Path(file).name
     if file not in (_PROOF, _PDF) and not (path.suffix == ".png" and path.stem.startswith("proof-")):
         raise InputError(f"A batch has no file {file}.")
     if not path.is_file():

@@ -78,7 +78,7 @@ async def make(studio: Studio, request: Request, body: MadeBatch) -> Response:
     """A batch is printed or plotted, or gone on with."""
     _idle(studio, name := _name(request))
     call = Call("batch_desk.make_batch", (name, body.port, body.at_zero), listens=True, moves=True)
-    return await followed(request, studio.attend(body.port or "printer", f"batch {name}", call))
+    return await followed(request, await studio.attend(body.port, f"batch {name}", call))
 
 
 async def file(studio: Studio, request: Request, body: None) -> Response:
@@ -98,14 +98,15 @@ async def forget(studio: Studio, request: Request, body: None) -> Response:
 
 _ONE = "/api/batches/{name}"
 ROUTES = (
-    Way("GET", "/api/batches", "The batches that are kept, newest first; of those that are made now, the tasks", batches),
-    Way("POST", "/api/batches", "Keep a table with its letter, which has gaps as {{ first_name }}; the text without a table",
+    Way("GET", "/api/batches", "The batches that are kept, newest first; of those that are made now, tasks", batches),
+    Way("POST", "/api/batches", "Keep a table with its letter, with gaps as {{ first_name }}; a text without a table",
         keep, body=NewBatch),
     Way("GET", _ONE, "A batch: its rows, what its proof says of them, and what its journal says became of them", show),
     Way("POST", f"{_ONE}/proof", "Make the proof of a batch: every page, small, and what to look at", prove),
     Way("POST", f"{_ONE}/approval", "Approve the proof: what is made then is what was looked at, or nothing", approve),
-    Way("POST", f"{_ONE}/make", "Print or plot it, or go on where its journal says; each page once", make, body=MadeBatch),
-    Way("GET", f"{_ONE}/files/{{file}}", "proof.pdf, a picture of it by its name, or batch.pdf, where that is what is made",
-        file, answer="application/pdf"),
+    Way("POST", f"{_ONE}/make", "Print or plot it, or go on where its journal says; each page once", make,
+        body=MadeBatch),
+    Way("GET", f"{_ONE}/files/{{file}}", "proof.pdf, a picture of it by its name, or the batch.pdf that was made", file,
+        answer="application/pdf"),
     Way("DELETE", _ONE, "Delete it; its journal stays", forget),
 )  # fmt: skip

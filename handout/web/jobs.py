@@ -38,7 +38,7 @@ async def machines(studio: Studio, request: Request, body: None) -> Response:
 async def move(studio: Studio, request: Request, body: PenMove) -> Response:
     """The pen is moved by hand."""
     call = Call("plot_desk.move_pen", (body.port, body.device, body.move, body.x, body.y), listens=True, moves=True)
-    return await followed(request, studio.attend(body.port, "moving the pen", call))
+    return await followed(request, await studio.attend(body.port, "moving the pen", call))
 
 
 async def plots(studio: Studio, request: Request, body: None) -> Response:
@@ -71,7 +71,7 @@ async def draw(studio: Studio, request: Request, body: DrawnPlot) -> Response:
     if name in _drawn(studio):
         raise HTTPException(409, f"The plot {name} is being drawn.")
     call = Call("plot_desk.draw_plot", (name, body.port, body.at_zero, body.home_after), listens=True, moves=True)
-    return await followed(request, studio.attend(body.port, f"plot {name}", call))
+    return await followed(request, await studio.attend(body.port, f"plot {name}", call))
 
 
 async def forget(studio: Studio, request: Request, body: None) -> Response:
@@ -92,15 +92,16 @@ async def say(studio: Studio, request: Request, body: Said) -> Response:
 
 ROUTES = (
     Way("GET", "/api/machines", "Serial ports found, plotters and their beds, print queues and printers", machines),
-    Way("POST", "/api/pen", "Move a plotter's pen: up, down, to its zero, so far; or its motors off", move, body=PenMove),
+    Way("POST", "/api/pen", "Move a plotter's pen: up, down, to its zero, so far; or its motors off", move,
+        body=PenMove),
     Way("GET", "/api/plots", "The plots that are kept, newest first; of those that are drawn now, the tasks", plots),
     Way("POST", "/api/plots", "Keep a text as a plot, which is drawn later", keep, body=NewPlot),
     Way("GET", "/api/plots/{name}", "How far a plot has come, what comes next, how its sheet lies on the bed", show),
     Way("GET", "/api/plots/{name}/pages/{page:int}", "A page of it, from 0, its strokes as they are drawn", page,
         answer="image/svg+xml"),
-    Way("POST", "/api/plots/{name}/draw", "Draw it, or what is left of it; the task's events tell where the pen is", draw,
+    Way("POST", "/api/plots/{name}/draw", "Draw it, or what is left; the task's events tell where the pen is", draw,
         body=DrawnPlot),
     Way("DELETE", "/api/plots/{name}", "Delete it", forget),
-    Way("POST", "/api/tasks/{id}/word", "Say pause, on or stop to a plot, or on and stop to what asks for something", say,
+    Way("POST", "/api/tasks/{id}/word", "Say pause, on or stop to a plot; on or stop to what asks for something", say,
         body=Said),
 )  # fmt: skip

@@ -134,14 +134,17 @@ class Studio:
         if len(self.uploads) >= _MOST_UPLOADS or kept + size > _MOST_BYTES:
             raise HTTPException(507, "No more scans can be kept: use those that were sent, or take some away.")
 
-    def attend(self, port: str, kind: str, call: Call) -> Task:
-        """A task that moves the machine at a port, alone.
+    async def attend(self, port: str, kind: str, call: Call) -> Task:
+        """A task that moves the machine at a port, alone; "" for a printer.
 
         Raises
         ------
         HTTPException
-            409: something else moves it.
+            422: there is no such port; 409: something else moves it.
         """
+        if port:
+            await self.answer("looking for a port", Call("plot_desk.known_port", (port,)))
+        port = port.partition(":")[0] if port.startswith("sim") else port  # of simulated machines there is one
         before = self.attended.get(port)
         if before is not None and not before.ended:
             raise HTTPException(409, f"The machine is busy with {before.kind}: wait, or stop that first.")

@@ -212,7 +212,7 @@ async def _answer(process: asyncio.subprocess.Process) -> dict[str, Any]:
 
 
 class Lane:
-    """Some processes, and the tasks that wait for them.
+    """Some processes, and the tasks that wait for them; the process that worked last takes the next.
 
     most : tasks that may wait; halts : s that what runs may take to end when the lane is closed.
     """
@@ -220,23 +220,34 @@ class Lane:
     def __init__(self, processes: int, most: int, halts: float = 0.0) -> None:
         self._halts = halts
         self._processes = [_Process() for _ in range(processes)]
+        self._idle, self._room = list(self._processes), asyncio.Semaphore(processes)
         self._row: asyncio.Queue[Task] = asyncio.Queue(most)
-        self._servers: list[asyncio.Task[None]] = []
+        self._running: set[asyncio.Task[None]] = set()
 
     def open(self) -> None:
         """Begin to serve; processes start when they are needed."""
-        self._servers = [asyncio.ensure_future(self._serve(process)) for process in self._processes]
+        self._running.add(asyncio.ensure_future(self._serve()))
 
     async def warm(self) -> None:
         """Start the processes before they are needed."""
         await asyncio.gather(*(process.start() for process in self._processes))
 
-    async def _serve(self, process: _Process) -> None:
+    async def _serve(self) -> None:
         while True:
+            await self._room.acquire()
             task = await self._row.get()
+            doing = asyncio.ensure_future(self._do(self._idle.pop(), task))
+            self._running.add(doing)
+            doing.add_done_callback(self._running.discard)
+
+    async def _do(self, process: _Process, task: Task) -> None:
+        try:
             if not task.ended:
                 task.change(state="running")
                 await process.do(task)
+        finally:
+            self._idle.append(process)
+            self._room.release()
 
     def put(self, task: Task) -> Task:
         """Let a task wait for its turn.
@@ -254,7 +265,7 @@ class Lane:
 
     async def close(self) -> None:
         """End all processes."""
-        for server in self._servers:
-            server.cancel()
+        for running in self._running:
+            running.cancel()
         for process in self._processes:
             await process.stop(self._halts)

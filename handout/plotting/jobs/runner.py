@@ -91,8 +91,8 @@ def run_job(
     ----------
     open_port : opens the way to the machine, and again after a break.
     supply : whence the pages come that are not made yet, if there are such.
-    progress : called with the share of the job that is done, 0 to 1, and about how much time is left, s; where it raises
-        `ButtonPressed` the plot pauses as by the plotter's own button.
+    progress : called with the share of the job that is done, 0 to 1, and about how much time is left, s; where it
+        raises `ButtonPressed` the plot pauses as by the plotter's own button.
     plotted : told of every part that has been plotted.
 
     Returns
