@@ -31,9 +31,15 @@ def command(hands: tuple[str, ...], port: int | None, no_browser: bool, key_file
 
 
 def open_studio(
-    hands: tuple[str, ...], start: str, port: int | None, browser: bool, as_json: bool, key_file: Path | None = None
+    hands: tuple[str, ...],
+    start: str,
+    port: int | None,
+    browser: bool,
+    as_json: bool,
+    key_file: Path | None = None,
+    styles: tuple[Path, ...] = (),
 ) -> None:
-    """Serve the studio with some .hand files, at a page of it, until Ctrl-C."""
+    """Serve the studio with some .hand and style files, at a page of it, until Ctrl-C."""
     files = {Path(name).stem: Path(name).resolve() for name in hands}
     for name, path in files.items():
         if path.suffix != ".hand" or not path.is_file():
@@ -51,4 +57,4 @@ def open_studio(
         if browser:
             click.launch(link)
 
-    serve(files, start, port, key_file, opened)
+    serve(files, start, port, key_file, opened, {path.stem: path.resolve() for path in styles})

@@ -302,6 +302,23 @@ class StyleOptions:
     seed: int | None = None  # same seed, same bytes; None: one by chance
 
 
+StyleValue = float | str | Sequence[float]
+
+
+@dataclass(frozen=True)
+class StyleDraft:
+    """A handstyle that is being edited.
+
+    values : "movement.smooth" → 0.3; angles in degrees, times in ms, directions as lists.
+    base : the style (name or file) whose learned manner it has, "" for one by rules.
+    name : what it is called.
+    """
+
+    values: Mapping[str, StyleValue]
+    base: str = ""
+    name: str = "draft"
+
+
 @dataclass(frozen=True)
 class LessonOptions:
     """How a style is learned from examples."""
