@@ -6,6 +6,7 @@ Nothing heavy is imported here: the command reads this file to show its help.
 from __future__ import annotations
 
 import secrets
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args

@@ -241,7 +241,7 @@ def moved(plan: bytes, draft: StyleDraft, seed: int, samples: int = 0) -> Facts:
     drawing, followed = target_plans.with_ellipses(thrown, style, np.random.default_rng(seed))
     if len(followed) and not thrown.has_ellipses:
         followed = followed * _shown_size(style, thrown) ** 2
-    chances = [np.random.default_rng((seed, copy)) for copy in range(min(samples, _MOST_SAMPLES))]
+    chances = [np.random.default_rng((seed, 1 + copy)) for copy in range(min(samples, _MOST_SAMPLES))]
     others = [target_plans.drawn(thrown, style, rng) for rng in chances]
     spreads = [[round(float(x), _FINE) for x in (one[0, 0], one[0, 1], one[1, 1])] for one in followed]
     return {
