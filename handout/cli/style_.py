@@ -9,7 +9,6 @@ import click
 from handout import units
 from handout.cli import options
 from handout.cli.console import Console
-from handout.errors import InputError
 from handout.pipeline.options import LessonOptions
 
 
@@ -75,9 +74,8 @@ def edit(style: str, port: int | None, no_browser: bool) -> None:
     from handout.pipeline.style_editor import open_style
 
     path = Path(style)
-    name = path.stem if path.suffix in (".toml", ".style") else style
-    if not name.replace("-", "").replace("_", "").isalnum():
-        raise InputError(f"{style}: in the studio a style is called as its file is: use letters, digits, - and _.")
+    given = path.suffix in (".toml", ".style")
     open_style(style)  # what cannot be read is said here
-    files = (path,) if path.suffix else ()
-    open_studio((), f"style/{name}", port, not no_browser, as_json=False, styles=files)
+    open_studio(
+        (style,) if given else (), f"style/{path.stem if given else style}", port, not no_browser, as_json=False
+    )

@@ -10,7 +10,7 @@ from handout.web.calls import Handstyle, KeptStyle, Movement, MovementFile, Styl
 from handout.web.hands import name_of
 from handout.web.routes import Way, json_answer
 from handout.web.studio import Studio
-from handout.web.tasks import TYPES, followed
+from handout.web.tasks import file_answer, followed
 from handout.web.worker import Call
 
 
@@ -48,7 +48,8 @@ async def file(studio: Studio, request: Request, body: MovementFile) -> Response
     output = folder / f"{body.style.name}.{body.format}"
     call = Call("style_editor.keep_movement", (bytes(body.plan), _draft(studio, body.style), body.seed, output))
     task = studio.begin(studio.quick, "saving", call, folder)
-    return await followed(request, task, TYPES.get(output.suffix, "application/octet-stream"))
+    answer = await followed(request, task)
+    return file_answer(task) if task.ended else answer
 
 
 async def keep(studio: Studio, request: Request, body: KeptStyle) -> Response:

@@ -233,6 +233,7 @@ export async function show(main, shared, [wanted]) {
   /** The path anew: one question at a time, the newest state in it. */
   async function solve() {
     paintTargets();
+    overlay.dataset.state = 'asked';
     if (asking) { again = true; return; }
     asking = true;
     do {
@@ -242,7 +243,6 @@ export async function show(main, shared, [wanted]) {
         answer = await request('POST', '/api/movements', { plan: sent(), style: draft(), seed, samples: dragged ? 0 : Number(samples.value) || 0 });
         refusal.textContent = '';
         overlay.dataset.ms = performance.now() - begin;
-        overlay.dataset.count = Number(overlay.dataset.count || 0) + 1;
       } catch (error) {
         refusal.textContent = error.message;
       }
@@ -251,6 +251,7 @@ export async function show(main, shared, [wanted]) {
       still.hidden = !other || other.x.some((x, i) => Math.abs(x - own.x[i]) > 0.011);
     } while (again);
     asking = false;
+    overlay.dataset.state = 'shown';
   }
 
   function soonWord() {
@@ -282,8 +283,7 @@ export async function show(main, shared, [wanted]) {
     unsaved = true;
     localStorage.setItem(KEPT, JSON.stringify({ plan, style, seed, unsaved }));
     undo.disabled = !past.length; redo.disabled = !future.length;
-    told.textContent = plan.targets.length ? `Target ${picked + 1} of ${plan.targets.length}` : 'No targets: add one.';
-    aboutTarget(); solve(); soonWord();
+    tell(); aboutTarget(); solve(); soonWord();
   }
   function step(from, to) {
     if (!from.length) return;
@@ -297,10 +297,10 @@ export async function show(main, shared, [wanted]) {
 
   // what is done to targets
 
+  function tell() { told.textContent = `Target ${picked + 1} of ${plan.targets.length}${plan.up.includes(picked) ? ', the pen is lifted after it' : ''}`; }
   function pick(at) {
     picked = clamp(at, 0, Math.max(plan.targets.length - 1, 0));
-    told.textContent = plan.targets.length ? `Target ${picked + 1} of ${plan.targets.length}${plan.up.includes(picked) ? ', the pen is lifted after it' : ''}` : '';
-    aboutTarget(); paintTargets();
+    tell(); aboutTarget(); paintTargets();
   }
   function add(place) {
     const at = plan.targets.length ? picked + 1 : 0, [x, y] = plan.targets[picked] || [20, 50];
@@ -319,7 +319,7 @@ export async function show(main, shared, [wanted]) {
   }
   function lift() {
     plan.up = plan.up.includes(picked) ? plan.up.filter((one) => one !== picked) : [...plan.up, picked].sort((a, b) => a - b);
-    done(); pick(picked);
+    done();
   }
   function move(x, y) { plan.targets[picked] = [tidy(x, 2), tidy(y, 2)]; }
 
@@ -542,7 +542,7 @@ export async function show(main, shared, [wanted]) {
     try {
       const kind = format.value === 'toml' && learned() ? 'style' : format.value;
       if (kind === 'targets') save(new Blob([JSON.stringify(sent())], { type: 'application/json' }), `${style.name}-targets.json`);
-      else save(await blob('/api/movements/file', 'application/', 'POST', { plan: sent(), style: draft(), seed, format: kind }), `${style.name}.${kind}`);
+      else save(await blob('/api/movements/file', '', 'POST', { plan: sent(), style: draft(), seed, format: kind }), `${style.name}.${kind}`);
       saveRefusal.textContent = '';
     } catch (error) {
       saveRefusal.textContent = error.message;
@@ -636,6 +636,8 @@ export async function show(main, shared, [wanted]) {
     paint(); graph.again(); line.again();
   });
   for (const element of [stage, line.canvas]) watcher.observe(element);
+  const dark = matchMedia('(prefers-color-scheme: dark)'), repaint = () => { paint(); graph.again(); line.again(); };
+  dark.addEventListener('change', repaint);
 
   const first = wanted || before.style?.name || 'calm';
   try {
@@ -653,5 +655,5 @@ export async function show(main, shared, [wanted]) {
   name.value = style.name; chooser.value = facts.name;
   clean = state();
   knobs(); fit(); pick(1); solve(); soonWord();
-  return () => { playing = 0; clearTimeout(waiting); words?.abort(); watcher.disconnect(); document.removeEventListener('keydown', keyed); };
+  return () => { playing = 0; clearTimeout(waiting); words?.abort(); watcher.disconnect(); dark.removeEventListener('change', repaint); document.removeEventListener('keydown', keyed); };
 }
