@@ -82,7 +82,7 @@ class _Batch:
 
     @property
     def table(self) -> Path:
-        return next(path for path in self.folder.iterdir() if path.stem == "table")
+        return next(self.folder.glob("table-*/*"))
 
     @property
     def merge(self) -> MergeOptions:
@@ -99,9 +99,8 @@ class _Batch:
 
     @property
     def run(self) -> Run | None:
-        """What its journal says; that of an earlier batch of this name, which was deleted, is not heard."""
-        run = journal.last_run(self.table)
-        return run if run is not None and run.head["begun"] >= self.begun else None
+        """What its journal says."""
+        return journal.last_run(self.table)
 
     @property
     def state(self) -> str:
@@ -141,10 +140,12 @@ def keep_batch(
     try:
         base.mkdir(parents=True, exist_ok=True)
         work = Path(tempfile.mkdtemp(dir=base, prefix=".new-"))
+        # in a folder of a name that no other batch has had: by its path its journal is found
+        own = Path(tempfile.mkdtemp(dir=work, prefix="table-"))
         if table is None:
-            (work / "table.csv").write_text("number\n1\n", encoding="utf-8")
+            (own / "once.csv").write_text("number\n1\n", encoding="utf-8")
         else:
-            shutil.copyfile(table, work / f"table{table.suffix.lower()}")
+            shutil.copyfile(table, own / table.name)
         if letter.strip():
             (work / f"letter.{'md' if markdown else 'txt'}").write_text(letter, encoding="utf-8")
         begun = datetime.now().isoformat(timespec="seconds")
