@@ -142,7 +142,7 @@ async function opened(name, devices, changed) {
   if (batch.task) watch(batch.task).catch((error) => { if (error.name !== 'AbortError') refusal.textContent = error.message; });
 }
 
-export function batches(shared, machines, devices, signal) {
+export function batches(shared, machines, devices, signal, chosen) {
   const list = h('ul', { class: 'list' });
   const refusal = h('p', { class: 'bad', role: 'alert' });
   const redraw = async () => {
@@ -152,7 +152,7 @@ export function batches(shared, machines, devices, signal) {
       h('span', {}, one.title), h('span', { class: 'quiet' }, `${one.batch} · ${one.batch in made ? 'being made' : STATES[one.state]}`)))));
     if (!found.length) list.replaceChildren(h('li', { class: 'quiet' }, 'No batch is kept.'));
   };
-  redraw().catch((error) => { refusal.textContent = error.message; });
+  redraw().then(() => chosen && opened(chosen, devices, redraw)).catch((error) => { refusal.textContent = error.message; });
   signal.addEventListener('abort', () => document.querySelector('dialog.batch')?.close());
   return h('section', { class: 'panel' }, h('h2', {}, 'Batches'), list, refusal, form(shared, machines, async (batch) => { await redraw(); await opened(batch.batch, devices, redraw); }));
 }

@@ -105,7 +105,7 @@ function bed(place) {
   };
 }
 
-export async function show(main, shared, [chosen]) {
+export async function show(main, shared, [chosen, batch]) {
   const gone = new AbortController();
   const refusal = h('p', { class: 'bad', role: 'alert' });
   const place = h('div', { class: 'bed' });
@@ -202,7 +202,7 @@ export async function show(main, shared, [chosen]) {
   const devices = machine(machines);
   main.append(h('div', { class: 'jobs' },
     h('div', { class: 'column' }, h('h1', { class: 'hidden' }, 'Jobs'), devices.element, h('section', { class: 'panel' }, h('h2', {}, 'Plots'), list),
-      batches(shared, machines, devices, gone.signal)),
+      batches(shared, machines, devices, gone.signal, chosen === 'batch' ? batch : '')),
     h('section', { class: 'desk', 'aria-label': 'The bed' }, h('div', { class: 'tools' }, start, on, pause, stop, drop, zeroLabel, homeLabel),
       h('div', { class: 'asks' }, refusal, question), bar, place, told)));
   controls();
