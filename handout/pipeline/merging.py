@@ -32,10 +32,11 @@ from handout.pipeline.results import Listener, Tally
 from handout.pipeline.writing import INK, WritingTask
 from handout.printing import countries, envelope, journal
 from handout.printing.address_table import Addresses, read_addresses, read_rows
-from handout.printing.batch import BACK, BatchPage
+from handout.printing.batch import BACK
 from handout.printing.journal import ENVELOPE, Batch, Journal
+from handout.printing.prepared import BatchPage
 from handout.printing.rows import Row, named, select
-from handout.sinks import write_drawing
+from handout.sinks import drawing_file
 from handout.values import Drawing, Manuscript, Page
 from handout.writing.layout import Layout
 
@@ -413,7 +414,7 @@ class RowPages:
             drawing,
             lambda dpi: pens.ink(drawing, dpi, look.pen, pens.noise(drawing.about)),
             self._calibrations[hand],
-            lambda path: write_drawing(drawing, path, look),
+            lambda path: drawing_file(drawing, path, look),
         )
 
 
