@@ -5,8 +5,8 @@ line (`dialects.grbl.conversation`).  A connection is always aborted, never shut
 after a break must not reach the machine when the network is back and the plot has been gone on with.
 
 Sources: FluidNC, WebUI (TelnetClient, WSChannel: whole lines in binary frames, words for its page in text frames);
-grblHAL, Plugin_networking (telnetd: one client, greeted; websocketd: binary frames for the subprotocol "arduino", a ping
-after 3 s without traffic, of which four must not stay unanswered).
+grblHAL, Plugin_networking (telnetd: one client, greeted; websocketd: binary frames for the subprotocol "arduino", a
+ping after 3 s without traffic, of which four must not stay unanswered).
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ class WebSocketPort:
                 open_timeout=_CONNECTS,
                 ping_interval=None,
                 max_queue=None,
-            )
+            ).__enter__()  # left by closing the socket, without the farewells of its own way out
         except (OSError, WebSocketException) as error:
             self._socket.close()
             raise PortError(
@@ -169,8 +169,8 @@ def _connected(url: str) -> socket.socket:
     except OSError as error:
         reason = f"nobody on this network is called {host}" if isinstance(error, socket.gaierror) else _reason(error)
         raise PortError(
-            f"{url} cannot be opened ({reason}): check the address, that the machine is switched on and on the network, "
-            "and that no other program is connected to it."
+            f"{url} cannot be opened ({reason}): check the address, that the machine is switched on and on the "
+            "network, and that no other program is connected to it."
         ) from error
     made.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     made.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))  # closing aborts

@@ -1,10 +1,10 @@
 """The simulated plotter behind a real socket of this computer: FluidNC and grblHAL on a network.
 
-Bytes go through the product's own port, the system's sockets and a server, which has them read by the controller when
-they are written and sends what it answers when that is read; so time stays the plotter's, virtual or real, and no thread
-races with another.  What such machines do of themselves: grblHAL, and FluidNC's telnet, greet whoever connects; FluidNC's
-WebSocket tells its browser page who it is, pings it, and reports its state while it moves.  A machine that starts anew
-drops its connections.
+Bytes go through the product's own port, the system's sockets and a server, which hands them to the controller when they
+are written and sends what it answers when that is read; so time stays the plotter's, virtual or real, and no thread
+races with another.  What such machines do of themselves: grblHAL, and FluidNC's telnet, greet whoever connects; the
+WebSocket of FluidNC tells its page in a browser who it is, pings it, and reports its state while it moves.  A machine
+that starts anew drops its connections.
 """
 
 from __future__ import annotations
@@ -212,5 +212,6 @@ class NetworkedPlotter(SimulatedPlotter):
 
     def _begin_anew(self) -> None:
         super()._begin_anew()
+        self._wire.lose()
         self._gone = True
         self._out.clear()
