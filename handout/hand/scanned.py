@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -91,6 +91,11 @@ class ScannedGlyph:
             raise ValueError("a glyph has vertices, in rising order")
         object.__setattr__(self, "vertices", vertices)
 
+    def beside(self, number: Mapping[int, int]) -> ScannedGlyph:
+        """The same glyph where those before and after it have other numbers; the same object if they have not."""
+        before, after = number[self.before], number[self.after]
+        return self if (before, after) == (self.before, self.after) else replace(self, before=before, after=after)
+
 
 @dataclass(frozen=True, eq=False)
 class Texture:
@@ -110,27 +115,33 @@ class Texture:
     __repr__ = one_line
 
     @cached_property
-    def _loaded(self) -> NDArray[np.uint8]:
+    def pixels(self) -> NDArray[np.uint8]:
+        """(h, w, 4) uint8, straight alpha, read-only, blue or red first as it was loaded."""
         pixels = self.load().view()
         if pixels.shape != (*self.shape, 4) or pixels.dtype != np.uint8:
             raise ValueError(f"expected {(*self.shape, 4)} of uint8, got {pixels.shape} of {pixels.dtype}")
         pixels.flags.writeable = False
         return pixels
 
+    @property
+    def alpha(self) -> NDArray[np.uint8]:
+        """(h, w) uint8: how much the ink hides."""
+        return self.pixels[:, :, 3]
+
     @cached_property
     def rgba(self) -> NDArray[np.uint8]:
         """(h, w, 4) uint8, straight alpha, read-only."""
         if not self.blue_first:
-            return self._loaded
-        pixels = self._loaded[:, :, _RED_FIRST]
+            return self.pixels
+        pixels = self.pixels[:, :, _RED_FIRST]
         pixels.flags.writeable = False
         return pixels
 
     def part(self, rows: slice, columns: slice) -> NDArray[np.uint8]:
         """(h, w, 4) uint8, straight alpha: some of its pixels."""
         if not self.blue_first:
-            return self._loaded[rows, columns]
-        return self._loaded[rows, columns][:, :, _RED_FIRST]
+            return self.pixels[rows, columns]
+        return self.pixels[rows, columns][:, :, _RED_FIRST]
 
 
 @dataclass(frozen=True, eq=False)
