@@ -93,6 +93,13 @@ class Confirm(Correction, frozen=True, tag="confirm"):
     text: str | None = None
 
 
+class Strokes(Correction, frozen=True, tag="strokes"):
+    """The letter at `at` was written so: places along each of its strokes, in order."""
+
+    at: Spot
+    ways: tuple[tuple[Spot, ...], ...]
+
+
 class Outline(Correction, frozen=True, tag="outline"):
     """The writing inside the polygon `within` is the letter `text`, whosever it was."""
 
@@ -139,7 +146,7 @@ class Join(Correction, frozen=True, tag="join"):
 
 
 AnyCorrection = Union[  # noqa: UP007  (msgspec reads it)
-    Label, Merge, Split, Remove, Unlink, Link, Placing, Confirm, Outline, Paint, Rule, Cut, Join
+    Label, Merge, Split, Remove, Unlink, Link, Placing, Confirm, Strokes, Outline, Paint, Rule, Cut, Join
 ]
 _Several = list[AnyCorrection]
 
@@ -260,6 +267,8 @@ def _apply(work: HandEditor, correction: AnyCorrection) -> None:
             work.place(at, place)
         case Confirm(at=at, text=text):
             work.confirm(at, text)
+        case Strokes(at=at, ways=ways):
+            work.strokes(at, ways)
         case Outline(within=within, text=text):
             work.letter(within, text)
         case Paint():

@@ -181,6 +181,19 @@ class HandEditor:
         number = self._number(at)
         self._glyphs[number] = replace(self._glyph(number), place=place)
 
+    def strokes(self, at: Spot, ways: Sequence[Sequence[Spot]]) -> None:
+        """Say along which places the strokes of a letter were written, in order."""
+        number = self._number(at)
+        glyph, graph = self._glyph(number), self._scan.graph
+        if not ways or not all(len(way) for way in ways):
+            raise CorrectionError("a stroke needs places: give those that the pen passed, in order")
+        found = tuple(page_editor.along(graph, glyph.vertices, np.array(way)) for way in ways)
+        for way, path in zip(ways, found, strict=True):
+            away = np.linalg.norm(graph.uv[path[0]] - np.array(way[0])) * self._scan.pixel
+            if away > _FARTHEST:
+                raise CorrectionError(f"a stroke begins {away:.1f} mm from the ink of {glyph.letter!r}")
+        self._glyphs[number] = replace(glyph, ways=found)
+
     def paint_paper(self, cover: Sequence[Spot], width: float | None) -> None:
         """Take away the ink under a brush `width` pixels wide, or inside a polygon."""
         self._check_brush(cover, width)
@@ -410,7 +423,9 @@ class HandEditor:
                     known = tuple(replace(way, path=path) for way, path in zip(glyph.ligatures, ways, strict=True))
                 else:
                     known, cut = (), [*cut, i]
-                self._glyphs[i] = replace(glyph, vertices=left, ligatures=known)
+                said = tuple(number[way] for way in glyph.ways)
+                said = said if all((way >= 0).all() for way in said) else ()
+                self._glyphs[i] = replace(glyph, vertices=left, ligatures=known, ways=said)
             else:
                 self._part(glyph.before)
                 self._part(i)

@@ -46,7 +46,9 @@ class LigatureFinder:
         """The edges that lead from one glyph to another, in an order that is the same from either side."""
         vertices = np.flatnonzero(self._owner == first)
         count = self._begin[vertices + 1] - self._begin[vertices]
-        beside = self._beside[np.repeat(self._begin[vertices] - np.cumsum(count) + count, count) + np.arange(count.sum())]
+        beside = self._beside[
+            np.repeat(self._begin[vertices] - np.cumsum(count) + count, count) + np.arange(count.sum())
+        ]
         there = self._owner[beside] == second
         across = zip(np.repeat(vertices, count)[there].tolist(), beside[there].tolist(), strict=True)
         return sorted(across, key=lambda edge: (min(edge), max(edge)))

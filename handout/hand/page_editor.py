@@ -157,6 +157,29 @@ def joined(page: ScannedPage, one: int, other: int) -> ScannedPage:
     return replace(page, graph=replace(page.graph, edges=np.vstack([page.graph.edges, [sorted((one, other))]])))
 
 
+def along(graph: LineGraph, vertices: Indices, places: Array) -> Indices:
+    """(k,) of some vertices (n,) of a graph, rising, those along places (m, 2): the nearest to each, by way of edges."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import dijkstra
+    from scipy.spatial import cKDTree
+
+    uv, (a, b) = graph.uv[vertices], graph.edges_between(vertices).T
+    near = cKDTree(uv).query(places)[1].tolist()
+    length = np.linalg.norm(uv[a] - uv[b], axis=1) + 1e-6
+    joined = coo_matrix((length, (a, b)), shape=(len(uv), len(uv)))
+    path = [near[0]]
+    for one in near[1:]:
+        if one == path[-1]:
+            continue
+        before = dijkstra(joined, directed=False, indices=path[-1], return_predecessors=True)[1]
+        back = [one]
+        while back[-1] != path[-1] and before[back[-1]] >= 0:
+            back.append(int(before[back[-1]]))
+        # over a gap the pen goes straight
+        path += back[-2::-1] if back[-1] == path[-1] else [one]
+    return np.asarray(vertices[path], dtype=np.intp)
+
+
 def _without(page: ScannedPage, gone: NDArray[np.bool_]) -> tuple[ScannedPage, Indices]:
     graph, kept = page.graph, np.flatnonzero(~gone)
     number = np.full(len(graph), -1, dtype=np.intp)

@@ -68,6 +68,8 @@ class ScannedGlyph:
         lifted.
     confidence : 0–1, of the place of its ends.
     confirmed : whether a person confirmed or corrected it: it is the truth, and what is aligned anew learns from it.
+    ways : how it was written, as a person said: its vertices along each stroke, in order; none where nobody did, or
+        where its ink is no longer what it was then.
     """
 
     letter: str
@@ -82,6 +84,7 @@ class ScannedGlyph:
     ligatures: tuple[Ligature, ...] = ()
     confidence: float = 1.0
     confirmed: bool = False
+    ways: tuple[Indices, ...] = ()
 
     __repr__ = one_line
 
@@ -90,6 +93,10 @@ class ScannedGlyph:
         if not len(vertices) or (vertices[1:] <= vertices[:-1]).any():
             raise ValueError("a glyph has vertices, in rising order")
         object.__setattr__(self, "vertices", vertices)
+        if self.ways:
+            ways = tuple(readonly_indices(way, None) for way in self.ways)
+            own = all(np.isin(way, vertices).all() for way in ways)
+            object.__setattr__(self, "ways", ways if own else ())
 
     def beside(self, number: Mapping[int, int]) -> ScannedGlyph:
         """The same glyph where those before and after it have other numbers; the same object if they have not."""

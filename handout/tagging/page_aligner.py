@@ -388,9 +388,7 @@ def _window(
     return _Window(first, stop, left, right) if right - left > 2 * STEP else None
 
 
-def _divided(
-    text: TranscriptLine, held: Mapping[int, Held], window: _Window, best: Decoded, drafts: Drafts
-) -> _Window:
+def _divided(text: TranscriptLine, held: Mapping[int, Held], window: _Window, best: Decoded, drafts: Drafts) -> _Window:
     """The window with which of its letters keep their ink: those that are confirmed, or lie where they lay."""
     fixed: list[int] = []
     free: list[int] = []
@@ -435,14 +433,16 @@ def _with_letters(hand: ScannedHand, number: int, drafts: Drafts) -> ScannedHand
     old = {glyph.at: glyph for glyph in own if glyph.at >= 0}
     if all(drafts.get(at) is old.get(at) for at in {*drafts, *old}):
         return hand
-    extra = [glyph for glyph in own if glyph.at < 0]
-    ats = list(old) if old.keys() == drafts.keys() else sorted(drafts)
-    key = {i: glyph.at if glyph.at >= 0 else -1 - extra.index(glyph) for i, glyph in enumerate(own)}
-    first = next(i for i, glyph in enumerate(hand.glyphs) if glyph.page == number)
-    place = {at: i for i, at in enumerate((*ats, *(-1 - i for i in range(len(extra)))))}
+    # a letter by its index in the text, a piece that is none by less than 0: −1 − its number here
+    keys = [glyph.at if glyph.at >= 0 else -1 - i for i, glyph in enumerate(own)]
+    ats = [key for key in keys if key < 0 or key in drafts]
+    for at in sorted(drafts.keys() - old.keys()):
+        ats.insert(next((i for i, key in enumerate(ats) if key > at), len(ats)), at)
+    place = {at: i for i, at in enumerate(ats)}
     # numbers on the page alone; of neighbours that are gone, nobody
-    here = {NOBODY: NOBODY} | {first + i: place.get(at, NOBODY) for i, at in key.items()}
-    glyphs = [*(drafts[at] for at in ats), *extra]
+    theirs = [i for i, glyph in enumerate(hand.glyphs) if glyph.page == number]
+    here = {NOBODY: NOBODY} | {i: place.get(key, NOBODY) for i, key in zip(theirs, keys, strict=True)}
+    glyphs = [drafts[at] if at >= 0 else own[-1 - at] for at in ats]
     glyphs = [_numbered(replace(glyph, page=number) if glyph.page != number else glyph, here) for glyph in glyphs]
     inked = {at for at in {*old, *drafts} if not _alike(old.get(at), drafts.get(at))}
     owner = np.full(len(page.graph), NOBODY)
@@ -450,7 +450,7 @@ def _with_letters(hand: ScannedHand, number: int, drafts: Drafts) -> ScannedHand
         owner[glyph.vertices] = i
     joining = LigatureFinder(page, owner)
     for i, at in enumerate(ats):
-        if {at, at + 1} & inked:
+        if at >= 0 and {at, at + 1} & inked:
             _join(glyphs, i, place.get(at + 1), joining)
     return with_page(hand, number, glyphs)
 

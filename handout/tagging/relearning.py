@@ -146,14 +146,17 @@ class _Ink:
 
 
 def _unmoved(before: ScannedHand, after: ScannedHand) -> set[tuple[int, int]]:
-    """Page and number in its text of the glyphs that have the same vertices of the same graph."""
+    """Page and number in its text of the glyphs whose vertices lie where they lay."""
     old = {(glyph.page, glyph.at): glyph.vertices for glyph in before.glyphs}
-    same = [was.graph is is_.graph for was, is_ in zip(before.pages, after.pages, strict=True)]
-    return {
-        key
-        for glyph in after.glyphs
-        if same[glyph.page] and (key := (glyph.page, glyph.at)) in old and np.array_equal(old[key], glyph.vertices)
-    }
+    pages = [(was.graph.uv, is_.graph.uv) for was, is_ in zip(before.pages, after.pages, strict=True)]
+    unmoved = set()
+    for glyph in after.glyphs:
+        key, (was, is_) = (glyph.page, glyph.at), pages[glyph.page]
+        if key in old and len(old[key]) == len(glyph.vertices):
+            same = np.array_equal(old[key], glyph.vertices) if was is is_ else False
+            if same or np.array_equal(was[old[key]], is_[glyph.vertices]):
+                unmoved.add(key)
+    return unmoved
 
 
 def _inks(hand: ScannedHand, unmoved: set[tuple[int, int]]) -> dict[tuple[int, int], _Ink]:
