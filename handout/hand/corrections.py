@@ -131,6 +131,14 @@ class Rule(Correction, frozen=True, tag="rule"):
     to: Literal["ink", "paper"] = "paper"
 
 
+class Baseline(Correction, frozen=True, tag="baseline"):
+    """The baseline of line `line`, from 0, runs through `a` and `b`, bent as it is."""
+
+    line: int
+    a: Spot
+    b: Spot
+
+
 class Cut(Correction, frozen=True, tag="cut"):
     """The strokes that the line from `a` to `b` crosses do not hang together there."""
 
@@ -146,7 +154,7 @@ class Join(Correction, frozen=True, tag="join"):
 
 
 AnyCorrection = Union[  # noqa: UP007  (msgspec reads it)
-    Label, Merge, Split, Remove, Unlink, Link, Placing, Confirm, Strokes, Outline, Paint, Rule, Cut, Join
+    Label, Merge, Split, Remove, Unlink, Link, Placing, Confirm, Strokes, Outline, Paint, Rule, Baseline, Cut, Join
 ]
 _Several = list[AnyCorrection]
 
@@ -277,6 +285,8 @@ def _apply(work: HandEditor, correction: AnyCorrection) -> None:
             work.rule(a, b, width)
         case Rule(a=a, b=b, width=width):
             work.paint_ink((a, b), width)
+        case Baseline(line=line, a=a, b=b):
+            work.baseline(line, a, b)
         case Cut(a=a, b=b):
             work.cut(a, b)
         case Join(at=at, other=other):

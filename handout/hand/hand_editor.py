@@ -224,6 +224,20 @@ class HandEditor:
         if count > 1:
             self.notes.append(f"{units.count(count - 1, 'rule')} like the one that was corrected went with it.")
 
+    def baseline(self, line: int, a: Spot, b: Spot) -> None:
+        """Let the baseline of a line run through two places."""
+        for end in (a, b):
+            self._on_page(end)
+        if not 0 <= line < len(self._scan.baselines):
+            raise CorrectionError(f"there is no line {line}; the page has {len(self._scan.baselines)}, from 0")
+        if abs(a[0] - b[0]) < self._scan.x_height / self._scan.pixel:
+            raise CorrectionError("the two places lie above each other: a baseline runs along a line")
+        self._scan = page_editor.on_baseline(self._scan, line, a, b)
+        for i, glyph in self._on_this_page():
+            if glyph.line == line and glyph.ligatures:
+                ways = tuple(self._scan.ligature(line, way.path) for way in glyph.ligatures)
+                self._glyphs[i] = replace(glyph, ligatures=ways)
+
     def cut(self, a: Spot, b: Spot) -> None:
         """Cut every stroke that the line from `a` to `b` crosses; the letters keep what they have."""
         for end in (a, b):

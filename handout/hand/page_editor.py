@@ -147,6 +147,17 @@ def line_alone(graph: LineGraph, some: NDArray[np.bool_], shape: tuple[int, int]
     return alone
 
 
+def on_baseline(page: ScannedPage, line: int, a: tuple[float, float], b: tuple[float, float]) -> ScannedPage:
+    """The page with the baseline of a line through two places, bent as it was."""
+    baselines = page.baselines.copy()
+    x, y = np.array([a, b], dtype=np.float64).T
+    off = y - page.base(line, x)
+    slope = (off[1] - off[0]) / (x[1] - x[0])
+    baselines[line, 0] += off[0] + slope * (baselines[line, 3] - x[0])
+    baselines[line, 1] += slope
+    return replace(page, baselines=baselines)
+
+
 def cut(page: ScannedPage, edges: NDArray[np.bool_]) -> ScannedPage:
     """The page with some edges (m,) of its graph taken away."""
     return replace(page, graph=replace(page.graph, edges=page.graph.edges[~edges]))
@@ -158,7 +169,7 @@ def joined(page: ScannedPage, one: int, other: int) -> ScannedPage:
 
 
 def along(graph: LineGraph, vertices: Indices, places: Array) -> Indices:
-    """(k,) of some vertices (n,) of a graph, rising, those along places (m, 2): the nearest to each, by way of edges."""
+    """(k,) of some vertices (n,) of a graph, rising, those along places (m, 2): the nearest to each, along edges."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import dijkstra
     from scipy.spatial import cKDTree

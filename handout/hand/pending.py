@@ -1,4 +1,4 @@
-"""What was corrected of a hand and is not in its .hand file yet: a line for each step, on the disk before it is answered.
+"""What was corrected of a hand and is not in its .hand file yet: a line for each step, on the disk at once.
 
 A .hand file is written whole, which takes longer than a correction may; so steps are appended to a file beside it,
 NAME.hand.log, and taken into the .hand file when there is time.  After a break the log tells what had been done.

@@ -167,9 +167,10 @@ class PageAligner:
     def _follow(self, page: ScannedPage, touched: set[int]) -> None:
         """Take the page as it is now; of one that was painted the lines that changed are straightened anew."""
         was, self._page = self._page, page
-        if was.texture is not page.texture or not np.array_equal(was.dismissed, page.dismissed):
-            self._repaint()
-        if was.graph is page.graph:
+        bent = not np.array_equal(was.baselines, page.baselines)
+        if bent or was.texture is not page.texture or not np.array_equal(was.dismissed, page.dismissed):
+            self._repaint(np.flatnonzero((was.baselines != page.baselines).any(axis=1)).tolist())
+        if was.graph is page.graph and not bent:
             return
         if not np.array_equal(was.graph.uv, page.graph.uv):
             self._line_of = _carried(was.graph.uv, self._line_of, page)
@@ -178,8 +179,8 @@ class PageAligner:
             self._odd = {k: value for k, value in odd.items() if self._letters[k] not in touched}
             self._exchange = None
 
-    def _repaint(self) -> None:
-        """Straighten the lines again whose ink is another."""
+    def _repaint(self, bent: Sequence[int]) -> None:
+        """Straighten the lines again whose ink is another, or whose baseline is (`bent`)."""
         page, ink = self._page, page_ink(self._page)
         rows, frames = np.flatnonzero((ink != self._ink).any(axis=1)), line_frames(page)
         self._ink = ink
@@ -187,7 +188,7 @@ class PageAligner:
         for line, strip in enumerate(self._strips):
             height, reach = frames[line].base(np.linspace(0, page.shape[1], 9)), _REACH * frames[line].x_height
             top, low = max(0, int(height.min() - reach)), int(height.max() + reach) + 1
-            if not ((rows >= top) & (rows < low)).any():
+            if line not in bent and not ((rows >= top) & (rows < low)).any():
                 continue
             near = [i for i in range(len(frames)) if abs(middle[i] - middle[line]) < 2 * (low - top)]
             owners = line_owners(ink[top:low], [_lifted(frames[i], top) for i in near])
@@ -350,7 +351,7 @@ def _touched(
     was: ScannedPage, old: Sequence[ScannedGlyph], is_: ScannedPage, new: Sequence[ScannedGlyph]
 ) -> Iterator[_Touched]:
     """Letters of which ink, name or truth is another now, as they were and as they are."""
-    same = np.array_equal(was.graph.uv, is_.graph.uv)
+    same, bent = np.array_equal(was.graph.uv, is_.graph.uv), (was.baselines != is_.baselines).any(axis=1)
 
     def key(page: ScannedPage, glyph: ScannedGlyph) -> tuple[object, ...]:
         ink = glyph.vertices if same else page.graph.uv[glyph.vertices]
@@ -359,7 +360,7 @@ def _touched(
     before, after = ({key(page, glyph): glyph for glyph in some} for page, some in ((was, old), (is_, new)))
     for page, some, others in ((was, before, after), (is_, after, before)):
         for one, glyph in some.items():
-            if one not in others:
+            if one not in others or bent[glyph.line]:
                 yield _Touched(glyph.at, glyph.line, page.graph.uv[glyph.vertices])
 
 

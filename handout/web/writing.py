@@ -22,6 +22,7 @@ async def choices(studio: Studio, request: Request, body: None) -> Response:
 async def write(studio: Studio, request: Request, body: Write) -> Response:
     """A text becomes files."""
     folder = studio.folder()
+    await studio.settled(studio.hand(body.hand))
     arguments = (body.text, [folder / f"page.{body.format}"], body.writing(studio.hand(body.hand)), body.sheet())
     call = Call("writing.write", (*arguments, body.picture()), {"device": body.device}, listens=True)
     lane = studio.quick if body.hand in studio.drawn and body.format == "svg" else studio.long
