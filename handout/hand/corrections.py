@@ -271,14 +271,21 @@ def _apply(work: HandEditor, correction: AnyCorrection) -> None:
             work.unlink(at)
         case Link(at=at, other=other):
             work.link(at, other)
-        case Placing(at=at, place=place):
-            work.place(at, place)
         case Confirm(at=at, text=text):
             work.confirm(at, text)
         case Strokes(at=at, ways=ways):
             work.strokes(at, ways)
         case Outline(within=within, text=text):
             work.letter(within, text)
+        case Placing(at=at, place=place):
+            work.place(at, place)
+        case _:
+            _apply_to_page(work, correction)
+
+
+def _apply_to_page(work: HandEditor, correction: Correction) -> None:
+    """Make a correction of ink or lines, whosever they are."""
+    match correction:
         case Paint():
             _paint(work, correction)
         case Rule(a=a, b=b, width=width, to="paper"):

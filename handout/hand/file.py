@@ -42,6 +42,7 @@ _MOST_PAPER = 1_000_000  # pixels; what is kept of it has a few thousand
 _JOURNAL, _ENTRIES, _LEARNT = "corrections.json", "corrections/", "learnt.json"
 _SHIPPED = Path(__file__).resolve().parent / "house"
 _BESIDE = ".learnt"  # suffix of what is kept of a hand that ships: with every version something else, where ink stays
+_TIGHT, _QUICK = 7, 1  # of packing pictures: how hard, and how hard while somebody waits
 _COLUMNS = ("page", "line", "word", "at", "before", "after", "place")
 
 
@@ -221,7 +222,10 @@ def to_bytes(hand: ScannedHand, *, packed: bool = False) -> bytes:
 
 
 def _hand_parts(hand: ScannedHand, packed: bool, drawn: Sequence[bool] = ()) -> dict[str, Content]:
-    """The parts of a file that hold a hand; `drawn` says of which pages the ink is among them, without it of all."""
+    """The parts of a file that hold a hand; `drawn` says of which pages the ink is among them, without it of all.
+
+    Ink that a person painted is packed less tightly: somebody waits for it.
+    """
     facts = _File(FORMAT, hand.name, hand.title, [_facts(p) for p in hand.pages], [g.letter for g in hand.glyphs])
     parts: dict[str, Content] = {"hand.json": facts}
     parts |= _glyph_arrays(hand.glyphs)
@@ -237,7 +241,9 @@ def _hand_parts(hand: ScannedHand, packed: bool, drawn: Sequence[bool] = ()) -> 
             parts |= _moment_arrays(page.moments, folder)
         parts[folder + "paper.png"] = _picture(page.paper)
         if not drawn or drawn[number]:
-            parts[folder + ("ink.webp" if packed else "ink.png")] = _picture(page.texture.rgba, packed)
+            parts[folder + ("ink.webp" if packed else "ink.png")] = _picture(
+                page.texture.rgba, packed, _QUICK if drawn else _TIGHT
+            )
     return parts
 
 
@@ -428,21 +434,23 @@ def _glyph_arrays(glyphs: Sequence[ScannedGlyph]) -> dict[str, Content]:
     rows = [(g.page, g.line, g.word, g.at, g.before, g.after, PLACES.index(g.place)) for g in glyphs]
     ways = [(number, way) for number, glyph in enumerate(glyphs) for way in glyph.ligatures]
     strokes = [(number, way) for number, glyph in enumerate(glyphs) for way in glyph.ways]
-    said: dict[str, Content] = {
-        "strokes/from.npy": np.array([number for number, _ in strokes], dtype=np.int32),
-        "strokes/vertices.npy": _flat([way for _, way in strokes]),
-        "strokes/counts.npy": np.array([len(way) for _, way in strokes], dtype=np.int32),
-    }
     return {
-        **(said if strokes else {}),
+        **(_numbered_lists("strokes", strokes) if strokes else {}),
         "glyphs/table.npy": np.array(rows, dtype=np.int32).reshape(-1, len(_COLUMNS)),
         "glyphs/confidence.npy": np.array([g.confidence for g in glyphs], dtype=np.float32),
         "glyphs/confirmed.npy": np.array([g.confirmed for g in glyphs], dtype=np.uint8),
         "glyphs/vertices.npy": _flat([g.vertices for g in glyphs]),
         "glyphs/counts.npy": np.array([len(g.vertices) for g in glyphs], dtype=np.int32),
-        "ligatures/from.npy": np.array([number for number, _ in ways], dtype=np.int32),
-        "ligatures/vertices.npy": _flat([way.path for _, way in ways]),
-        "ligatures/counts.npy": np.array([len(way.path) for _, way in ways], dtype=np.int32),
+        **_numbered_lists("ligatures", [(number, way.path) for number, way in ways]),
+    }
+
+
+def _numbered_lists(folder: str, lists: Sequence[tuple[int, Indices]]) -> dict[str, Content]:
+    """Lists of vertices, and of which glyph each is."""
+    return {
+        f"{folder}/from.npy": np.array([number for number, _ in lists], dtype=np.int32),
+        f"{folder}/vertices.npy": _flat([vertices for _, vertices in lists]),
+        f"{folder}/counts.npy": np.array([len(vertices) for _, vertices in lists], dtype=np.int32),
     }
 
 
@@ -524,13 +532,13 @@ def _lists(archive: Archive, folder: str, count: int) -> list[Indices]:
     return [flat[a:b] for a, b in pairwise(accumulate(counts.tolist(), initial=0))]
 
 
-def _picture(pixels: NDArray[np.uint8], packed: bool = False) -> bytes:
+def _picture(pixels: NDArray[np.uint8], packed: bool = False, level: int = _TIGHT) -> bytes:
     from PIL import Image
 
     stream = io.BytesIO()
     image = Image.fromarray(np.ascontiguousarray(pixels))
     if packed:
-        image.save(stream, "WEBP", lossless=True, quality=80, method=5, exact=True)
+        image.save(stream, "WEBP", lossless=True, quality=80, method=5 if level == _TIGHT else 0, exact=True)
     else:
-        image.save(stream, "PNG", compress_level=7)
+        image.save(stream, "PNG", compress_level=level)
     return stream.getvalue()

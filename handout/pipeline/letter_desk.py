@@ -161,7 +161,7 @@ def _opened(desk: _Desk) -> Facts:
             "height": page.shape[0],
             "x_height": round(page.x_height / page.pixel, 1),
             "slant": round(page.slant, 3),
-            "pixel": round(page.pixel, 5),
+            "baselines": _baselines(page),
             "letters": letters[number],
             "doubtful": doubtful[number],
         }
@@ -173,9 +173,19 @@ def _opened(desk: _Desk) -> Facts:
         "pages": pages,
         "made": desk.made,
         "entries": desk.made + len(desk.undone) + len(journal.entries) - journal.made,
+        "waiting": len(desk.steps),
         "confirmed": sum(glyph.confirmed for glyph in hand.glyphs),
         "tile": TILE,
     }
+
+
+def _baselines(page: ScannedPage) -> list[list[list[float]]]:
+    """Two places of each line's baseline, pixels: where its writing begins and ends."""
+    found = []
+    for line, (_, _, _, middle, reach) in enumerate(page.baselines.tolist()):
+        x = np.clip([middle - reach, middle + reach], 0, page.shape[1] - 1)
+        found.append(np.column_stack([x, page.base(line, x)]).round(1).tolist())
+    return found
 
 
 def page_letters(name: str, page: int) -> Facts:

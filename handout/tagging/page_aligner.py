@@ -151,18 +151,22 @@ class PageAligner:
         drafts: Drafts = {glyph.at: glyph for glyph in own if glyph.at >= 0}
         if not touched or not drafts:
             return Renewed(after, {})
-        texts = line_texts(page, own)
+        texts, loose = self._texts(own), [glyph for glyph in own if glyph.at < 0]
+        for line in sorted({one.line for one in touched if texts[one.line].letters}):
+            here = [one for one in touched if one.line == line]
+            found = {**drafts, **self._line(line, texts[line], drafts, loose, here)}
+            drafts = {at: glyph for at, glyph in found.items() if glyph is not None}
+        drafts = self._exchanged(known, drafts)
+        return Renewed(_with_letters(after, number, drafts), self._probability(known, drafts))
+
+    def _texts(self, own: Sequence[ScannedGlyph]) -> list[TranscriptLine]:
+        """What is written on each line."""
+        texts = line_texts(self._page, own)
         if not self._widths:
             some = [i for i, text in enumerate(texts) if text.letters]
             images = [self._strips[i].image for i in some]
             self._widths = usual_widths(images, [texts[i] for i in some], self._networks)
-        for line in sorted({one.line for one in touched}):
-            if texts[line].letters:
-                here = [one for one in touched if one.line == line]
-                found = self._line(line, texts[line], drafts, [glyph for glyph in own if glyph.at < 0], here)
-                drafts = {at: glyph for at, glyph in {**drafts, **found}.items() if glyph is not None}
-        drafts = self._exchanged(known, drafts)
-        return Renewed(_with_letters(after, number, drafts), self._probability(known, drafts))
+        return texts
 
     def _follow(self, page: ScannedPage, touched: set[int]) -> None:
         """Take the page as it is now; of one that was painted the lines that changed are straightened anew."""
@@ -307,13 +311,9 @@ class PageAligner:
 
     def _exchanged(self, known: Drafts, drafts: Drafts) -> Drafts:
         """The letters after the neighbours of what was confirmed now have exchanged ink."""
-        exchange, none = self._compared(drafts), np.zeros(0, dtype=np.intp)
-        changed: dict[int, tuple[int, Indices]] = {}
-        for at, number in self._number.items():
-            glyph = drafts.get(at)
-            ink = none if glyph is None else glyph.vertices
-            if not np.array_equal(exchange.ink(number), ink):
-                changed[number] = (0 if glyph is None else glyph.line, ink)
+        exchange = self._compared(drafts)
+        inks = {number: _ink_of(drafts.get(at)) for at, number in self._number.items()}
+        changed = {number: ink for number, ink in inks.items() if not np.array_equal(exchange.ink(number), ink[1])}
         held = frozenset(self._number[at] for at, glyph in drafts.items() if glyph.confirmed)
         before = {self._number[at] for at, glyph in known.items() if glyph.confirmed}
         now = {number for number in held if number in changed or number not in before}
@@ -364,6 +364,11 @@ def _touched(
                 yield _Touched(glyph.at, glyph.line, page.graph.uv[glyph.vertices])
 
 
+def _ink_of(glyph: ScannedGlyph | None) -> tuple[int, Indices]:
+    """The line and the vertices of a letter; none where it is not there."""
+    return (0, np.zeros(0, dtype=np.intp)) if glyph is None else (glyph.line, glyph.vertices)
+
+
 def _alike(one: ScannedGlyph | None, other: ScannedGlyph | None) -> bool:
     if one is None or other is None:
         return one is other
@@ -374,10 +379,7 @@ def _window(
     strip: Strip, text: TranscriptLine, held: Mapping[int, Held], touched: Sequence[_Touched]
 ) -> _Window | None:
     """Whole words of a line around what was touched, one more on either side; None where there is no room."""
-    ats, u = {one.at for one in touched}, strip.frame.to_line(np.concatenate([one.uv for one in touched]))[:, 0]
-    low, high = float(u.min()) - _BESIDE * X_HEIGHT, float(u.max()) + _BESIDE * X_HEIGHT
-    near = [i for i, at in enumerate(text.at) if at in ats and text.letters[i] != SPACE]
-    near += [i for i, hold in held.items() if hold.right > low and hold.left < high]
+    near = _near(strip, text, held, touched)
     if not near:
         return None
     spaces = [-1, *(i for i, letter in enumerate(text.letters) if letter == SPACE), len(text.letters)]
@@ -387,6 +389,14 @@ def _window(
     left = max((hold.right for i, hold in held.items() if i < first), default=0.0)
     right = min((hold.left for i, hold in held.items() if i >= stop), default=float(strip.image.shape[1]))
     return _Window(first, stop, left, right) if right - left > 2 * STEP else None
+
+
+def _near(strip: Strip, text: TranscriptLine, held: Mapping[int, Held], touched: Sequence[_Touched]) -> list[int]:
+    """The letters of a line that were touched, or lie beside that."""
+    ats, u = {one.at for one in touched}, strip.frame.to_line(np.concatenate([one.uv for one in touched]))[:, 0]
+    low, high = float(u.min()) - _BESIDE * X_HEIGHT, float(u.max()) + _BESIDE * X_HEIGHT
+    named = [i for i, at in enumerate(text.at) if at in ats and text.letters[i] != SPACE]
+    return [*named, *(i for i, hold in held.items() if hold.right > low and hold.left < high)]
 
 
 def _divided(text: TranscriptLine, held: Mapping[int, Held], window: _Window, best: Decoded, drafts: Drafts) -> _Window:
@@ -434,26 +444,30 @@ def _with_letters(hand: ScannedHand, number: int, drafts: Drafts) -> ScannedHand
     old = {glyph.at: glyph for glyph in own if glyph.at >= 0}
     if all(drafts.get(at) is old.get(at) for at in {*drafts, *old}):
         return hand
-    # a letter by its index in the text, a piece that is none by less than 0: −1 − its number here
-    keys = [glyph.at if glyph.at >= 0 else -1 - i for i, glyph in enumerate(own)]
-    ats = [key for key in keys if key < 0 or key in drafts]
-    for at in sorted(drafts.keys() - old.keys()):
-        ats.insert(next((i for i, key in enumerate(ats) if key > at), len(ats)), at)
-    place = {at: i for i, at in enumerate(ats)}
-    # numbers on the page alone; of neighbours that are gone, nobody
-    theirs = [i for i, glyph in enumerate(hand.glyphs) if glyph.page == number]
-    here = {NOBODY: NOBODY} | {i: place.get(key, NOBODY) for i, key in zip(theirs, keys, strict=True)}
-    glyphs = [drafts[at] if at >= 0 else own[-1 - at] for at in ats]
-    glyphs = [_numbered(replace(glyph, page=number) if glyph.page != number else glyph, here) for glyph in glyphs]
+    glyphs, ats = _placed(hand, number, drafts)
     inked = {at for at in {*old, *drafts} if not _alike(old.get(at), drafts.get(at))}
+    place = {at: i for i, at in enumerate(ats)}
     owner = np.full(len(page.graph), NOBODY)
     for i, glyph in enumerate(glyphs):
         owner[glyph.vertices] = i
     joining = LigatureFinder(page, owner)
-    for i, at in enumerate(ats):
-        if at >= 0 and {at, at + 1} & inked:
-            _join(glyphs, i, place.get(at + 1), joining)
+    for at in (at for at in drafts if {at, at + 1} & inked):
+        _join(glyphs, place[at], place.get(at + 1), joining)
     return with_page(hand, number, glyphs)
+
+
+def _placed(hand: ScannedHand, number: int, drafts: Drafts) -> tuple[list[ScannedGlyph], list[int]]:
+    """The glyphs of a page with other letters, numbered from 0, and of each its index in the text, or less than 0."""
+    own = [(i, glyph) for i, glyph in enumerate(hand.glyphs) if glyph.page == number]
+    keys = [glyph.at if glyph.at >= 0 else -1 - i for i, glyph in own]
+    ats = [key for key in keys if key < 0 or key in drafts]
+    for at in sorted(drafts.keys() - set(keys)):
+        ats.insert(next((i for i, key in enumerate(ats) if key > at), len(ats)), at)
+    place = {at: i for i, at in enumerate(ats)}
+    # of neighbours that are gone, nobody
+    here = {NOBODY: NOBODY} | {i: place.get(key, NOBODY) for (i, _), key in zip(own, keys, strict=True)}
+    glyphs = [drafts[at] if at >= 0 else hand.glyphs[-1 - at] for at in ats]
+    return [_numbered(glyph if glyph.page == number else replace(glyph, page=number), here) for glyph in glyphs], ats
 
 
 def _numbered(glyph: ScannedGlyph, number: Mapping[int, int]) -> ScannedGlyph:

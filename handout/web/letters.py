@@ -7,7 +7,9 @@ it is done; the letters go on being corrected meanwhile.
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Coroutine
 from pathlib import Path
+from typing import Any
 
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
@@ -45,8 +47,12 @@ async def _changed(studio: Studio, request: Request, function: str, *arguments: 
 
 
 async def pages(studio: Studio, request: Request, body: None) -> Response:
-    """The pages of a hand."""
-    return await _asked(studio, request, "open_letters")
+    """The pages of a hand; what a break left in its log is kept."""
+    hand = studio.hand(name_of(request))
+    facts = await studio.answer("letters", Call("letter_desk.open_letters", (hand,)), studio.desk)
+    if facts["waiting"] and hand not in studio.unkept:
+        studio.keep_soon(hand)
+    return json_answer(facts)
 
 
 async def letters(studio: Studio, request: Request, body: None) -> Response:
@@ -57,8 +63,8 @@ async def letters(studio: Studio, request: Request, body: None) -> Response:
     return answer
 
 
-def _run(studio: Studio, work: object) -> None:
-    task = asyncio.ensure_future(work)  # type: ignore[arg-type]
+def _run(studio: Studio, work: Coroutine[Any, Any, None]) -> None:
+    task = asyncio.ensure_future(work)
     studio.running.add(task)
     task.add_done_callback(studio.running.discard)
 

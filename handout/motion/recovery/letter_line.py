@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -101,19 +101,21 @@ def as_said(candidates: Sequence[Candidate], said: Sequence[Sequence[int]]) -> C
     """
     pairs = [pair for way in said for pair in pairwise(way) if pair[0] != pair[1]]
     best = max(candidates, key=lambda candidate: _agreement(candidate.strokes, said, pairs))
+    turned = [stroke[::-1] if _way([stroke], pairs) < 0 else stroke for stroke in best.strokes]
     when = {vertex: number for number, vertex in reversed([*enumerate(v for way in said for v in way)])}
-    turned, began = [], []
-    for stroke in best.strokes:
-        times = [when[v] for v in stroke.tolist() if v in when]
-        turned.append(stroke[::-1] if _way([stroke], pairs) < 0 else stroke)
-        began.append(float(np.median(times)) if times else float(len(when)))
-    order = sorted(range(len(turned)), key=began.__getitem__)
+    order = sorted(range(len(turned)), key=lambda i: _began(turned[i], when))
 
     def flags() -> tuple[tuple[bool, ...], tuple[bool, ...]]:
         delayed, bars = best.flags()
         return tuple(delayed[i] for i in order), tuple((bars or delayed)[i] for i in order)
 
     return Candidate(tuple(turned[i] for i in order), best.cost, flags)
+
+
+def _began(stroke: Indices, when: Mapping[int, int]) -> float:
+    """When a stroke was written, as the middle of its vertices has it; last where nothing was said of it."""
+    times = [when[v] for v in stroke.tolist() if v in when]
+    return float(np.median(times)) if times else float(len(when))
 
 
 def _agreement(
