@@ -132,7 +132,7 @@ class PageAligner:
             if line not in self._readings:
                 self._read(line)
                 return True
-        self._compared({glyph.at: glyph for glyph in hand.glyphs if glyph.page == number and glyph.at >= 0})
+        self._compared(_by_place(_on_page(hand, number)))
         return False
 
     def aligned(self, before: ScannedHand, after: ScannedHand, number: int) -> Renewed:
@@ -144,18 +144,16 @@ class PageAligner:
         number : of the page.
         """
         page = after.pages[number]
-        old, own = ([glyph for glyph in hand.glyphs if glyph.page == number] for hand in (before, after))
+        old, own = _on_page(before, number), _on_page(after, number)
         touched = [*_touched(before.pages[number], old, page, own)]
         self._follow(page, {one.at for one in touched})
-        known = {glyph.at: glyph for glyph in old if glyph.at >= 0}
-        drafts: Drafts = {glyph.at: glyph for glyph in own if glyph.at >= 0}
+        known, drafts = _by_place(old), _by_place(own)
         if not touched or not drafts:
             return Renewed(after, {})
         texts, loose = self._texts(own), [glyph for glyph in own if glyph.at < 0]
         for line in sorted({one.line for one in touched if texts[one.line].letters}):
             here = [one for one in touched if one.line == line]
-            found = {**drafts, **self._line(line, texts[line], drafts, loose, here)}
-            drafts = {at: glyph for at, glyph in found.items() if glyph is not None}
+            drafts = _changed(drafts, self._line(line, texts[line], drafts, loose, here))
         drafts = self._exchanged(known, drafts)
         return Renewed(_with_letters(after, number, drafts), self._probability(known, drafts))
 
@@ -347,6 +345,20 @@ class PageAligner:
         return {at: 1.0 if drafts[at].confirmed else p for at, p in found if self._units[at] in names}
 
 
+def _on_page(hand: ScannedHand, number: int) -> list[ScannedGlyph]:
+    return [glyph for glyph in hand.glyphs if glyph.page == number]
+
+
+def _by_place(glyphs: Sequence[ScannedGlyph]) -> Drafts:
+    """Those glyphs that are letters of the page's text, by their places in it."""
+    return {glyph.at: glyph for glyph in glyphs if glyph.at >= 0}
+
+
+def _changed(drafts: Drafts, found: Mapping[int, ScannedGlyph | None]) -> Drafts:
+    """Letters with those that are others now; None: one that is not there any more."""
+    return {at: glyph for at, glyph in {**drafts, **found}.items() if glyph is not None}
+
+
 def _touched(
     was: ScannedPage, old: Sequence[ScannedGlyph], is_: ScannedPage, new: Sequence[ScannedGlyph]
 ) -> Iterator[_Touched]:
@@ -462,12 +474,12 @@ def _placed(hand: ScannedHand, number: int, drafts: Drafts) -> tuple[list[Scanne
     keys = [glyph.at if glyph.at >= 0 else -1 - i for i, glyph in own]
     ats = [key for key in keys if key < 0 or key in drafts]
     for at in sorted(drafts.keys() - set(keys)):
-        ats.insert(next((i for i, key in enumerate(ats) if key > at), len(ats)), at)
+        ats.insert(sum(key < at for key in ats), at)
     place = {at: i for i, at in enumerate(ats)}
     # of neighbours that are gone, nobody
     here = {NOBODY: NOBODY} | {i: place.get(key, NOBODY) for (i, _), key in zip(own, keys, strict=True)}
-    glyphs = [drafts[at] if at >= 0 else hand.glyphs[-1 - at] for at in ats]
-    return [_numbered(glyph if glyph.page == number else replace(glyph, page=number), here) for glyph in glyphs], ats
+    glyphs = (replace(drafts[at], page=number) if at >= 0 else hand.glyphs[-1 - at] for at in ats)
+    return [_numbered(glyph, here) for glyph in glyphs], ats
 
 
 def _numbered(glyph: ScannedGlyph, number: Mapping[int, int]) -> ScannedGlyph:
