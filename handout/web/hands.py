@@ -28,7 +28,8 @@ def name_of(request: Request) -> str:
     return name
 
 
-def _sent(studio: Studio, key: str, *suffixes: str) -> Path:
+def sent(studio: Studio, key: str, *suffixes: str) -> Path:
+    """The file that was sent and is known by a key."""
     upload = studio.uploads.get(key)
     if upload is None:
         raise HTTPException(422, "A file that was to be used is not here: send it again.")
@@ -66,14 +67,14 @@ async def lacks(studio: Studio, request: Request, body: Lacking) -> Response:
 
 async def read(studio: Studio, request: Request, body: NewHand) -> Response:
     """Scans become a hand."""
-    scans = [_sent(studio, key) for key in body.scans]
+    scans = [sent(studio, key) for key in body.scans]
     call = Call("hands.read_as_own", (body.name, scans, body.texts, body.reading()), listens=True)
     return await followed(request, studio.begin(studio.long, f"reading {body.name}", call))
 
 
 async def take(studio: Studio, request: Request, body: GivenHand) -> Response:
     """A .hand file becomes a hand of the user's own."""
-    call = Call("kept_hands.import_hand", (_sent(studio, body.upload, ".hand"), body.name))
+    call = Call("kept_hands.import_hand", (sent(studio, body.upload, ".hand"), body.name))
     facts = await studio.answer("taking a hand in", call)
     return json_answer({"name": facts["name"]})
 

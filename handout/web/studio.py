@@ -58,6 +58,7 @@ class Studio:
         # two long ones at least, so that what replaces cancelled work need not wait for its end
         self.long = Lane(max(2, min(4, (os.cpu_count() or 1) - 1)), _WAITING)
         self.desk = Lane(1, 8 * _WAITING)
+        self.bench = Lane(1, _WAITING)  # the same for calibrations
 
     def new_key(self) -> str:
         """The key of a new session."""
@@ -137,13 +138,13 @@ class Studio:
 
     async def open(self) -> None:
         """Begin to work."""
-        for lane in (self.quick, self.long, self.desk):
+        for lane in (self.quick, self.long, self.desk, self.bench):
             lane.open()
         await self.quick.warm()
 
     async def close(self) -> None:
         """End all work, and delete what was made."""
-        for lane in (self.quick, self.long, self.desk):
+        for lane in (self.quick, self.long, self.desk, self.bench):
             await lane.close()
         self._folder.cleanup()
 
@@ -151,7 +152,7 @@ class Studio:
 def refused(task: Task) -> None:
     """Raise what became of a task as an answer, where it was not done."""
     if task.state == "refused":
-        raise HTTPException(409 if task.reason == "StaleHand" else 422, task.error)
+        raise HTTPException(409 if task.reason.startswith("Stale") else 422, task.error)
     if task.state == "failed":
         raise HTTPException(500, task.error)
     if task.state == "cancelled":
