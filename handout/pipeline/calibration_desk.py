@@ -291,7 +291,8 @@ def _strip_scans(wizard: Wizard, scans: Sequence[Path], folder: Path) -> Facts:
     built = store.load(wizard.session.built)
     rows = [[name, *([_hex(colour) for colour in row] for row in each)]
             for name, each in verification.kept_shades(built)]  # fmt: skip
-    warned = [{"code": "", "severity": "warn", "sentence": sentence, "where": ""} for sentence in verified.findings]
+    said = [sentence.removeprefix(f"{scans[0]}: ") for sentence in verified.findings]
+    warned = [{"code": "", "severity": "warn", "sentence": sentence, "where": scans[0].name} for sentence in said]
     return {
         **_state(wizard), "accepted": True, "helps": verified.helps, "verified": _figures(verified.facts()),
         "shades": rows, "findings": warned, "pictures": [], "files": [],

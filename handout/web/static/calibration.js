@@ -1,7 +1,7 @@
 // The page Calibration: chart and strip printed, scans dropped, what was found drawn on them, before and after, history.
 
 import { blob, fileOf, request, task } from './api.js';
-import { choice, field, h, s, save, say } from './dom.js';
+import { choice, field, h, s, save, say, tick } from './dom.js';
 
 const TAKEN = '.png,.jpg,.jpeg,.tif,.tiff,.webp,.bmp';
 const PRINTS = ['print the chart', 'print the verification strip'];
@@ -12,9 +12,9 @@ const SEVERE = { refuse: 'bad', warn: 'warned' };
 /** Colours in three rows that touch, so that differences are seen. */
 function swatches([name, ...rows]) {
   const wide = Math.max(1, rows[0].length);
-  const bars = rows.flatMap((row, y) => row.map((fill, x) => s('rect', { x, y, width: 1.02, height: 1.02, fill })));
+  const bars = rows.flatMap((row, y) => row.map((fill, x) => s('rect', { x, y, width: 1, height: 1, fill })));
   return h('figure', { class: 'swatches' }, h('figcaption', {}, name),
-    h('div', { class: 'joined' }, s('svg', { viewBox: `0 0 ${wide} 3`, preserveAspectRatio: 'none', role: 'img', 'aria-label': `${name} from dark to light: ${ROWS.join(', ')}` }, bars),
+    h('div', { class: 'joined' }, s('svg', { viewBox: `0 0 ${wide} 3`, preserveAspectRatio: 'none', 'shape-rendering': 'crispEdges', role: 'img', 'aria-label': `${name} from dark to light: ${ROWS.join(', ')}` }, bars),
       h('div', { class: 'quiet rows', 'aria-hidden': 'true' }, ROWS.map((row) => h('span', {}, row)))));
 }
 
@@ -26,21 +26,25 @@ function findings(list) {
 
 /** The picture of a scan, with what was found and what is wrong over it. */
 async function pictured(done, picture, number) {
-  const source = URL.createObjectURL(await blob(fileOf(done, number)));
-  const image = h('img', { src: source, alt: picture.label ? `The scan with the grid that was found: ${picture.label}` : 'The scan; no chart was found on it', onload: () => URL.revokeObjectURL(source) });
-  const shape = (points, kind) => s('polygon', { class: kind, points: points.map(([x, y]) => [x * picture.width, y * picture.height]).join(' ') });
-  const over = s('svg', { viewBox: `0 0 ${picture.width} ${picture.height}`, 'aria-hidden': 'true' },
-    (picture.faults || []).map((one) => shape(one.at, one.severity)), (picture.unread || []).map((one) => shape(one, 'unread')));
+  const href = URL.createObjectURL(await blob(fileOf(done, number)));
+  const { width, height, faults = [], unread = [] } = picture;
+  const shape = (points, kind) => s('polygon', { class: kind, points: points.map(([x, y]) => [x * width, y * height]).join(' ') });
+  // what lies beyond the scan is shown too: there the page was cut off
+  const [xs, ys] = [0, 1].map((k) => [0, 1, ...[...faults.flatMap((one) => one.at), ...unread.flat()].map((at) => Math.min(1.6, Math.max(-0.6, at[k])))]);
+  const [left, top] = [Math.min(...xs) * width, Math.min(...ys) * height];
+  const [wide, high] = [Math.max(...xs) * width - left, Math.max(...ys) * height - top];
+  const over = s('svg', { class: 'laid', viewBox: `${left} ${top} ${wide} ${high}`, role: 'img', 'aria-label': picture.label ? `The scan with the grid that was found: ${picture.label}` : 'The scan; no chart was found on it' },
+    s('image', { href, width, height, onload: () => URL.revokeObjectURL(href) }), faults.map((one) => shape(one.at, one.severity)), unread.map((one) => shape(one, 'unread')));
   const told = picture.label
     ? `${picture.label}: ${picture.dpi} dpi, ${picture.used} of ${picture.patches} patches and ${picture.marks} of 16 marks. Green is used, red is spoilt, blue are marks, dashed were not found.`
     : 'Nothing of the chart was found on this scan.';
-  return h('figure', { class: 'found' }, h('div', { class: 'laid' }, image, over), h('figcaption', { class: 'quiet' }, told));
+  return h('figure', { class: 'found' }, over, h('figcaption', { class: 'quiet' }, told));
 }
 
 async function penned(done, pen, number) {
   if (!pen) return h('p', { class: 'quiet' }, 'Nothing is written in the frame.');
   const source = URL.createObjectURL(await blob(fileOf(done, number)));
-  const swatch = pen.colour ? s('svg', { class: 'pen', viewBox: '0 0 2 1', role: 'img', 'aria-label': `The pen is ${pen.colour} on paper of ${pen.paper}` }, s('rect', { width: 1, height: 1, fill: pen.colour }), s('rect', { x: 1, width: 1, height: 1, fill: pen.paper })) : '';
+  const swatch = pen.colour ? s('svg', { class: 'pen', viewBox: '0 0 2 1', preserveAspectRatio: 'none', role: 'img', 'aria-label': `The pen is ${pen.colour} on paper of ${pen.paper}` }, s('rect', { width: 1, height: 1, fill: pen.colour }), s('rect', { x: 1, width: 1, height: 1, fill: pen.paper })) : '';
   return h('figure', { class: 'frame-of-pen' }, h('figcaption', {}, h('strong', {}, 'The pen in the frame '), pen.colour ? `${pen.colour} ` : '', swatch),
     h('img', { src: source, alt: 'What is written in the frame', onload: () => URL.revokeObjectURL(source) }),
     pen.said ? h('p', { class: pen.doubtful ? 'warned' : 'quiet' }, pen.said) : '');
@@ -62,6 +66,7 @@ export async function show(main, shared, [printerWanted, paperWanted]) {
     if (!full) printer.append(h('option', { value: printerWanted }, printerWanted));
     printer.value = full || printerWanted;
   }
+  const [acceptLabel, accept] = tick('Take the print as it is, though inks are weak in it (--accept)', {});
   const refusal = h('p', { class: 'bad', role: 'alert' });
   const bar = h('progress', { max: 1, 'aria-label': 'Progress' }), stage = h('span', { class: 'quiet' });
   const cancel = h('button', { type: 'button', onclick: () => own?.abort() }, 'Cancel');
@@ -71,7 +76,7 @@ export async function show(main, shared, [printerWanted, paperWanted]) {
   const seen = h('div', { class: 'seen' });
   const history = h('section', { class: 'panel', 'aria-label': 'What is calibrated' });
 
-  const asked = (more = {}) => ({ printer: printer.value, paper: paper.value.trim(), sheet: sheet.value, ...(hand.value ? { hand: hand.value } : {}), ...(state ? { step: state.step } : {}), ...more });
+  const asked = (more = {}) => ({ printer: printer.value, paper: paper.value.trim(), sheet: sheet.value, ...(hand.value ? { hand: hand.value } : {}), accept: accept.checked, ...(state ? { step: state.step } : {}), ...more });
   const button = (label, work_, main_ = false) => h('button', { type: 'button', class: main_ ? 'main' : undefined, onclick: () => act(work_) }, label);
 
   /** A step, with its progress; what it refuses stands in the panel. */
@@ -156,7 +161,7 @@ export async function show(main, shared, [printerWanted, paperWanted]) {
 
   function draw() {
     steps.replaceChildren(...state.steps.map((one, at) => h('li', { class: at + 1 < state.number ? 'over' : undefined, 'aria-current': one === state.step ? 'step' : undefined }, one)));
-    const parts = [h('h2', {}, state.number > state.steps.length ? 'Done' : `${state.number} of ${state.steps.length}: ${state.step}`), h('p', {}, state.request)];
+    const parts = [h('h2', {}, state.number > state.steps.length ? 'Done' : `${state.number} of ${state.steps.length}: ${state.step}`), h('p', {}, state.step === 'store the calibration' ? 'The calibration is good: store it, and pages for this printer go through it.' : state.request)];
     if (PRINTS.includes(state.step)) {
       const own_ = state.writes_files ? [] : [button(state.simulated ? 'Let the simulated printer print it' : 'Print it', () => printed(true), true)];
       parts.push(h('div', { class: 'row' }, own_, button('PDF, to print it myself', () => printed(false))));
@@ -169,6 +174,7 @@ export async function show(main, shared, [printerWanted, paperWanted]) {
       for (const kind of ['dragover', 'dragleave', 'drop']) drop.addEventListener(kind, (event) => { event.preventDefault(); drop.classList.toggle('over', kind === 'dragover'); });
       drop.addEventListener('drop', (event) => { const files = [...event.dataTransfer.files]; if (files.length) act(() => scanned(files)); });
       parts.push(drop);
+      if (state.step === SCANS[0]) parts.push(acceptLabel);
       if (state.kept) parts.push(h('p', { class: 'quiet' }, `${state.kept} good ${state.kept > 1 ? 'scans are' : 'scan is'} kept.`));
       if (state.simulated) parts.push(h('div', { class: 'row after' }, field('On the way', fault), button('Let the simulated scanner scan it', () => scanned([]), true)));
       else parts.push(h('div', { class: 'row after' }, button('Scan it with a scanner of this computer', () => scanned([]))));
