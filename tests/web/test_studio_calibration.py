@@ -27,7 +27,9 @@ def chart():
 def given(page, picture, name="scan.png"):
     data = io.BytesIO()
     picture.save(data, "PNG", dpi=(DPI, DPI))
-    page.get_by_label("The scan", exact=True).set_input_files({"name": name, "mimeType": "image/png", "buffer": data.getvalue()})
+    page.get_by_label("The scan", exact=True).set_input_files(
+        {"name": name, "mimeType": "image/png", "buffer": data.getvalue()}
+    )
 
 
 def test_a_chart_is_printed_and_its_scans_are_judged(page, chart):
