@@ -29,12 +29,12 @@ def name_of(request: Request) -> str:
 
 
 def sent(studio: Studio, key: str, *suffixes: str) -> Path:
-    """The file that was sent and is known by a key."""
+    """The file of an upload; HTTPException where there is none, or none of these kinds."""
     upload = studio.uploads.get(key)
     if upload is None:
         raise HTTPException(422, "A file that was to be used is not here: send it again.")
     if suffixes and upload.path.suffix not in suffixes:
-        raise HTTPException(422, f"{upload.name} is no {suffixes[0]} file.")
+        raise HTTPException(422, f"{upload.name} is no {' or '.join(suffixes)} file.")
     return upload.path
 
 

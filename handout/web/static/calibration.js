@@ -15,7 +15,7 @@ function swatches([name, ...rows]) {
   const bars = rows.flatMap((row, y) => row.map((fill, x) => s('rect', { x, y, width: 1, height: 1, fill })));
   return h('figure', { class: 'swatches' }, h('figcaption', {}, name),
     h('div', { class: 'joined' }, s('svg', { viewBox: `0 0 ${wide} 3`, preserveAspectRatio: 'none', 'shape-rendering': 'crispEdges', role: 'img', 'aria-label': `${name} from dark to light: ${ROWS.join(', ')}` }, bars),
-      h('div', { class: 'quiet rows', 'aria-hidden': 'true' }, ROWS.map((row) => h('span', {}, row)))));
+      h('div', { class: 'quiet named', 'aria-hidden': 'true' }, ROWS.map((row) => h('span', {}, row)))));
 }
 
 const difference = ({ before, after }) => `ΔE00 ${before.mean.toFixed(1)} without, ${after.mean.toFixed(1)} with the calibration`;
