@@ -145,6 +145,6 @@ def test_a_style_is_kept_in_its_file_and_refused_where_one_is(desk):
     page.locator(".bad", has_text="comes with the program").wait_for()
     page.get_by_role("textbox", name="Word").fill("no")
     page.get_by_role("button", name="Its targets to the desk").click()
-    solved(page)
+    page.locator("circle.target").nth(8).wait_for(state="attached")
     assert len(json.loads(downloaded(page, "targets"))["targets"]) > 8
     page.get_by_label("Rounding, typed").fill("0.3")

@@ -207,7 +207,7 @@ export async function show(main, shared, [wanted]) {
   }
 
   function paintTargets() {
-    if (!view) return;
+    if (!view || !(scale() > 0)) return;
     overlay.setAttribute('viewBox', `${view.x} ${view.y} ${view.w} ${view.h}`);
     const px = 1 / scale(), parts = [];
     const cuts = [...plan.up, plan.targets.length - 1];
