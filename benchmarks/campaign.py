@@ -28,8 +28,9 @@ from handout.pipeline.plotting import ReportFile, Unattended
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.job import Options
 from handout.printing import journal
-from handout.printing.batch import BatchOptions, BatchPage, PrintSpool, Way, make_rows
+from handout.printing.batch import BatchOptions, PrintSpool, Way, make_rows
 from handout.printing.journal import ENVELOPE, Journal, Piece
+from handout.printing.prepared import BatchPage, RowMaker
 from handout.printing.queue import Outcome, SimulatedQueue, Ticket
 from handout.printing.rows import Row
 from handout.profiles import Printer
@@ -205,7 +206,7 @@ def plotted(machine: int, count: int, kills: int, seed: int, folder: Path) -> tu
 
 def _made(table: Sequence[Row], place: Any, kept: Journal) -> None:
     with place:
-        make_rows(table, write, place, BatchOptions(), kept)
+        make_rows(table, RowMaker(write, place.prepare).each, place, BatchOptions(), kept)
 
 
 def _ran(work: Any, folder: Path, fate: Fate, tally: Tally) -> bool:

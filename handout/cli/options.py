@@ -107,7 +107,7 @@ MERGE = (
     click.option("--return-address", default="", help="The sender on envelopes: a text, or its file."),
     click.option("--return-at", type=click.Choice(["corner", "back"]), default="corner", show_default=True),
     click.option("--home-country", default="", help="The country that is left out of addresses."),
-    click.option("--window", default="", help="Address on the letter, for a window envelope DL, C5 or #10."),
+    click.option("--window", default="", help="Address on the letter, for a window: DL, C5, #10, CH, CH-left or FR."),
     click.option("--tick", is_flag=True, help="The row's number, small, on letter and envelope."),
     click.option("--approved", type=click.Path(path_type=Path), help="A proof's .json: refuse what differs from it."),
     click.option("--skip-bad", is_flag=True, help="Make the rows that can be made, though others cannot."),

@@ -9,12 +9,9 @@ from __future__ import annotations
 import contextlib
 import gzip
 import itertools
-import tempfile
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
 import numpy as np
 
@@ -36,8 +33,9 @@ from handout.plotting.jobs.job import Job, Options
 from handout.plotting.jobs.pages import laid_out
 from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
-from handout.printing.batch import BACK, BatchOptions, BatchPage, chosen_rows, make_rows
+from handout.printing.batch import BACK, BatchOptions, Folder, chosen_rows, make_rows
 from handout.printing.journal import ENVELOPE, Journal, Piece
+from handout.printing.prepared import NOTHING, BatchPage, PreparedPage, RowMaker
 from handout.printing.queue import Outcome
 from handout.printing.rows import named
 from handout.printing.sending import Listener as BatchListener
@@ -129,7 +127,8 @@ def plot_rows(
         attended, opened = operator or Unattended(port, listener), port_to(port, profile)
         place = PlotSpool(shared, profile, PlotterQueue(profile, port, how, attended, attendance, account, opened))
     with record, place:
-        report = make_rows(merged.table, pages, place, options, record, BatchListener(progress(listener), listener.say))
+        make = RowMaker(pages, place.prepare).each
+        report = make_rows(merged.table, make, place, options, record, BatchListener(progress(listener), listener.say))
     if isinstance(place, PlotFiles):
         account.planned(place.plans)
     return PlottedRows(
@@ -174,63 +173,64 @@ def _check_grid(shared: Grid, card: Page, profile: Plotter) -> None:
         )
 
 
-@dataclass
-class _Sheets:
-    """Pages on their way to a plotter: kept on the disk, and laid on sheets together."""
+@dataclass(frozen=True)
+class _OnSheet:
+    """A page as it is drawn, which has to be within the reach of the machine wherever it lies on its sheet."""
 
     shared: Grid
     profile: Plotter
 
-    def __post_init__(self) -> None:
-        self._stack = contextlib.ExitStack()
+    def __call__(self, number: int, page: BatchPage) -> PreparedPage:
+        """See `Prepare`."""
+        drawing, grid = page.drawing, _grid(page.part, self.shared)
+        placed = bed.place(grid.sheet(drawing.page), self.profile)
+        corner = np.array(grid.corner(grid.cards - 1, drawing.page))
+        for stroke in drawing.strokes:
+            bed.check(placed.to_machine(np.concatenate([stroke.xy, stroke.xy + corner])), self.profile)
+        warning = bed.beyond_paper(drawing) if drawing.strokes else NOTHING
+        data = gzip.compress(to_json(replace(drawing, ink=None, inked=None)), 1, mtime=0)
+        return PreparedPage(page.part, drawing.page, data, warning or "")
+
+
+def _grid(part: str, shared: Grid) -> Grid:
+    """Envelopes lie on the bed alone."""
+    return Grid() if part in (ENVELOPE, BACK) else shared
+
+
+class _Sheets(Folder):
+    """Pages on their way to a plotter: kept on the disk, and laid on sheets together."""
+
+    def __init__(self, shared: Grid, profile: Plotter) -> None:
+        super().__init__()
+        self.shared, self.profile = shared, profile
+        self.prepare = _OnSheet(shared, profile)
         self._pages: dict[tuple[int, str], tuple[Path, Page]] = {}
         self._copies: dict[int, int] = {}
 
-    def __enter__(self) -> Self:
-        self._folder = Path(self._stack.enter_context(tempfile.TemporaryDirectory(prefix="handout-")))
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._stack.close()
-
-    def warning(self, page: BatchPage) -> str | None:
-        """What hangs off the paper."""
-        return "nothing is written on it" if not page.drawing.strokes else bed.beyond_paper(page.drawing)
-
-    def take(self, number: int, pages: Sequence[BatchPage], copies: int) -> None:
-        """Keep the row's pages, which have to be within the reach of the machine wherever they lie on their sheet."""
+    def take(self, number: int, pages: Sequence[PreparedPage], copies: int) -> None:
+        """Keep the row's pages."""
         for page in pages:
-            drawing, shared = page.drawing, self._grid(page.part)
-            placed = bed.place(shared.sheet(drawing.page), self.profile)
-            corner = np.array(shared.corner(shared.cards - 1, drawing.page))
-            for stroke in drawing.strokes:
-                bed.check(placed.to_machine(np.concatenate([stroke.xy, stroke.xy + corner])), self.profile)
-            path = self._folder / f"{number}-{page.part or 'envelope'}.json.gz"
-            path.write_bytes(gzip.compress(to_json(replace(drawing, ink=None, inked=None)), 1))
-            self._pages[number, page.part] = path, drawing.page
+            path = self.keep(f"{number}-{page.part or 'envelope'}.json.gz", page.data)
+            self._pages[number, page.part] = path, page.page
         self._copies[number] = copies
 
-    def _grid(self, part: str) -> Grid:
-        return Grid() if part in (ENVELOPE, BACK) else self.shared
-
-    def sheets(self, pieces: Sequence[Piece]) -> Iterator[Sequence[Piece]]:
+    def sheets(self, pieces: Iterable[Piece]) -> Iterator[Sequence[Piece]]:
         """Letters first, as many on a sheet as there is room for; then envelopes, then their backs."""
-        kinds = (
-            [piece for piece in pieces if piece.part not in (ENVELOPE, BACK)],
-            [piece for piece in pieces if piece.part == ENVELOPE],
-            [piece for piece in pieces if piece.part == BACK],
-        )
-        for kind in kinds:
-            for _, alike in itertools.groupby(kind, lambda piece: self._pages[piece.row, piece.part][1]):
-                several, many = list(alike), self._grid(kind[0].part).cards
-                yield from (several[at : at + many] for at in range(0, len(several), many))
+        envelopes, backs = list[Piece](), list[Piece]()
+        yield from self._together(_letters(pieces, envelopes, backs), self.shared.cards)
+        for kind in (envelopes, backs):
+            yield from self._together(kind, 1)
+
+    def _together(self, pieces: Iterable[Piece], many: int) -> Iterator[Sequence[Piece]]:
+        """Neighbours of one size, as many on a sheet as there is room for."""
+        for _, alike in itertools.groupby(pieces, lambda piece: self._pages[piece.row, piece.part][1]):
+            while sheet := list(itertools.islice(alike, many)):
+                yield sheet
 
     def drawing(self, sheet: Sequence[Piece]) -> Drawing:
         """A sheet with all that lies on it."""
         cards = [from_json(gzip.decompress(self._pages[piece.row, piece.part][0].read_bytes())) for piece in sheet]
-        return self._grid(sheet[0].part).laid(cards)
+        return _grid(sheet[0].part, self.shared).laid(cards)
 
     def finish(self) -> None:
         """Nothing: what had to be drawn is drawn."""
@@ -285,7 +285,20 @@ class PlotSpool(_Sheets):
 
     def send(self, sheet: Sequence[Piece], title: str) -> str:
         """Keep a sheet as a job of that title; its name."""
-        return self.queue.begin(self.drawing(sheet), title)
+        job = self.queue.begin(self.drawing(sheet), title)
+        for piece in sheet:
+            if piece.copy == self._copies[piece.row]:
+                self._pages[piece.row, piece.part][0].unlink(missing_ok=True)
+        return job
+
+
+def _letters(pieces: Iterable[Piece], envelopes: list[Piece], backs: list[Piece]) -> Iterator[Piece]:
+    """Those of letters; the others are put aside."""
+    for piece in pieces:
+        if piece.part in (ENVELOPE, BACK):
+            (envelopes if piece.part == ENVELOPE else backs).append(piece)
+        else:
+            yield piece
 
 
 def _called(sheet: Sequence[Piece]) -> str:

@@ -30,6 +30,7 @@ from handout.printing import envelope, media, printers
 from handout.printing.batch import BatchOptions, Way, chosen_rows, destination, make_rows
 from handout.printing.batch import RowsRefused as RowsRefused
 from handout.printing.journal import Journal
+from handout.printing.prepared import RowMaker
 from handout.printing.sending import Listener as BatchListener
 from handout.printing.sending import PrintingStopped as PrintingStopped
 from handout.printing.sending import Report as Report
@@ -134,7 +135,8 @@ def print_(
     about = {"seed": pages.seed, "hand": task.hand.name}
     way = Way(fed(task.layout.page), fed, about, None, record.resumed, listener.say, change or listener.say)
     with record, destination(way, options, pages.sheets()) as place:
-        report = make_rows(merged.table, pages, place, options, record, BatchListener(progress(listener), listener.say))
+        make = RowMaker(pages, place.prepare).each
+        report = make_rows(merged.table, make, place, options, record, BatchListener(progress(listener), listener.say))
     printed = Printed(
         report,
         pages.tally,

@@ -13,7 +13,8 @@ A table becomes rows with addresses:
 
 Pages become jobs:
 
-    batch.py       `print_rows`, `make_rows`: every row written and checked, then sent or written to files
+    prepared.py    what a destination needs of a row's pages, made by any process
+    batch.py       `print_rows`, `make_rows`: the prepared pages of every row taken in their order, and sent or filed
     sending.py     jobs one after the other, what became of them, what is left of a batch that broke off
     journal.py     what became of every page of a batch, on the disk
     media.py       how a page lies as it is fed, what its sheet is called (sizes are in `handout.page_sizes`)

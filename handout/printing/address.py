@@ -59,11 +59,17 @@ def person(fields: Fields) -> str:
     return " ".join([name, *missing])
 
 
-def _names(fields: Fields) -> list[str]:
-    """Names, department, company and care of: the lines above the street."""
-    care = [c if c.casefold().startswith("c/o") else f"c/o {c}" for c in fields.get("careof", ())]
-    names = [person(fields), *fields.get("name", ())[1:]]
-    return _once([*names, *fields.get("attention", ()), *fields.get("company", ()), *care])
+def _people(fields: Fields) -> list[str]:
+    """Names and departments."""
+    return _once([person(fields), *fields.get("name", ())[1:], *fields.get("attention", ())])
+
+
+def _firm(fields: Fields) -> list[str]:
+    return _once(fields.get("company", ()))
+
+
+def _care(fields: Fields) -> list[str]:
+    return [care if care.casefold().startswith("c/o") else f"c/o {care}" for care in fields.get("careof", ())]
 
 
 def _once(lines: Sequence[str]) -> list[str]:
@@ -72,7 +78,7 @@ def _once(lines: Sequence[str]) -> list[str]:
 
 def _street(fields: Fields, country: Country, number_first: bool) -> list[str]:
     street, number = _first(fields, "street"), _first(fields, "number")
-    if country.code:
+    if country.number_first is not None:
         number_first = country.number_first
     parts = (number, street) if number_first else (street, number)
     line = " ".join(part for part in parts if part)
@@ -82,19 +88,52 @@ def _street(fields: Fields, country: Country, number_first: bool) -> list[str]:
     return _once([*above, *streets, *below, *fields.get("box", ())])
 
 
-def _place(fields: Fields, country: Country) -> list[str]:
+def _ordered(fields: Fields, country: Country, number_first: bool) -> list[str]:
+    """The lines of an address whose parts are known, in the order of its country (see `Country.order`)."""
     city, state, code = (_first(fields, role) for role in ("city", "state", "postcode"))
-    if fields.get("place"):
-        return _once([*fields.get("locality", ()), _first(fields, "place"), state])
-    if country.order == "city state code":
-        lines = [" ".join(part for part in (city, state, code) if part)]
-    elif country.order == "city / code":
-        lines = [city, state, code]
-    else:
-        lines = [" ".join(part for part in (code, city) if part), state]
-        if country.code == "IT" and len(state) == 2:
-            lines = [f"{lines[0]} {state}"]
-    return _once([*fields.get("locality", ()), *lines])
+    order = country.order.split("%n")
+    if fields.get("place"):  # in one cell, and written as it stands there
+        city, code = _first(fields, "place"), ""
+        order = [*[line for line in order if line in ("%N", "%O")], "%A", "%C"]
+    if len(city) > 2 and any(city.casefold() in re.sub("%.", "", line).casefold() for line in order):
+        city = ""  # the order has it, as that of Singapore
+    values = {
+        "%N": _people(fields),
+        "%O": _firm(fields),
+        "%A": [*_care(fields), *_street(fields, country, number_first)],
+        "%D": list(fields.get("locality", ())),
+        "%C": [city],
+        "%S": [state if state != city else ""],
+        "%Z": [code],
+    }
+    return _once([text for line in _complete(order) for text in _line(line, values)])
+
+
+def _complete(order: Sequence[str]) -> list[str]:
+    """The lines of an order, with those of towns, parts of towns, states and postal codes that it has no place for."""
+    text = "%n".join(order)
+    for lacking in ("%C", "%D"):
+        if lacking not in text:
+            text = text.replace("%A", f"%A%n{lacking}")
+    lines = text.split("%n")
+    if "%S" not in text:
+        lines.insert(1 + next(number for number, line in enumerate(lines) if "%C" in line), "%S")
+    return lines if "%Z" in text else [*lines, "%Z"]
+
+
+def _line(line: str, values: Mapping[str, Sequence[str]]) -> list[str]:
+    """A line of an order, or several where a part has several; what stands between parts only where both do."""
+    written, between = [""], ""
+    for token in re.findall("%.|[^%]+", line):
+        if not token.startswith("%"):
+            between = token
+            continue
+        parts = [part for part in values.get(token, ()) if part]
+        if parts:
+            between = between if written[-1] or line.startswith(between) else ""
+            written[-1:] = [f"{written[-1]}{between}{parts[0]}", *parts[1:]]
+        between = "" if parts else between
+    return [text for text in written if text]
 
 
 def place_parts(text: str, order: Sequence[str] = ()) -> dict[str, str]:
@@ -158,17 +197,17 @@ def lines(fields: Fields, number_first: bool = False) -> tuple[tuple[str, ...], 
         (lines, warnings, problem); `lines` is empty where `problem` is not.
     """
     fields, warnings = _whole_number(_split_place(fields))
-    names, country_name = _names(fields), _first(fields, "country")
+    country_name = _first(fields, "country")
     country = (
         countries.find(country_name)
         if country_name
         else countries.guess(_first(fields, "postcode"), _first(fields, "state"))
     ) or countries.UNKNOWN
     if set(fields) & PARTS:
-        written = names + _street(fields, country, number_first) + _place(fields, country)
+        written = _ordered(fields, country, number_first)
         warnings += _check(fields, country)
     elif fields.get("address"):
-        written, doubts = _block(_first(fields, "address"), names)
+        written, doubts = _block(_first(fields, "address"), [*_people(fields), *_firm(fields), *_care(fields)])
         warnings += doubts
     else:
         return (), warnings, _NOTHING if fields else "it is empty"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from functools import partial
@@ -13,12 +13,20 @@ from typing import Protocol, Self, runtime_checkable
 
 from handout import atomic, units
 from handout.errors import InputError
-from handout.inking.device_pixels import Calibrate, DevicePixels, device_pixels
-from handout.printing import media
-from handout.printing.documents import WRITERS
+from handout.inking.device_pixels import Calibrate
 from handout.printing.envelope import address_layout, address_text
 from handout.printing.journal import ENVELOPE, Journal, Piece
-from handout.printing.media import Feeding
+from handout.printing.prepared import (
+    BatchPage,
+    Document,
+    MakeRows,
+    PdfPage,
+    Picture,
+    Prepare,
+    PreparedPage,
+    PreparedRow,
+    RowMaker,
+)
 from handout.printing.printers import open_queue, ticket
 from handout.printing.queue import Queue, Say, SimulatedQueue
 from handout.printing.rows import Row, select
@@ -36,7 +44,7 @@ from handout.printing.sending import (
     send,
 )
 from handout.profiles import Printer
-from handout.sinks import picture_pdf
+from handout.sinks import drawing_file, picture_pdf
 from handout.values import Drawing, Page, Raster
 from handout.writing.layout import Layout
 
@@ -46,42 +54,12 @@ BACK = "back"  # the part of a row that is the back of its envelope
 # text, layout, number of the row → the page as it is written; the row's own random stream is the caller's matter
 Write = Callable[[str, Layout, int], Drawing]
 Ink = Callable[[Drawing, int], Raster]
-Sink = Callable[[Drawing, Path], object]
 
 
 def _plain_ink(drawing: Drawing, dpi: int) -> Raster:
     from handout.inking.plain import ink
 
     return ink(drawing, dpi)
-
-
-def _write_drawing(drawing: Drawing, path: Path) -> object:
-    from handout.sinks import write_drawing
-
-    return write_drawing(drawing, path)
-
-
-@dataclass(frozen=True)
-class BatchPage:
-    """A page of a row: which part of the row it is, its drawing, and how that becomes pixels or a picture.
-
-    part : `ENVELOPE`, or in words, such as ``"letter 2"``.
-    ink : dpi → the ink as it is; calibrate : the calibration of printer and paper, if there is one.
-    save : writes the page to a .png or .svg file.
-    """
-
-    part: str
-    drawing: Drawing
-    ink: Callable[[int], Raster]
-    calibrate: Calibrate | None = None
-    save: Callable[[Path], object] = lambda path: None
-
-    def pixels(self, dpi: int) -> DevicePixels:
-        """The page as the pixels that are printed."""
-        return device_pixels(self.ink(dpi), self.calibrate)
-
-
-WriteRow = Callable[[Row], Sequence[BatchPage]]  # InputError where the row cannot be made
 
 
 @dataclass(frozen=True)
@@ -91,7 +69,6 @@ class PageMaker:
     write : (text, layout, row number) → Drawing.
     ink : (drawing, dpi) → Raster, the ink as it is.
     calibrate : the calibration of printer and paper, if there is one.
-    sink : (drawing, path) → file, for pages as .png and .svg.
     x_height : mm; None: chosen for each address.
     about : seed, hand and options, stored in every PDF.
     """
@@ -99,7 +76,6 @@ class PageMaker:
     write: Write
     ink: Ink = _plain_ink
     calibrate: Calibrate | None = None
-    sink: Sink = _write_drawing
     x_height: float | None = None
     about: Mapping[str, object] = field(default_factory=dict)
 
@@ -107,8 +83,7 @@ class PageMaker:
         """The envelope of a row."""
         layout = address_layout(page, len(row.lines), max(map(len, row.lines)), self.x_height)
         drawing = self.write(address_text(row), layout, row.number)
-        ink, save = partial(self.ink, drawing), partial(self.sink, drawing)
-        return BatchPage(ENVELOPE, drawing, ink, self.calibrate, save)
+        return BatchPage(ENVELOPE, drawing, partial(self.ink, drawing), self.calibrate, partial(drawing_file, drawing))
 
 
 @dataclass(frozen=True)
@@ -143,8 +118,8 @@ def print_rows(
 ) -> Report:
     """Address an envelope for every row and print it, or write it to a file.
 
-    Every row is composed, inked and checked before the first is sent; rows that fail are reported together and the
-    others are done.  Each envelope is a job of its own, so that a jam costs one envelope.
+    Each envelope is made, then sent; rows that fail are reported together and the others are done.  Each is a job of
+    its own, so that a jam costs one envelope.
 
     Parameters
     ----------
@@ -172,25 +147,38 @@ def print_rows(
     chosen_rows(rows, options, journal.resumed)
     # what is wrong with the page or the size is wrong for every row: said once, now
     address_layout(page, 1, 1, maker.x_height)
-    way = Way(profile, lambda page: profile, maker.about, queue=queue, resumed=journal.resumed, say=listener.say)
+    fed = partial(_always, profile)
+    way = Way(profile, fed, maker.about, queue=queue, resumed=journal.resumed, say=listener.say)
     with destination(way, options, [page]) as place:
-        return make_rows(rows, lambda row: [maker.envelope(row, page)], place, options, journal, listener)
+        make = RowMaker(lambda row: [maker.envelope(row, page)], place.prepare).each
+        return make_rows(rows, make, place, options, journal, listener)
+
+
+def _always(profile: Printer, page: Page) -> Printer:
+    """The printer, whatever it is fed with."""
+    return profile
 
 
 def make_rows(
     rows: Sequence[Row],
-    write: WriteRow,
+    make: MakeRows,
     place: Destination,
     options: BatchOptions,
     journal: Journal,
     listener: Listener = SILENT,
 ) -> Report:
-    """Make the pages of every row that is asked for, check them all, then hand each to its device exactly once.
+    """Hand the pages of every row that is asked for to the device exactly once, each as soon as it is made.
+
+    Parameters
+    ----------
+    make : makes rows as they are asked for; it may be some rows ahead.
 
     Raises
     ------
     InputError
         Rows that do not exist, or copies out of bounds.
+    RowsRefused
+        Some cannot be made, and `options` say that then none is.
     PrintingStopped
         The device refused a page after others had been sent.
     """
@@ -200,13 +188,17 @@ def make_rows(
     if isinstance(place, Spool):
         todo = remaining(journal, place.queue, todo.fresh, copies, again)
         chosen = [row for row in chosen if row.problem or row.number in todo.rows]
-    checked, parts = _checked(chosen, write, place, copies, listener)
-    if checked.failed and options.all_or_none:
-        raise RowsRefused(Report((), tuple(checked.failed), warnings=tuple(checked.warnings)))
+    checked = Checked(wanted=[row.number for row in chosen if not row.problem])
+    taken = _taken(make(chosen), place, copies, checked)
+    if options.all_or_none:
+        taken = iter(_counted(taken, len(chosen), listener))
+        if checked.failed:
+            raise RowsRefused(Report((), tuple(checked.failed), warnings=tuple(checked.warnings)))
     jobs: tuple[Job, ...] = ()
     if isinstance(place, Spool):
-        made = {row: pieces(row, copies[row], parts[row]) for row in checked.done}
-        jobs = send(place, checked, todo, made, _makeable(rows), journal, listener)
+        jobs = send(place, taken, checked, todo, _makeable(rows), journal, listener)
+    else:
+        _counted(taken, len(chosen), listener)
     place.finish()
     done = tuple(sorted({*checked.done, *(piece.row for piece in todo.wait)}))
     before, unknown = tuple(todo.done), tuple(todo.unknown)
@@ -217,16 +209,29 @@ def _makeable(rows: Sequence[Row]) -> list[int]:
     return [row.number for row in rows if not row.problem]
 
 
-def _checked(
-    rows: Sequence[Row], write: WriteRow, place: Destination, copies: Mapping[int, int], listener: Listener
-) -> tuple[Checked, dict[int, list[str]]]:
-    """Every row written and made ready, and the parts that each has."""
-    checked, parts = Checked(), dict[int, list[str]]()
-    for n, row in enumerate(rows):
-        listener.progress(n, len(rows), "check")
-        parts[row.number] = _check(row, write, place, copies[row.number], checked)
-    listener.progress(len(rows), len(rows), "check")
-    return checked, parts
+def _taken(
+    made: Iterable[PreparedRow], place: Destination, copies: Mapping[int, int], checked: Checked
+) -> Iterator[list[Piece]]:
+    """The pieces of every row, when the destination has taken them; of one that cannot be made, none."""
+    for row in made:
+        checked.warnings += [f"row {row.number}: {warning}" for warning in row.warnings]
+        if row.problem:
+            checked.failed.append(Failed(row.number, row.problem))
+            yield []
+            continue
+        place.take(row.number, row.pages, copies[row.number])
+        checked.done.append(row.number)
+        yield pieces(row.number, copies[row.number], [page.part for page in row.pages])
+
+
+def _counted(taken: Iterable[list[Piece]], total: int, listener: Listener) -> list[list[Piece]]:
+    """All of them, while the listener hears how far it has come."""
+    every = list[list[Piece]]()
+    listener.progress(0, total, "check")
+    for row in taken:
+        every.append(row)
+        listener.progress(len(every), total, "check")
+    return every
 
 
 class RowsRefused(InputError):
@@ -253,35 +258,6 @@ def chosen_rows(rows: Sequence[Row], options: BatchOptions, resumed: bool) -> tu
     return chosen, again
 
 
-def _check(row: Row, write: WriteRow, place: Destination, copies: int, checked: Checked) -> list[str]:
-    """Write a row and make it ready, or note why it cannot be; the parts that it has."""
-    checked.warnings += [f"row {row.number}: {warning}" for warning in row.warnings]
-    if row.problem:
-        checked.failed.append(Failed(row.number, row.problem))
-        return []
-    try:
-        pages = write(row)
-        warnings = [warning for page in pages if (warning := place.warning(page))]
-        place.take(row.number, pages, copies)
-    except InputError as error:
-        checked.failed.append(Failed(row.number, str(error)))
-        return []
-    checked.warnings += [f"row {row.number}: {warning}" for warning in dict.fromkeys(warnings)]
-    checked.done.append(row.number)
-    return [page.part for page in pages]
-
-
-def margin_warning(drawing: Drawing, profile: Printer) -> str | None:
-    """Whether the strokes, with their width, keep to what the printer can reach."""
-    if drawing.bounds is None:
-        return "nothing is written on it"
-    pen = max((float(s.width.max()) for s in drawing.strokes if s.width is not None), default=0.0) / 2
-    x0, y0, x1, y1 = drawing.bounds
-    feeding = Feeding.of(drawing.page, profile)
-    bounds = feeding.bounds((x0 - pen, y0 - pen, x1 + pen, y1 + pen))
-    return media.margin_warning(bounds, feeding.sheet, profile.margins, profile.title)
-
-
 @dataclass(frozen=True)
 class Way:
     """The way to a printer, or to the file that stands for one.
@@ -302,7 +278,7 @@ class Way:
 
 
 class Destination(Protocol):
-    """Takes the pages of the checked rows; a context manager, so that no half-done file stays."""
+    """Takes the prepared pages of rows, in their order; a context manager, so that no half-done file stays."""
 
     def __enter__(self) -> Self: ...
 
@@ -310,12 +286,13 @@ class Destination(Protocol):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None: ...
 
-    def warning(self, page: BatchPage) -> str | None:
-        """What has to be said of a page before it goes there."""
+    @property
+    def prepare(self) -> Prepare:
+        """Makes what it takes; any process may call it."""
         ...
 
-    def take(self, number: int, pages: Sequence[BatchPage], copies: int) -> None:
-        """Make ready what row `number` needs."""
+    def take(self, number: int, pages: Sequence[PreparedPage], copies: int) -> None:
+        """Take what `prepare` made of row `number`."""
         ...
 
     def finish(self) -> None:
@@ -332,20 +309,7 @@ class Spool(Destination, Pages, Protocol):
     """A destination whose pages are sent to a device."""
 
 
-class _Printed:
-    """What pages on the way to a printer, or to a file that stands for one, have in common."""
-
-    _way: Way
-
-    def warning(self, page: BatchPage) -> str | None:
-        """Ink that the printer does not reach."""
-        return margin_warning(page.drawing, self._way.fed(page.drawing.page))
-
-    def finish(self) -> None:
-        """Nothing: pages are written as they are taken."""
-
-
-class PdfFile(_Printed):
+class PdfFile:
     """All pages in one PDF, each as it is read; the file appears when the batch is done."""
 
     def __init__(self, path: Path, way: Way) -> None:
@@ -354,6 +318,7 @@ class PdfFile(_Printed):
         self._path, self._way = path, way
         self._stack = ExitStack()
         self._writer: picture_pdf.PdfWriter | None = None
+        self.prepare = PdfPage(way.fed, way.profile.dpi)
 
     def __enter__(self) -> Self:
         return self
@@ -363,22 +328,50 @@ class PdfFile(_Printed):
     ) -> None:
         self._stack.__exit__(kind, error, trace)
 
-    def take(self, number: int, pages: Sequence[BatchPage], copies: int) -> None:
+    def take(self, number: int, pages: Sequence[PreparedPage], copies: int) -> None:
         """Add the row's pages, once for each copy."""
         if self._writer is None:
             # only now, so that a batch without a single good row leaves no empty file
             self._writer = self._stack.enter_context(picture_pdf.document(self._path, self._way.about))
-        inked = [(page.drawing.page, page.pixels(self._way.profile.dpi)) for page in pages]
+        pictures = [(page.page, picture_pdf.PagePicture.unpacked(page.data)) for page in pages]
         for _ in range(copies):
-            for sheet, pixels in inked:
-                self._writer.add(sheet, pixels)
+            for sheet, picture in pictures:
+                self._writer.add_picture(sheet, picture)
+
+    def finish(self) -> None:
+        """Nothing: pages are written as they are taken."""
 
     def files(self) -> tuple[Path, ...]:
         """The PDF, if it has a page."""
         return (self._path,) if self._writer is not None else ()
 
 
-class PictureFiles(_Printed):
+class Folder:
+    """A temporary folder for pages that wait."""
+
+    def __init__(self) -> None:
+        self._stack = ExitStack()
+
+    def __enter__(self) -> Self:
+        self._folder = Path(self._stack.enter_context(tempfile.TemporaryDirectory(prefix="handout-")))
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._stack.close()
+
+    def keep(self, name: str, data: bytes) -> Path:
+        """Keep a page under a name; where."""
+        path = self._folder / name
+        try:
+            path.write_bytes(data)
+        except OSError as error:
+            raise InputError(f"Cannot keep a page in {self._folder}: {error.strerror or error}.") from error
+        return path
+
+
+class PictureFiles(Folder):
     """A file a page: ``cards.png`` becomes ``cards-002.png``, ``cards-003.png`` …, numbered as the table's rows.
 
     Of a row with several pages they are ``cards-002-letter-1.png``, ``cards-002-letter-2.png``, ``cards-002.png``.
@@ -386,91 +379,86 @@ class PictureFiles(_Printed):
 
     def __init__(self, path: Path, way: Way) -> None:
         """Check now that `path` can be written."""
+        super().__init__()
         atomic.check_writable(path)
-        self._path, self._way = path, way
-        self._pages: dict[Path, BatchPage] = {}
+        self._path = path
+        self._pages: dict[Path, Path] = {}
+        self.prepare = Picture(way.fed, path)
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        return None
-
-    def take(self, number: int, pages: Sequence[BatchPage], copies: int) -> None:
-        """Name the row's pictures."""
+    def take(self, number: int, pages: Sequence[PreparedPage], copies: int) -> None:
+        """Keep the row's pictures."""
         for page in pages:
             part = f"-{page.part.replace(' ', '-')}" if page.part and len(pages) > 1 else ""
-            self._pages[self._path.with_name(f"{self._path.stem}-{number:03d}{part}{self._path.suffix}")] = page
+            path = self._path.with_name(f"{self._path.stem}-{number:03d}{part}{self._path.suffix}")
+            self._pages[path] = self.keep(path.name, page.data)
 
     def finish(self) -> None:
         """Write the pictures."""
-        for path, page in self._pages.items():
-            page.save(path)
+        for path, kept in self._pages.items():
+            atomic.write(path, kept.read_bytes())
 
     def files(self) -> tuple[Path, ...]:
         """The pictures."""
         return tuple(self._pages)
 
 
-class PrintSpool(_Printed):
+class PrintSpool(Folder):
     """Pages prepared for a printer's queue, each a document in the direction of feed, in a temporary folder.
 
     Where envelopes are fed from a tray of their own, the pages of a row come out one after the other; else all
     letters come first, and somebody is asked once for the envelopes, and once for their backs.
     """
 
-    def __init__(self, queue: Queue, way: Way) -> None:
-        """Nothing is sent before `send` is called."""
+    def __init__(self, queue: Queue, way: Way, sheets: Collection[Page] = ()) -> None:
+        """`sheets` are the sizes of the pages of a row; nothing is sent before `send` is called."""
+        super().__init__()
         self.queue, self._way = queue, way
-        self._stack = ExitStack()
-        self._pages: dict[tuple[int, str], tuple[Path, Page]] = {}
-        self._last: tuple[int, Page] | None = None
+        self._apart = len({way.fed(sheet).source for sheet in sheets}) < len(set(sheets))
+        self._pages: dict[tuple[int, str], tuple[Path, Page, int]] = {}
+        self._last: int | None = None
+        self.prepare = Document(way.fed, queue.format, queue.resolution(way.profile.dpi), way.about)
 
-    def __enter__(self) -> Self:
-        self._folder = Path(self._stack.enter_context(tempfile.TemporaryDirectory(prefix="handout-")))
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self._stack.close()
-
-    def take(self, number: int, pages: Sequence[BatchPage], copies: int) -> None:
-        """Make the row's pages ready."""
-        format = self.queue.format
+    def take(self, number: int, pages: Sequence[PreparedPage], copies: int) -> None:
+        """Keep the row's pages until they are sent."""
         for page in pages:
-            profile, sheet = self._way.fed(page.drawing.page), page.drawing.page
-            feeding = Feeding.of(sheet, profile)
-            pixels = feeding.pixels(page.pixels(self.queue.resolution(profile.dpi)))
-            path = self._folder / f"{_file_name(Piece(number, 1, page.part))}.{format}"
-            path.write_bytes(WRITERS[format](feeding.sheet, pixels, {**self._way.about, "row": number}))
-            self._pages[number, page.part] = path, sheet
+            name = f"{_file_name(Piece(number, 1, page.part))}.{self.queue.format}"
+            self._pages[number, page.part] = self.keep(name, page.data), page.page, copies
 
-    def sheets(self, pieces: Sequence[Piece]) -> Iterable[Sequence[Piece]]:
+    def sheets(self, pieces: Iterable[Piece]) -> Iterator[Sequence[Piece]]:
         """Every page is a job; in passes, where the paper has to be changed."""
-        return ((piece,) for piece in sorted(pieces, key=self._pass))
+        later: dict[int, list[Piece]] = {1: [], 2: []}
+        for piece in pieces:
+            if number := self._pass(piece):
+                later[number].append(piece)
+            else:
+                yield (piece,)
+        yield from ((piece,) for waiting in later.values() for piece in waiting)
 
     def _pass(self, piece: Piece) -> int:
         """In which pass a page is printed."""
-        if piece.part == BACK:
-            return 2
-        sources = {self._way.fed(sheet).source for _, sheet in self._pages.values()}
-        sizes = {sheet for _, sheet in self._pages.values()}
-        return int(piece.part == ENVELOPE and len(sources) < len(sizes))
+        return 2 if piece.part == BACK else int(piece.part == ENVELOPE and self._apart)
 
     def ready(self, sheet: Sequence[Piece]) -> None:
         """Ask for other paper where a new pass begins."""
         (piece,) = sheet
-        now = self._pass(piece), self._pages[piece.row, piece.part][1]
-        if self._last is not None and now[0] != self._last[0]:
-            name = now[1].name or f"{now[1].width:g} x {now[1].height:g} mm"
+        number, page = self._pass(piece), self._pages[piece.row, piece.part][1]
+        if self._last is not None and number != self._last:
+            name = page.name or f"{page.width:g} x {page.height:g} mm"
             back = " again, with their backs to the print side and in the same order" if piece.part == BACK else ""
             self._way.change(f"Put in the envelopes ({name}){back}")
-        self._last = now
+        self._last = number
 
     def send(self, sheet: Sequence[Piece], title: str) -> str:
         """Hand a page to the queue as a job of that title; the job's name there."""
         (piece,) = sheet
-        path, page = self._pages[piece.row, piece.part]
-        return self.queue.send(path, ticket(self._way.fed(page), page, title, _file_name(piece)))
+        path, page, copies = self._pages[piece.row, piece.part]
+        job = self.queue.send(path, ticket(self._way.fed(page), page, title, _file_name(piece)))
+        if piece.copy == copies:
+            path.unlink()
+        return job
+
+    def finish(self) -> None:
+        """Nothing: what had to be sent is sent."""
 
     def files(self) -> tuple[Path, ...]:
         """Nothing for the user: it went to the queue."""
@@ -482,10 +470,10 @@ def _file_name(piece: Piece) -> str:
     return "-".join([*words, *([str(piece.copy)] * (piece.copy > 1))])
 
 
-def destination(way: Way, options: BatchOptions, sheets: Iterable[Page]) -> Destination:
+def destination(way: Way, options: BatchOptions, sheets: Collection[Page]) -> Destination:
     """Where the pages go: a queue, a simulated one, or the files that a name asks for.
 
-    sheets : of which the printer is asked, before any work, whether it takes them.
+    sheets : the sizes of a row's pages, of which the printer is asked, before any work, whether it takes them.
     """
     out, profile, queue = options.out, way.profile, way.queue
     if queue is None and profile.simulated and (out is None or out.suffix == ""):
@@ -503,4 +491,4 @@ def destination(way: Way, options: BatchOptions, sheets: Iterable[Page]) -> Dest
         raise InputError(f"{out}: pages are written as .pdf, .png or .svg; give the file one of these endings.")
     for page in sheets:
         queue.check(ticket(way.fed(page), page, "handout"))
-    return PrintSpool(queue, way)
+    return PrintSpool(queue, way, sheets)

@@ -40,14 +40,22 @@ class Window:
     below: float
 
 
-# DL and C5: the zone of the address in the field of DIN 5008:2020, form B, which windows of DIN 680 show: the field is
-# 85 x 45 mm at 20 mm, 45 mm; its upper 17.7 mm are for remarks.  #10: the usual window is 4 1/2 x 1 1/8 in, 7/8 in from
-# the left and 1/2 in from the lower edge of 9 1/2 x 4 1/8 in; a letter folded in three stands on the lower edge and has
-# room to slip 1 in sideways.
+# Sources: "Windows of envelopes" in docs/bibliography.md.
+# DL and C5: the zone of the address in the field of DIN 5008:2020, form B (85 x 45 mm at 20 mm, 45 mm; its upper
+# 17.7 mm are for remarks), which windows of DIN 680 show of a letter that is folded at its marks, 105 mm.
+# #10: the usual window is 4 1/2 x 1 1/8 in, 7/8 in from the left and 1/2 in from the lower edge of 9 1/2 x 4 1/8 in; a
+# letter folded in three stands on the lower edge and slips 1 in sideways, and the USPS wants 1/8 in clear all around.
+# CH: the field of SN 010130 on the right, 90 x 45 mm at 112 mm, 45 mm, or on the left, 100 x 45 mm at 20 mm, 35.5 mm,
+# less 10 mm above, where the sender may stand, and 5 mm at the other sides, by which a letter may slip (set by eye).
+# FR: where the frame that a French bureau of mail asks for (85 x 33 mm at 110 mm, 55 mm) and the field of KOMA-Script's
+# NF (90 x 45 mm at 110 mm, 35 mm) overlap.
 WINDOWS = {
     "DL": Window("A4", (25.0, 62.7, 78.0, 27.3), 98.5),
     "C5": Window("A4", (25.0, 62.7, 78.0, 27.3), 98.5),
-    "#10": Window("letter", (24.0, 53.0, 86.0, 26.5), 95.0),
+    "#10": Window("letter", (25.4, 55.0, 82.5, 22.2), 95.0),
+    "CH": Window("A4", (117.0, 55.0, 80.0, 30.0), 98.5),
+    "CH-LEFT": Window("A4", (25.0, 45.5, 90.0, 30.0), 89.0),
+    "FR": Window("A4", (110.0, 55.0, 85.0, 25.0), 99.0),
 }
 
 

@@ -81,8 +81,9 @@ SILENT = Listener()
 
 @dataclass
 class Checked:
-    """The outcome of the checks so far."""
+    """What has become of rows so far: `wanted` are all that are to be made now, as they stand in the table."""
 
+    wanted: list[int] = field(default_factory=list)
     done: list[int] = field(default_factory=list)
     failed: list[Failed] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
@@ -114,8 +115,8 @@ class Pages(Protocol):
     @property
     def queue(self) -> Device: ...
 
-    def sheets(self, pieces: Sequence[Piece]) -> Iterable[Sequence[Piece]]:
-        """The pieces as they are made, in order: those that share a sheet are made by one job."""
+    def sheets(self, pieces: Iterable[Piece]) -> Iterable[Sequence[Piece]]:
+        """The pieces as they are made, in order and as soon as they can be: those that share a sheet are one job."""
         ...
 
     def ready(self, sheet: Sequence[Piece]) -> None:
@@ -180,18 +181,19 @@ def _outcome(journal: Journal, queue: Device, piece: Piece) -> Outcome:
 
 def send(
     pages: Pages,
+    taken: Iterable[Sequence[Piece]],
     checked: Checked,
     todo: Remaining,
-    made: Mapping[int, Sequence[Piece]],
     table: Sequence[int],
     journal: Journal,
     listener: Listener,
 ) -> tuple[Job, ...]:
-    """Wait for jobs at the device, then send the checked pages; a failure says what was sent and how to resume.
+    """Wait for jobs at the device, then send pages as they are taken; a failure says what was sent and how to resume.
 
     Parameters
     ----------
-    made : all pieces of every row that is begun, or goes on, now.
+    taken : all pieces of each row, as soon as it is made; none of one that cannot be.
+    checked : what has become of the rows that are made, kept by `taken`.
     table : the numbers of all rows that can be made, so that the rest is named in few words.
 
     Raises
@@ -199,11 +201,9 @@ def send(
     PrintingStopped
         The queue refused a page, or did not print it.
     """
-    failed = {failure.row for failure in checked.failed}
-    left = {row: set(made[row]) if row in todo.fresh else set[Piece]() for row in made}
+    run = _Run(pages, checked, table, journal, set(todo.fresh))
     for piece in (*todo.send, *todo.wait):
-        left.setdefault(piece.row, set()).add(piece)
-    run = _Run(pages, checked, made, [n for n in table if n not in failed], journal, left)
+        run.left.setdefault(piece.row, set()).add(piece)
     waiting: dict[str, list[Piece]] = {}
     for piece in todo.wait:
         waiting.setdefault(journal.steps[piece].job, []).append(piece)
@@ -211,12 +211,17 @@ def send(
         with run.stoppable(begun):
             _follow(pages.queue, journal, begun, job)
         run.gone(begun)
-    wanted = [piece for row in made for piece in made[row] if piece in left[row]]
-    for sheet in pages.sheets(wanted):
-        listener.progress(run.begun_rows, len(made), "send")
+    total = len(checked.wanted)
+    sheets = iter(pages.sheets(run.unsent(taken)))
+    while True:
+        with run.stoppable():
+            sheet = next(sheets, None)
+        if sheet is None:
+            break
+        listener.progress(run.begun_rows, total, "send")
         with run.stoppable(sheet):
             run.send(sheet)
-    listener.progress(len(made), len(made), "send")
+    listener.progress(total, total, "send")
     return tuple(run.jobs)
 
 
@@ -246,22 +251,39 @@ def _note(journal: Journal, sheet: Sequence[Piece], outcome: Outcome) -> None:
 class _Run:
     """A batch that is being sent.
 
-    made : all pieces of the rows that are made now; whole : the rows of its table that can be made; left : of every
-    row what has not gone yet; jobs : what has gone.
+    table : the rows of its table that can be made, as far as was known; fresh : rows of which nothing was sent before.
+    left : of every row what has not gone yet; made : all pieces of the rows that are made; jobs : what has gone.
     """
 
     pages: Pages
     checked: Checked
-    made: Mapping[int, Sequence[Piece]]
-    whole: Sequence[int]
+    table: Sequence[int]
     journal: Journal
-    left: dict[int, set[Piece]]
+    fresh: set[int]
+    left: dict[int, set[Piece]] = field(default_factory=dict)
+    made: dict[int, Sequence[Piece]] = field(default_factory=dict)
     jobs: list[Job] = field(default_factory=list)
     begun: dict[int, int] = field(default_factory=dict)  # row → how many pieces of it have gone
 
     @property
     def begun_rows(self) -> int:
         return len(self.begun)
+
+    def unsent(self, taken: Iterable[Sequence[Piece]]) -> Iterator[Piece]:
+        """Of rows as they are taken, what is to be sent."""
+        for every in taken:
+            if every:
+                row = every[0].row
+                self.made[row] = every
+                if row in self.fresh:
+                    self.left[row] = set(every)
+                yield from (piece for piece in every if piece in self.left[row])
+
+    @property
+    def whole(self) -> list[int]:
+        """The rows of its table that can be made, as far as is known."""
+        failed = {failure.row for failure in self.checked.failed}
+        return [number for number in self.table if number not in failed]
 
     def gone(self, sheet: Sequence[Piece]) -> None:
         """These need no more."""
@@ -291,28 +313,44 @@ class _Run:
         _follow(self.pages.queue, self.journal, sheet, job)
 
     @contextmanager
-    def stoppable(self, sheet: Sequence[Piece]) -> Iterator[None]:
-        """Add to a failure of the device, or to an interruption, which rows were sent and how to go on."""
-        number = sheet[0].row
+    def stoppable(self, sheet: Sequence[Piece] = ()) -> Iterator[None]:
+        """Add to a failure of the device, or to an interruption, which rows were sent and how to go on.
+
+        sheet : that is being sent; none while the next is being made.
+        """
         try:
             yield
-        except (HandoutError, KeyboardInterrupt) as error:
-            if isinstance(error, KeyboardInterrupt):
+        except KeyboardInterrupt as interruption:
+            if sheet:
                 self._cancel(sheet)
-            here = {piece.row for piece in sheet}
-            sent = tuple(n for n in self.checked.done if n not in here and not self.left.get(n))
-            rest = [n for n in self.checked.done if n not in sent]
-            resume = ranges(rest, self.whole)
-            how = "the same command and --resume" if self.journal.path is not None else f"--rows {resume}"
-            way_out = f"{self._what_went(sent, sheet)}; go on with {how}."
-            if isinstance(error, KeyboardInterrupt):
-                error.add_note(f"Stopped at row {number}. {way_out}")
-                raise
-            reason = str(error) if self.begun.get(number) or self._in_doubt(sheet[0]) else "not sent"
-            failed = tuple(Failed(n, reason if n == number else "not sent") for n in rest)
-            warnings = tuple(self.checked.warnings)
-            report = Report(sent, (*self.checked.failed, *failed), (), tuple(self.jobs), warnings)
-            raise PrintingStopped(f"Row {number}: {error} {way_out}", report, resume) from error
+            sent, rest = self._parted(sheet)
+            interruption.add_note(f"Stopped{self._where(sheet, rest, ' at row')}. {self._way_out(sheet, sent, rest)}")
+            raise
+        except HandoutError as error:
+            sent, rest = self._parted(sheet)
+            in_doubt = bool(sheet) and (self.begun.get(sheet[0].row) or self._in_doubt(sheet[0]))
+            failed = tuple(Failed(n, str(error) if in_doubt and n == sheet[0].row else "not sent") for n in rest)
+            told = (*self.checked.failed, *failed)
+            report = Report(sent, told, (), tuple(self.jobs), tuple(self.checked.warnings))
+            where = self._where(sheet, rest, "Row")
+            message = f"{where}{': ' if where else ''}{error} {self._way_out(sheet, sent, rest)}"
+            raise PrintingStopped(message, report, ranges(rest, self.whole)) from error
+
+    def _parted(self, sheet: Sequence[Piece]) -> tuple[tuple[int, ...], list[int]]:
+        """The rows that are sent, and those that are not when this sheet fails."""
+        here, failed = {piece.row for piece in sheet}, {failure.row for failure in self.checked.failed}
+        sent = tuple(n for n in self.checked.done if n in self.made and n not in here and not self.left.get(n))
+        return sent, [n for n in self.checked.wanted if n not in {*sent, *failed}]
+
+    def _where(self, sheet: Sequence[Piece], rest: Sequence[int], word: str) -> str:
+        """The row that was being sent or made, behind a word; "" if there was none."""
+        number = sheet[0].row if sheet else next((n for n in rest if n not in self.made), 0)
+        return f"{word} {number}" if number else ""
+
+    def _way_out(self, sheet: Sequence[Piece], sent: Sequence[int], rest: Sequence[int]) -> str:
+        rows = ranges(rest, self.whole)
+        how = "the same command and --resume" if self.journal.path is not None else f"--rows {rows}"
+        return f"{self._what_went(sent, sheet)}; go on with {how}."
 
     def _in_doubt(self, piece: Piece) -> bool:
         """Whether a piece may have come out, as far as is known."""
@@ -321,21 +359,27 @@ class _Run:
 
     def _what_went(self, sent: Sequence[int], sheet: Sequence[Piece]) -> str:
         """What was sent before a batch stopped, and what of the rows that it had begun."""
-        row = sheet[0].row
+        row = sheet[0].row if sheet else 0
         went = [f"{_rows(sent, self.whole)} {'was' if len(sent) == 1 else 'were'} sent"] if sent else []
         parted = [n for n in self.begun if n != row and n not in sent]
         went += [f"a part of {_rows(parted, self.whole).lower()}"] if parted else []
-        begun, every = self.begun.get(row, 0), self.made.get(row, ())
-        if begun and len(every) > 1:
-            kind = "copies" if len({piece.part for piece in every}) == 1 else "sheets"
-            went.append(f"{begun} of {len(every)} {kind} of row {row}")
-        elif self._in_doubt(sheet[0]):
-            job = self.journal.steps[sheet[0]].job
-            went.append(f"row {row} was sent as job {job}" if job else f"whether row {row} was sent is not known")
+        went += self._what_of(sheet) if sheet else []
         if not went:
             return "Nothing was sent"
         text = " and ".join(went)
         return f"{text[0].upper()}{text[1:]}{'' if ' sent' in text else ' was sent'}"
+
+    def _what_of(self, sheet: Sequence[Piece]) -> list[str]:
+        """What was sent of the row of this sheet."""
+        row = sheet[0].row
+        begun, every = self.begun.get(row, 0), self.made.get(row, ())
+        if begun and len(every) > 1:
+            kind = "copies" if len({piece.part for piece in every}) == 1 else "sheets"
+            return [f"{begun} of {len(every)} {kind} of row {row}"]
+        if self._in_doubt(sheet[0]):
+            job = self.journal.steps[sheet[0]].job
+            return [f"row {row} was sent as job {job}" if job else f"whether row {row} was sent is not known"]
+        return []
 
     def _cancel(self, sheet: Sequence[Piece]) -> None:
         """Cancel the job in flight, if there is one, and note what became of it."""

@@ -22,7 +22,7 @@ from handout.inking.pen import Pen, rgb
 from handout.progress import Tell, silent, within
 from handout.values import Drawing
 
-__all__ = ["OF_INK", "Look", "Paper", "Pen", "check_outputs", "suffixes", "write_drawing", "write_drawings"]
+__all__ = ["OF_INK", "Look", "Paper", "Pen", "check_outputs", "drawing_file", "suffixes", "write_drawings"]
 
 PageSink = Callable[[Drawing], bytes]
 
@@ -227,11 +227,11 @@ def write_drawings(
     return files
 
 
-def write_drawing(
-    drawing: Drawing, path: str | Path, look: Look = _USUAL, *, extra: Mapping[str, PageSink] | None = None
-) -> Path:
-    """Write one page to one file; see `write_drawings`."""
-    return write_drawings([drawing], [path], look, extra=extra)[0]
+def drawing_file(drawing: Drawing, path: Path, look: Look = _USUAL) -> bytes:
+    """What a file of one page holds; `path` says its format, and what it is called where that is refused."""
+    _check_look([drawing], [path], look)
+    (data,) = _made(path.suffix.lower(), [drawing], look, {}, silent)
+    return data
 
 
 def _check_look(drawings: Sequence[Drawing], paths: Sequence[str | Path], look: Look) -> None:

@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,6 +27,38 @@ _CATALOG, _PAGES, _INFO = 1, 2, 3  # numbers of these objects
 # pixels by which a picture keeps inside its edges: an edge that lies on a pixel's boundary counts as the next pixel
 # for Poppler, which would then stretch the picture by one
 _INSET = 0.0001
+
+
+class PagePicture(msgspec.Struct, frozen=True):
+    """The picture of a page, compressed: of width x height pixels; placing : the content stream that shows it.
+
+    A blank page has none.
+    """
+
+    placing: bytes = b""
+    width: int = 0
+    height: int = 0
+    data: bytes = b""
+
+    def packed(self) -> bytes:
+        """As bytes, of which `unpacked` makes the same."""
+        return msgspec.msgpack.encode(self)
+
+    @staticmethod
+    def unpacked(data: bytes) -> PagePicture:
+        """See `packed`."""
+        return msgspec.msgpack.decode(data, type=PagePicture)
+
+
+def page_picture(page: Page, pixels: DevicePixels | None) -> PagePicture:
+    """What of a page's pixels is not white, as a PDF holds it; None: a blank page."""
+    cropped = pixels.cropped() if pixels is not None else None
+    return PagePicture() if pixels is None or cropped is None else _picture(page, *cropped, pixels.dpi)
+
+
+def _picture(page: Page, pixels: NDArray[np.uint8], x: int, y: int, dpi: float) -> PagePicture:
+    height, width = pixels.shape[:2]
+    return PagePicture(_placing(pixels, x, y, dpi, page), width, height, zlib.compress(pixels.tobytes(), 6))
 
 
 class PdfWriter:
@@ -47,19 +80,19 @@ class PdfWriter:
 
     def add(self, page: Page, pixels: DevicePixels | None) -> None:
         """Write one page of the size of `page`, with what of the pixels is not white (None: a blank page) on it."""
-        cropped = pixels.cropped() if pixels is not None else None
-        if pixels is None or cropped is None:
-            self._page(page, b"", "<< >>")
-        else:
-            self._picture(page, *cropped, pixels.dpi)
+        self.add_picture(page, page_picture(page, pixels))
 
     def add_pixels(self, page: Page, pixels: NDArray[np.uint8], dpi: float) -> None:
         """Write one page all of which is `pixels`, (h, w, 3) uint8 device RGB, from its top left corner."""
-        self._picture(page, np.ascontiguousarray(pixels), 0, 0, dpi)
+        self.add_picture(page, _picture(page, np.ascontiguousarray(pixels), 0, 0, dpi))
 
-    def _picture(self, page: Page, pixels: NDArray[np.uint8], x: int, y: int, dpi: float) -> None:
-        image = self._image(pixels)
-        self._page(page, _placing(pixels, x, y, dpi, page), f"<< /XObject << /Im {image} 0 R >> >>")
+    def add_picture(self, page: Page, picture: PagePicture) -> None:
+        """Write one page that is compressed already."""
+        if picture.placing:
+            image = self._image(picture)
+            self._page(page, picture.placing, f"<< /XObject << /Im {image} 0 R >> >>")
+        else:
+            self._page(page, b"", "<< >>")
 
     def _page(self, page: Page, content: bytes, resources: str) -> None:
         body = self._take()
@@ -86,15 +119,13 @@ class PdfWriter:
             f"trailer\n<< /Size {size} /Root {_CATALOG} 0 R /Info {_INFO} 0 R >>\nstartxref\n{start}\n%%EOF\n".encode()
         )
 
-    def _image(self, pixels: NDArray[np.uint8]) -> int:
-        height, width = pixels.shape[:2]
-        data = zlib.compress(pixels.tobytes(), 6)
+    def _image(self, picture: PagePicture) -> int:
         number = self._take()
         self._object(
             number,
-            f"<< /Type /XObject /Subtype /Image /Width {width} /Height {height} /ColorSpace /DeviceRGB "
-            f"/BitsPerComponent 8 /Filter /FlateDecode /Length {len(data)} >>\nstream\n".encode()
-            + data
+            f"<< /Type /XObject /Subtype /Image /Width {picture.width} /Height {picture.height} /ColorSpace /DeviceRGB "
+            f"/BitsPerComponent 8 /Filter /FlateDecode /Length {len(picture.data)} >>\nstream\n".encode()
+            + picture.data
             + b"\nendstream",
         )
         return number

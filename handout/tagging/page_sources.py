@@ -23,13 +23,14 @@ from handout.scanning.checks import check_dpi, source_of
 from handout.scanning.density import Scale, pooled_scale
 from handout.scanning.matting import fill_smooth
 from handout.scanning.page_layout import refuse_oblique
+from handout.scanning.paper import find_paper
 from handout.scanning.picture_files import ENOUGH_DPI, count_pages, read_picture, scan_of
 from handout.scanning.scan import Picture, Scan
 from handout.scanning.written_page import Prepared, find_ink, finish, prepare, with_recorded_line
 from handout.tagging.alignment import Method
 from handout.tagging.orientation import find_turn, orientation_name
 from handout.tagging.page_tagging import TaggedPage, tag_labelled_page, tag_page
-from handout.values import Indices, Stroke
+from handout.values import Array, Indices, Stroke
 
 if TYPE_CHECKING:
     from handout.prompting.sheet_detection import Sheet
@@ -48,6 +49,9 @@ _ONE_EACH = "give one --text for each page, in the same order"
 _LESS_BLUE = 0.06  # of the paper's light: how much less blue than red there is where something is printed
 _MOST_RED = 0.72  # of the paper's: darker than that is ink, on print or beside it
 _LEAST_PAPER = 0.9  # of the paper's light: what has less is not taken as paper to fill with
+_OVER_PRINT = 0.3  # mm from what is seen of a printed word within which ink may lie over it: half a printed stem
+_ENOUGH = 200  # pixels from which the colour of print, or of ink, is known
+_MOST_DENSE = 4.0  # natural logarithm: darker is not told from black
 
 
 @dataclass(frozen=True, eq=False)
@@ -296,7 +300,7 @@ def filled_sheet(scan: Scan | Picture) -> FilledSheet | None:
         return None
     dpi = min(float(round(sheet.dpi)), ENOUGH_DPI)
     flat = rectify(np.asarray(scan.rgb), sheet, dpi)
-    unprinted = _without_print(flat, printed_on(sheet, dpi), sheet)
+    unprinted = _without_print(flat, printed_on(sheet, dpi), sheet, dpi)
     return FilledSheet(Scan(unprinted, dpi, scan.source, told=True), sheet.transcript)
 
 
@@ -315,21 +319,58 @@ def refuse_mirrored(scan: Scan | Picture) -> None:
         )
 
 
-def _without_print(flat: NDArray[np.uint8], marks: NDArray[np.bool_], sheet: Sheet) -> NDArray[np.uint8]:
-    """The sheet (h, w, 3) with paper in place of its marks, and of words and lines where no ink is over them."""
+def _without_print(flat: NDArray[np.uint8], marks: NDArray[np.bool_], sheet: Sheet, dpi: float) -> NDArray[np.uint8]:
+    """The sheet (h, w, 3) with paper in place of its marks, words and lines; ink over words keeps its own colour."""
     import cv2
 
-    light = flat.astype(np.float32) / np.median(flat.reshape(-1, 3)[::97], axis=0).astype(np.float32)
+    # of the paper as the light falls there: in a photograph's shadow all is dark
+    light = flat.astype(np.float32) / np.maximum(255 * find_paper(Scan(flat, dpi, "")).rows(0, len(flat)), 1)
     # a scanner's colours lie a little apart at the edges of black strokes
     light = np.asarray(cv2.GaussianBlur(light, (0, 0), 0.8))
     red, blue = light[:, :, 0], light[:, :, 2]
-    printed = marks.copy()
+    printed, words = marks.copy(), np.zeros_like(marks)
     if len(sheet.bands):
         words = (red - blue > _LESS_BLUE) & (red > _MOST_RED)
         printed |= (_grown(words, 1) > 0) & (red > _MOST_RED)
     # paper is taken from where there is neither print nor ink
     filled = fill_smooth(flat, (printed | (_grown(red < _LEAST_PAPER, 3) > 0)).astype(np.uint8))
-    return np.where(printed[:, :, None], filled, flat)
+    ink = (red <= _MOST_RED) & ~marks
+    over = (_grown(ink, 2) > 0) & (_grown(words, round(_OVER_PRINT / 25.4 * dpi)) > 0) & ~marks
+    alone = _ink_alone(flat, filled, (words, ink, over))
+    return np.where((printed & ~over)[:, :, None], filled, alone)
+
+
+def _ink_alone(
+    flat: NDArray[np.uint8], paper: NDArray[np.uint8], layers: tuple[NDArray[np.bool_], ...]
+) -> NDArray[np.uint8]:
+    """The sheet with the print taken out of the ink that lies over it, so that the pen has one colour throughout.
+
+    What two layers take of the light is multiplied, so their densities add: each pixel's is parted into that of the
+    print and that of the ink, least squares with neither below 0, and the ink's is kept: its colour is the pen's, how
+    dark it is its own.  Source: own method (two layers of Beer and Lambert).
+
+    Parameters
+    ----------
+    paper : (h, w, 3), without ink and print.
+    layers : (h, w) each: where print is seen, where the pen has written, and where it may have written over print.
+    """
+    words, ink, over = layers
+    seen, pen = words & ~over, ink & ~over
+    if min(np.count_nonzero(seen), np.count_nonzero(pen)) < _ENOUGH or not over.any():
+        return flat
+
+    def density(where: NDArray[np.bool_]) -> Array:
+        taken = np.log(np.maximum(paper[where], 1.0)) - np.log(np.maximum(flat[where], 1.0))
+        return np.asarray(np.clip(taken, 0.0, _MOST_DENSE))
+
+    colours = np.array([np.median(density(seen), axis=0), np.median(density(pen), axis=0)])
+    total = density(over)
+    of_print, of_pen = np.linalg.lstsq(colours.T, total.T, rcond=None)[0]
+    of_pen = np.where(of_print > 0, of_pen, total @ colours[1] / (colours[1] @ colours[1]))
+    left = np.maximum(of_pen, 0.0)[:, None] * colours[1]
+    result = flat.copy()
+    result[over] = np.rint(paper[over] * np.exp(-left))
+    return result
 
 
 def _grown(mask: NDArray[np.bool_], by: int) -> NDArray[np.uint8]:

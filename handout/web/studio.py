@@ -15,12 +15,14 @@ from typing import Any
 from starlette.exceptions import HTTPException
 
 from handout.web.worker import Call
-from handout.web.workers import Busy, Lane, Task
+from handout.web.workers import HALTS, Busy, Lane, Task
 
-SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".pdf", ".webp", ".bmp", ".hand")  # of uploads
+TABLES = (".csv", ".tsv", ".txt", ".xlsx")
+SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".pdf", ".webp", ".bmp", ".hand", *TABLES)  # of uploads
 _MOST_UPLOADS, _MOST_BYTES = 40, 1 << 30  # kept at once; a hand of ten pages at 600 dpi is a third of that
 _MOST_TASKS = 60  # that have ended and whose files are kept
 _QUIET, _AGAIN, _LAST = 2.0, 15.0, 10.0  # s: without a correction, then they are kept; tried again; at the end
+_MOST_MACHINES = 16
 _WAITING = 12  # tasks that may wait in a lane
 
 
@@ -42,10 +44,12 @@ class Studio:
 
     hands : name → file of hands that were given on the command line, beside those that are known by name.
     start : the page that the link opens, such as "letters/mine"; "" for the first.
+    styles : name → file of handstyles that were given there.
     """
 
     hands: Mapping[str, Path] = field(default_factory=dict)
     start: str = ""
+    styles: Mapping[str, Path] = field(default_factory=dict)
     token: str = field(default_factory=lambda: secrets.token_urlsafe(32))
     uploads: dict[str, Upload] = field(default_factory=dict)
     tasks: dict[str, Task] = field(default_factory=dict)
@@ -62,6 +66,9 @@ class Studio:
         # two long ones at least, so that what replaces cancelled work need not wait for its end
         self.long = Lane(max(2, min(4, (os.cpu_count() or 1) - 1)), _WAITING)
         self.desk = Lane(1, 8 * _WAITING)
+        self.bench = Lane(1, _WAITING)  # the same for calibrations
+        self._machines: dict[str, Lane] = {}
+        self.attended: dict[str, Task] = {}  # port → what moves there, or did last
 
     def new_key(self) -> str:
         """The key of a new session."""
@@ -86,6 +93,10 @@ class Studio:
     def hand(self, name: str) -> str:
         """What the pipeline calls a hand: its file, if it was given on the command line, or its name."""
         return str(self.hands.get(name, name))
+
+    def style(self, name: str) -> str:
+        """The same of a style."""
+        return str(self.styles.get(name, name))
 
     def begin(self, lane: Lane, kind: str, call: Call, folder: Path | None = None) -> Task:
         """A task that waits for its turn.
@@ -160,9 +171,31 @@ class Studio:
         if len(self.uploads) >= _MOST_UPLOADS or kept + size > _MOST_BYTES:
             raise HTTPException(507, "No more scans can be kept: use those that were sent, or take some away.")
 
+    async def attend(self, port: str, kind: str, call: Call) -> Task:
+        """A task that moves the machine at a port, alone; "" for a printer.
+
+        Raises
+        ------
+        HTTPException
+            422: there is no such port; 409: something else moves it.
+        """
+        if port:
+            await self.answer("looking for a port", Call("plot_desk.known_port", (port,)))
+        port = port.partition(":")[0] if port.startswith("sim") else port  # of simulated machines there is one
+        before = self.attended.get(port)
+        if before is not None and not before.ended:
+            raise HTTPException(409, f"The machine is busy with {before.kind}: wait, or stop that first.")
+        if port not in self._machines:
+            if len(self._machines) >= _MOST_MACHINES:
+                raise HTTPException(429, "So many machines are not attended at once: start the studio again.")
+            self._machines[port] = Lane(1, _WAITING, HALTS)
+            self._machines[port].open()
+        self.attended[port] = task = self.begin(self._machines[port], kind, call)
+        return task
+
     async def open(self) -> None:
         """Begin to work."""
-        for lane in (self.quick, self.long, self.desk):
+        for lane in (self.quick, self.long, self.desk, self.bench):
             lane.open()
         await self.quick.warm()
 
@@ -172,15 +205,15 @@ class Studio:
             await asyncio.wait_for(asyncio.gather(*map(self.settled, list(self.unkept))), _LAST)
         for waiting in (*self.unkept.values(), *self.running):
             waiting.cancel()
-        for lane in (self.quick, self.long, self.desk):
-            await lane.close()
+        lanes = (self.quick, self.long, self.desk, self.bench, *self._machines.values())
+        await asyncio.gather(*(lane.close() for lane in lanes))
         self._folder.cleanup()
 
 
 def refused(task: Task) -> None:
     """Raise what became of a task as an answer, where it was not done."""
     if task.state == "refused":
-        raise HTTPException(409 if task.reason == "StaleHand" else 422, task.error)
+        raise HTTPException(409 if task.reason.startswith("Stale") else 422, task.error)
     if task.state == "failed":
         raise HTTPException(500, task.error)
     if task.state == "cancelled":

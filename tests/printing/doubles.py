@@ -98,4 +98,5 @@ def print_all(table, write, profile, page, *, ink=block, select="", copies=1, ag
     """`print_rows` with the fields of its options as keywords."""
     maker = PageMaker(write, ink, x_height=given.pop("x_height", None), about=given.pop("about", {}))
     listener = Listener(given.pop("progress", Listener().progress))
-    return print_rows(table, maker, profile, page, BatchOptions(select, copies, again, out), listener=listener, **given)
+    options = BatchOptions(select, copies, again, out, given.pop("all_or_none", False))
+    return print_rows(table, maker, profile, page, options, listener=listener, **given)

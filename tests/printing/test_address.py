@@ -17,7 +17,7 @@ def lines(**fields):
         ({"postcode": "67000", "city": "Strasbourg", "street": "rue X", "number": "27", "extra": "Bât. C",
           "country": "France"}, ("A", "Bât. C", "27 rue X", "67000 Strasbourg", "FRANCE")),
         ({"postcode": "02138", "city": "Cambridge", "state": "MA", "street": "4 Elm St", "extra": "Apt 3",
-          "country": "United States"}, ("A", "4 Elm St", "Apt 3", "Cambridge MA 02138", "UNITED STATES")),
+          "country": "United States"}, ("A", "4 Elm St", "Apt 3", "Cambridge, MA 02138", "UNITED STATES")),
         ({"postcode": "LS6 2AB", "city": "Leeds", "state": "West Yorkshire", "street": "9 Lane", "country": "UK"},
          ("A", "9 Lane", "Leeds", "West Yorkshire", "LS6 2AB", "UNITED KINGDOM")),
         ({"postcode": "V6B 4N7", "city": "Vancouver", "state": "BC", "street": "2 Maple"},
@@ -25,13 +25,27 @@ def lines(**fields):
         ({"postcode": "SW1A 2AA", "city": "London", "street": "10 Downing Street"},
          ("A", "10 Downing Street", "London", "SW1A 2AA")),
         ({"postcode": "62704", "city": "Springfield", "state": "IL", "street": "5 Oak"},
-         ("A", "5 Oak", "Springfield IL 62704")),
+         ("A", "5 Oak", "Springfield, IL 62704")),
         ({"postcode": "00186", "city": "Roma", "state": "RM", "street": "Via X 6", "country": "Italia"},
          ("A", "Via X 6", "00186 Roma RM", "ITALIA")),
         ({"place": "8001 Zürich", "street": "Gasse 5", "country": "Schweiz"},
          ("A", "Gasse 5", "8001 Zürich", "SCHWEIZ")),
         ({"postcode": "5600", "city": "Vega", "street": "Way 1", "country": "Atlantis"},
          ("A", "Way 1", "5600 Vega", "ATLANTIS")),
+        ({"postcode": "1054", "city": "Budapest", "street": "Báthory utca 3", "country": "Magyarország"},
+         ("A", "Budapest", "Báthory utca 3", "1054", "MAGYARORSZÁG")),
+        ({"postcode": "100-0001", "city": "Chiyoda-ku", "state": "Tokyo", "street": "1-1 Chiyoda", "country": "JP"},
+         ("A", "1-1 Chiyoda", "Chiyoda-ku, Tokyo", "100-0001", "JAPAN")),
+        ({"postcode": "018956", "city": "Singapore", "street": "10 Bayfront Avenue", "country": "SG"},
+         ("A", "10 Bayfront Avenue", "SINGAPORE 018956", "SINGAPORE")),
+        ({"postcode": "34122", "city": "Fatih", "state": "İstanbul", "street": "Yol 1", "country": "Türkiye"},
+         ("A", "Yol 1", "34122 Fatih/İstanbul", "TÜRKIYE")),
+        ({"postcode": "8010", "city": "Graz", "company": "Werk", "careof": "Bo", "street": "Weg 2", "country": "AUT"},
+         ("Werk", "A", "c/o Bo", "Weg 2", "8010 Graz", "AUSTRIA")),
+        ({"postcode": "101000", "city": "Москва", "street": "ул. Мира 1", "country": "Россия"},
+         ("A", "ул. Мира 1", "Москва", "101000", "РОССИЯ")),
+        ({"city": "Hong Kong", "state": "Kowloon", "street": "8 Road", "country": "USA"},
+         ("A", "8 Road", "Hong Kong, Kowloon", "USA")),
     ],
 )  # fmt: skip
 def test_lines_in_the_order_of_the_country(fields, written):
@@ -98,4 +112,7 @@ def test_countries_are_found_in_their_languages():
         found = countries.find(name)
         assert found is not None and found.code == "DE"
     assert countries.find("Atlantis") is None
+    every = {"Россия": "RU", "대한민국": "KR", "Ísland": "IS", "USA": "US", "UK": "GB", "GER": "DE", "Holland": "NL"}
+    found = {name: country.code for name in every if (country := countries.find(name))}
+    assert found == every
     assert countries.last_line("de") == "GERMANY" and countries.last_line("Deutschland") == "DEUTSCHLAND"

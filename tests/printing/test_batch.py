@@ -12,6 +12,7 @@ from handout.errors import InputError, PrinterError
 from handout.page_sizes import page
 from handout.pipeline.printing import UNCALIBRATED
 from handout.printing.address_table import read_addresses
+from handout.printing.batch import RowsRefused
 from handout.printing.queue import SimulatedQueue
 from handout.printing.sending import PrintingStopped
 from handout.profiles import Length, Margins, Printer
@@ -62,10 +63,23 @@ def test_rows_that_fail_are_reported_together_and_the_others_are_done(print_syst
     assert print_system.calls == 4
 
 
-def test_everything_is_checked_before_anything_is_sent(print_system):
-    calls_at_check = []
-    run(rows(4), progress=lambda done, total, stage: stage == "check" and calls_at_check.append(print_system.calls))
-    assert calls_at_check == [0] * 5 and print_system.calls == 4
+def test_an_envelope_is_sent_before_the_next_is_made(print_system):
+    calls = []
+    run(rows(3), progress=lambda done, total, stage: calls.append((stage, done, print_system.calls)))
+    assert calls == [("send", 0, 0), ("send", 1, 1), ("send", 2, 2), ("send", 3, 3)]
+
+
+def test_where_one_row_keeps_all_from_being_made_nothing_is_sent_before_all_are_checked(print_system):
+    calls = []
+    run(
+        rows(3),
+        all_or_none=True,
+        progress=lambda done, total, stage: stage == "check" and calls.append(print_system.calls),
+    )
+    assert calls == [0] * 4 and print_system.calls == 3
+    with pytest.raises(RowsRefused, match="Row 4 cannot be made, nor can 1 other"):
+        run(rows(6, **BAD), all_or_none=True)
+    assert print_system.calls == 3
 
 
 def test_when_no_row_can_be_done_it_is_bad_input(print_system, tmp_path):
@@ -84,9 +98,8 @@ def test_a_queue_that_fails_on_the_way_says_how_to_go_on(print_system):
     assert "Row 5" in str(stopped) and "does not exist" in str(stopped)
     assert "Rows 2-3 were sent" in str(stopped) and "--rows 5-" in str(stopped)
     assert stopped.report.rows == (2, 3) and [job.row for job in stopped.report.jobs] == [2, 3]
-    assert [(f.row, f.reason) for f in stopped.report.failed if f.reason == "not sent"] == [
-        (5, "not sent"), (7, "not sent"), (8, "not sent"),
-    ]  # fmt: skip
+    # that row 6 cannot be made would have been found after row 5
+    assert [failed.row for failed in stopped.report.failed if failed.reason == "not sent"] == [5, 6, 7, 8]
     assert print_system.calls == 3
     resumed = run(rows(7, **BAD), select=stopped.resume)
     assert resumed.rows == (5, 7, 8)

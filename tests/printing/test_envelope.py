@@ -4,7 +4,7 @@ from hypothesis import strategies as st
 
 from handout.errors import InputError
 from handout.page_sizes import page
-from handout.printing.envelope import address_layout, address_text
+from handout.printing.envelope import WINDOWS, address_layout, address_text, box_layout
 from handout.printing.rows import Row
 from handout.values import Page
 from handout.writing.layout import ASCENT, DESCENT
@@ -61,3 +61,12 @@ def test_the_size_can_be_given():
 
 def test_the_text_is_the_lines():
     assert address_text(Row(2, ("Ada", "Ulm"))) == "Ada\nUlm"
+
+
+@pytest.mark.parametrize("name", WINDOWS)
+def test_four_lines_stand_in_every_window_above_the_letter(name):
+    window = WINDOWS[name]
+    sheet, (x, y, width, height) = page(window.page), window.box
+    top, right, bottom, left = box_layout(sheet, window.box, 4, 24).margin
+    assert left >= x and top >= y and sheet.width - right <= x + width + 0.01 <= sheet.width
+    assert sheet.height - bottom <= y + height + 0.01 < window.below

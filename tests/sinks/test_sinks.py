@@ -11,7 +11,7 @@ from PIL import Image
 from sample_drawings import loops, same
 
 from handout.errors import HandoutError, InputError
-from handout.sinks import Look, Paper, Pen, check_outputs, suffixes, write_drawing, write_drawings
+from handout.sinks import Look, Paper, Pen, check_outputs, suffixes, write_drawings
 from handout.sources.drawing_json import from_json
 from handout.sources.inkml import from_inkml
 from handout.values import Drawing
@@ -53,15 +53,15 @@ def test_pen_and_resolution_are_used(tmp_path: Path) -> None:
 
 def test_same_bytes(tmp_path: Path) -> None:
     for suffix in (".svg", ".png", ".pdf", ".inkml", ".json"):
-        first = write_drawing(loops(), tmp_path / f"a{suffix}")
-        second = write_drawing(loops(), tmp_path / f"b{suffix}")
+        (first,) = write_drawings([loops()], [tmp_path / f"a{suffix}"])
+        (second,) = write_drawings([loops()], [tmp_path / f"b{suffix}"])
         assert first.read_bytes() == second.read_bytes()
 
 
 @pytest.mark.parametrize("name", ["letter.doc", "letter", "letter.gcode"])
 def test_unknown_formats(tmp_path: Path, name: str) -> None:
     with pytest.raises(InputError) as caught:
-        write_drawing(loops(), tmp_path / name)
+        write_drawings([loops()], [tmp_path / name])
     assert all(suffix in str(caught.value) for suffix in (".svg", ".png", ".pdf", ".inkml", ".json"))
     assert not list(tmp_path.iterdir())
 
@@ -125,7 +125,7 @@ def test_pictures_on_paper_and_without(tmp_path: Path) -> None:
     files = [tmp_path / f"{name}.png" for name in ("white", "laid", "clear", "again")]
     pen = Pen(0.4, "#303060", "ballpoint")
     for file, given in zip(files, ({}, {"paper": Paper("laid")}, {"transparent": True}, {}), strict=True):
-        write_drawing(loops(), file, Look(pen, 150, **given))
+        write_drawings([loops()], [file], Look(pen, 150, **given))
     white, laid, clear, _ = (np.asarray(Image.open(file)).astype(float) for file in files)
     assert files[0].read_bytes() == files[3].read_bytes()
     assert white.shape == laid.shape == (*clear.shape[:2], 3) and clear.shape[2] == 4
@@ -135,5 +135,5 @@ def test_pictures_on_paper_and_without(tmp_path: Path) -> None:
     assert np.abs(255 * (1 - alpha) + clear[..., :3] * alpha - white).max() <= 2
     assert 220 < laid[bare].mean() < 250 and laid[~bare].mean() < white[~bare].mean()
     with pytest.raises(InputError, match="either transparent or on paper"):
-        write_drawing(loops(), tmp_path / "x.png", Look(paper=Paper("laid"), transparent=True))
+        write_drawings([loops()], [tmp_path / "x.png"], Look(paper=Paper("laid"), transparent=True))
     assert not (tmp_path / "x.png").exists()

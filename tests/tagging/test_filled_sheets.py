@@ -57,6 +57,22 @@ def test_print_goes_and_ink_stays(sheet):
     assert (bare[:, :, 0][dark] < 130).mean() > 0.99, "no stroke is broken"
 
 
+def test_ink_over_print_has_the_colour_of_the_pen_in_a_shadow_too(sheet):
+    printed, written, bare = drawn(ink=False) / 255, drawn(words=False) / 255, drawn(words=False, ink=False) / 255
+    shadow = np.linspace(1.0, 0.55, 709)[None, :, None]
+    both = shadow * printed * written / bare
+    filled = filled_sheet(Scan(np.rint(255 * both).astype(np.uint8), DPI, "sheet.png"))
+    ink = np.abs(drawn() - drawn(ink=False).astype(float)).max(axis=2) > 150
+    over = ink & (np.abs(drawn(ink=False) - drawn(words=False, ink=False).astype(float)).max(axis=2) > 60)
+    of_paper = (filled.scan.rgb / (255 * bare * shadow))[80:]
+    over, ink = over[80:], ink[80:]
+    assert over.sum() > 100
+    colour = np.median(of_paper[ink & ~over], axis=0)
+    assert np.abs(of_paper[over] - colour).max(axis=1).mean() < 0.06
+    gone = ~(cv2.dilate(ink.astype(np.uint8), np.ones((7, 7))) > 0)
+    assert np.abs(of_paper[gone] - 1).max() < 0.08, "no print is left"
+
+
 def test_a_plain_sheet_keeps_all_colours(sheet):
     sheet.bands = np.zeros((0, 4))
     image = drawn()

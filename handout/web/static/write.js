@@ -3,6 +3,7 @@
 import { request, task, blob, text as fetched, fileOf } from './api.js';
 import { h, s, field, tick, choice, say, save } from './dom.js';
 import { play } from './replay.js';
+import { marks, moved } from './marks.js';
 
 const KEPT = 'handout-draft';
 const FIRST = 'Dear Ada,\n\nthank you for the jam: it is nearly finished, and we all hope for more.\n\nYours, Zoë';
@@ -10,6 +11,7 @@ const PAUSE = { quick: 120, long: 700 }; // ms after the last key
 const SCREEN_DPI = 150;
 const INKS = { '': 'the pen’s own', '#20223a': 'black', '#24408e': 'blue', '#7c1f2b': 'red', '#1f5a3c': 'green' };
 const FORMATS = { pdf: 'PDF', svg: 'SVG', png: 'PNG', inkml: 'InkML', json: 'JSON', gcode: 'G-code', hpgl: 'HP-GL', ebb: 'EBB' };
+const KINDS = { text: 'Text', letter: 'Letter file (Markdown)' };
 const DIE = 'M5 3h14a2 2 0 0 1 2 2v14a2 2 0 0 1-2 2H5a2 2 0 0 1-2-2V5a2 2 0 0 1 2-2Zm0 2v14h14V5Zm3 1.7A1.6 1.6 0 1 1 8 9.9a1.6 1.6 0 0 1 0-3.2Zm8 0a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm-4 3.7a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm-4 3.7a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm8 0a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Z';
 
 const random = () => Math.floor(Math.random() * 1e6);
@@ -33,6 +35,7 @@ function controls(choices, kept) {
   const plotters = choices.plotters.map((plotter) => plotter.name);
   const made = {
     text: h('textarea', { spellcheck: 'true', maxlength: 100000 }),
+    kind: choice(Object.keys(KINDS), KINDS),
     hand: hands,
     page: choice(choices.pages),
     x_height: h('input', { type: 'number', min: 0.8, max: 20, step: 0.1, placeholder: 'usual' }),
@@ -62,7 +65,7 @@ function controls(choices, kept) {
 /** What is asked of the server. */
 function asked(made, ticks) {
   const body = {
-    text: made.text.value, hand: made.hand.value, page: made.page.value, paper: made.paper.value, align: made.align.value,
+    text: made.text.value, letter: made.kind.value === 'letter', hand: made.hand.value, page: made.page.value, paper: made.paper.value, align: made.align.value,
     variation: Number(made.variation.value), slips: Number(made.slips.value) || 0, seed: Number(made.seed.value) || 0,
     fallback: ticks.fallback.checked, fit: ticks.fit.checked,
   };
@@ -93,6 +96,7 @@ function called(text) {
 
 export async function show(main, shared) {
   const kept = draft();
+  const machines = Object.fromEntries(shared.choices.plotters.map((one) => [one.name, one.title]));
   const made = controls(shared.choices, kept);
   const [fallback, lend] = tick('Lend letters that the hand lacks', { checked: kept.fallback ?? true });
   const [fitting, fit] = tick('Shrink what does not fit', { checked: kept.fit ?? false });
@@ -102,7 +106,7 @@ export async function show(main, shared) {
   const refusal = h('p', { class: 'bad', role: 'alert' });
   const form = h(
     'form', { 'aria-label': 'What is written' },
-    field('Text', made.text), refusal,
+    h('div', { class: 'row between' }, h('label', { for: 'text' }, 'Text'), made.kind), made.text, refusal,
     h('div', { class: 'grid' },
       field('Hand', made.hand), field('Page', made.page),
       field('Pen', made.pen), h('div', {}, h('label', { for: 'ink' }, 'Ink'), h('div', { class: 'joined' }, made.ink, made.colour)),
@@ -113,7 +117,7 @@ export async function show(main, shared) {
       h('div', { class: 'grid' }, field('Lines', made.align), field('Handstyle', made.style),
         field('Slips in 100 words', made.slips), h('div', {}), h('div', { class: 'all' }, fallback), h('div', { class: 'all' }, fitting))),
   );
-  made.ink.id = 'ink'; made.variation.id = 'variation'; made.seed.id = 'seed';
+  made.text.id = 'text'; made.kind.setAttribute('aria-label', 'Kind of text'); made.ink.id = 'ink'; made.variation.id = 'variation'; made.seed.id = 'seed';
 
   const back = h('button', { type: 'button', class: 'icon', 'aria-label': 'Page before' }, '‹');
   const on = h('button', { type: 'button', class: 'icon', 'aria-label': 'Next page' }, '›');
@@ -123,6 +127,7 @@ export async function show(main, shared) {
   pace.setAttribute('aria-label', 'Speed');
   const [wayLabel, way] = tick('Pen’s path');
   const download = h('button', { type: 'button', class: 'main' }, 'Download');
+  const plot = h('button', { type: 'button' }, 'Plot …'), print = h('button', { type: 'button' }, 'Print …');
   made.format.setAttribute('aria-label', 'Format');
   made.device.setAttribute('aria-label', 'Plotter');
   const bar = h('progress', { max: 1, value: 0, 'aria-label': 'Progress' });
@@ -131,15 +136,19 @@ export async function show(main, shared) {
   const work = h('div', { class: 'work' }, stage, bar, cancel);
   work.hidden = true;
   const sheet = h('figure', { class: 'sheet', 'aria-label': 'The page' });
+  const toggle = (label, name) => h('button', { type: 'button', 'aria-pressed': 'false', onclick: () => { mode = mode === name ? '' : name; overlaid(true); } }, label);
+  const modes = { words: toggle('Words', 'words'), block: toggle('Block', 'block') };
   const paper = h('div', { class: 'paper', tabindex: 0, 'aria-label': 'The page, to scroll' }, sheet);
+  const spoken = h('p', { class: 'hidden', 'aria-live': 'polite' });
   const notes = h('div', { class: 'told', 'aria-live': 'polite' });
   main.append(h('div', { class: 'write' }, h('h1', { class: 'hidden' }, 'Write'), form, h(
     'section', { class: 'desk', 'aria-label': 'The page' },
-    h('div', { class: 'tools' }, h('span', { class: 'joined' }, back, place, on), replay, h('span', {}, pace), wayLabel,
-      h('span', { class: 'joined push' }, made.device, made.format, download)),
-    paper, work, notes,
+    h('div', { class: 'tools' }, h('span', { class: 'joined' }, back, place, on), replay, h('span', {}, pace), wayLabel, h('span', { class: 'joined' }, modes.words, modes.block),
+      h('span', { class: 'joined push' }, plot, print, made.device, made.format, download)),
+    paper, work, notes, spoken,
   )));
 
+  let mode = '', chosen = -1, rewritten = new Map(kept.rewritten || []), margin = kept.margin || null, text = made.text.value;
   let page = 0, last = null, lines = null, coming = null, waiting = 0, stopped = null;
 
   const quick = () => shared.choices.hands.find((hand) => hand.name === made.hand.value)?.drawn;
@@ -147,7 +156,7 @@ export async function show(main, shared) {
 
   function keep() {
     const values = Object.fromEntries(Object.entries(made).map(([name, control]) => [name, control.value]));
-    localStorage.setItem(KEPT, JSON.stringify({ ...values, fallback: lend.checked, fit: fit.checked, more: form.querySelector('details').open }));
+    localStorage.setItem(KEPT, JSON.stringify({ ...values, fallback: lend.checked, fit: fit.checked, more: form.querySelector('details').open, rewritten: [...rewritten], margin }));
     made.colour.hidden = made.ink.value !== 'other';
     made.device.hidden = !['gcode', 'hpgl', 'ebb'].includes(made.format.value);
     spread.textContent = made.variation.value === '1' ? 'as people vary' : made.variation.value === '0' ? 'none' : made.variation.value;
@@ -166,6 +175,13 @@ export async function show(main, shared) {
     const most = Math.max(Math.min((room.width - 40) / wide, (room.height - 40) / high, 8), 260 / wide);
     sheet.style.width = `${wide * most}px`; sheet.style.height = `${high * most}px`;
   }
+
+  /** What is asked, with what was done to the page itself. */
+  const asking = () => ({
+    ...asked(made, ticks),
+    ...(margin ? { margin: margin.map((side) => `${side}mm`).join(',') } : {}),
+    ...(rewritten.size && made.kind.value === 'text' ? { rewritten: [...rewritten] } : {}),
+  });
 
   function heard(snapshot) {
     work.hidden = false;
@@ -203,14 +219,35 @@ export async function show(main, shared) {
       sheet.dataset.wide = element.naturalWidth / SCREEN_DPI * 25.4; sheet.dataset.high = element.naturalHeight / SCREEN_DPI * 25.4;
       fitted();
     }
-    const { wide, high } = sheet.dataset;
-    const marks = s('svg', { class: 'marks', viewBox: `0 0 ${wide} ${high}`, 'aria-hidden': 'true' }, (facts.doubtful || []).filter((one) => one.page === page + 1 && one.box).map(({ box: [x, y, right, low] }) => s('rect', { x: x - 0.7, y: y - 0.7, width: right - x + 1.4, height: low - y + 1.4, rx: 0.8 })));
-    sheet.replaceChildren(element, marks);
+    const focused = sheet.querySelector('.marks')?.contains(document.activeElement);
+    sheet.replaceChildren(element);
+    last = done;
+    overlaid(focused);
     place.textContent = facts.pages > 1 ? `page ${page + 1} of ${facts.pages}` : 'one page';
     back.disabled = page === 0; on.disabled = page >= facts.pages - 1;
     const sentences = told(facts, done.said);
+    if (rewritten.size) sentences.push(`Written again: ${(facts.words || []).filter((word) => rewritten.has(word.at)).map((word) => `“${word.word}”`).join(', ')}. All other words are kept.`);
     const figures = [plural(facts.lines, 'line'), facts.strokes ? `${plural(facts.strokes, 'stroke')}, ${clock(facts.duration_s)} by hand` : '', `seed ${facts.seed}`];
     notes.replaceChildren(h('p', { class: 'quiet' }, figures.filter(Boolean).join(' · ')), sentences.length ? h('ul', {}, sentences.map((one) => h('li', {}, one))) : '');
+  }
+
+  /** The marks over the page; `taken`: the keyboard goes there. */
+  function overlaid(taken = false) {
+    for (const [name, button] of Object.entries(modes)) button.setAttribute('aria-pressed', String(mode === name));
+    sheet.querySelector('.marks')?.remove();
+    if (!last) return;
+    const [wide, high] = [Number(sheet.dataset.wide), Number(sheet.dataset.high)], edge = Math.min(wide, high) / 10;
+    const here = (all) => (all || []).filter((one) => one.page === page + 1 && one.box);
+    const write = (at, times) => { if (times > 0) rewritten.set(at, times); else rewritten.delete(at); soon(); };
+    sheet.append(marks({
+      wide, high, mode, chosen, words: here(last.facts.words), doubts: here(last.facts.doubtful), margin: margin || [edge, edge, edge, edge],
+      choose: (word) => { chosen = word.at; spoken.textContent = word.word; },
+      again: (word) => { chosen = word.at; write(word.at, Math.min((rewritten.get(word.at) || 0) + 1, 100)); },
+      back: (word) => { chosen = word.at; write(word.at, (rewritten.get(word.at) || 0) - 1); },
+      began: () => { coming?.abort(); clearTimeout(waiting); },
+      margins: (sides) => { margin = sides; soon(); },
+    }));
+    if (mode && taken) sheet.querySelector('.marks').focus();
   }
 
   async function drawn() {
@@ -221,7 +258,7 @@ export async function show(main, shared) {
       refusal.textContent = 'Nothing to write yet.';
       return;
     }
-    const body = asked(made, ticks);
+    const body = asking();
     try {
       if (quick()) {
         last = lines = await request('POST', '/api/write', { ...body, format: 'svg' }, own.signal);
@@ -254,7 +291,7 @@ export async function show(main, shared) {
         coming?.abort();
         const own = coming = new AbortController();
         replay.disabled = true;
-        lines = await task('/api/write', { ...asked(made, ticks), format: 'svg' }, heard, own.signal);
+        lines = await task('/api/write', { ...asking(), format: 'svg' }, heard, own.signal);
         coming = null;
       }
       const svg = await lined(lines);
@@ -276,7 +313,7 @@ export async function show(main, shared) {
   async function downloaded() {
     download.disabled = true;
     const format = made.format.value;
-    const body = { ...asked(made, ticks), format };
+    const body = { ...asking(), format };
     if (!made.device.hidden && made.device.value) body.device = made.device.value;
     const own = coming = new AbortController();
     try {
@@ -290,15 +327,73 @@ export async function show(main, shared) {
     }
   }
 
+  /** Ask where it goes in a window, then hand it over to the page Jobs. */
+  function handed(title, fields, label, send) {
+    const wrong = h('p', { class: 'bad', role: 'alert' }), go = h('button', { class: 'main' }, label);
+    const dialog = h('dialog', { 'aria-label': title }, h('h2', {}, title), h('form', {
+      class: 'panel-form',
+      async onsubmit(event) {
+        event.preventDefault();
+        go.disabled = true; wrong.textContent = '';
+        try {
+          location.hash = await send();
+          dialog.close();
+        } catch (error) {
+          wrong.textContent = error.message;
+          go.disabled = false;
+        }
+      },
+    }, fields, wrong, h('div', { class: 'row' }, go, h('button', { type: 'button', onclick: () => dialog.close() }, 'Not now'))));
+    dialog.addEventListener('close', () => dialog.remove());
+    document.body.append(dialog);
+    dialog.showModal();
+  }
+
+  function plotted() {
+    const kept_ = { device: 'plotter-grbl-servo', ...JSON.parse(localStorage.getItem('handout-machine') || '{}') };
+    const device = choice(Object.keys(machines), machines);
+    if (kept_.device in machines) device.value = kept_.device;
+    const copies = h('input', { type: 'number', min: 1, max: 100, value: 1 });
+    handed('Plot', [field('Machine', device), field('Copies', copies)], 'Look at it on the bed', async () => {
+      const body = { ...asking(), device: device.value, copies: Number(copies.value) || 1 };
+      return `jobs/${(await request('POST', '/api/plots', body)).facts.job}`;
+    });
+  }
+
+  async function printed() {
+    try {
+      const { queues, printers } = await request('GET', '/api/machines');
+      const names = [...queues, ...printers.map((one) => one.name).filter((name) => name !== 'printer-pdf')];
+      const printer = choice(names, Object.fromEntries(printers.map((one) => [one.name, one.title])));
+      handed('Print', [field('Printer', printer)], 'Keep it for the printer', async () => {
+        const title = made.text.value.trim().split(/\s+/).slice(0, 6).join(' ');
+        const body = { ...asking(), title, to: 'printer', printer: printer.value };
+        return `jobs/batch/${(await request('POST', '/api/batches', body)).batch}`;
+      });
+    } catch (error) {
+      refusal.textContent = error.message;
+    }
+  }
+
   form.addEventListener('submit', (event) => event.preventDefault());
-  form.addEventListener('input', (event) => { if (event.target !== made.text && event.target !== made.variation) page = 0; soon(); });
+  form.addEventListener('input', (event) => {
+    if (event.target === made.text) {
+      rewritten = moved(rewritten, text, made.text.value);
+      text = made.text.value;
+    } else if (event.target !== made.variation) page = 0;
+    if (event.target === made.page) margin = null;
+    if (event.target === made.hand || event.target === made.seed) rewritten.clear();
+    soon();
+  });
   form.querySelector('details').addEventListener('toggle', keep);
   for (const control of [made.format, made.device]) control.addEventListener('input', keep);
-  die.addEventListener('click', () => { made.seed.value = random(); soon(); });
+  die.addEventListener('click', () => { made.seed.value = random(); rewritten.clear(); soon(); });
   back.addEventListener('click', () => { page -= 1; drawn(); });
   on.addEventListener('click', () => { page += 1; drawn(); });
   replay.addEventListener('click', watched);
   download.addEventListener('click', downloaded);
+  plot.addEventListener('click', plotted);
+  print.addEventListener('click', printed);
   cancel.addEventListener('click', () => { coming?.abort(); work.hidden = true; });
   way.addEventListener('change', () => sheet.querySelector('#travel')?.toggleAttribute('hidden', !way.checked));
   const watch = new ResizeObserver(fitted);

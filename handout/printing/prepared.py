@@ -1,0 +1,168 @@
+"""Pages of a row as their destination takes them: prepared by any process, taken by one, in the order of the rows.
+
+What a destination needs of a page (a document for a printer, pixels for a PDF, a picture's file, a drawing for a
+plotter) depends on the row and the destination's settings alone; it is made by a `Prepare`, which can be pickled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+from handout.errors import InputError
+from handout.inking.device_pixels import Calibrate, DevicePixels, device_pixels
+from handout.printing import media
+from handout.printing.documents import WRITERS
+from handout.printing.media import Feeding
+from handout.printing.rows import Row
+from handout.profiles import Printer
+from handout.sinks import picture_pdf
+from handout.values import Drawing, Page, Raster
+
+NOTHING = "nothing is written on it"
+
+
+@dataclass(frozen=True)
+class BatchPage:
+    """A page of a row: which part of the row it is, its drawing, and how that becomes pixels or a picture.
+
+    part : `journal.ENVELOPE`, or in words, such as ``"letter 2"``.
+    ink : dpi → the ink as it is; calibrate : the calibration of printer and paper, if there is one.
+    file : name of a .png or .svg file → what it holds.
+    """
+
+    part: str
+    drawing: Drawing
+    ink: Callable[[int], Raster]
+    calibrate: Calibrate | None = None
+    file: Callable[[Path], bytes] = lambda path: b""
+
+    def pixels(self, dpi: int) -> DevicePixels:
+        """The page as the pixels that are printed."""
+        return device_pixels(self.ink(dpi), self.calibrate)
+
+
+@dataclass(frozen=True)
+class PreparedPage:
+    """A page as its destination takes it.
+
+    part : as of the `BatchPage`; page : as it is read; data : what the destination asked for.
+    warning : what has to be said of it.
+    """
+
+    part: str
+    page: Page
+    data: bytes
+    warning: str = ""
+
+
+@dataclass(frozen=True)
+class PreparedRow:
+    """The pages of a row, or why it has none.
+
+    number : of the row; warnings : phrases to stand after "row 5:".
+    """
+
+    number: int
+    pages: tuple[PreparedPage, ...] = ()
+    warnings: tuple[str, ...] = ()
+    problem: str = ""
+
+
+WriteRow = Callable[[Row], Sequence[BatchPage]]  # InputError where the row cannot be made
+MakeRows = Callable[[Iterable[Row]], Iterable[PreparedRow]]  # one for each row, in their order
+
+
+class Prepare(Protocol):
+    """Makes of a page what a destination takes; picklable, and the same from every process."""
+
+    def __call__(self, number: int, page: BatchPage) -> PreparedPage:
+        """A page of row `number`; InputError where it cannot go there."""
+        ...
+
+
+@dataclass(frozen=True)
+class RowMaker:
+    """Writes rows and prepares their pages."""
+
+    write: WriteRow
+    prepare: Prepare
+
+    def __call__(self, row: Row) -> PreparedRow:
+        """The pages of a row, or why it cannot be made."""
+        if row.problem:
+            return PreparedRow(row.number, warnings=row.warnings, problem=row.problem)
+        try:
+            pages = tuple(self.prepare(row.number, page) for page in self.write(row))
+        except InputError as error:
+            return PreparedRow(row.number, warnings=row.warnings, problem=str(error))
+        told = dict.fromkeys(page.warning for page in pages if page.warning)
+        return PreparedRow(row.number, pages, (*row.warnings, *told))
+
+    def each(self, rows: Iterable[Row]) -> Iterator[PreparedRow]:
+        """Of rows, one after the other, as they are asked for; a `MakeRows`."""
+        return map(self, rows)
+
+
+def margin_warning(drawing: Drawing, profile: Printer) -> str | None:
+    """Whether the strokes, with their width, keep to what the printer can reach."""
+    if drawing.bounds is None:
+        return NOTHING
+    pen = max((float(s.width.max()) for s in drawing.strokes if s.width is not None), default=0.0) / 2
+    x0, y0, x1, y1 = drawing.bounds
+    feeding = Feeding.of(drawing.page, profile)
+    bounds = feeding.bounds((x0 - pen, y0 - pen, x1 + pen, y1 + pen))
+    return media.margin_warning(bounds, feeding.sheet, profile.margins, profile.title)
+
+
+@dataclass(frozen=True)
+class _ForPrinter:
+    """What pages on the way to a printer, or to a file that stands for one, have in common.
+
+    fed : page → the printer as it is fed with that.
+    """
+
+    fed: Callable[[Page], Printer]
+
+    def _prepared(self, page: BatchPage, data: bytes) -> PreparedPage:
+        sheet = page.drawing.page
+        return PreparedPage(page.part, sheet, data, margin_warning(page.drawing, self.fed(sheet)) or "")
+
+
+@dataclass(frozen=True)
+class Document(_ForPrinter):
+    """Pages as documents in the direction of feed, of a format of `documents.WRITERS`; about : stored in every PDF."""
+
+    format: str
+    dpi: int
+    about: Mapping[str, object]
+
+    def __call__(self, number: int, page: BatchPage) -> PreparedPage:
+        """See `Prepare`."""
+        feeding = Feeding.of(page.drawing.page, self.fed(page.drawing.page))
+        pixels = feeding.pixels(page.pixels(self.dpi))
+        return self._prepared(page, WRITERS[self.format](feeding.sheet, pixels, {**self.about, "row": number}))
+
+
+@dataclass(frozen=True)
+class PdfPage(_ForPrinter):
+    """Pages as they are read, as they stand in a PDF of all."""
+
+    dpi: int
+
+    def __call__(self, number: int, page: BatchPage) -> PreparedPage:
+        """See `Prepare`."""
+        return self._prepared(page, picture_pdf.page_picture(page.drawing.page, page.pixels(self.dpi)).packed())
+
+
+@dataclass(frozen=True)
+class Picture(_ForPrinter):
+    """Pages as the files of pictures; path : of all of them, without a row's number."""
+
+    path: Path
+
+    def __call__(self, number: int, page: BatchPage) -> PreparedPage:
+        """See `Prepare`."""
+        return self._prepared(page, page.file(self.path))
