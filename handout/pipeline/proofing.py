@@ -140,7 +140,7 @@ def proof(
     record = paths[0].with_suffix(".json")
     atomic.write(record, json.dumps(approved, ensure_ascii=False, indent=1).encode())
     return Proof(
-        pages.tally,
+        pages.account.tally,
         pages.seed,
         hand,
         tuple(made.good),
@@ -149,7 +149,7 @@ def proof(
         dict(made.sheets),
         (*paths, record),
         made.machine_s if isinstance(machine, Plotter) else None,
-        notes=tuple(pages.dropped),
+        notes=tuple(pages.account.dropped),
     )
 
 
@@ -202,7 +202,7 @@ class _Made:
         except InputError as error:
             self.failed[row.number] = str(error)
             return
-        found = self.writer.findings.pop(row.number, [])
+        found = self.writer.account.findings.pop(row.number, [])
         found += [Finding(WARNED, warning) for warning in row.warnings]
         placed = [self._of_page(page) for page in pages]
         every = sorted(dict.fromkeys([*found, *(finding for each in placed for finding in each)]))
@@ -257,7 +257,7 @@ def _small(page: BatchPage) -> bytes:
 
 def _totals(made: _Made) -> str:
     """Pages, ink and time, in one sentence."""
-    tally = made.writer.tally
+    tally = made.writer.account.tally
     sheets = ", ".join(f"{count} {name}" for name, count in made.sheets.items()) or "no page"
     ink = f", {tally.pen_down / 1000:.1f} m of ink" if tally.pen_down else ""
     time = f", {units.duration(tally.duration)} of writing" if tally.duration else ""

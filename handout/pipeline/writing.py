@@ -287,6 +287,15 @@ def set_pages(
     return _set(text, compose, task, row)
 
 
+def check_text(text: str, task: WritingTask, layout: Layout | None = None, row: int | None = None) -> None:
+    """Raise as `draw_pages` would; pages are set only where their number is bounded, or nothing may be misread."""
+    set_, sheets = set_pages(text, task, layout, row)
+    bounded = task.pages is not None or (layout or task.layout).fit
+    if set_.hand.pages is not None and (bounded or task.strict):
+        for _ in sheets:
+            pass
+
+
 def set_parts(
     texts: Sequence[str], layouts: Sequence[Layout], task: WritingTask, row: int
 ) -> tuple[WritingTask, Iterator[Sheet]]:
