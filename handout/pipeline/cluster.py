@@ -63,10 +63,10 @@ class ClusterWorkers(Remote):
     def _present(self) -> int:
         return len(self._client.scheduler_info(n_workers=-1)["workers"])
 
-    def submit(self, work: bytes, row: Row, check: bool) -> Any:
+    def submit(self, row: Row, check: bool) -> Any:
         """See `Remote`."""
         # what a lost worker was making the scheduler gives to another by itself
-        return self._client.submit(made_from, work, row, check, pure=False)
+        return self._client.submit(made_from, self._work, row, check, pure=False)
 
     def result(self, future: Any) -> MadeRow | None:
         """See `Remote`."""

@@ -25,11 +25,10 @@ from handout.merging.sheets import overlaid
 from handout.merging.template import Letter
 from handout.pipeline import writing
 from handout.pipeline.inputs import LETTERS, decoded, is_file
-from handout.pipeline.job_pages import program, words
 from handout.pipeline.letters import LetterTask, check_letter, draw_letter, prepare_letter
 from handout.pipeline.options import MergeOptions, PictureOptions, SheetOptions, TableOptions, WritingOptions
 from handout.pipeline.results import Listener, Tally
-from handout.pipeline.writing import INK, WritingTask
+from handout.pipeline.writing import INK, WritingTask, program, words
 from handout.printing import countries, envelope, journal
 from handout.printing.address_table import Addresses, read_addresses, read_rows
 from handout.printing.batch import BACK

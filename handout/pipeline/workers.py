@@ -16,8 +16,8 @@ import signal
 import socket
 import threading
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import CancelledError, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -28,14 +28,15 @@ from threadpoolctl import threadpool_limits
 
 from handout.errors import HandoutError, InputError
 from handout.hand import library
-from handout.pipeline.job_pages import program
 from handout.pipeline.merging import Account, RowPages
+from handout.pipeline.writing import program
 from handout.printing.prepared import MakeRows, Prepare, PreparedRow, RowMaker
 from handout.printing.rows import Row
 
 AHEAD = 2  # rows begun for every process: one that it makes, one that waits for it
+_ENDING = 5.0  # s that a pool may take to end
 _MOST_LOST = 5  # times that processes are lost while one row is waited for: then the row is to blame, or the machine
-_PRELOADED = ("handout.pipeline.printing", "handout.pipeline.plot_rows", "handout.inking.pens", "handout.motion.trace")
+_PRELOADED = ("handout.pipeline.printing", "handout.inking.pens", "handout.motion.trace")
 
 
 class WorkersLost(HandoutError):
@@ -160,7 +161,7 @@ class Remote:
         """How many rows are begun before the first of them is taken."""
         raise NotImplementedError
 
-    def submit(self, work: bytes, row: Row, check: bool) -> Any:
+    def submit(self, row: Row, check: bool) -> Any:
         """Begin a row; a future."""
         raise NotImplementedError
 
@@ -177,7 +178,7 @@ class Remote:
         source, waiting = iter(rows), deque[tuple[Row, Any]]()
         while True:
             while len(waiting) < self.ahead and (row := next(source, None)) is not None:
-                waiting.append((row, self.submit(self._work, row, check)))
+                waiting.append((row, self.submit(row, check)))
             if not waiting:
                 return
             yield self._first(waiting, check)
@@ -192,7 +193,7 @@ class Remote:
             for at, again in enumerate(list(self.recover(waiting))):
                 if again:
                     row = waiting[at][0]
-                    waiting[at] = row, self.submit(self._work, row, check)
+                    waiting[at] = row, self.submit(row, check)
         raise WorkersLost(
             f"The processes that make row {waiting[0][0].number} ended {_MOST_LOST} times, perhaps for want of memory: "
             "use fewer --jobs."
@@ -214,45 +215,51 @@ class ProcessWorkers(Remote):
         self._pool = self._opened()
 
     def _opened(self) -> ProcessPoolExecutor:
-        return ProcessPoolExecutor(self._jobs, self._context, _follow_parent)
+        # the work goes to each process once: a pool that breaks while its queue is full would never end
+        return ProcessPoolExecutor(self._jobs, self._context, _begin, (self._work,))
 
     def __enter__(self) -> ProcessWorkers:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, *exc: object) -> None:
-        self._pool.shutdown(wait=kind is None, cancel_futures=True)
-        if kind is not None:  # what is still being made nobody wants any more
-            for process in set(multiprocessing.active_children()) - self._before:
-                process.terminate()
+    def __exit__(self, *exc: object) -> None:
+        self._end()
+
+    def _end(self) -> None:
+        """End the processes, whatever they are at: what is still being made nobody wants any more."""
+        self._pool.shutdown(wait=False, cancel_futures=True)
+        for process in set(multiprocessing.active_children()) - self._before:
+            process.kill()
 
     @property
     def ahead(self) -> int:
         """See `Remote`."""
         return AHEAD * self._jobs
 
-    def submit(self, work: bytes, row: Row, check: bool) -> Future[MadeRow]:
+    def submit(self, row: Row, check: bool) -> Future[MadeRow]:
         """See `Remote`."""
         try:
             with _unheard():
-                return self._pool.submit(made_from, work, row, check)
-        except BrokenProcessPool:
-            self._pool = self._opened()
-            with _unheard():
-                return self._pool.submit(made_from, work, row, check)
+                return self._pool.submit(_made, row, check)
+        except BrokenProcessPool as error:
+            lost = Future[MadeRow]()
+            lost.set_exception(error)
+            return lost
 
     def result(self, future: Future[MadeRow]) -> MadeRow | None:
         """See `Remote`."""
         try:
             return future.result()
-        except BrokenProcessPool:
+        except (BrokenProcessPool, CancelledError):
             return None
 
-    def recover(self, waiting: deque[tuple[Row, Any]]) -> Sequence[bool]:
+    def recover(self, waiting: deque[tuple[Row, Any]]) -> Iterator[bool]:
         """A pool that has lost a process ends; a new one goes on with what it had not made."""
-        futures: list[Future[MadeRow]] = [future for _, future in waiting]
-        self._pool.shutdown(wait=True, cancel_futures=True)
+        self._end()
+        wait([future for _, future in waiting], _ENDING)
         self._pool = self._opened()
-        return [future.cancelled() or isinstance(future.exception(), BrokenProcessPool) for future in futures]
+        for _, future in waiting:
+            lost = future.cancelled() or not future.done()
+            yield lost or isinstance(future.exception(), BrokenProcessPool)
 
 
 @contextlib.contextmanager
@@ -268,16 +275,25 @@ def _unheard() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _follow_parent() -> None:
-    """End this process with the one that it works for, however that ends."""
+_work = b""  # that this process does
 
-    def wait() -> None:
+
+def _begin(work: bytes) -> None:
+    """Begin a process: it ends with the one that it works for, however that ends."""
+    global _work
+    _work = work
+
+    def follow() -> None:
         parent = multiprocessing.parent_process()
         if parent is not None:
             parent.join()
             os._exit(1)
 
-    threading.Thread(target=wait, daemon=True).start()
+    threading.Thread(target=follow, daemon=True).start()
+
+
+def _made(row: Row, check: bool) -> MadeRow:
+    return made_from(_work, row, check)
 
 
 _ONE_AT_A_TIME = threading.Lock()  # a worker of a cluster may have several threads

@@ -425,6 +425,19 @@ def title(text: str) -> str:
     return " ".join(text.split())[:60]
 
 
+def words(page: Manuscript) -> list[str]:
+    """The words of a page, so that one can say where a plot broke off."""
+    letters: dict[int, str] = {}
+    for placed in (placed for line in page.lines for placed in line.placed):
+        letters[placed.word] = letters.get(placed.word, "") + placed.glyph.letter
+    return [letters.get(number, "") for number in range(max(letters, default=-1) + 1)]
+
+
+def program() -> str:
+    """What decides about every stroke besides what is asked for."""
+    return f"handout {__version__} with numpy {np.__version__}"
+
+
 def draw(
     page: Manuscript,
     task: WritingTask,
