@@ -123,6 +123,23 @@ class Feeder(Table, frozen=True):
     command: tuple[str, ...] = ()
 
 
+class Prices(Table, frozen=True):
+    """What a machine's work costs, as far as it is known; of money in one currency.
+
+    sheet, envelope: of one; ink: of a millilitre; ink_load: millilitres on a square metre that is covered with ink;
+    pen: of a pen; pen_length: metres of line that it writes; hour: of the machine.
+    """
+
+    currency: str = ""
+    sheet: float | None = None
+    envelope: float | None = None
+    ink: float | None = None
+    ink_load: float | None = None
+    pen: float | None = None
+    pen_length: float | None = None
+    hour: float | None = None
+
+
 class Plotter(Table, frozen=True):
     """A pen plotter.
 
@@ -140,6 +157,7 @@ class Plotter(Table, frozen=True):
     port: Port = Port()
     hpgl: Hpgl = Hpgl()
     feeder: Feeder = Feeder()
+    prices: Prices = Prices()
     homing: bool = False
     segment_rate: float = 100.0
     firmware: str = ""
@@ -199,6 +217,7 @@ class Printer(Table, frozen=True):
     format: Literal["", "pdf", "pwg", "urf", "png"] = ""
     simulated: bool = False
     envelope: Envelope = Envelope()
+    prices: Prices = Prices()
     notes: str = ""
 
 
@@ -220,6 +239,8 @@ _BOUNDS: dict[str, tuple[float, float]] = {
     "margins.top": (0, 100), "margins.right": (0, 100), "margins.bottom": (0, 100), "margins.left": (0, 100),
     "envelope.margins.top": (0, 100), "envelope.margins.right": (0, 100), "envelope.margins.bottom": (0, 100),
     "envelope.margins.left": (0, 100),
+    "prices.sheet": (0, 1e6), "prices.envelope": (0, 1e6), "prices.ink": (0, 1e6), "prices.ink_load": (0.01, 1000),
+    "prices.pen": (0, 1e6), "prices.pen_length": (0.1, 1e6), "prices.hour": (0, 1e6),
 }  # fmt: skip
 
 

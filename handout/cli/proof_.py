@@ -24,6 +24,7 @@ from handout.pipeline.options import MergeOptions, PictureOptions, TableOptions,
     click.option("--pages", type=click.IntRange(1), help="How many pages a letter may have."),
     click.option("--printer", default="", help="Whose reach is looked at: a printer's profile, or its queue."),
     click.option("--device", default="", help="Whose reach and time are looked at: a plotter's profile."),
+    click.option("--prices", default="", metavar="NAME=…,…", help="sheet=0.02,envelope=0.1,hour=4,currency=EUR …"),
 )
 @options.bind("batch", options.batch, *options.TABLE, *options.MERGE)
 @options.writing
@@ -58,5 +59,8 @@ def command(
     rows = units.count(len(result.rows), "row")
     look = f"; look first at {units.count(len(result.looked), 'row')}" if result.looked else ""
     pages = units.count(sum(result.sheets.values()), "page")
-    console.report(result, f"Wrote {sentences.names(result.files)}: {rows}, {pages}{look}; seed {result.seed}.")
+    console.report(
+        result,
+        f"Wrote {sentences.names(result.files)}: {rows}, {pages}{look}; seed {result.seed}. {result.costs.sentence()}",
+    )
     return 0 if not result.failed else 4 if result.rows else 2

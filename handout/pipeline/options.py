@@ -6,6 +6,7 @@ Nothing heavy is imported here: the command reads this file to show its help.
 from __future__ import annotations
 
 import secrets
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
@@ -262,6 +263,7 @@ class MergeOptions:
     skip_bad : whether rows that can be made are made although others cannot.
     given : options that win over the head of a letter file, as in `pipeline.letters.prepare_letter`.
     approved : the .json file of a proof, which these pages have to be.
+    alone : whether letter, table and return address were sent from elsewhere, and may name no other files.
     """
 
     letter: str | Path | None = None
@@ -278,6 +280,7 @@ class MergeOptions:
     window: str = ""
     tick: bool = False
     skip_bad: bool = False
+    alone: bool = False
 
 
 @dataclass(frozen=True)
@@ -302,6 +305,23 @@ class StyleOptions:
     prime: str | None = None  # of a learned style, an example by its name or file; None: the style's own
     temperature: float | None = None  # of a learned style, 1 for as much chance as in its examples; None: the style's
     seed: int | None = None  # same seed, same bytes; None: one by chance
+
+
+StyleValue = float | str | Sequence[float]
+
+
+@dataclass(frozen=True)
+class StyleDraft:
+    """A handstyle that is being edited.
+
+    values : "movement.smooth" → 0.3; angles in degrees, times in ms, directions as lists.
+    base : the style (name or file) whose learned manner it has, "" for one by rules.
+    name : what it is called.
+    """
+
+    values: Mapping[str, StyleValue]
+    base: str = ""
+    name: str = "draft"
 
 
 @dataclass(frozen=True)

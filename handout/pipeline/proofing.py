@@ -12,13 +12,14 @@ import io
 import json
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from handout import atomic, units
 from handout.errors import InputError
 from handout.inking.papers import laid
 from handout.pipeline import merging
+from handout.pipeline.costs import Costs, Spent, costs, prices
 from handout.pipeline.merging import AT_EDGE, OUT_OF_REACH, WARNED, Finding, RowPages
 from handout.pipeline.options import (
     MergeOptions,
@@ -31,10 +32,11 @@ from handout.pipeline.options import (
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.plotting import plan
 from handout.printing import media, printers
+from handout.printing.batch import BACK
 from handout.printing.journal import ENVELOPE
 from handout.printing.prepared import BatchPage, margin_warning
 from handout.printing.rows import Row, select
-from handout.profiles import Plotter, Printer, find
+from handout.profiles import Plotter, Prices, Printer, find
 from handout.values import Drawing
 
 _DPI = 96  # of the small pictures
@@ -60,7 +62,9 @@ class Proof(Result):
     """What a proof holds.
 
     rows : that can be made; failed : number of a row → why it cannot.
-    sheets : how many of each size, by its name; machine_s : s that a plotter would take, None without one.
+    sheets : how many pages of each size, by its name; machine_s : s that a plotter would take, None without one.
+    ink_area : mm² of paper that ink covers; costs : what all that costs; pages : with their
+    pictures.
     """
 
     tally: Tally
@@ -71,7 +75,10 @@ class Proof(Result):
     looked: dict[int, tuple[str, ...]]
     sheets: dict[str, int]
     files: tuple[Path, ...]
-    machine_s: float | None = None
+    machine_s: float | None
+    ink_area: float
+    costs: Costs
+    pages: tuple[ProofPage, ...] = ()
 
     def facts(self) -> Facts:
         return {
@@ -80,18 +87,21 @@ class Proof(Result):
             "failed": [{"row": row, "reason": reason} for row, reason in self.failed.items()],
             "look_at": [{"row": row, "why": list(why)} for row, why in self.looked.items()],
             "sheets": self.sheets,
+            "ink_cm2": round(self.ink_area / 100, 2),
             **({} if self.machine_s is None else {"machine_s": round(self.machine_s, 1)}),
+            "cost": self.costs.facts(),
             **({"notes": list(self.notes)} if self.notes else {}),
         }
 
 
 @dataclass(frozen=True)
 class ProofOptions(TableOptions):
-    """What a proof is of: the page, and the machine, printer or plotter, whose reach and time are looked at."""
+    """What a proof is of: the page, and the machine, printer or plotter, whose reach, time and prices are looked at."""
 
     page: str | None = None
     printer: str = ""
     device: str = ""
+    prices: str = ""
     margin: str | None = None
     pages: int | None = None
 
@@ -120,6 +130,7 @@ def proof(
     paths = [Path(name) for name in outputs]
     _check(paths)
     machine = _machine(options)
+    at = prices(machine, options.prices)
     merged = merging.read(Path(table), options, merge, listener)
     usual = "DL" if not merged.with_letters else "A5" if isinstance(machine, Plotter) else "A4"
     sheet = SheetOptions(options.page, options.margin, options.pages, usual)
@@ -128,7 +139,7 @@ def proof(
     if isinstance(machine, Printer):
         reach = machine
         pages.margins = lambda page: media.page_margins(page, media.printer_for(page, reach))
-    made = _Made(pages, machine)
+    made = _Made(pages, machine, at)
     rows = select(merged.table, options.rows)
     for number, row in enumerate(rows):
         listener.progress(number / len(rows), f"proof {number}/{len(rows)}")
@@ -148,7 +159,10 @@ def proof(
         {row: tuple(finding.phrase for finding in found) for row, found in made.looked.items()},
         dict(made.sheets),
         (*paths, record),
-        made.machine_s if isinstance(machine, Plotter) else None,
+        made.machine_s,
+        made.spent.covered,
+        made.costs,
+        tuple(made.pages),
         notes=tuple(pages.account.dropped),
     )
 
@@ -180,12 +194,23 @@ class _Made:
 
     writer: RowPages
     machine: Printer | Plotter | None
+    prices: Prices
     rows: list[int] = field(default_factory=list)
     pages: list[ProofPage] = field(default_factory=list)
     failed: dict[int, str] = field(default_factory=dict)
     looked: dict[int, list[Finding]] = field(default_factory=dict)
     sheets: Counter[str] = field(default_factory=Counter)
-    machine_s: float = 0.0
+    spent: Spent = field(default_factory=Spent)
+
+    @property
+    def machine_s(self) -> float | None:
+        """s that a plotter would take; None without one."""
+        return self.spent.machine if isinstance(self.machine, Plotter) else None
+
+    @property
+    def costs(self) -> Costs:
+        """What all of it costs."""
+        return costs(replace(self.spent, machine=self.machine_s), self.prices, isinstance(self.machine, Plotter))
 
     @property
     def good(self) -> list[int]:
@@ -205,32 +230,45 @@ class _Made:
         found = self.writer.account.findings.pop(row.number, [])
         found += [Finding(WARNED, warning) for warning in row.warnings]
         placed = [self._of_page(page) for page in pages]
-        every = sorted(dict.fromkeys([*found, *(finding for each in placed for finding in each)]))
+        every = sorted(dict.fromkeys([*found, *(finding for own, _ in placed for finding in own)]))
         if every:
             self.looked[row.number] = every
-        for page, own in zip(pages, placed, strict=True):
+        for page, (own, seconds) in zip(pages, placed, strict=True):
             sheet = page.drawing.page
             self.sheets[sheet.name or f"{sheet.width:g} x {sheet.height:g} mm"] += row.copies
             called = "envelope" if page.part == ENVELOPE else page.part
-            size = (sheet.width, sheet.height)
-            self.pages.append(ProofPage(row.number, called, _small(page), size, tuple(own)))
+            picture, covered = _small(page)
+            self.pages.append(ProofPage(row.number, called, picture, (sheet.width, sheet.height), tuple(own)))
+            self._spend(page, covered, seconds, row.copies)
 
-    def _of_page(self, page: BatchPage) -> list[Finding]:
-        """What is to be looked at for where a page's ink lies."""
-        drawing, found = page.drawing, list[Finding]()
+    def _spend(self, page: BatchPage, covered: float, seconds: float, copies: int) -> None:
+        """Count what a page uses, which has so many copies."""
+        spent, envelope = self.spent, page.part == ENVELOPE
+        self.spent = replace(
+            spent,
+            sheets=spent.sheets + copies * (not envelope and page.part != BACK),
+            envelopes=spent.envelopes + copies * envelope,
+            covered=spent.covered + copies * covered,
+            line=spent.line + copies * page.drawing.pen_down,
+            machine=(spent.machine or 0.0) + copies * seconds,
+        )
+
+    def _of_page(self, page: BatchPage) -> tuple[list[Finding], float]:
+        """What is to be looked at for where a page's ink lies; s that a plotter would take for it."""
+        drawing, found, seconds = page.drawing, list[Finding](), 0.0
         if isinstance(self.machine, Printer):
             fed = media.printer_for(drawing.page, self.machine)
             if warning := margin_warning(drawing, fed):
                 found.append(Finding(OUT_OF_REACH, warning))
         elif isinstance(self.machine, Plotter) and drawing.strokes:
             try:
-                self.machine_s += plan(drawing, self.machine).duration
+                seconds = plan(drawing, self.machine).duration
             except InputError as error:
                 found.append(Finding(OUT_OF_REACH, str(error)))
         if not found and (near := _nearest(drawing)) is not None and near < _EDGE:
             called = "the envelope" if page.part == ENVELOPE else page.part
             found.append(Finding(AT_EDGE, f"ink comes within {max(near, 0.0):.1f} mm of the edge of {called}"))
-        return found
+        return found, seconds
 
 
 def _nearest(drawing: Drawing) -> float | None:
@@ -241,8 +279,8 @@ def _nearest(drawing: Drawing) -> float | None:
     return min(x0, y0, drawing.page.width - x1, drawing.page.height - y1)
 
 
-def _small(page: BatchPage) -> bytes:
-    """A small picture of a page on white, PNG."""
+def _small(page: BatchPage) -> tuple[bytes, float]:
+    """A small picture of a page on white, PNG, and how much of the paper its ink covers, mm²."""
     from PIL import Image
 
     raster = page.ink(_DPI)
@@ -252,17 +290,18 @@ def _small(page: BatchPage) -> bytes:
     whole.paste(ink, (round(raster.origin[0] * _DPI / 25.4), round(raster.origin[1] * _DPI / 25.4)))
     stream = io.BytesIO()
     whole.quantize(32).save(stream, "PNG", optimize=True)
-    return stream.getvalue()
+    return stream.getvalue(), float(raster.rgba[..., 3].sum()) * (25.4 / _DPI) ** 2
 
 
 def _totals(made: _Made) -> str:
-    """Pages, ink and time, in one sentence."""
+    """Pages, ink, time and cost, in two sentences."""
     tally = made.writer.account.tally
     sheets = ", ".join(f"{count} {name}" for name, count in made.sheets.items()) or "no page"
-    ink = f", {tally.pen_down / 1000:.1f} m of ink" if tally.pen_down else ""
+    ink = f", {made.spent.covered / 100:.1f} cm² of ink"
+    ink += f", {made.spent.line / 1000:.1f} m of line" if made.spent.line else ""
     time = f", {units.duration(tally.duration)} of writing" if tally.duration else ""
     machine = f", {units.duration(made.machine_s)} on the plotter" if made.machine_s else ""
-    return f"{units.count(len(made.good), 'row')}: {sheets}{ink}{time}{machine}."
+    return f"{units.count(len(made.good), 'row')}: {sheets}{ink}{time}{machine}. {made.costs.sentence()}"
 
 
 def _first(made: _Made) -> list[tuple[int, str, int]]:

@@ -71,8 +71,13 @@ def test_a_last_page_with_a_line_alone_wants_looking_at(call):
 @pytest.mark.slow
 def test_a_plotter_has_its_reach_and_its_time(call):
     command = ("proof", *LETTER, *QUICK, "--rows", "2", "-o", "proof.html", "--device", "simulated", "--json")
-    out, _ = call(*command)
-    assert json.loads(out)["machine_s"] > 5 and json.loads(out)["look_at"] == []
+    out, _ = call(*command, "--prices", "sheet=0.5,hour=36,pen=2,currency=EUR")
+    facts = json.loads(out)
+    assert facts["machine_s"] > 5 and facts["look_at"] == [] and facts["ink_cm2"] > 0.1
+    cost = facts["cost"]
+    assert cost["machine"] == pytest.approx(facts["machine_s"] / 100, abs=1e-3) and cost["unknown"] == ["pen_length"]
+    assert cost["pens"] is None and cost["total"] == pytest.approx(0.5 + cost["machine"], abs=1e-3)
+    assert "without pens: not known is pen_length." in Path("proof.html").read_text(encoding="utf-8")
     out, _ = call(*command, "--page", "900x900mm", "--margin", "700mm,20mm,20mm,700mm")
     assert "is outside the bed" in json.loads(out)["look_at"][0]["why"][0]
 
@@ -84,6 +89,7 @@ def test_a_plotter_has_its_reach_and_its_time(call):
         (("-o", "proof.png"), "a proof is written as .html or .pdf"),
         (("-o", "proof.html", "--printer", "pdf", "--device", "simulated"), "a proof is of one machine"),
         (("-o", "proof.html", "--rows", "9"), "names no row"),
+        (("-o", "proof.html", "--prices", "sheets=1"), "prices: 'sheets=1' is none; write sheet=0.02"),
     ],
 )
 def test_a_bad_command_is_one_sentence(call, arguments, words):

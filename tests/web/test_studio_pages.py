@@ -1,87 +1,23 @@
 """The studio's pages in Chromium, by real events: written, looked through, corrected; axe-core finds nothing there."""
 
-import json
-import os
 import re
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from browser import CHROMIUM, axe, kept
 
-sync_api = pytest.importorskip("playwright.sync_api")
-pytest.importorskip("starlette")
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed"),
 ]
-SHOTS = os.environ.get("STUDIO_PICTURES")  # a folder that pictures of the pages are kept in
-
-
-@pytest.fixture(scope="module")
-def server(tmp_path_factory, small_hand_file):
-    folder = tmp_path_factory.mktemp("studio")
-    shutil.copy(small_hand_file, folder / "mine.hand")
-    command = [sys.executable, "-m", "handout", "studio", str(folder / "mine.hand"), "--no-browser", "--json"]
-    environment = {**os.environ, "XDG_CONFIG_HOME": str(folder)}
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
-    yield json.loads(process.stdout.readline())["link"]
-    process.terminate()
-    process.wait()
-
-
-@pytest.fixture(scope="module")
-def page(server):
-    with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        page = browser.new_page(viewport={"width": 1280, "height": 800})
-        page.set_default_timeout(60_000)
-        faults = []
-        page.on("pageerror", lambda error: faults.append(str(error)))
-        # a refusal that comes at once, and not as an event, is an error to Chromium: the tests below ask for some
-        refused = "status of 422"
-        page.on("console", lambda m: faults.append(m.text) if m.type == "error" and refused not in m.text else None)
-        page.goto(server)
-        page.home = server.split("#")[0]
-        yield page
-        assert faults == []
-        browser.close()
-
-
-def kept(page, name):
-    """A picture of the page, for the manual, once nothing more is waited for."""
-    if SHOTS:
-        page.wait_for_timeout(9000)
-        page.screenshot(path=str(Path(SHOTS) / f"studio-{name}.png"))
-
-
-def axe(page):
-    """What axe-core finds; nothing where it is not installed."""
-    try:
-        import axe_playwright_python
-    except ImportError:
-        return []
-    session = page.context.new_cdp_session(page)
-    session.send("Page.setBypassCSP", {"enabled": True})
-    script = (Path(axe_playwright_python.__file__).parent / "axe.min.js").read_text(encoding="utf-8")
-    session.send("Runtime.evaluate", {"expression": script})
-    asked = {
-        "expression": "axe.run().then(r => r.violations.map(v => v.id))",
-        "awaitPromise": True,
-        "returnByValue": True,
-    }
-    found = session.send("Runtime.evaluate", asked)
-    session.send("Page.setBypassCSP", {"enabled": False})
-    return found["result"]["value"]
 
 
 def test_a_text_is_written_changed_watched_and_downloaded(page):
+    assert page.arrived == page.home, "the token is gone from the address"
+    page.goto(page.home + "#write")
     page.wait_for_selector(".sheet svg path.stroke")
-    assert "#" not in page.url, "the token is gone from the address"
     kept(page, "write")
-    page.get_by_label("Text").fill("Dear Ada, here is a card")
+    page.get_by_label("Text", exact=True).fill("Dear Ada, here is a card")
     page.get_by_label("Seed", exact=True).fill("4")
     page.locator(".told", has_text=re.compile("seed 4$")).wait_for()
     first = page.locator(".sheet path.stroke").first.get_attribute("d")
@@ -116,7 +52,7 @@ def test_words_that_read_as_others_are_framed_where_they_lie(page):
         route.fulfill(response=answer, body=answer.text().replace('"pages"', word, 1))
 
     page.route("**/api/write", doubted)
-    page.get_by_label("Text").fill("Dear Ada, again")
+    page.get_by_label("Text", exact=True).fill("Dear Ada, again")
     page.locator(".told", has_text="“Ada” on line 1 may read as “Ado”").wait_for()
     frame, sheet = page.locator(".marks rect").bounding_box(), page.locator(".sheet").bounding_box()
     page.unroute("**/api/write")
@@ -125,12 +61,12 @@ def test_words_that_read_as_others_are_framed_where_they_lie(page):
 
 
 def test_refusals_stand_where_the_text_is(page):
-    page.get_by_label("Text").fill("Жук " * 4000)
+    page.get_by_label("Text", exact=True).fill("Жук " * 4000)
     page.get_by_text("More", exact=True).click()
     page.get_by_label("Lend letters that the hand lacks").uncheck()
     page.locator("form .bad", has_text="Ж").wait_for()
     page.get_by_label("Lend letters that the hand lacks").check()
-    page.get_by_label("Text").fill("Dear Ada")
+    page.get_by_label("Text", exact=True).fill("Dear Ada")
     page.locator(".told", has_text="1 line").wait_for()
 
 
@@ -170,3 +106,46 @@ def test_letters_are_corrected_by_keys_alone(page):
     page.get_by_text("Enter confirms").wait_for()
     page.reload()
     side.get_by_text("1 correction is kept.").wait_for()
+
+
+def test_a_text_goes_to_the_plotter_and_its_pen_is_seen(page):
+    page.goto(page.home + "#write")
+    page.get_by_label("Text", exact=True).fill("Hi hi hi")
+    page.get_by_role("button", name="Plot …").click()
+    page.get_by_role("button", name="Look at it on the bed").click()
+    page.locator(".bed .stroke.pale").first.wait_for()
+    assert axe(page) == []
+    page.get_by_label("Port").select_option("sim:?realtime=1")
+    page.get_by_role("button", name="Draw", exact=True).press("Enter")
+    page.locator(".bed .nib:not([hidden])").wait_for()
+    kept(page, "jobs", 2500)
+    page.get_by_role("button", name="Pause").press("Enter")
+    page.get_by_text("The plot pauses, its pen lifted.").wait_for()
+    page.reload()  # the plot goes on without the page, and another page may attend to it
+    page.get_by_role("button", name="Stop").press("Enter")
+    page.get_by_text("It ended: it was stopped at the page.").wait_for()
+    page.get_by_label("Port").select_option("sim:")
+    page.get_by_role("button", name="Go on").press("Enter")
+    page.get_by_text("All of it is on paper.").wait_for()
+
+
+def test_a_batch_is_looked_at_approved_and_made(page):
+    page.goto(page.home + "#jobs")
+    page.get_by_text("A new batch").press("Enter")
+    table = {"name": "people.csv", "mimeType": "text/csv", "buffer": "First name\nAda\nZoë\n".encode()}
+    page.get_by_label("Table").set_input_files(table)
+    page.get_by_label("Letter; empty").fill("Dear {{ first_nam }}")
+    page.get_by_role("button", name="Keep the batch").click()
+    page.locator(".bad", has_text="did you mean first_name?").wait_for()
+    page.get_by_label("Table").set_input_files(table)
+    page.get_by_label("Letter; empty").fill("Dear {{ first_name }},\n\nplease come.")
+    page.get_by_role("button", name="Keep the batch").click()
+    page.get_by_role("button", name="Make a proof").press("Enter")
+    page.get_by_role("button", name="Approve", exact=True).press("Enter")
+    assert page.locator(".proofs img").count() == 2
+    assert axe(page) == []
+    page.get_by_role("button", name="Make the PDF").press("Enter")
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Save the PDF").press("Enter")
+    assert Path(download.value.path()).read_bytes().startswith(b"%PDF")
+    page.get_by_role("button", name="Close").press("Enter")

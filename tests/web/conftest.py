@@ -1,0 +1,76 @@
+"""One studio and one browser for all tests of its pages, and one studio for all that programs ask of it."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import warnings
+from types import SimpleNamespace
+
+import pytest
+from browser import CHROMIUM
+
+TAG = 'title = "Tag"\n[movement]\nsmooth = 0.25  # a comment\n'
+
+
+@pytest.fixture(scope="session")
+def server(tmp_path_factory, small_hand_file):
+    folder = tmp_path_factory.mktemp("studio")
+    shutil.copy(small_hand_file, folder / "mine.hand")
+    (folder / "tag.toml").write_text(TAG, encoding="utf-8")
+    files = [str(folder / name) for name in ("mine.hand", "tag.toml")]
+    command = [sys.executable, "-m", "handout", "studio", *files, "--no-browser", "--json"]
+    homes = {f"XDG_{kind}_HOME": str(folder) for kind in ("CONFIG", "DATA", "STATE")}
+    environment = {**os.environ, **homes}
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
+    yield SimpleNamespace(link=json.loads(process.stdout.readline())["link"], folder=folder)
+    process.terminate()
+    process.wait()
+
+
+@pytest.fixture(scope="session")
+def page(server):
+    sync_api = pytest.importorskip("playwright.sync_api")
+    with sync_api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": 1280, "height": 800})
+        page.set_default_timeout(60_000)
+        faults = []
+        page.on("pageerror", lambda error: faults.append(str(error)))
+        # a refusal that comes at once, and not as an event, is an error to Chromium: the tests below ask for some
+        refused = "status of 422"
+        page.on("console", lambda m: faults.append(m.text) if m.type == "error" and refused not in m.text else None)
+        page.goto(server.link)
+        page.wait_for_selector("nav a")
+        page.arrived, page.home, page.folder = page.url, server.link.split("#")[0], server.folder
+        yield page
+        assert faults == []
+        browser.close()
+
+
+@pytest.fixture(scope="package")
+def program(tmp_path_factory, small_hand_file):
+    """A program with a key, where the user has no hands of his own, but one that was named on the command line."""
+    pytest.importorskip("starlette")
+    pytest.importorskip("httpx")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # httpx is deprecated there for a package that few have yet
+        from starlette.testclient import TestClient
+
+    from handout.web.server import application
+    from handout.web.studio import Studio
+
+    class Program(TestClient):
+        def sent(self, name, data):
+            return self.post(f"/api/uploads?name={name}", content=data).json()["id"]
+
+    with pytest.MonkeyPatch.context() as patch:
+        for kind in ("CONFIG", "STATE"):
+            patch.setenv(f"XDG_{kind}_HOME", str(tmp_path_factory.mktemp(kind.lower())))
+        studio = Studio({small_hand_file.stem: small_hand_file})
+        with Program(application(studio, 7217), base_url="http://127.0.0.1:7217") as client:
+            client.headers["Authorization"] = f"Bearer {studio.new_key()}"
+            client.studio = studio
+            client.choices = client.get("/api/choices").json()
+            yield client
