@@ -90,8 +90,7 @@ class RowWork:
         if not self.folder.is_dir():
             raise InputError(f"{socket.gethostname()} has no folder {self.folder}: its workers have to see its files.")
         for name, digest in self.hands:
-            path = library.path(name)
-            if not path.is_file() or _digest(path) != digest:
+            if _digest(name) != digest:
                 raise InputError(f"{socket.gethostname()} has another hand {name}, or none: give its workers this one.")
 
 
@@ -99,12 +98,16 @@ def row_work(pages: RowPages, prepare: Prepare, drawn: bool = False) -> RowWork:
     """The work of a batch, with what other machines have to have."""
     own = pages.writing.hand
     names = {pages.merge.fields.manner(row).hand for row in pages.merge.table} | {own if isinstance(own, str) else ""}
-    files = {name: path for name in sorted(names) if name and (path := library.path(name)).is_file()}
-    return RowWork(pages, prepare, drawn, hands=tuple((name, _digest(path)) for name, path in files.items()))
+    digests = {name: _digest(name) for name in sorted(names - {""})}
+    return RowWork(pages, prepare, drawn, hands=tuple(digests.items()))
 
 
-def _digest(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+def _digest(name: str) -> str:
+    """Of the file of a hand; "" where there is none."""
+    try:
+        return hashlib.sha256(library.path(name).read_bytes()).hexdigest()
+    except (InputError, OSError):
+        return ""
 
 
 class Workers(Protocol):

@@ -173,6 +173,8 @@ def test_workers_of_a_cluster_that_are_killed_at_random_leave_no_trace(work):
 @pytest.mark.slow
 def test_ctrl_c_ends_the_processes_and_says_how_to_go_on(work, tmp_path):
     environment = {**os.environ, "PYTHONPATH": str(Path(handout.__file__).parents[1]), "OMP_NUM_THREADS": "1"}
+    environment["XDG_STATE_HOME"] = str(tmp_path / "state")
+    Path("people.csv").write_text(PEOPLE + "Ben,Weg 9,Ulm,\n" * 300, encoding="utf-8")  # more than are made in the test
     program = "import signal, sys; signal.signal(2, signal.default_int_handler); from handout.cli import main; main()"
     command = [sys.executable, "-c", program, "print", "people.csv", "--letter", "letter.md", "--jobs", "2"]
     command += ["--printer", "small.toml", "--dry-run", "printed", "--skip-bad", "--pen", "plain"]
