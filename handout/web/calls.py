@@ -34,6 +34,8 @@ Colour = Annotated[str, Meta(pattern=r"^(#[0-9a-fA-F]{3,6}|[a-zA-Z ]{1,30})(?!\n
 Text = Annotated[str, Meta(max_length=100_000)]
 Seed = Annotated[int, Meta(ge=0, le=2**53)]
 UploadId = Annotated[str, Meta(pattern=r"^[\w-]{22}(?!\n)$")]
+Place = Annotated[int, Meta(ge=0, le=100_000)]
+Times = Annotated[int, Meta(ge=1, le=100)]
 Format = Literal["svg", "png", "pdf", "inkml", "json", "gcode", "hpgl", "ebb"]
 
 
@@ -68,6 +70,7 @@ class Write(Body, frozen=True):
     fallback: bool = False
     strict: bool = False
     style: Name | None = None
+    rewritten: Annotated[tuple[tuple[Place, Times], ...], Meta(max_length=1000)] = ()  # words: place in the text, times
     pen: Name | None = None
     pen_width: Length | None = None
     ink: Colour | None = None
@@ -91,6 +94,7 @@ class Write(Body, frozen=True):
             slips=slip_rate(str(self.slips)) if self.slips else 0.0,
             strict=self.strict,
             style=self.style,
+            rewritten=self.rewritten,
         )
 
     def sheet(self) -> SheetOptions:
