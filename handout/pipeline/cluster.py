@@ -11,7 +11,7 @@ from importlib import import_module
 from typing import Any, Self
 
 from handout.errors import InputError
-from handout.pipeline.workers import AHEAD, MadeRow, Remote, RowWork, WorkersLost, made_from
+from handout.pipeline.row_work import AHEAD, MadeRow, Remote, RowWork, WorkersLost, made_from
 from handout.printing.rows import Row
 
 _ANSWER = 10.0  # s that a scheduler may take to answer

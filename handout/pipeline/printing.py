@@ -14,7 +14,7 @@ from handout.calibrating import calibrated_ink
 from handout.calibrating.calibrated_ink import CalibratedInk
 from handout.calibrating.store import Calibration
 from handout.errors import InputError
-from handout.pipeline import merging, workers, writing
+from handout.pipeline import merging, row_work, workers, writing
 from handout.pipeline.merging import Account, RowPages
 from handout.pipeline.options import (
     MergeOptions,
@@ -238,10 +238,11 @@ def make_all(
 ) -> tuple[Report, Account]:
     """Make all rows of a batch, by as many processes as its options say; see `make_rows`.
 
-    run : the options of the table, and the journal; drawn : see `workers.RowWork`.
+    run : the options of the table, and the journal; drawn : see `row_work.RowWork`.
     """
     (table, record), account = run, Account()
-    with workers.opened(workers.row_work(pages, place.prepare, drawn), table.jobs, table.cluster, listener.say) as made:
+    work = row_work.row_work(pages, place.prepare, drawn)
+    with workers.opened(work, table.jobs, table.cluster, listener.say) as made:
         make, check = (workers.counted(made, account, listener.say, check) for check in (False, True))
         heard = BatchListener(progress(listener), listener.say)
         return make_rows(pages.merge.table, make, place, options, record, listener=heard, check=check), account

@@ -199,10 +199,7 @@ def make_rows(
     if isinstance(place, Spool):
         jobs = send(place, taken, checked, todo, _makeable(rows), journal, listener)
     else:
-        for number, _ in enumerate(taken):
-            listener.progress(number, len(chosen), "make")
-        if options.all_or_none and checked.failed:
-            raise RowsRefused(checked.failed, checked.warnings)
+        _made(taken, checked, options, len(chosen), listener)
     place.finish()
     done = tuple(sorted({*checked.done, *(piece.row for piece in todo.wait)}))
     before, unknown = tuple(todo.done), tuple(todo.unknown)
@@ -226,6 +223,16 @@ def _taken(
         place.take(row.number, row.pages, copies[row.number])
         checked.done.append(row.number)
         yield pieces(row.number, copies[row.number], [page.part for page in row.pages])
+
+
+def _made(
+    taken: Iterable[Sequence[Piece]], checked: Checked, options: BatchOptions, total: int, listener: Listener
+) -> None:
+    """Make all rows, for a file that appears whole or not at all."""
+    for number, _ in enumerate(taken):
+        listener.progress(number, total, "make")
+    if options.all_or_none and checked.failed:
+        raise RowsRefused(checked.failed, checked.warnings)
 
 
 def _refuse(checked: Iterable[PreparedRow], total: int, listener: Listener) -> None:
