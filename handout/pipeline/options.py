@@ -203,6 +203,20 @@ class CalibrationOptions:
 
 
 @dataclass(frozen=True)
+class CalibrationPlace:
+    """A calibration that is done step by step.
+
+    step : what comes next as far as who asks knows; "" where that is asked for.
+    """
+
+    printer: str
+    paper: str
+    chart: ChartOptions = ChartOptions()
+    options: CalibrationOptions = CalibrationOptions()
+    step: str = ""
+
+
+@dataclass(frozen=True)
 class ReadingOptions:
     """How a hand is read from pages.
 

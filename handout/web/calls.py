@@ -14,6 +14,9 @@ from handout.pipeline.batch_desk import BatchPlan
 from handout.pipeline.inputs import Source
 from handout.pipeline.options import (
     Align,
+    CalibrationOptions,
+    CalibrationPlace,
+    ChartOptions,
     MergeOptions,
     PictureOptions,
     PromptOptions,
@@ -327,3 +330,29 @@ class KeptStyle(Body, frozen=True):
 
     style: Handstyle
     replace: bool = False
+
+
+class Calibrating(Body, frozen=True):
+    """A calibration, and what is done next of it.
+
+    step : what comes next as far as the page knows; faults : of the simulated printer or scanner.
+    to_printer : print it, else it is given as PDF; uploads : scans that were sent; made : of a stored calibration.
+    """
+
+    printer: Name
+    paper: Annotated[str, Meta(pattern=r"^[\w -]{1,60}(?!\n)$")] = "plain"
+    sheet: Literal["A4", "letter"] = "A4"
+    pages: Literal[1, 2] | None = None
+    hand: Name | None = None
+    accept: bool = False
+    afresh: bool = False
+    step: Annotated[str, Meta(max_length=40)] = ""
+    to_printer: bool = True
+    uploads: Annotated[tuple[UploadId, ...], Meta(max_length=4)] = ()
+    faults: Annotated[tuple[Name, ...], Meta(max_length=4)] = ()
+    made: Annotated[str, Meta(max_length=40)] = ""
+
+    def place(self, hand: str) -> CalibrationPlace:
+        """The calibration; `hand` is where its hand is kept, or its name."""
+        options = CalibrationOptions(hand=hand, accept=self.accept, afresh=self.afresh, faults=self.faults)
+        return CalibrationPlace(self.printer, self.paper, ChartOptions(self.sheet, self.pages), options, self.step)
