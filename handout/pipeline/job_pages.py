@@ -53,6 +53,7 @@ _WRITING = (
         "slips",
         "pose_method",
         "temperature",
+        "rewritten",
     ),
 )
 
@@ -212,7 +213,7 @@ def _again(inputs: Mapping[str, Any], pages: int) -> WritingTask:
             f"{lacking}, and the hand {options['hand']} has changed: put the old one back, or plot the rest of the "
             "text anew."
         )
-    named = {name: options.get(name) for name in _WRITING}
+    named = {name: options.get(name) for name in _WRITING} | {"rewritten": options.get("rewritten", ())}
     named |= {name: options.get(name) for name in ("pose", "style", "prime")}
     writing = WritingOptions(hand=options["hand"], seed=options["seed"], **named)
     task = prepare(writing, SheetOptions(options["page_name"], options["margin"], options["pages"]))

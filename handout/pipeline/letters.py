@@ -513,5 +513,7 @@ def write_sent(
     device: str | None = None,
     listener: Listener = SILENT,
 ) -> Written:
-    """The same for what was sent from elsewhere, see `inputs.sent_source`."""
+    """The same for what was sent from elsewhere, see `inputs.sent_source`; of a text, with where each word is."""
+    if not letter:
+        return texts.write(text, outputs, *options, device=device, places=True, listener=listener)
     return write_source(sent_source(text, letter), outputs, *options, device=device, listener=listener)

@@ -210,6 +210,8 @@ def _named(options: object) -> dict[str, object]:
     """The options that change something on paper, by name."""
     names = (option.name for option in fields(options))  # type: ignore[arg-type]
     values = {name: getattr(options, name) for name in names if name not in _NOT_OF_THE_BATCH}
+    if rewritten := values.pop("rewritten", ()):
+        values["rewritten"] = repr(rewritten)
     return {name: ",".join(value) if isinstance(value, tuple) else value for name, value in values.items()}
 
 
