@@ -200,7 +200,8 @@ class Siblings:
         clear = np.clip(odds, -SETTINGS.clearest, SETTINGS.clearest)
         distance, alone = np.log(self._distance + SETTINGS.floor), 1 / np.sqrt(self._siblings)
         near, far = self._nearest(width)
-        kin = np.log(near / np.median(near) + SETTINGS.floor)
+        # glyphs of a page that is there twice have no distance
+        kin = np.log(near / max(float(np.median(near)), SETTINGS.floor) + SETTINGS.floor)
         ratio = np.clip(np.log((near + SETTINGS.floor) / (far + SETTINGS.floor)), -SETTINGS.widest, SETTINGS.widest)
         shape = [distance, distance**2, clear, np.minimum(clear, 0), kin, ratio, alone, distance * alone]
         return np.column_stack([*shape, np.log1p(np.square(self._residual))])

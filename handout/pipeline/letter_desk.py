@@ -346,7 +346,7 @@ def _told(desk: _Desk, pages: set[int]) -> Facts:
             "order": [one for one, _, _ in letters],
             "letters": [letter for _, new, letter in letters if new],
         }
-    return {"changed": told}
+    return {"told": told}
 
 
 def rewind_letters(name: str, revision: str, back: int) -> Facts:

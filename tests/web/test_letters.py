@@ -186,6 +186,7 @@ def test_the_others_learn_while_more_is_corrected(hand, tmp_path, monkeypatch):
     made(hand, {"do": "confirm", "at": letters(hand)[7]["spot"]})
     desk.learn_apart(copy)
     taken = desk.take_learnt(hand, copy, begun["made"])
+    assert taken["told"]["0"]["order"] == [one["id"] for one in letters(hand)]
     assert taken["made"] >= 2 and taken["revision"] != state["revision"]
     assert [letters(hand)[i]["verdict"] for i in (0, 7)] == ["confirmed"] * 2
     desk.rewind_letters(hand, taken["revision"], taken["made"])

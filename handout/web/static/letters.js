@@ -103,7 +103,7 @@ export async function show(main, shared, [name, number = '0']) {
   /** What an answer says of this page's letters. */
   function renew(answer) {
     facts = answer;
-    const told = answer.changed?.[page];
+    const told = answer.told?.[page];
     if (!told) return;
     const known = new Map(letters.map((letter) => [letter.id, letter])), id = here()?.id, spot = here()?.spot;
     for (const letter of told.letters) known.set(letter.id, letter);
@@ -116,7 +116,7 @@ export async function show(main, shared, [name, number = '0']) {
   async function reload() {
     facts = await request('GET', `${url}/letters`);
     const answer = await request('GET', `${url}/letters/${page}`);
-    renew({ ...facts, changed: { [page]: { order: answer.letters.map((letter) => letter.id), letters: answer.letters } } });
+    renew({ ...facts, told: { [page]: { order: answer.letters.map((letter) => letter.id), letters: answer.letters } } });
   }
 
   /** Changes are sent one after the other; what is looked at meanwhile may be another letter already. */
