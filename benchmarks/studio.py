@@ -1,7 +1,8 @@
 """How long the studio takes to answer, beside the same call of the library.
 
 Medians, ms: a card in each drawn hand as SVG, asked for and fetched; a line in a scanned hand as PNG; targets that are
-dragged, in each style; of the letters of a scanned hand a page, a tile, a correction that is kept, and its undoing.
+dragged, in each style; of the letters of a scanned hand a page, a tile, a correction that is kept (with the words
+around it aligned anew), how a word is written, ink that is painted, and its undoing.
 Columns: through the server; in the library, warm; what the server adds.  The browser waits 120 ms after a key before it
 asks: a card is to be there within 300 ms.  The movement of a drag is to be there within 16 ms.
 """
@@ -112,6 +113,21 @@ def corrections(server: Server, hand: Path) -> None:
         "a correction, kept",
         lambda: post("corrections", corrections=made),
         lambda: change(letter_desk.correct_letters, data),
+        FEW,
+    )
+    x, y = (round(at) for at in spot)
+    compared(
+        "how a word is written",
+        lambda: server.ask(f"{url}/strokes/0/{x}/{y}"),
+        lambda: letter_desk.letter_strokes(own, 0, (float(x), float(y))),
+        FEW,
+    )
+    paint = {"do": "paint", "page": 0, "to": "ink", "stroke": [spot, [spot[0] + 30.0, spot[1]]], "width": 6.0}
+    painted = json.dumps([paint]).encode()
+    compared(
+        "ink painted, words aligned anew",
+        lambda: post("corrections", corrections=[paint]),
+        lambda: change(letter_desk.correct_letters, painted),
         FEW,
     )
     compared("undone", lambda: post("history", back=1), lambda: change(letter_desk.rewind_letters, 1), FEW - 1)
