@@ -79,6 +79,19 @@ class StrokeOrderModel:
                 ways.append((np.array(way, dtype=np.intp), bool(late)))
         return ways
 
+    def _said(self, number: int, sections: tuple[Indices, ...]) -> list[Indices]:
+        """The strokes of a glyph's line as a person gave them; each ligature goes on where one begins or ends."""
+        form, place = self.forms[number], self._places_on_page(number, sections)
+        told = ([place[v] for v in way.tolist() if v in place] for way in self._hand.glyphs[number].ways)
+        ways = [way for way in told if way]
+        for (way, _), section in zip(outwards(form), sections, strict=True) if ways else ():
+            out, anchor = section.tolist(), form.xy[way.anchor]
+            bare = [[v for v in one if v not in set(out)] or [way.anchor] for one in ways]
+            tips = [(i, end, min(one[end], len(form.xy) - 1)) for i, one in enumerate(bare) for end in (0, -1)]
+            i, end, _ = min(tips, key=lambda tip: float(np.linalg.norm(form.xy[tip[2]] - anchor)))
+            ways[i] = [*out[::-1], *bare[i]] if end == 0 else [*bare[i], *out]
+        return [np.array(way, dtype=np.intp) for way in ways]
+
     def _choose(self, number: int, instance: Instance) -> Candidate:
         """Of the candidates of a glyph that which its writer has the habit of."""
         if len(instance.candidates) == 1 or self.forms.marks[number]:
@@ -106,9 +119,7 @@ class StrokeOrderModel:
             line = self._with_neighbours(number, line, sections)
             found = self._candidates(number, line)
             if self._hand.glyphs[number].ways:
-                place = self._places_on_page(number, sections)
-                said = [[place[v] for v in way.tolist() if v in place] for way in self._hand.glyphs[number].ways]
-                found = [as_said(found, said)]
+                found = [as_said(found, said)] if (said := self._said(number, sections)) else found
             instance = instance_of(found, line, len(self.forms[number].xy))
             entry = self._instances[number] = (instance, sections)
         return entry
