@@ -200,7 +200,7 @@ export async function show(main, shared, [printerWanted, paperWanted]) {
     history.replaceChildren(h('h2', {}, 'What is calibrated'), ...(groups.size ? [] : [h('p', { class: 'quiet' }, 'Nothing yet.')]), ...[...groups].map(([name, list]) => h(
       'details', { open: groups.size < 3 }, h('summary', {}, h('strong', {}, name), ` ${list.length > 1 ? `${list.length} times, ` : ''}${list[0].age_days ? `${list[0].age_days} days ago` : 'today'}`),
       list.map((one, at) => h('article', {}, h('div', { class: 'row between' }, h('span', {}, `${one.made.slice(0, 16).replace('T', ' ')}${at ? '' : ', used now'}`), one.report ? h('button', { type: 'button', onclick: () => report(one, one.made) }, 'Report') : ''),
-        h('p', { class: 'quiet' }, one.verified ? difference(one.verified) : 'Not verified.', one.pen.hand ? ` The pen in its frame: ${one.pen.hand}.` : '', one.scanner ? ` Scanner: ${one.scanner}.` : ''),
+        h('p', { class: 'quiet' }, one.verified ? `${difference(one.verified)}.` : 'Not verified.', one.pen.hand ? ` The pen in its frame: ${one.pen.hand}.` : '', one.scanner ? ` Scanner: ${one.scanner}.` : ''),
         at ? '' : one.shades.map(swatches))),
     )));
   }
