@@ -183,6 +183,11 @@ def draw_letter(
     return [page.whole for page in pages], drawings
 
 
+def check_letter(task: LetterTask, row: int | None = None) -> None:
+    """Set the pages of a letter and draw none; raises as `draw_letter` does."""
+    _set(task, row)
+
+
 def _set(task: LetterTask, row: int | None) -> tuple[Mapping[str, Hand | ScannedHand], list[LetterPage]]:
     """The pages of a letter, with what `Manuscript.about` says of them, and its hands with all letters they need."""
     letter, main = task.letter, task.main

@@ -104,8 +104,21 @@ def test_letters_are_corrected_by_keys_alone(page):
     page.get_by_text("Draw the cut").wait_for()
     page.keyboard.press("Escape")
     page.get_by_text("Enter confirms").wait_for()
+    page.keyboard.press("Alt+s")
+    page.locator(".written .stroke").first.wait_for()
+    page.keyboard.press("Enter")
+    side.get_by_text("strokes told").wait_for()
+    page.keyboard.press("Escape")
+    page.keyboard.press("Alt+b")
+    page.keyboard.press("ArrowUp")
+    page.keyboard.press("Enter")
+    side.get_by_text("3 corrections are kept.").wait_for()
+    page.keyboard.press("Alt+p")
+    for key in ("Space", "ArrowRight", "ArrowRight", "Enter"):
+        page.keyboard.press(key)
+    side.get_by_text("4 corrections are kept.").wait_for()
     page.reload()
-    side.get_by_text("1 correction is kept.").wait_for()
+    side.get_by_text("4 corrections are kept.").wait_for()
 
 
 def test_a_word_is_written_again_and_the_block_is_moved_by_keys_alone(page):
