@@ -52,7 +52,7 @@ def _list_ports(as_json: bool) -> None:
 
 
 @command.command("probe")
-@click.option("--port", default="auto", show_default=True, help="/dev/ttyUSB0, COM3, socket://host:port, or sim:.")
+@click.option("--port", default="auto", show_default=True, help="/dev/ttyUSB0, COM3, tcp://host, ws://host, or sim:.")
 @click.option("--device", help="The plotter's profile; without it every dialect is tried.")
 @_json
 def probe(port: str, device: str | None, as_json: bool) -> None:
