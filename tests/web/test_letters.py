@@ -8,6 +8,8 @@ import pytest
 from handout.errors import InputError
 from handout.hand import file
 from handout.pipeline import letter_desk as desk
+from handout.tagging import segmentation
+from handout.tagging.segmentation import Adaptation
 
 pytestmark = pytest.mark.slow
 
@@ -105,7 +107,8 @@ def test_tiles_are_the_page(hand):
     assert tile.shape == part.shape and np.abs(tile.astype(int) - part).mean() < 3
 
 
-def test_the_others_learn_when_they_are_asked_to(hand):
+def test_the_others_learn_when_they_are_asked_to(hand, monkeypatch):
+    monkeypatch.setattr(segmentation, "_ADAPTATION", Adaptation(copies=1, rehearsed=2, epochs=1))  # takes seconds
     state = made(hand, {"do": "confirm", "at": letters(hand)[0]["spot"]})
     learnt = desk.learn_letters(hand, state["revision"])
     assert learnt["made"] in (1, 2) and letters(hand)[0]["verdict"] == "confirmed"
