@@ -54,7 +54,7 @@ class _Mode:
     "mode",
     _Mode,
     click.option("--file", "-f", help="Read the text from a file; - for standard input."),
-    click.option("--port", help="/dev/ttyUSB0, COM3, socket://host:port, auto, or sim: (simulated)."),
+    click.option("--port", help="/dev/ttyUSB0, COM3, tcp://host, ws://host, auto, or sim: (simulated)."),
     click.option(
         "--dry-run", multiple=True, type=click.Path(path_type=Path), help="Write a preview instead of plotting."
     ),
@@ -103,7 +103,7 @@ class _Mode:
     click.option("--grid", default="", metavar="NxM", help="Of a table: cards side by side, 2x3 is two across."),
     click.option("--gap", default="0mm", show_default=True, help="Between the cards of a grid."),
 )
-@options.bind("batch", options.batch, *options.TABLE, *options.MERGE)
+@options.bind("batch", options.batch, *options.TABLE, *options.WORKERS, *options.MERGE)
 @options.sheet("A5")
 @options.writing
 @options.picture

@@ -244,6 +244,8 @@ class TableOptions:
     resume: bool = False  # go on with a batch that broke off
     again: str = ""  # with `resume`, rows to make whatever became of them
     afresh: bool = False  # make all of it, though an earlier run broke off
+    jobs: int = 1  # processes that make rows
+    cluster: str = ""  # address of a Dask scheduler whose workers make them instead
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from handout.pipeline.merging import Merge, RowPages
 from handout.pipeline.options import MergeOptions, TableOptions, seed_of
 from handout.pipeline.plot_request import AttendanceOptions, Operator, PlotOptions, PlotRequest
 from handout.pipeline.plotting import ReportFile, Unattended, asked_machine, draw_job, job_options, port_to, stretched
-from handout.pipeline.printing import Printed, progress
+from handout.pipeline.printing import Printed, make_all
 from handout.pipeline.results import SILENT, Facts, Listener
 from handout.pipeline.writing import STROKES
 from handout.plotting import bed, plan
@@ -33,12 +33,11 @@ from handout.plotting.jobs.job import Job, Options
 from handout.plotting.jobs.pages import laid_out
 from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
-from handout.printing.batch import BACK, BatchOptions, Folder, chosen_rows, make_rows
+from handout.printing.batch import BACK, BatchOptions, Folder, chosen_rows
 from handout.printing.journal import ENVELOPE, Journal, Piece
-from handout.printing.prepared import NOTHING, BatchPage, PreparedPage, RowMaker
+from handout.printing.prepared import NOTHING, BatchPage, PreparedPage
 from handout.printing.queue import Outcome
 from handout.printing.rows import named
-from handout.printing.sending import Listener as BatchListener
 from handout.profiles import Plotter
 from handout.sinks import Look, check_outputs, write_drawings
 from handout.sinks.drawing_json import to_json
@@ -115,8 +114,7 @@ def plot_rows(
     pages.seed = merging.approved_seed(pages, rows)
     record = _journal(pages, rows, request, profile, bool(paths))
     pages.seed = record.seed
-    all_or_none = merged.with_letters and not merge.skip_bad
-    options = BatchOptions(rows.rows, plotting.copies, rows.again, None, all_or_none)
+    options = BatchOptions(rows.rows, plotting.copies, rows.again, None, merging.all_or_none(merged))
     chosen_rows(merged.table, options, record.resumed)
     place: PlotFiles | PlotSpool
     if paths:
@@ -127,13 +125,12 @@ def plot_rows(
         attended, opened = operator or Unattended(port, listener), port_to(port, profile)
         place = PlotSpool(shared, profile, PlotterQueue(profile, port, how, attended, attendance, account, opened))
     with record, place:
-        make = RowMaker(pages, place.prepare).each
-        report = make_rows(merged.table, make, place, options, record, BatchListener(progress(listener), listener.say))
+        report, written = make_all(pages, place, options, (rows, record), drawn=True, listener=listener)
     if isinstance(place, PlotFiles):
         account.planned(place.plans)
     return PlottedRows(
         report,
-        pages.tally,
+        written.tally,
         pages.seed,
         task.hand.name,
         port or "",
@@ -141,7 +138,7 @@ def plot_rows(
         letters=merged.with_letters,
         reports=tuple(place.queue.reports) if isinstance(place, PlotSpool) else (),
         planned_s=place.planned_s if isinstance(place, PlotFiles) else None,
-        notes=(*task.paper_notes, *pages.dropped, *([_PENS] if merged.fields.says("pen") else [])),
+        notes=(*task.paper_notes, *written.dropped, *([_PENS] if merged.fields.says("pen") else [])),
     )
 
 

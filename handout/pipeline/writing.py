@@ -294,6 +294,15 @@ def set_pages(
     return _set(text, compose, task, row)
 
 
+def check_text(text: str, task: WritingTask, layout: Layout | None = None, row: int | None = None) -> None:
+    """Raise as `draw_pages` would; pages are set only where their number is bounded, or nothing may be misread."""
+    set_, sheets = set_pages(text, task, layout, row)
+    bounded = task.pages is not None or (layout or task.layout).fit
+    if set_.hand.pages is not None and (bounded or task.strict):
+        for _ in sheets:
+            pass
+
+
 def set_parts(
     texts: Sequence[str], layouts: Sequence[Layout], task: WritingTask, row: int
 ) -> tuple[WritingTask, Iterator[Sheet]]:
@@ -438,6 +447,19 @@ def _with(sheet: Sheet, name: str, facts: Sequence[Facts]) -> Sheet:
 def title(text: str) -> str:
     """The beginning of a text, by which its pages are known."""
     return " ".join(text.split())[:60]
+
+
+def words(page: Manuscript) -> list[str]:
+    """The words of a page, so that one can say where a plot broke off."""
+    letters: dict[int, str] = {}
+    for placed in (placed for line in page.lines for placed in line.placed):
+        letters[placed.word] = letters.get(placed.word, "") + placed.glyph.letter
+    return [letters.get(number, "") for number in range(max(letters, default=-1) + 1)]
+
+
+def program() -> str:
+    """What decides about every stroke besides what is asked for."""
+    return f"handout {__version__} with numpy {np.__version__}"
 
 
 def draw(

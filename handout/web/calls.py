@@ -222,6 +222,18 @@ class NewHand(Body, frozen=True):
         return ReadingOptions(self.dpi, self.pen, self.title, self.seed)
 
 
+class MorePages(Body, frozen=True):
+    """More scans of an author, and what is on each, as for a new hand."""
+
+    scans: Annotated[tuple[UploadId, ...], Meta(min_length=1, max_length=20)]
+    texts: Annotated[tuple[Text, ...], Meta(max_length=20)] = ()
+    dpi: Annotated[float, Meta(ge=50, le=2400)] | None = None
+
+    def reading(self) -> ReadingOptions:
+        """How they are read."""
+        return ReadingOptions(self.dpi)
+
+
 class GivenHand(Body, frozen=True):
     """A .hand file that was sent to /api/uploads, and what it is to be called here."""
 

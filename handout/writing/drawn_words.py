@@ -18,7 +18,7 @@ from handout.hand.letter_classes import CROSSED
 from handout.values import Array, Glyph, Placed
 from handout.writing import variation as varying
 from handout.writing.choosing import NO_REWRITES, Choice, Rewrites
-from handout.writing.drawn_forms import DrawnForms, accented
+from handout.writing.drawn_forms import accented, drawn_forms
 from handout.writing.layout import USUAL_BASELINES
 from handout.writing.pages import ToPage, Unit, Word, wide_gap
 from handout.writing.text import Letter, spelt
@@ -363,7 +363,7 @@ class DrawnHandwriting:
     ) -> None:
         self._hand, self._jitter, self._rewrites = hand, jitter, rewrites
         self._writers = [WordWriter(hand, rng, jitter) for rng in streams]
-        self.baseline_model, self.stock = USUAL_BASELINES, DrawnForms(hand)
+        self.baseline_model, self.stock = USUAL_BASELINES, drawn_forms(hand)
         self.name, self.pitch, self.space, self.repertoire = hand.name, hand.pitch, hand.word_space, hand.repertoire
 
     def set_paragraph(self, words: Iterable[Choice]) -> Iterator[Unit[PlannedGlyph]]:
