@@ -32,8 +32,7 @@ from handout.pipeline.results import Listener, Tally
 from handout.pipeline.writing import INK, WritingTask
 from handout.printing import countries, envelope, journal
 from handout.printing.address_table import Addresses, read_addresses, read_rows
-from handout.printing.batch import BACK
-from handout.printing.journal import ENVELOPE, Batch, Journal
+from handout.printing.journal import BACK, ENVELOPE, Batch, Journal
 from handout.printing.prepared import BatchPage
 from handout.printing.rows import Row, named, select
 from handout.sinks import drawing_file

@@ -33,8 +33,8 @@ from handout.plotting.jobs.job import Job, Options
 from handout.plotting.jobs.pages import laid_out
 from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
-from handout.printing.batch import BACK, BatchOptions, Folder, chosen_rows, make_rows
-from handout.printing.journal import ENVELOPE, Journal, Piece
+from handout.printing.batch import BatchOptions, Folder, chosen_rows, make_rows
+from handout.printing.journal import BACK, ENVELOPE, Journal, Piece
 from handout.printing.prepared import NOTHING, BatchPage, PreparedPage, RowMaker
 from handout.printing.queue import Outcome
 from handout.printing.rows import named

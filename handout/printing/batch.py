@@ -15,7 +15,7 @@ from handout import atomic, units
 from handout.errors import InputError
 from handout.inking.device_pixels import Calibrate
 from handout.printing.envelope import address_layout, address_text
-from handout.printing.journal import ENVELOPE, Journal, Piece
+from handout.printing.journal import BACK, ENVELOPE, Journal, Piece
 from handout.printing.prepared import (
     BatchPage,
     Document,
@@ -43,13 +43,13 @@ from handout.printing.sending import (
     remaining,
     send,
 )
+from handout.printing.several import Several, send_to_several
 from handout.profiles import Printer
 from handout.sinks import drawing_file, picture_pdf
 from handout.values import Drawing, Page, Raster
 from handout.writing.layout import Layout
 
 MOST_COPIES = 100  # of a row; set by eye, against a slip of the keyboard
-BACK = "back"  # the part of a row that is the back of its envelope
 
 # text, layout, number of the row → the page as it is written; the row's own random stream is the caller's matter
 Write = Callable[[str, Layout, int], Drawing]
@@ -185,8 +185,9 @@ def make_rows(
     chosen, again = chosen_rows(rows, options, journal.resumed)
     copies = {row.number: options.copies * row.copies for row in chosen}
     todo = Remaining([row.number for row in chosen if not row.problem])
-    if isinstance(place, Spool):
-        todo = remaining(journal, place.queue, todo.fresh, copies, again)
+    devices = place.devices if isinstance(place, Several) else [place.queue] if isinstance(place, Spool) else []
+    if devices:
+        todo = remaining(journal, devices, todo.fresh, copies, again)
         chosen = [row for row in chosen if row.problem or row.number in todo.rows]
     checked = Checked(wanted=[row.number for row in chosen if not row.problem])
     taken = _taken(make(chosen), place, copies, checked)
@@ -195,7 +196,9 @@ def make_rows(
         if checked.failed:
             raise RowsRefused(Report((), tuple(checked.failed), warnings=tuple(checked.warnings)))
     jobs: tuple[Job, ...] = ()
-    if isinstance(place, Spool):
+    if isinstance(place, Several):
+        jobs = send_to_several(place, taken, checked, todo, _makeable(rows), journal, listener)
+    elif isinstance(place, Spool):
         jobs = send(place, taken, checked, todo, _makeable(rows), journal, listener)
     else:
         _counted(taken, len(chosen), listener)
