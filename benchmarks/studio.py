@@ -1,8 +1,9 @@
 """How long the studio takes to answer, beside the same call of the library.
 
-Medians, ms: a card in each drawn hand as SVG, asked for and fetched; a line in a scanned hand as PNG; of the letters
-of that hand a page, a tile, a correction that is kept, and its undoing.  Columns: through the server; in the library,
-warm; what the server adds.  The browser waits 120 ms after a key before it asks: a card is to be there within 300 ms.
+Medians, ms: a card in each drawn hand as SVG, asked for and fetched; a line in a scanned hand as PNG; targets that are
+dragged, in each style; of the letters of a scanned hand a page, a tile, a correction that is kept, and its undoing.
+Columns: through the server; in the library, warm; what the server adds.  The browser waits 120 ms after a key before it
+asks: a card is to be there within 300 ms.  The movement of a drag is to be there within 16 ms.
 """
 
 from __future__ import annotations
@@ -20,15 +21,17 @@ from pathlib import Path
 from typing import Any
 
 from handout.hand import library
-from handout.pipeline import letter_desk
-from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
+from handout.motion.styles import style
+from handout.pipeline import letter_desk, style_editor
+from handout.pipeline.options import PictureOptions, SheetOptions, StyleDraft, WritingOptions
 from handout.pipeline.writing import write
 
 CARD = "Dear Ada,\n\nthank you for the jam: it is nearly finished, and we all hope for more.\n\nYours, Zoë"
 LINE = "thank you for the jam"
 HANDS = ("house-joined", "house-quick", "house-print")
 SCANNED = "house-print-fountain"
-TIMES, FEW = 15, 5  # of which the median is taken: of quick calls, and of slow ones
+TARGETS = (8, 30)  # in a movement
+TIMES, FEW, MANY = 15, 5, 41  # of which the median is taken: of quick calls, and of slow ones
 
 
 class Server:
@@ -83,7 +86,7 @@ def median(call: Callable[[], object], times: int) -> float:
 def compared(name: str, server: Callable[[], object], own: Callable[[], object], times: int = TIMES) -> None:
     """A row of the table."""
     there, here = median(server, times), median(own, times)
-    print(f"{name:<34} {there:8.0f} {here:8.0f} {there - here:8.0f}", flush=True)
+    print(f"{name:<34} {there:8.1f} {here:8.1f} {there - here:8.1f}", flush=True)
 
 
 def corrections(server: Server, hand: Path) -> None:
@@ -114,6 +117,25 @@ def corrections(server: Server, hand: Path) -> None:
     compared("undone", lambda: post("history", back=1), lambda: change(letter_desk.rewind_letters, 1), FEW - 1)
 
 
+def movements(server: Server) -> None:
+    """The rows of targets that are dragged: so many in each style."""
+    for name in style.names():
+        facts: Any = style_editor.open_style(name)
+        base = name if facts["learned"] else ""
+        draft = StyleDraft(facts["values"], base, name)
+        asked = {"name": name, "values": facts["values"], **({"base": base} if base else {})}
+        for count in TARGETS:
+            places = [[5 + 140 * k / count, 50 + 30 * (-1) ** k] for k in range(count)]
+            plan = {"targets": places, "page": {"width": 148, "height": 105}}
+            data = json.dumps(plan).encode()
+            compared(
+                f"{count} targets dragged, {name}",
+                lambda plan=plan, asked=asked: server.ask("/api/movements", {"plan": plan, "style": asked}),  # type: ignore[misc]
+                lambda data=data, draft=draft: style_editor.moved(data, draft, 1),  # type: ignore[misc]
+                MANY,
+            )
+
+
 def main() -> None:
     print(f"{'ms, medians':<34} {'studio':>8} {'library':>8} {'more':>8}")
     with tempfile.TemporaryDirectory() as name:
@@ -138,6 +160,7 @@ def main() -> None:
                 lambda: write(LINE, [folder / "line.png"], writing, sheet, picture),
                 FEW,
             )
+            movements(server)
             corrections(server, hand)
         finally:
             server.close()

@@ -13,33 +13,34 @@ MISSING = "The studio needs two packages more: pip install 'handout-driver[web]'
 
 
 @click.command("studio")
-@click.argument("hands", nargs=-1)
+@click.argument("files", nargs=-1)
 @click.option("--port", type=click.IntRange(1, 65535), help="Where it listens; default: 7217, or any that is free.")
 @click.option("--no-browser", is_flag=True, help="Print the link and open nothing.")
 @click.option("--key-file", type=click.Path(path_type=Path), help="Keep a key for programs in this file meanwhile.")
 @click.option("--json", "as_json", is_flag=True, help="Print the link as one JSON object.")
-def command(hands: tuple[str, ...], port: int | None, no_browser: bool, key_file: Path | None, as_json: bool) -> None:
-    """Open the studio in the browser: write, make hands, correct their letters; HANDS are .hand files to have there.
+def command(files: tuple[str, ...], port: int | None, no_browser: bool, key_file: Path | None, as_json: bool) -> None:
+    """Open the studio in the browser: write, make hands, correct their letters, bend styles.
 
-    It listens on this computer alone, and its link is good once. Programs use it, too: docs/studio.md.
+    FILES are .hand files, and .toml and .style files of handstyles, to have there. It listens on this computer alone,
+    and its link is good once. Programs use it, too: docs/studio.md.
 
     \b
     handout studio
     handout studio me.hand --port 8000 --no-browser
     """
-    open_studio(hands, "", port, not no_browser, as_json, key_file)
+    open_studio(files, "", port, not no_browser, as_json, key_file)
 
 
 def open_studio(
-    hands: tuple[str, ...], start: str, port: int | None, browser: bool, as_json: bool, key_file: Path | None = None
+    names: tuple[str, ...], start: str, port: int | None, browser: bool, as_json: bool, key_file: Path | None = None
 ) -> None:
-    """Serve the studio with some .hand files, at a page of it, until Ctrl-C."""
-    files = {Path(name).stem: Path(name).resolve() for name in hands}
-    for name, path in files.items():
-        if path.suffix != ".hand" or not path.is_file():
-            raise InputError(f"{path}: there is no such .hand file.")
-        if not name.replace("-", "").replace("_", "").isalnum():
-            raise InputError(f"{path}: in the studio a hand is called as its file is: use letters, digits, - and _.")
+    """Serve the studio with some files of hands and styles, at a page of it, until Ctrl-C; a .toml may be new."""
+    files = {Path(name): Path(name).resolve() for name in names}
+    for given, path in files.items():
+        if path.suffix not in (".hand", ".toml", ".style") or not (path.is_file() or path.suffix == ".toml"):
+            raise InputError(f"{path}: there is no such .hand file, nor a style.")
+        if not given.stem.replace("-", "").replace("_", "").isalnum():
+            raise InputError(f"{path}: in the studio it is called as its file is: use letters, digits, - and _.")
     try:
         from handout.web.server import serve
     except ModuleNotFoundError as error:
@@ -51,4 +52,6 @@ def open_studio(
         if browser:
             click.launch(link)
 
-    serve(files, start, port, key_file, opened)
+    hands = {path.stem: path for path in files.values() if path.suffix == ".hand"}
+    styles = {path.stem: path for path in files.values() if path.suffix != ".hand"}
+    serve(hands, start, port, key_file, opened, styles)

@@ -1,4 +1,4 @@
-"""`handout style`: handstyles, learned from examples."""
+"""`handout style`: handstyles, learned from examples, and edited by hand."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from handout.pipeline.options import LessonOptions
 
 @click.group("style")
 def command() -> None:
-    """Learn handstyles."""
+    """Learn handstyles, and edit them."""
 
 
 @command.command("learn")
@@ -56,4 +56,26 @@ def learn(examples: tuple[Path, ...], output: Path, lesson: LessonOptions, conso
         result,
         f"Wrote {output}: learned from {units.count(result.drawings, 'drawing')}, "
         f"{units.count(result.strokes, 'stroke')} of {1e3 * result.duration_s:.0f} ms.",
+    )
+
+
+@command.command("edit")
+@click.argument("style")
+@click.option("--port", type=click.IntRange(1, 65535), help="Where it listens; default: 7217, or any that is free.")
+@click.option("--no-browser", is_flag=True, help="Print the link and open nothing.")
+def edit(style: str, port: int | None, no_browser: bool) -> None:
+    """Edit a handstyle in the browser: STYLE is a .toml or .style file, which may be new, or the name of a style.
+
+    \b
+    handout style edit tag.toml
+    handout style edit blackletter
+    """
+    from handout.cli.studio_ import open_studio
+    from handout.pipeline.style_editor import open_style
+
+    path = Path(style)
+    given = path.suffix in (".toml", ".style")
+    open_style(style)  # what cannot be read is said here
+    open_studio(
+        (style,) if given else (), f"style/{path.stem if given else style}", port, not no_browser, as_json=False
     )

@@ -6,6 +6,7 @@ Nothing heavy is imported here: the command reads this file to show its help.
 from __future__ import annotations
 
 import secrets
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
@@ -300,6 +301,23 @@ class StyleOptions:
     prime: str | None = None  # of a learned style, an example by its name or file; None: the style's own
     temperature: float | None = None  # of a learned style, 1 for as much chance as in its examples; None: the style's
     seed: int | None = None  # same seed, same bytes; None: one by chance
+
+
+StyleValue = float | str | Sequence[float]
+
+
+@dataclass(frozen=True)
+class StyleDraft:
+    """A handstyle that is being edited.
+
+    values : "movement.smooth" → 0.3; angles in degrees, times in ms, directions as lists.
+    base : the style (name or file) whose learned manner it has, "" for one by rules.
+    name : what it is called.
+    """
+
+    values: Mapping[str, StyleValue]
+    base: str = ""
+    name: str = "draft"
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,8 @@ may be cancelled, may take as long as it takes, and may end without taking the s
     calls.py      what may be asked for, as typed bodies, and the options of the pipeline that they mean
     routes.py     the table of routes, from which requests are served and `openapi.json` is made
     tasks.py      routes of sessions, uploads and tasks
-    writing.py    routes of the page Write; hands.py of Hands; letters.py of Letters, where a scanned hand is corrected
+    writing.py    routes of the page Write; hands.py of Hands; letters.py of Letters, where a scanned hand is corrected;
+                  styles.py of Style
     static/       the page: HTML, CSS and ES modules, as they are served
 
 A page is added as a file of routes with a table `ROUTES`, its line in `server.TABLES`, a module in `static/` and its

@@ -160,3 +160,51 @@ class Rewinding(Body, frozen=True):
 
     revision: Revision
     back: Annotated[int, Meta(ge=-1000, le=1000)] = 1
+
+
+_StyleValue = float | Annotated[str, Meta(max_length=500)] | Annotated[tuple[float, ...], Meta(max_length=40)]
+
+
+class Handstyle(Body, frozen=True):
+    """A handstyle that is being edited: "movement.smooth" → 0.3, angles in degrees, times in ms.
+
+    base : the learned style whose manner it has, if it has one.
+    """
+
+    name: Name
+    values: Annotated[dict[str, _StyleValue], Meta(max_length=80)] = {}
+    base: Name | None = None
+
+
+class Movement(Body, frozen=True):
+    """Targets, in the JSON that `handout strokes draw` takes, to be moved through in a style."""
+
+    plan: Raw
+    style: Handstyle
+    seed: Seed = 1
+    samples: Annotated[int, Meta(ge=0, le=12)] = 0
+
+
+class StyledWord(Body, frozen=True):
+    """A word in a drawn hand and a style."""
+
+    text: Annotated[str, Meta(min_length=1, max_length=40)]
+    style: Handstyle
+    hand: Name = "house-print"
+    seed: Seed = 1
+
+
+class MovementFile(Body, frozen=True):
+    """What is on the desk as a file; toml is the style, and style the same of a learned one."""
+
+    plan: Raw
+    style: Handstyle
+    format: Literal["toml", "style", "svg", "pdf", "png", "inkml", "json"]
+    seed: Seed = 1
+
+
+class KeptStyle(Body, frozen=True):
+    """A style that is to be kept among the user's own, or in the file that was opened."""
+
+    style: Handstyle
+    replace: bool = False

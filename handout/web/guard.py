@@ -75,8 +75,9 @@ class Guard:
         names = [f"127.0.0.1:{port}", f"localhost:{port}"]
         self._hosts = {name.encode() for name in names}
         self._origins = {f"http://{name}".encode() for name in names}
-        # a page that is typed into asks a few times a second, a page of tiles some hundred at once; set by hand
-        self._members, self._strangers = Allowance(600, 30), Allowance(120, 2)
+        # a page that is typed into asks a few times a second, a page of tiles some hundred at once, a target that is
+        # dragged once for each picture of a screen, 60 a second; set by hand
+        self._members, self._strangers = Allowance(600, 75), Allowance(120, 2)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] == "lifespan":

@@ -21,12 +21,12 @@ from starlette.types import ASGIApp
 
 from handout import atomic
 from handout.errors import InputError
-from handout.web import hands, letters, tasks, writing
+from handout.web import hands, letters, styles, tasks, writing
 from handout.web.guard import Guard
 from handout.web.routes import Way, json_answer, openapi
 from handout.web.studio import Studio
 
-TABLES = (tasks.ROUTES, writing.ROUTES, hands.ROUTES, letters.ROUTES)
+TABLES = (tasks.ROUTES, writing.ROUTES, hands.ROUTES, letters.ROUTES, styles.ROUTES)
 PORT = 7217  # that is tried first; no service is registered there (IANA).  Drafts belong to it, so it stays the same
 _STATIC = Path(__file__).resolve().parent / "static"
 _MOST_CONNECTIONS = 200  # at once; a browser opens six
@@ -75,7 +75,8 @@ def listening(port: int | None) -> socket.socket:
         Something else listens at the port that was asked for.
     """
     for number in (PORT, 0) if port is None else (port,):
-        one = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        # with the protocol named, asyncio sends small answers at once; else each waits 40 ms to be joined by more
+        one = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
         one.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             one.bind(("127.0.0.1", number))
@@ -93,17 +94,19 @@ def serve(
     port: int | None,
     key_file: Path | None,
     opened: Callable[[str], None],
+    styles_: Mapping[str, Path] = {},
 ) -> None:
     """Serve the studio until it is interrupted.
 
     Parameters
     ----------
     hands_ : name → .hand file of hands beside those that are known by name.
+    styles_ : the same of handstyles.
     start : the page that the link opens.
     key_file : where a key for programs is kept meanwhile, readable for the user alone.
     opened : is told the link once the server listens.
     """
-    studio = Studio(hands_, start)
+    studio = Studio(hands_, start, styles_)
     one = listening(port)
     number = int(one.getsockname()[1])
     if key_file is not None:

@@ -39,10 +39,12 @@ class Studio:
 
     hands : name → file of hands that were given on the command line, beside those that are known by name.
     start : the page that the link opens, such as "letters/mine"; "" for the first.
+    styles : name → file of handstyles that were given there.
     """
 
     hands: Mapping[str, Path] = field(default_factory=dict)
     start: str = ""
+    styles: Mapping[str, Path] = field(default_factory=dict)
     token: str = field(default_factory=lambda: secrets.token_urlsafe(32))
     uploads: dict[str, Upload] = field(default_factory=dict)
     tasks: dict[str, Task] = field(default_factory=dict)
@@ -80,6 +82,10 @@ class Studio:
     def hand(self, name: str) -> str:
         """What the pipeline calls a hand: its file, if it was given on the command line, or its name."""
         return str(self.hands.get(name, name))
+
+    def style(self, name: str) -> str:
+        """The same of a style."""
+        return str(self.styles.get(name, name))
 
     def begin(self, lane: Lane, kind: str, call: Call, folder: Path | None = None) -> Task:
         """A task that waits for its turn.

@@ -1,85 +1,21 @@
 """The studio's pages in Chromium, by real events: written, looked through, corrected; axe-core finds nothing there."""
 
-import json
-import os
 import re
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from browser import CHROMIUM, axe, kept
 
-sync_api = pytest.importorskip("playwright.sync_api")
-pytest.importorskip("starlette")
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed"),
 ]
-SHOTS = os.environ.get("STUDIO_PICTURES")  # a folder that pictures of the pages are kept in
-
-
-@pytest.fixture(scope="module")
-def server(tmp_path_factory, small_hand_file):
-    folder = tmp_path_factory.mktemp("studio")
-    shutil.copy(small_hand_file, folder / "mine.hand")
-    command = [sys.executable, "-m", "handout", "studio", str(folder / "mine.hand"), "--no-browser", "--json"]
-    environment = {**os.environ, "XDG_CONFIG_HOME": str(folder)}
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
-    yield json.loads(process.stdout.readline())["link"]
-    process.terminate()
-    process.wait()
-
-
-@pytest.fixture(scope="module")
-def page(server):
-    with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        page = browser.new_page(viewport={"width": 1280, "height": 800})
-        page.set_default_timeout(60_000)
-        faults = []
-        page.on("pageerror", lambda error: faults.append(str(error)))
-        # a refusal that comes at once, and not as an event, is an error to Chromium: the tests below ask for some
-        refused = "status of 422"
-        page.on("console", lambda m: faults.append(m.text) if m.type == "error" and refused not in m.text else None)
-        page.goto(server)
-        page.home = server.split("#")[0]
-        yield page
-        assert faults == []
-        browser.close()
-
-
-def kept(page, name):
-    """A picture of the page, for the manual, once nothing more is waited for."""
-    if SHOTS:
-        page.wait_for_timeout(9000)
-        page.screenshot(path=str(Path(SHOTS) / f"studio-{name}.png"))
-
-
-def axe(page):
-    """What axe-core finds; nothing where it is not installed."""
-    try:
-        import axe_playwright_python
-    except ImportError:
-        return []
-    session = page.context.new_cdp_session(page)
-    session.send("Page.setBypassCSP", {"enabled": True})
-    script = (Path(axe_playwright_python.__file__).parent / "axe.min.js").read_text(encoding="utf-8")
-    session.send("Runtime.evaluate", {"expression": script})
-    asked = {
-        "expression": "axe.run().then(r => r.violations.map(v => v.id))",
-        "awaitPromise": True,
-        "returnByValue": True,
-    }
-    found = session.send("Runtime.evaluate", asked)
-    session.send("Page.setBypassCSP", {"enabled": False})
-    return found["result"]["value"]
 
 
 def test_a_text_is_written_changed_watched_and_downloaded(page):
+    assert page.arrived == page.home, "the token is gone from the address"
+    page.goto(page.home + "#write")
     page.wait_for_selector(".sheet svg path.stroke")
-    assert "#" not in page.url, "the token is gone from the address"
     kept(page, "write")
     page.get_by_label("Text").fill("Dear Ada, here is a card")
     page.get_by_label("Seed", exact=True).fill("4")

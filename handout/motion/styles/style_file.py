@@ -6,8 +6,9 @@ precision, and of each primer the targets, the ways in the air and the dynamics:
 
 from __future__ import annotations
 
+import json
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -60,6 +61,22 @@ def to_bytes(toml: str, movement: LearnedMovement) -> bytes:
         rows = np.column_stack([primer.targets[1:], primer.up, primer.dt, primer.theta])
         members[f"primers/{k}.npy"] = np.concatenate([[[*primer.targets[0], 0, 0, 0]], rows]).astype(np.float32)
     return archive.pack(members)
+
+
+def to_toml(tables: Mapping[str, Any]) -> str:
+    """Tables of numbers, words and lists, and what stands before them, as the text of a TOML file."""
+    loose = [_row(name, value) for name, value in tables.items() if not isinstance(value, Mapping)]
+    parts = [
+        "\n".join([f"[{name}]", *(_row(key, value) for key, value in table.items())])
+        for name, table in tables.items()
+        if isinstance(table, Mapping)
+    ]
+    return "\n\n".join(["\n".join(loose), *parts]) + "\n"
+
+
+def _row(name: str, value: Any) -> str:
+    # TOML writes words and lists as JSON does, but for one character, which it wants escaped
+    return f"{name} = {json.dumps(value, ensure_ascii=False)}".replace("\x7f", "\\u007f")
 
 
 def _packed(name: str, parameters: Sequence[Floats]) -> dict[str, archive.Content]:

@@ -5,14 +5,14 @@ Source: seed 003, §3.3 (a Gaussian a target), fig. 1 and 8, and §3.7, eq. 18�
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from msgspec.structs import replace
 
 from handout.motion import covariance
-from handout.motion.styles import targets
+from handout.motion.styles import movement, targets
 from handout.motion.styles.restyling import TargetSequence, draw_sequences
 from handout.motion.styles.style import Style
 from handout.values import Array, Drawing, Page, Stroke
@@ -101,23 +101,34 @@ def drawn(plan: TargetPlan, style: Style, rng: np.random.Generator) -> Drawing:
 
     A learned manner takes the targets as virtual ones, and has no use for their ellipses.
     """
+    return with_ellipses(plan, style, rng)[0]
+
+
+def with_ellipses(plan: TargetPlan, style: Style, rng: np.random.Generator) -> tuple[Drawing, Array]:
+    """`drawn`, and the covariances (m, 2, 2) that the movement was held to: the plan's, mm², or the style's.
+
+    Only the relative sizes of the style's matter; those of a learned style are empty (0, 2, 2).
+    """
     parts = plan.parts()
     lines = tuple(Stroke(np.arange(len(xy), dtype=np.float64) + 1000 * k, xy) for k, (xy, _) in enumerate(parts))
     height = targets.letter_height(Drawing(lines, plan.page))
+    followed = list[Array]()
     if style.model is not None:
         from handout.motion.styles.learned_movement import through_targets
 
         strokes = through_targets([xy for xy, _ in parts], style, rng, height)
     else:
         near = replace(style, form=replace(style.form, overshoot=0.0))
-        ellipses = [spreads if plan.has_ellipses else None for _, spreads in parts]
-        strokes = draw_sequences(
-            [
-                TargetSequence(xy, np.zeros(len(xy), dtype=bool), spreads=spreads)
-                for (xy, _), spreads in zip(parts, ellipses, strict=True)
-            ],
-            near,
-            height,
-            rng,
-        )
-    return Drawing(strokes, plan.page, {"style": style.name})
+
+        def sequences() -> Iterator[TargetSequence]:
+            # one after the other, so that the sizes of each come before its own noise
+            for xy, spreads in parts:
+                corner = np.zeros(len(xy), dtype=bool)
+                chance = rng if len(xy) > 1 else np.random.default_rng(0)  # a dot is no movement, and takes no chance
+                held = spreads if plan.has_ellipses else movement.covariances(corner, near, chance)
+                followed.append(held)
+                yield TargetSequence(xy, corner, spreads=held)
+
+        strokes = draw_sequences(sequences(), near, height, rng)
+    drawing = Drawing(strokes, plan.page, {"style": style.name})
+    return drawing, np.concatenate(followed) if followed else np.zeros((0, 2, 2))

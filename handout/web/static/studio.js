@@ -5,8 +5,9 @@ import { h, say } from './dom.js';
 import * as write from './write.js';
 import * as hands from './hands.js';
 import * as letters from './letters.js';
+import * as style from './style.js';
 
-const PAGES = { write: ['Write', write], hands: ['Hands', hands], letters: ['Letters', letters] };
+const PAGES = { write: ['Write', write], hands: ['Hands', hands], letters: ['Letters', letters], style: ['Style', style] };
 const main = document.querySelector('#main');
 const shared = { choices: null, async refresh() { this.choices = await request('GET', '/api/choices'); } };
 let leave = null;

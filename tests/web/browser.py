@@ -1,0 +1,35 @@
+"""What the tests of the studio's pages share: pictures of them, and axe-core."""
+
+import os
+import shutil
+from pathlib import Path
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+SHOTS = os.environ.get("STUDIO_PICTURES")  # a folder that pictures of the pages are kept in
+
+
+def kept(page, name):
+    """A picture of the page, for the manual, once nothing more is waited for."""
+    if SHOTS:
+        page.wait_for_timeout(9000)
+        page.screenshot(path=str(Path(SHOTS) / f"studio-{name}.png"))
+
+
+def axe(page):
+    """What axe-core finds; nothing where it is not installed."""
+    try:
+        import axe_playwright_python
+    except ImportError:
+        return []
+    session = page.context.new_cdp_session(page)
+    session.send("Page.setBypassCSP", {"enabled": True})
+    script = (Path(axe_playwright_python.__file__).parent / "axe.min.js").read_text(encoding="utf-8")
+    session.send("Runtime.evaluate", {"expression": script})
+    asked = {
+        "expression": "axe.run().then(r => r.violations.map(v => v.id))",
+        "awaitPromise": True,
+        "returnByValue": True,
+    }
+    found = session.send("Runtime.evaluate", asked)
+    session.send("Page.setBypassCSP", {"enabled": False})
+    return found["result"]["value"]
