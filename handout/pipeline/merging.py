@@ -40,7 +40,10 @@ from handout.values import Drawing, Manuscript, Page
 from handout.writing.layout import Layout
 
 # that change nothing on paper, and so make no other batch
-_NOT_OF_THE_BATCH = {"dry_run", "resume", "again", "afresh", "page", "letter", "skip_bad", "given", "approved"}
+_NOT_OF_THE_BATCH = {
+    *("dry_run", "resume", "again", "afresh", "page", "letter", "skip_bad", "given", "approved"),
+    *("queue", "envelopes_to"),
+}
 # the head of a letter file, as `letters.letter_file` finds it
 _HEAD = re.compile(r"\ufeff?(?:---|\+\+\+)[ \t]*\n(?:.*\n)*?(?:---|\+\+\+)[ \t]*(?:\n|\Z)")
 # options that the head of a letter file may give, too
@@ -120,6 +123,12 @@ def _letter(path: Path, listener: Listener) -> tuple[Letter, str | None]:
         return Letter(text, path.name), None
     head = ((match := _HEAD.match(text)) and match.group()) or ""
     return Letter(text[len(head) :], path.name, markdown=True, first_line=1 + head.count("\n")), head
+
+
+def check_apart(merge: Merge, envelopes_to: Sequence[str]) -> None:
+    """Refuse devices for envelopes where there are not letters and envelopes."""
+    if envelopes_to and not (merge.with_letters and merge.options.with_envelopes):
+        raise InputError("--envelopes-to is for letters with envelopes: give it with --letter and --with-envelopes.")
 
 
 def _abroad(table: Addresses, home: str) -> Addresses:

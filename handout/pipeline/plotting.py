@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import math
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -57,6 +58,10 @@ class Unattended:
 
     def __init__(self, address: str, listener: Listener = SILENT) -> None:
         self.simulated, self.listener = is_simulated(address), listener
+
+    def at(self, name: str, address: str) -> Unattended:
+        """Nobody is there either."""
+        return Unattended(address, self.listener)
 
     def do(self, request: str) -> None:
         """What only a person can do is an error, but for a simulated plotter."""
@@ -405,6 +410,7 @@ class ReportFile:
 
     def __init__(self, path: str | Path | None) -> None:
         self.path, self.rows = None if path is None else Path(path), list[dict[str, Any]]()
+        self._lock = threading.Lock()  # several plotters may tell of their sheets at once
         if self.path is not None:
             atomic.check_writable(self.path)
 
@@ -416,8 +422,9 @@ class ReportFile:
     def plotted(self, report: Report, port: Port) -> None:
         """Write what is to be said of all parts up to the one that has just been plotted."""
         if self.path is not None:
-            self.rows.append(plot_report.plotted(report, port, len(self.rows) + 1))
-            plot_report.write(self.path, self.rows)
+            with self._lock:
+                self.rows.append(plot_report.plotted(report, port, len(self.rows) + 1))
+                plot_report.write(self.path, self.rows)
 
 
 def _run(

@@ -27,14 +27,15 @@ from handout.pipeline.options import (
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.pipeline.writing import WritingTask
 from handout.printing import envelope, media, printers
-from handout.printing.batch import BatchOptions, Way, chosen_rows, destination, make_rows
+from handout.printing.batch import BatchOptions, Way, chosen_rows, destinations, make_rows
 from handout.printing.batch import RowsRefused as RowsRefused
 from handout.printing.journal import Journal
 from handout.printing.prepared import RowMaker
 from handout.printing.sending import Listener as BatchListener
 from handout.printing.sending import PrintingStopped as PrintingStopped
 from handout.printing.sending import Report as Report
-from handout.profiles import Length, Nudge, Printer
+from handout.profiles import Length, Nudge, Printer, full
+from handout.profiles import names as find_names
 from handout.values import Page
 
 # said once before printing on a printer that no chart has been measured on
@@ -72,6 +73,7 @@ class Printed(Result):
             "rows": len(report.rows),
             "failed": [asdict(failure) for failure in report.failed],
             "jobs": [job.name for job in report.jobs],
+            **({"devices": report.devices} if len(report.devices) > 1 else {}),
             "warnings": list(report.warnings),
             "before": list(report.before),
             "unknown": [asdict(row) for row in report.unknown],
@@ -108,12 +110,13 @@ def print_(
     PrinterError, PrintingStopped
         There is no such printer, or it failed in the middle of the batch.
     """
-    profile = _printer(printing, writing_options, merge)
+    profiles = _printers(printing, writing_options, merge)
+    profile, apart = profiles[0], _apart(profiles[0], printing)
     merged = merging.read(Path(table), printing, merge, listener)
     sheet = SheetOptions(printing.page, merge.margin, merge.pages, "A4" if merged.with_letters else "DL")
     pages, fed = (
         RowPages(merged, writing_options, sheet, picture),
-        partial(_fed, profile, printing, merged.with_letters),
+        partial(_fed, profile, apart[0] if apart else profile, printing, merged.with_letters),
     )
     pages.seed, pages.margins = seed_of(writing_options.seed), lambda page: media.page_margins(page, fed(page))
     task = pages.look()
@@ -132,9 +135,15 @@ def print_(
         envelope.address_layout(
             pages.envelope_page, 1, 1, pages.address_x_height
         )  # what is wrong for every row is said once
+    merging.check_apart(merged, printing.envelopes_to)
     about = {"seed": pages.seed, "hand": task.hand.name}
-    way = Way(fed(task.layout.page), fed, about, None, record.resumed, listener.say, change or listener.say)
-    with record, destination(way, options, pages.sheets()) as place:
+    told = (record.resumed, listener.say, change or listener.say)
+    ways = [Way(_at(fed(task.layout.page), each), fed, about, None, *told) for each in profiles]
+    same = not apart or apart[0].title == profile.title
+    envelopes = [Way(_at(fed(pages.envelope_page), each), fed, about, None, *told, calibrated=same) for each in apart]
+    if not same and calibrations.first is not None:
+        listener.say(f"Envelopes go to {apart[0].title} as they are: the calibration is that of {profile.title}.")
+    with record, destinations(ways, envelopes, options, pages.sheets()) as place:
         make = RowMaker(pages, place.prepare).each
         report = make_rows(merged.table, make, place, options, record, BatchListener(progress(listener), listener.say))
     printed = Printed(
@@ -142,7 +151,7 @@ def print_(
         pages.tally,
         pages.seed,
         task.hand.name,
-        profile.queue or printing.printer,
+        ", ".join(each.queue or each.title for each in [*profiles, *apart]),
         {**merged.table.facts()},
         letters=merged.with_letters,
         notes=(*notes, *pages.dropped),
@@ -157,22 +166,44 @@ def _told(printed: Printed, calibration: CalibratedInk | None) -> Printed:
     return replace(printed, calibration=cast("Facts", calibration.facts()), calibration_note=calibration.said())
 
 
-def _printer(printing: PrintOptions, writing_options: WritingOptions, merge: MergeOptions) -> Printer:
-    """The printer that is asked for; slips and a missing file are refused before the table is read."""
+def _printers(printing: PrintOptions, writing_options: WritingOptions, merge: MergeOptions) -> list[Printer]:
+    """The printer that is asked for, at every queue; slips and a missing file are refused before the table is read."""
     if writing_options.slips and merge.letter is None:
         raise InputError("slips: an envelope has to arrive, so addresses are written without slips; leave --slips out.")
-    profile = printers.resolve(printing.printer, printing.queue)
-    if profile.file and not profile.simulated and printing.dry_run is None:
+    queues = [printing.queue] if isinstance(printing.queue, str) else list(printing.queue)
+    found = [printers.resolve(printing.printer, queue) for queue in queues or [""]]
+    if found[0].file and not found[0].simulated and printing.dry_run is None:
         raise InputError(
             f"{printing.printer} writes a file: name it with --dry-run out.pdf, or name a printer with --printer."
         )
-    return profile
+    return found
 
 
-def _fed(profile: Printer, printing: PrintOptions, with_letters: bool, page: Page) -> Printer:
-    """The printer as it is fed with a page, with what the options say otherwise than its profile.
+def _apart(profile: Printer, printing: PrintOptions) -> list[Printer]:
+    """The printers that envelopes go to: profiles with queues of their own, or further queues of this profile."""
+    names = find_names("printer")
+    own = [
+        name.endswith(".toml") or full(name) in names or f"printer-{name}" in names for name in printing.envelopes_to
+    ]
+    found = [
+        printers.resolve(name) if profiled else printers.resolve(printing.printer, name)
+        for name, profiled in zip(printing.envelopes_to, own, strict=True)
+    ]
+    if len({(each.title, each.dpi, each.margins) for each in found}) > 1:
+        raise InputError("--envelopes-to: the printers of envelopes have to be of one make: name one, or its queues.")
+    return found
 
-    Where there are letters, `--tray` and `--feed` are theirs: an envelope is fed as the profile says.
+
+def _at(fed: Printer, where: Printer) -> Printer:
+    """A printer as it is fed, at the queue of another."""
+    return msgspec.structs.replace(fed, queue=where.queue, file=where.file, simulated=where.simulated)
+
+
+def _fed(profile: Printer, apart: Printer, printing: PrintOptions, with_letters: bool, page: Page) -> Printer:
+    """The printer, for envelopes beside letters the one that is set apart for them, as it is fed with a page.
+
+    What the options say wins over its profile.  Where there are letters, `--tray` and `--feed` are theirs: an envelope
+    is fed as the profile says.
     """
     alone, envelope_page = not with_letters, media.is_envelope(page)
     changes: dict[str, str | Nudge | None] = {
@@ -189,13 +220,13 @@ def _fed(profile: Printer, printing: PrintOptions, with_letters: bool, page: Pag
         if max(abs(x), abs(y)) > _MOST_NUDGE:
             raise InputError(f"nudge: {printing.nudge} moves the writing by more than {_MOST_NUDGE:g} mm.")
         changes["nudge"] = Nudge(x=Length(x), y=Length(y))
-    fed = media.printer_for(page, profile)
+    fed = media.printer_for(page, apart if with_letters and envelope_page else profile)
     return msgspec.structs.replace(fed, **{name: value for name, value in changes.items() if value})
 
 
 def _journal(printing: PrintOptions, pages: RowPages) -> Journal:
     """The journal of this batch; a simulated printer prints into the folder that a dry run names."""
-    simulated = printers.resolve(printing.printer, printing.queue).simulated
+    simulated = not printing.queue and printers.resolve(printing.printer).simulated
     dry_run = printing.dry_run is not None and not (simulated and Path(printing.dry_run).suffix == "")
     return merging.journal_of(pages, printing, {"page_name": pages.sheet.page_name}, dry_run)
 

@@ -55,6 +55,14 @@ class Report:
     unknown: tuple[Failed, ...] = ()
 
     @property
+    def devices(self) -> dict[str, list[int]]:
+        """Which rows went to each device, in the order in which it made them."""
+        made: dict[str, dict[int, None]] = {}
+        for job in self.jobs:
+            made.setdefault(job.device, {})[job.row] = None
+        return {name: list(rows) for name, rows in made.items()}
+
+    @property
     def exit_code(self) -> int:
         """0 all done, 4 some rows failed (or nobody knows of them) and the others were done, 2 none could be done."""
         if not self.failed and not self.unknown:

@@ -11,16 +11,14 @@ import contextlib
 import ctypes
 import threading
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import ExitStack
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Literal, Self
 
 from handout.errors import HandoutError
 from handout.printing.journal import BACK, ENVELOPE, Journal, Piece
-from handout.printing.prepared import BatchPage, Prepare, PreparedPage
+from handout.printing.prepared import BatchPage, Folder, Prepare, PreparedPage
 from handout.printing.queue import Device
 from handout.printing.rows import ranges
 from handout.printing.sending import (
@@ -48,9 +46,9 @@ _PATIENCE = 30.0  # s that an interrupted device has to lift its pen or to cance
 class Station:
     """A device of a batch, and what it makes.
 
-    collecting : it may take further rows; idle : it waits for one; ended : it makes nothing more; error : why it stopped.
-    sheet : that it is sending, or was when it stopped; held : the pieces that it has been given; own : rows that it had
-    begun before.
+    collecting : it may take further rows; idle : it waits for one; ended : it makes nothing more.
+    sheet : that it is sending, or was when it stopped; error : why it stopped.
+    held : the pieces that it has been given; own : rows that it had begun before.
     """
 
     spool: Spool
@@ -87,16 +85,16 @@ class ByPart:
         return prepare(number, page)
 
 
-class Several:
+class Several(Folder):
     """A destination that is several devices; the pages of a row wait on the disk until one of them makes it."""
 
-    def __init__(self, keep: Callable[[str, bytes], Path], rows: Sequence[Spool], envelopes: Sequence[Spool] = ()):
-        """`rows` make all, or with `envelopes` letters only; `keep` writes a file that is deleted in the end."""
+    def __init__(self, rows: Sequence[Spool], envelopes: Sequence[Spool] = ()) -> None:
+        """`rows` make all pages, or with `envelopes` letters only."""
+        super().__init__()
         self.split = bool(envelopes)
         kind: Makes = "letters" if envelopes else "rows"
         self.stations = [*(Station(spool, kind) for spool in rows), *(Station(each, "envelopes") for each in envelopes)]
         self.prepare: Prepare = ByPart(rows[0].prepare, envelopes[0].prepare) if envelopes else rows[0].prepare
-        self._keep, self._stack = keep, ExitStack()
         self._pages: dict[int, tuple[list[tuple[PreparedPage, Path]], int]] = {}
 
     @property
@@ -105,18 +103,14 @@ class Several:
         return [station.spool.queue for station in self.stations]
 
     def __enter__(self) -> Self:
+        super().__enter__()
         for station in self.stations:
             self._stack.enter_context(station.spool)
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._stack.close()
-
     def take(self, number: int, pages: Sequence[PreparedPage], copies: int) -> None:
         """Keep the pages of a row."""
-        kept = [(replace(page, data=b""), self._keep(f"row-{number}-{n}", page.data)) for n, page in enumerate(pages)]
+        kept = [(replace(page, data=b""), self.keep(f"row-{number}-{n}", page.data)) for n, page in enumerate(pages)]
         self._pages[number] = kept, copies
 
     def hand(self, row: Sequence[Piece], spool: Spool) -> None:
