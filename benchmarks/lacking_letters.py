@@ -29,7 +29,7 @@ from handout.hand.vetting import vet
 from handout.hand.word_pictures import OwnWord, own_words, picture_of
 from handout.reading import pictures
 from handout.reading.word_space import X_HEIGHT, drawn
-from handout.values import Array
+from handout.values import Array, LineGraph
 
 LETTERS, OTHERS = 12, 4  # of a hand, and how many of those are no small letters
 GLYPHS, MADE, WORDS = 6, 3, 3  # of a letter: own that are compared, made ones, and words that are read
@@ -66,9 +66,16 @@ def own_glyph(hand: ScannedHand, number: int) -> Glyph:
     return Glyph(upright, np.isin(hand.glyphs[number].vertices, hand.body(number)))
 
 
+def made_body(specimen: Specimen) -> LineGraph:
+    """The line of a made letter without its ligatures."""
+    graph = specimen.parts[0].graph
+    gone = [*(path[:-1] for path in specimen.entries), *(path[1:] for path in specimen.exits)]
+    return graph.take(np.setdiff1d(np.arange(len(graph)), np.concatenate([np.zeros(0, dtype=np.intp), *gone])))
+
+
 def made_glyph(hand: ScannedHand, specimen: Specimen) -> Glyph:
     """A made letter, upright."""
-    xy = specimen.parts[0].graph.xy
+    xy = made_body(specimen).xy
     upright = np.column_stack([xy[:, 0] - measures.slant(hand) * xy[:, 1], xy[:, 1]])
     return Glyph(upright, np.ones(len(xy), dtype=bool))
 
@@ -105,7 +112,7 @@ def words_with(hand: ScannedHand, letter: str) -> list[tuple[OwnWord, int]]:
 def with_letter(hand: ScannedHand, word: OwnWord, at: int, specimen: Specimen) -> Array:
     """The picture of a word with a made letter in the place of the author's own."""
     number = int(word.glyphs[at])
-    glyph, graph = hand.glyphs[number], specimen.parts[0].graph
+    glyph, graph = hand.glyphs[number], made_body(specimen)
     page = hand.pages[glyph.page]
     vertices = np.unique(np.concatenate([hand.glyphs[int(n)].vertices for n in word.glyphs]))
     rest = page.graph.take(np.setdiff1d(vertices, hand.body(number)))

@@ -2,6 +2,7 @@
 
 import gc
 import os
+import sys
 from types import SimpleNamespace
 
 import pytest
@@ -14,6 +15,19 @@ settings.register_profile("handout", deadline=None, suppress_health_check=_LUCK)
 # the same examples each time, so that what is released is judged by itself alone; other runs find new ones
 settings.register_profile("release", settings.get_profile("handout"), derandomize=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "handout"))
+
+# every process of xdist has a core for itself: more threads than one would wait for each other
+os.environ.update(dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"), "1"))
+# the programs that tests start do not compile all modules again
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
+
+
+def _no_sync(handle):
+    """Stands for `os.fsync`: no test cuts the power of this machine, and a disk takes milliseconds each time."""
+
+
+os.fsync = _no_sync
 
 # with xdist, what these make for all their tests, which takes seconds, is made once and not in every process; and the
 # name service that ippeveprinter needs runs but once on a machine

@@ -152,7 +152,8 @@ def prepare(calibration: Calibration, hand: str = "", paper: str = "A4") -> Stri
     if reference is not None:
         samples = ink_samples.seen_by_chart(samples, reference)
     table, whose = calibration.table(), hand or ink_samples.USUAL_HAND
-    strip = make(table, samples, paper, ink_samples.reach_of(whose, table, reference), f"of {whose}")
+    page = None if hand else ink_samples.reach_of(whose, table)
+    strip = make(table, samples, paper, page, f"of {whose}")
     calibration.keep_strip(strip.facts())
     return strip
 

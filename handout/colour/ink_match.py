@@ -110,6 +110,7 @@ _TIGHT = 0.02  # how much each part is held back, of 1
 _HELD = (0.1, 0.5)  # the power's differences between channels, what is gained
 _POWERS = (0.35, 3.0)  # that settings have; anything else is another ink
 _APART = 2.5  # how much they may differ between channels
+_MOST = 20_000  # pixels of lines that differences are averaged over
 _WEAK = 0.15  # density of the core under which a channel tells nothing about that
 
 
@@ -228,7 +229,8 @@ def match(
     first, other = strokes_in(hand, dpi), strokes_in(chart, dpi)
     if first is None or other is None:
         return None
-    shares = np.clip(np.exp(-np.concatenate(first.rings[:3])), 0, 1)
+    inked = np.concatenate(first.rings[:3])
+    shares = np.clip(np.exp(-inked[:: max(1, len(inked) // _MOST)]), 0, 1)
     papers = np.stack([from_paper, to_paper])
 
     def explained(contrasts: tuple[float, float]) -> _Explanation:

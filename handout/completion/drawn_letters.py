@@ -16,7 +16,9 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
+from handout.completion.entering import Link, Links
 from handout.completion.manner import LEAST, Manner
 from handout.completion.specimens import Part, Specimen
 from handout.completion.ways import evenly
@@ -27,15 +29,19 @@ from handout.hand.letter_classes import X_HEIGHT
 from handout.hand.library import load
 from handout.hand.places import Place
 from handout.hand.scanned import NO_PAGE, ScannedHand
+from handout.inking.sweep import Way
 from handout.motion.trace import trace
 from handout.values import Array, Indices, LineGraph
+from handout.writing.forms import Forms
 from handout.writing.specimen import single_letter
 
 _STEP = 0.03  # x-heights between vertices of a line that is drawn; .9 pixels at 300 dpi and 2.5 mm
 _HASTY = 0.85  # share of joins from which an author writes as the quick hand does
 _WIDER = (0.7, 1.45)  # least and most that letters are made narrower or broader, however odd the widths measured
 _PARALLEL = 0.87  # cosine, from which on two lines run side by side
-_ONE_LINE = 1.8  # half widths of the line, within which two strokes side by side are one line; by eye
+_ONE_LINE = 2.6  # half widths of the line, within which two strokes side by side are one line; by eye
+_LENS = 2.0  # of that: a gap no wider than this between two strokes that are one line before and after is none
+_LED = 2.0  # half widths along the way over which a stroke is led on to the one beside it; by eye
 _PLACES: tuple[Place, ...] = ("middle", "start", "end")  # in a word, of the forms of a small letter that may be joined
 
 
@@ -87,11 +93,50 @@ class DrawnLetters:
         if self._share >= measures.JOINED_SHARE and letter.islower():
             places = [_PLACES[k % len(_PLACES)] for k in range(count)]
         parted = [place in ("start", "middle") for place in places]
-        written = self._manner.ways(letter, parted, rng)
+        written, last = self._manner.ways(letter, parted, rng)
         return [
-            Specimen(letter, (self._line(*_welded(list(map(self._leant, strokes)), self.radius)),), (None, place, None))
+            self._specimen(letter, [*map(self._leant, strokes)], last, place, rng)
             for strokes, place in zip(written, places, strict=False)
         ]
+
+    def _specimen(
+        self, letter: str, strokes: Sequence[Array], last: int, place: Place, rng: np.random.Generator
+    ) -> Specimen:
+        """A letter with the ligatures that it has in its place; `last` is the stroke that leads to the next."""
+        strokes = _closed(strokes, self.radius)
+        body, ways = self._line(*_welded(strokes, self.radius), strokes), [Way(stroke) for stroke in strokes]
+        lines, roles, edges, paths = (
+            [body.graph.xy],
+            [body.role],
+            [body.graph.edges],
+            [list[Indices](), list[Indices]()],
+        )
+        for side, links in enumerate(self._links):
+            link = (
+                links.link(strokes, (0, last)[side], rng)
+                if place == "middle" or place == ("end", "start")[side]
+                else None
+            )
+            if link is None:
+                continue
+            first, count = sum(map(len, lines)), len(link.xy) - 1
+            at = int(np.hypot(*(body.graph.xy - link.xy[0]).T).argmin())
+            path = np.concatenate([[at], first + np.arange(count)])
+            lines.append(link.xy[1:])
+            roles.append(np.where(np.arange(1, count + 1) < link.own, 0, (-1, 1)[side]))
+            edges.append(np.column_stack([path[:-1], path[1:]]))
+            paths[side].append(path[:: 1 if side else -1])
+            _lead_on(ways, link, leaving=bool(side))
+        whole = self._line(np.concatenate(lines), np.concatenate(edges), ())
+        part = Part(whole.graph, NO_PAGE, np.concatenate(roles).astype(np.intp), tuple(ways))
+        beside: list[Place | None] = ["middle" if some else None for some in paths]
+        return Specimen(letter, (part,), (beside[0], place, beside[1]), tuple(paths[0]), tuple(paths[1]))
+
+    @cached_property
+    def _links(self) -> tuple[Links, Links]:
+        """The ligatures to the letter before, and to the one after."""
+        forms = Forms(self._hand)
+        return Links(self._hand, forms, leaving=False), Links(self._hand, forms, leaving=True)
 
     @cached_property
     def _manner(self) -> Manner:
@@ -138,13 +183,13 @@ class DrawnLetters:
             numbers = count + np.arange(len(stroke))
             edges.append(np.column_stack([numbers[:-1], numbers[1:]]))
             count += len(stroke)
-        return self._line(np.concatenate(list(strokes)), np.concatenate(edges))
+        return self._line(np.concatenate(list(strokes)), np.concatenate(edges), strokes)
 
-    def _line(self, xy: Array, edges: Indices) -> Part:
+    def _line(self, xy: Array, edges: Indices, strokes: Sequence[Array]) -> Part:
         """A line of places (n, 2) that is still to be inked."""
         count = len(xy)
         graph = LineGraph(xy, np.full(count, self.radius), np.ones(count), np.zeros((count, 2)), edges)
-        return Part(graph, NO_PAGE, np.zeros(count, dtype=np.intp))
+        return Part(graph, NO_PAGE, np.zeros(count, dtype=np.intp), tuple(map(Way, strokes)))
 
     @cached_property
     def _ascender_drawn(self) -> float:
@@ -170,17 +215,41 @@ def _upright_width(xy: Array, slant: float) -> float:
     return float(np.ptp(xy[:, 0] - slant * xy[:, 1]))
 
 
-def _welded(strokes: Sequence[Array], radius: float) -> tuple[Array, Indices]:
-    """Strokes (n, 2) as one line, places and edges: what runs beside an earlier part, within its width, is that part.
+def _lead_on(ways: list[Way], link: Link, *, leaving: bool) -> None:
+    """Make a ligature part of the way that it goes on from, or a way of its own, which nobody begins or ends there."""
+    if link.stroke < 0:
+        ways.append(Way(link.xy if leaving else link.xy[::-1], (False, False)))
+        return
+    way = ways[link.stroke]
+    if leaving:
+        ways[link.stroke] = Way(np.concatenate([way.xy, link.xy[1:]]), (way.ends[0], False))
+    else:
+        ways[link.stroke] = Way(np.concatenate([link.xy[:0:-1], way.xy]), (False, way.ends[1]))
 
-    Ink shows no more than that of a stem that the pen goes up and down again.
-    """
+
+def _closed(strokes: Sequence[Array], radius: float) -> list[Array]:
+    """Strokes (n, 2) of which what runs beside an earlier part, within a line's width, is led on to that."""
+    from scipy.ndimage import gaussian_filter1d
+
+    number, xy = _beside(strokes, radius), np.concatenate(list(strokes))
+    led, first = [], np.cumsum([0, *map(len, strokes)]).tolist()
+    for a, b in pairwise(first):
+        aside = xy[number[a:b]] - xy[a:b]
+        if aside.any():
+            step = float(np.median(np.hypot(*np.diff(xy[a:b], axis=0).T)))
+            aside = gaussian_filter1d(aside, _LED * radius / max(step, 1e-9), axis=0, mode="nearest")
+        led.append(xy[a:b] + aside)
+    return led
+
+
+def _beside(strokes: Sequence[Array], radius: float) -> Indices:
+    """(n,): for each place of strokes the earlier one that it runs beside, within a line's width, or else its own."""
     from scipy.spatial import cKDTree
 
     xy, first = np.concatenate(list(strokes)), np.cumsum([0, *map(len, strokes)]).tolist()
     along = np.concatenate([np.gradient(x, axis=0) if len(x) > 1 else np.zeros((1, 2)) for x in strokes])
     along /= np.maximum(np.hypot(*along.T), 1e-9)[:, None]
-    number, edges, reach = np.arange(len(xy)), list[Indices](), _ONE_LINE * radius
+    number, reach = np.arange(len(xy)), _ONE_LINE * radius
     for a, b in pairwise(first):
         turns = a + 1 + np.flatnonzero(np.diff(np.sign(along[a:b, 1])) != 0)
         for begin, end in pairwise([a, *turns.tolist(), b]):
@@ -188,12 +257,36 @@ def _welded(strokes: Sequence[Array], radius: float) -> tuple[Array, Indices]:
             leading = int((np.cumsum(steps[::-1]) < 2 * reach).sum())  # to the turn, which is no place beside it
             if begin - leading > 0 and begin < end:
                 away, at = cKDTree(xy[: begin - leading]).query(xy[begin:end])
-                beside = (away < reach) & (np.abs((along[at] * along[begin:end]).sum(axis=1)) > _PARALLEL)
+                parallel = np.abs((along[at] * along[begin:end]).sum(axis=1)) > _PARALLEL
+                beside = _filled((away < reach) & parallel, away < _LENS * reach)
                 number[begin:end] = np.where(beside, number[at], number[begin:end])
-        own = number == np.arange(len(xy))
+                back = begin - 1 - np.arange(min(int(beside.argmax()), begin - a))  # a hairpin: as the pen came
+                off = np.hypot(*(xy[back] - xy[begin : begin + len(back)]).T)
+                if beside.any() and len(back) and off.max() < _LENS * reach:
+                    number[begin : begin + len(back)] = number[back]
+    return number
+
+
+def _filled(sure: NDArray[np.bool_], maybe: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(n,): what is sure, and what is between that where all may be."""
+    filled, at = sure.copy(), np.flatnonzero(sure)
+    for a, b in pairwise(at.tolist()):
+        filled[a:b] = maybe[a:b].all()
+    return filled
+
+
+def _welded(strokes: Sequence[Array], radius: float) -> tuple[Array, Indices]:
+    """Strokes (n, 2) as one line, places and edges: what runs beside an earlier part, within its width, is that part.
+
+    Ink shows no more than that of a stem that the pen goes up and down again.
+    """
+    number, xy = _beside(strokes, radius), np.concatenate(list(strokes))
+    edges, first = list[Indices](), np.cumsum([0, *map(len, strokes)]).tolist()
+    own = number == np.arange(len(xy))
+    for a, b in pairwise(first):
         pairs = np.column_stack([number[a : b - 1], number[a + 1 : b]])
         edges.append(pairs[own[a : b - 1] | own[a + 1 : b]])
-    kept = np.flatnonzero(number == np.arange(len(xy)))
+    kept = np.flatnonzero(own)
     return xy[kept], np.searchsorted(kept, np.concatenate(edges))
 
 

@@ -125,19 +125,21 @@ class Manner:
         """The letters that it was learnt from."""
         return frozenset(known.letter for known in self._known)
 
-    def ways(self, letter: str, parted: Sequence[bool], rng: np.random.Generator) -> list[list[Array]]:
+    def ways(self, letter: str, parted: Sequence[bool], rng: np.random.Generator) -> tuple[list[list[Array]], int]:
         """A letter written several times, each time its strokes (n, 2), upright x-heights; [] where none is drawn.
 
-        What is known of the very letter does not count.
+        Also the number of the last of them that is written with the word.  What is known of the very letter does not
+        count.
 
         parted : for each time, whether it is without its way up to the next letter.
         """
         way = self.likeliest(letter)
         if way is None:
-            return []
+            return [], 0
         form, places = way
         written = [form.strokes(places + _varied(places, self.spread, rng)) for _ in parted]
-        return [form.parted(strokes) if cut else strokes for strokes, cut in zip(written, parted, strict=True)]
+        cut = [form.parted(strokes) if cut else strokes for strokes, cut in zip(written, parted, strict=True)]
+        return cut, form.last
 
     def likeliest(self, letter: str) -> tuple[Way, Array] | None:
         """The form of a letter that the author might use, and its places (n, 2) as he would write it."""

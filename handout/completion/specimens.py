@@ -14,7 +14,7 @@ import numpy as np
 
 from handout.hand.places import Place
 from handout.hand.scanned import NO_PAGE, NOBODY, ScannedGlyph, ScannedHand, ScannedPage, Texture
-from handout.inking.pen_replacement import replace_pen
+from handout.inking.sweep import Sweep, Way
 from handout.inking.texture import texture
 from handout.values import Array, Glyph, Indices, Ink, Line, LineGraph, Manuscript, Page, Placed
 
@@ -30,15 +30,18 @@ class Part:
     graph : in line space; its `uv` is where its ink is on page `source`.
     source : number of a page of the hand, `NO_PAGE` for a line that is still to be inked.
     role : (n,) int, whose vertices they are: −1 the letter before, 0 the letter, 1 the letter after.
+    ways : line space: how the pen goes along a line that is still to be inked.
     """
 
     graph: LineGraph
     source: int
     role: Indices
+    ways: tuple[Way, ...] = ()
 
     def shifted(self, shift: Array) -> Part:
         """The part moved by (2,)."""
-        return replace(self, graph=replace(self.graph, xy=self.graph.xy + shift))
+        ways = tuple(replace(way, xy=way.xy + shift) for way in self.ways)
+        return replace(self, graph=replace(self.graph, xy=self.graph.xy + shift), ways=ways)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +72,7 @@ def add_page(hand: ScannedHand, specimens: Sequence[Specimen]) -> ScannedHand:
     laid = [
         [_laid(part, spot, like) for part in specimen.parts] for specimen, spot in zip(specimens, spots, strict=True)
     ]
-    pixels = _page_pixels(hand, specimens, laid, page, like)
+    pixels = _page_pixels(hand, specimens, laid, spots, page, like)
     graph, first = _united([graph for some in laid for graph in some], like.pixel)
     rows = np.unique(spots[:, 1])
     sheet = ScannedPage(
@@ -121,21 +124,29 @@ def _page_pixels(
     hand: ScannedHand,
     specimens: Sequence[Specimen],
     laid: Sequence[Sequence[LineGraph]],
+    spots: Array,
     page: Page,
     like: ScannedPage,
 ) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
     """(h, w, 4) uint8: the sheet's ink, what was drawn in the pen that the hand is written with."""
-    scanned, unwritten = [], []
+    scanned = []
     for number, (specimen, graphs) in enumerate(zip(specimens, laid, strict=True)):
-        pairs = list(zip(specimen.parts, graphs, strict=True))
+        pairs = zip(specimen.parts, graphs, strict=True)
         scanned.append(_line(specimen, number, [(g, p.source) for p, g in pairs if p.source != NO_PAGE]))
-        unwritten.append(_line(specimen, number, [(g, 0) for p, g in pairs if p.source == NO_PAGE]))
-    drawn = Manuscript(tuple(unwritten), page, like.x_height)
-    if any(line.placed for line in unwritten):
-        drawn = replace_pen(drawn, hand)
-    lines = [replace(a, placed=a.placed + b.placed) for a, b in zip(scanned, drawn.lines, strict=True)]
-    raster = texture(Manuscript(tuple(lines), page, like.x_height), hand, like.dpi)
-    return np.rint(raster.rgba * 255).astype(np.uint8)
+    rgba = texture(Manuscript(tuple(scanned), page, like.x_height), hand, like.dpi).rgba
+    ways = [
+        replace(way, xy=(spot + way.xy * [like.pitch, -like.pitch]) / like.pixel - 0.5)
+        for specimen, spot in zip(specimens, spots, strict=True)
+        for part in specimen.parts
+        for way in part.ways
+    ]
+    if ways:
+        ink = rgba * np.concatenate([np.repeat(rgba[:, :, 3:], 3, axis=2), np.ones_like(rgba[:, :, 3:])], axis=2)
+        sweep = Sweep(hand)
+        for way in ways:
+            sweep.ink(ink, way)
+        rgba = np.concatenate([ink[:, :, :3] / np.maximum(ink[:, :, 3:], 1e-6), ink[:, :, 3:]], axis=2)
+    return np.rint(rgba * 255).astype(np.uint8)
 
 
 def _line(specimen: Specimen, number: int, parts: Sequence[tuple[LineGraph, int]]) -> Line:

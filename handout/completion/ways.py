@@ -44,6 +44,7 @@ class Way:
 
     hand : its number in `HANDS`; xy : (n, 2); first : (k + 1,) where each stroke begins, and n.
     leaving : the stroke that ends on the way up to the next letter, or -1.
+    last : the last stroke that is written with the word.
     """
 
     letter: str
@@ -51,6 +52,7 @@ class Way:
     xy: Array
     first: tuple[int, ...]
     leaving: int = -1
+    last: int = 0
 
     def strokes(self, xy: Array) -> list[Array]:
         """Places (n, 2), stroke by stroke."""
@@ -115,7 +117,8 @@ def way(letter: str, number: int) -> Way:
     hand, glyph = _forms()[letter][number]
     strokes = [evenly(stroke, STEP) for stroke in glyph.strokes]
     first = tuple(np.cumsum([0, *map(len, strokes)]).tolist())
-    return Way(letter, hand, np.concatenate(strokes), first, glyph.last_main if glyph.exit == "low" else -1)
+    last = glyph.last_main
+    return Way(letter, hand, np.concatenate(strokes), first, last if glyph.exit == "low" else -1, last)
 
 
 def evenly(points: Array, step: float) -> Array:

@@ -169,7 +169,7 @@ def swatches(sample: ScannedHand) -> tuple[Swatches, ...]:
 
     Source: seed 000, §7.2.
     """
-    of_pages = [_of_page(number, page, _ink(sample, number)) for number, page in enumerate(sample.pages)]
+    of_pages = [_of_page(number, page, lettered(sample, number)) for number, page in enumerate(sample.pages)]
     enough = tuple(pen for pen in of_pages if len(pen.start) >= _FEWEST)
     if not enough:
         raise InputError(
@@ -179,7 +179,7 @@ def swatches(sample: ScannedHand) -> tuple[Swatches, ...]:
     return enough
 
 
-def _ink(sample: ScannedHand, page: int) -> NDArray[np.bool_]:
+def lettered(sample: ScannedHand, page: int) -> NDArray[np.bool_]:
     """Vertices (n,) of a page that are letters; all where none is known: the edge of a sheet is no ink."""
     glyphs = [glyph.vertices for glyph in sample.glyphs if glyph.page == page]
     lettered = np.full(len(sample.pages[page].graph), not glyphs)
@@ -193,9 +193,9 @@ def _of_page(number: int, page: ScannedPage, ink: NDArray[np.bool_]) -> Swatches
     radius = float(np.median(graph.radius[ink])) if ink.any() else 1.0
     length = LENGTH * radius
     lines, track, start, features = list[Track](), [np.zeros(0)], [np.zeros(0)], [np.zeros((0, FEATURES))]
-    clear = _clear(graph) & ink
+    free_of_others = clear(graph) & ink
     for path, line in zip(graph.branches, tracks(graph), strict=True):
-        for directed, free in ((line, clear[path]), (_reversed(line), clear[path][::-1])):
+        for directed, free in ((line, free_of_others[path]), (_reversed(line), free_of_others[path][::-1])):
             begin = np.arange(0, directed.length - length, length / _STARTS)
             lost = np.interp(begin + length, directed.along, np.cumsum(~free)) > np.interp(
                 begin, directed.along, np.cumsum(~free)
@@ -222,11 +222,11 @@ def _reversed(line: Track) -> Track:
     return Track(line.along[-1] - line.along[::-1], xy, uv, radius, density, line.loose[::-1])
 
 
-def _clear(graph: LineGraph) -> NDArray[np.bool_]:
+def clear(graph: LineGraph) -> NDArray[np.bool_]:
     """Vertices (n,) beside which no other line, nor another part of their own, comes near."""
     from scipy.spatial import cKDTree
 
-    clear = np.ones(len(graph), dtype=bool)
+    free = np.ones(len(graph), dtype=bool)
     branch, along = np.full(len(graph), -1), np.zeros(len(graph))
     for number, path in enumerate(graph.branches):
         step = np.linalg.norm(np.diff(graph.xy[path], axis=0), axis=1)
@@ -234,12 +234,12 @@ def _clear(graph: LineGraph) -> NDArray[np.bool_]:
     branch[graph.degree > 2] = -1
     reach = 2 * graph.radius + CLEAR
     if not len(graph):
-        return clear
+        return free
     pairs = cKDTree(graph.xy).query_pairs(float(np.percentile(reach, 90)), output_type="ndarray")
     a, b = pairs.T
     away = np.linalg.norm(graph.xy[a] - graph.xy[b], axis=1)
     other = (branch[a] != branch[b]) | (np.abs(along[a] - along[b]) > 2 * away + CLEAR)
     for ends in (a, b):
-        clear[ends[other & (away < reach[ends])]] = False
-    clear[branch < 0] = False
-    return clear
+        free[ends[other & (away < reach[ends])]] = False
+    free[branch < 0] = False
+    return free

@@ -45,6 +45,7 @@ from handout.letters.document import (
     Span,
     TableBlock,
     Underline,
+    blocks_in,
 )
 from handout.tables import converted
 
@@ -76,15 +77,18 @@ _BRACES = re.compile(r"(?<!\\)\{[^{}\n]*\}")
 _BARE_VALUE = re.compile(r"(?<=[\s{])([A-Za-z][\w-]*)=([^\s\"'{}]+)(?=[\s}])")
 _EMPHASIS = ("em", "strong", "s")
 _KEYS = ("ink", "size", "hand")
+BARE = re.compile(r"[\w-]{1,80}")  # a name that leads to no file
+_BARE_PAPER = re.compile(r"(none|plain|laid|ruled|squared)(:[0-9.]+mm(,[0-9.]+mm)?)?")
 _UNCLOSED = re.compile(r"\*\*|~~|\]\(")
 
 
-def load(source: str | Path, name: str = "the letter", folder: Path = Path()) -> Letter:
+def load(source: str | Path, name: str = "the letter", folder: Path | None = Path()) -> Letter:
     """A letter, of the path of its file, or of its text.
 
     Parameters
     ----------
-    name : what messages call a text; folder : where the pictures of a text are looked for.
+    name : what messages call a text; folder : where the pictures of a text are looked for; None: it stands alone, and
+        names that lead to files are refused.
 
     Raises
     ------
@@ -101,7 +105,28 @@ def load(source: str | Path, name: str = "the letter", folder: Path = Path()) ->
         raise InputError(
             f"{name} is {len(source)} characters long; letters have {MOST_TEXT} at most: write it in parts."
         )
-    return _Reader(name, folder).letter(source)
+    letter = _Reader(name, folder).letter(source)
+    if folder is None:
+        _check_alone(letter)
+    return letter
+
+
+def _check_alone(letter: Letter) -> None:
+    """Refuse a letter that names what could be a file."""
+    head = letter.head
+    named = {"hand": head.hand, "pen": head.pen, "background": head.background}
+    named |= {"first.background": head.first.background, "following.background": head.following.background}
+    for key, name in named.items():
+        if name and not BARE.fullmatch(name):
+            raise letter.wrong(1, f"{key}: {name!r} is no bare name, and this letter stands alone, without files.")
+    if head.paper and not _BARE_PAPER.fullmatch(head.paper):
+        raise letter.wrong(1, f"paper: {head.paper!r} is none that is known by name, and this letter stands alone.")
+    spans = (span for paragraph in letter.paragraphs for span in paragraph.spans)
+    used = [(span.manner.hand, span.line) for span in spans]
+    used += [(block.name, block.line) for block in blocks_in(letter.blocks) if isinstance(block, Signature)]
+    for name, line in used:
+        if name and not BARE.fullmatch(name):
+            raise letter.wrong(line, f"{name!r} is no bare name, and this letter stands alone, without files.")
 
 
 @lru_cache(maxsize=1)
@@ -141,7 +166,7 @@ class _Reader:
     """
 
     name: str
-    folder: Path
+    folder: Path | None
     line: int = 1
     verse: bool = False
     boxes: frozenset[str] = frozenset()
@@ -165,7 +190,7 @@ class _Reader:
         blocks = self._blocks(nodes, Manner())
         if not blocks:
             raise InputError(f"{self.name} holds nothing to write.")
-        return Letter(blocks, head, self.name, self.folder, tuple(self.dropped))
+        return Letter(blocks, head, self.name, self.folder or Path(), tuple(self.dropped))
 
     def _wrong(self, what: str) -> InputError:
         return InputError(f"{self.name}, line {self.line}: {what}")
@@ -288,6 +313,8 @@ class _Reader:
         image = node.children[0].children[0]
         own = {name: value for name, value in _attrs(image).items() if name not in ("src", "alt", "title")}
         given = self._given(own, Manner(), ("left", "right", "centre", "center", "page"), ("width",))
+        if self.folder is None:
+            raise self._wrong("this letter stands alone: the file of a picture cannot be found from here.")
         path = self.folder / str(image.attrs["src"])
         if not path.is_file():
             raise self._wrong(f"there is no picture {path}.")

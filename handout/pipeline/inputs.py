@@ -68,6 +68,16 @@ def written_source(
     return Source(letter.text, letter=letter, given=given)
 
 
+def sent_source(text: str, letter: bool) -> Source:
+    """A text, or what a letter file says, that was sent from elsewhere: it leads to no file, and its head is heard."""
+    if not letter:
+        return Source(text)
+    from handout.letters import load
+
+    read = load(text, "The letter", None)
+    return Source(read.text, letter=read, given=frozenset())
+
+
 def _letter_name(words: Sequence[str], file: str | None) -> str | None:
     """The name of the letter file that is meant, if one is."""
     name = words[0] if len(words) == 1 and file is None else file if not words else None

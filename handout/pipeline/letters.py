@@ -27,7 +27,7 @@ from handout.motion.timing import time_in_air
 from handout.page_sizes import margins
 from handout.pipeline import programs
 from handout.pipeline import writing as texts
-from handout.pipeline.inputs import Source
+from handout.pipeline.inputs import Source, sent_source
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
 from handout.pipeline.results import SILENT, Facts, Listener, Tally
 from handout.pipeline.signatures import find_signature, placed_signature, size
@@ -502,3 +502,16 @@ def write_source(
     return write_letter(
         source.letter, outputs, writing, sheet, picture, given=source.given, device=device, listener=listener
     )
+
+
+def write_sent(
+    text: str,
+    letter: bool,
+    outputs: Sequence[str | Path],
+    options: tuple[WritingOptions, SheetOptions, PictureOptions],
+    *,
+    device: str | None = None,
+    listener: Listener = SILENT,
+) -> Written:
+    """The same for what was sent from elsewhere, see `inputs.sent_source`."""
+    return write_source(sent_source(text, letter), outputs, *options, device=device, listener=listener)

@@ -41,7 +41,7 @@ from handout.writing.layout import Layout
 
 # that change nothing on paper, and so make no other batch
 _NOT_OF_THE_BATCH = {
-    *("dry_run", "resume", "again", "afresh", "page", "letter", "skip_bad", "given", "approved"),
+    *("dry_run", "resume", "again", "afresh", "page", "letter", "skip_bad", "given", "approved", "alone"),
     *("queue", "envelopes_to"),
 }
 # the head of a letter file, as `letters.letter_file` finds it
@@ -107,7 +107,7 @@ def read(path: Path, table: TableOptions, options: MergeOptions, listener: Liste
         rows = replace(rows, rows=tuple(asked))
     rows = _abroad(counted(rows), options.home_country)
     listener.say(*(f"{path}: {note}." for note in rows.notes))
-    return Merge(path, rows, options, letter, head, _sender(options.return_address, listener))
+    return Merge(path, rows, options, letter, head, _sender(options, listener))
 
 
 def _letter(path: Path, listener: Listener) -> tuple[Letter, str | None]:
@@ -145,10 +145,11 @@ def _abroad(table: Addresses, home: str) -> Addresses:
     return replace(table, rows=tuple(rows))
 
 
-def _sender(given: str, listener: Listener) -> tuple[str, ...]:
+def _sender(options: MergeOptions, listener: Listener) -> tuple[str, ...]:
     """The lines of a return address, a text or its file; one line is broken at its commas."""
+    given = options.return_address
     text = given.replace("\\n", "\n")
-    if is_file(text):
+    if not options.alone and is_file(text):
         text = decoded(Path(text).read_bytes(), text, listener)
     lines = text.strip().split("\n")
     if len(lines) == 1:
@@ -298,6 +299,8 @@ class RowPages:
             The row cannot be written.
         """
         manner, pages = self.merge.fields.manner(row), list[BatchPage]()
+        if self.merge.options.alone:
+            _check_bare(manner)
         if self.merge.with_letters:
             pages += self._letter(row, manner)
         if self.merge.with_envelopes:
@@ -353,7 +356,8 @@ class RowPages:
     def _letter_file(self, text: str, manner: RowManner) -> LetterTask:
         """The letter file of a row, with its hands and layouts."""
         path, given = Path(str(self.merge.options.letter)), self.merge.options.given
-        letter = letter_files.load(f"{self.merge.head}{text}", path.name, path.parent)
+        folder = None if self.merge.options.alone else path.parent
+        letter = letter_files.load(f"{self.merge.head}{text}", path.name, folder)
         self.dropped |= dict.fromkeys(letter.dropped)
         options = replace(self.writing, hand=manner.hand or self.writing.hand, seed=self.seed)
         picture = replace(self.picture, pen=manner.pen or self.picture.pen)
@@ -424,6 +428,13 @@ class RowPages:
             self._calibrations[hand],
             lambda path: drawing_file(drawing, path, look),
         )
+
+
+def _check_bare(manner: RowManner) -> None:
+    """Refuse names of hands and pens that could be files."""
+    for name in (manner.hand, manner.pen):
+        if name and not letter_files.BARE.fullmatch(name):
+            raise InputError(f"{name!r} is no bare name of a hand or a pen, and this table stands alone, without files")
 
 
 def _check_address(row: Row) -> None:

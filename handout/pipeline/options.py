@@ -264,6 +264,7 @@ class MergeOptions:
     skip_bad : whether rows that can be made are made although others cannot.
     given : options that win over the head of a letter file, as in `pipeline.letters.prepare_letter`.
     approved : the .json file of a proof, which these pages have to be.
+    alone : whether letter, table and return address were sent from elsewhere, and may name no other files.
     """
 
     letter: str | Path | None = None
@@ -280,6 +281,7 @@ class MergeOptions:
     window: str = ""
     tick: bool = False
     skip_bad: bool = False
+    alone: bool = False
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from handout.errors import DeviceError
     from handout.plotting.driving.driver import Progress
     from handout.plotting.jobs.parts import Layers
+    from handout.plotting.jobs.places import Place
     from handout.plotting.planning.plan import Order
 
 
@@ -66,12 +67,14 @@ class AttendanceOptions:
     hold_limit : how long the plotter may stand on hold before the plot ends, its pen lifted; None: 2 minutes where
         nobody is there to be asked, else for ever.
     report : a file that is told how faithful the motion is, as JSON.
+    reached : told how far the pen has come: the number of the job's part, and the place on it.
     """
 
     at_zero: bool = False
     home_after: bool = False
     hold_limit: str | None = None
     report: str | Path | None = None
+    reached: Callable[[int, Place], None] | None = None
 
 
 @dataclass(frozen=True)

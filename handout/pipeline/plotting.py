@@ -186,6 +186,17 @@ def plot(
     return Plotted(job, tuple(reports), result.facts(), tally, task.seed, notes=notes)
 
 
+def keep(request: PlotRequest, port: str | None = None) -> tuple[Job, tuple[str, ...]]:
+    """A plot as a job that is begun with `resume`, and what the user is told of it; `port` : see `preview`."""
+    profile = asked_machine(request.plotting, port)
+    letter = _letter(request)
+    task = _task(request) if letter is None else letter.main
+    options = _job_options(request, task, profile)
+    job = _begun(request, letter or task, profile, options, port or "")
+    told = () if letter is None else letter.notes(apart=options.layers == "colour")
+    return job, (*told, *_notes(task, profile))
+
+
 def preview(
     request: PlotRequest,
     outputs: Sequence[str | Path],
@@ -463,7 +474,7 @@ def draw_job(
             job,
             opened,
             operator,
-            runner.RunOptions(attendance.at_zero, attendance.home_after, patience),
+            runner.RunOptions(attendance.at_zero, attendance.home_after, patience, attendance.reached),
             supply=producer,
             progress=progress,
             plotted=account.plotted,

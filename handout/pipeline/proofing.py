@@ -62,7 +62,8 @@ class Proof(Result):
 
     rows : that can be made; failed : number of a row → why it cannot.
     sheets : how many pages of each size, by its name; machine_s : s that a plotter would take, None without one.
-    ink_area : mm² of paper that ink covers; costs : what all that costs.
+    ink_area : mm² of paper that ink covers; costs : what all that costs; pages : with their
+    pictures.
     """
 
     tally: Tally
@@ -76,6 +77,7 @@ class Proof(Result):
     machine_s: float | None
     ink_area: float
     costs: Costs
+    pages: tuple[ProofPage, ...] = ()
 
     def facts(self) -> Facts:
         return {
@@ -159,6 +161,7 @@ def proof(
         made.machine_s,
         made.spent.covered,
         made.costs,
+        tuple(made.pages),
         notes=tuple(pages.dropped),
     )
 

@@ -31,7 +31,7 @@ from handout.printing.prepared import (
     RowMaker,
 )
 from handout.printing.printers import open_queue, ticket
-from handout.printing.queue import Queue, Say, SimulatedQueue
+from handout.printing.queue import Device, Queue, Say, SimulatedQueue
 from handout.printing.rows import Row, select
 from handout.printing.sending import (
     SILENT,
@@ -188,8 +188,7 @@ def make_rows(
     chosen, again = chosen_rows(rows, options, journal.resumed)
     copies = {row.number: options.copies * row.copies for row in chosen}
     todo = Remaining([row.number for row in chosen if not row.problem])
-    devices = place.devices if isinstance(place, Several) else [place.queue] if isinstance(place, Spool) else []
-    if devices:
+    if devices := _devices(place):
         todo = remaining(journal, devices, todo.fresh, copies, again)
         chosen = [row for row in chosen if row.problem or row.number in todo.rows]
     checked = Checked(wanted=[row.number for row in chosen if not row.problem])
@@ -199,16 +198,20 @@ def make_rows(
         if checked.failed:
             raise RowsRefused(Report((), tuple(checked.failed), warnings=tuple(checked.warnings)))
     jobs: tuple[Job, ...] = ()
-    if isinstance(place, Several):
-        jobs = send_to_several(place, taken, checked, todo, _makeable(rows), journal, listener)
-    elif isinstance(place, Spool):
-        jobs = send(place, taken, checked, todo, _makeable(rows), journal, listener)
+    if devices:
+        how = send_to_several if isinstance(place, Several) else send
+        jobs = how(place, taken, checked, todo, _makeable(rows), journal, listener)  # type: ignore[operator]
     else:
         _counted(taken, len(chosen), listener)
     place.finish()
     done = tuple(sorted({*checked.done, *(piece.row for piece in todo.wait)}))
     before, unknown = tuple(todo.done), tuple(todo.unknown)
     return Report(done, tuple(checked.failed), place.files(), jobs, tuple(checked.warnings), before, unknown)
+
+
+def _devices(place: Destination) -> list[Device]:
+    """That a destination sends pages to; none where it writes files."""
+    return place.devices if isinstance(place, Several) else [place.queue] if isinstance(place, Spool) else []
 
 
 def _makeable(rows: Sequence[Row]) -> list[int]:
@@ -506,12 +509,16 @@ def destinations(
         return [place for place in places if isinstance(place, PrintSpool)]
 
     rows, others = spools(ways, [False] if apart else [False, True]), spools(apart, [True])
-    names = [spool.queue.name for spool in (*rows, *others)]
+    _check_alike(rows, others)
+    return Several(rows, others)
+
+
+def _check_alike(*kinds: Sequence[PrintSpool]) -> None:
+    """Refuse printers that are one, and printers of the same pages that take them in different ways."""
+    names = [spool.queue.name for spools in kinds for spool in spools]
     if twice := [name for name in names if names.count(name) > 1]:
         raise InputError(f"{twice[0]} is named twice: each device makes its own pages.")
-    for alike in (rows, others):
-        for one, other in itertools.pairwise(alike):
-            if (one.prepare.format, one.prepare.dpi) != (other.prepare.format, other.prepare.dpi):
-                told = " and ".join(f"{s.queue.name} {s.prepare.format} at {s.prepare.dpi} dpi" for s in (one, other))
-                raise InputError(f"The printers take pages otherwise ({told}): say --format, or leave one out.")
-    return Several(rows, others)
+    for one, other in (pair for spools in kinds for pair in itertools.pairwise(spools)):
+        if (one.prepare.format, one.prepare.dpi) != (other.prepare.format, other.prepare.dpi):
+            told = " and ".join(f"{s.queue.name} {s.prepare.format} at {s.prepare.dpi} dpi" for s in (one, other))
+            raise InputError(f"The printers take pages otherwise ({told}): say --format, or leave one out.")

@@ -204,8 +204,8 @@ def resume(what: Batch, place: Path | None = None) -> Journal:
 
 
 @dataclass
-class _Run:
-    """A run as read from its file."""
+class Run:
+    """A run as read from its file; ended : "done", why it ended, or "" where nobody wrote that down."""
 
     head: dict[str, Any]
     steps: dict[Piece, Step]
@@ -213,12 +213,19 @@ class _Run:
     ended: str = ""
 
 
+def last_run(table: Path, place: Path | None = None) -> Run | None:
+    """The newest run of a table in this file, whatever was made of it; None if there was none."""
+    paths = sorted((place or folder()).glob("*.jsonl"), key=lambda path: path.stat().st_mtime, reverse=True)
+    runs = (run for path in paths if (run := _read(path)) is not None)
+    return next((run for run in runs if run.head.get("table") == str(table.resolve())), None)
+
+
 def _token() -> str:
     """A random name for a run."""
     return secrets.token_hex(3)
 
 
-def _time(run: _Run) -> str:
+def _time(run: Run) -> str:
     return str(run.head["begun"]).replace("T", " at ")
 
 
@@ -260,12 +267,12 @@ def _entries(path: Path) -> Iterator[dict[str, Any]]:
             yield entry
 
 
-def _read(path: Path) -> _Run | None:
+def _read(path: Path) -> Run | None:
     """The last run in a file, with its resumptions; None if the file holds none."""
-    run: _Run | None = None
+    run: Run | None = None
     for entry in _entries(path):
         if "begun" in entry:
-            run = _Run(entry, {}, {})
+            run = Run(entry, {}, {})
         elif run is not None and "state" in entry:
             piece = Piece(int(entry["row"]), int(entry["copy"]), str(entry.get("part", ENVELOPE)))
             more = {name: str(entry[name]) for name in _TOLD if name in entry}
@@ -280,9 +287,7 @@ def _read(path: Path) -> _Run | None:
 
 def _nothing_to_resume(what: Batch, place: Path) -> str:
     """Why nothing can be resumed: what has changed since the newest batch of the same table."""
-    paths = sorted(place.glob("*.jsonl"), key=lambda path: path.stat().st_mtime, reverse=True)
-    runs = (run for path in paths if (run := _read(path)) is not None)
-    last = next((run for run in runs if run.head.get("table") == str(what.table)), None)
+    last = last_run(what.table, place)
     if last is None:
         return f"There is nothing to resume: no batch of {what.table.name} was begun on this computer."
     return (

@@ -12,6 +12,7 @@ may be cancelled, may take as long as it takes, and may end without taking the s
     tasks.py      routes of sessions, uploads and tasks
     writing.py    routes of the page Write; hands.py of Hands; letters.py of Letters, where a scanned hand is corrected;
                   styles.py of Style
+    jobs.py       routes of the page Jobs: machines, the pen by hand, plots; batches.py of its batches
     static/       the page: HTML, CSS and ES modules, as they are served
 
 A page is added as a file of routes with a table `ROUTES`, its line in `server.TABLES`, a module in `static/` and its

@@ -10,15 +10,20 @@ from typing import Annotated, Literal
 
 from msgspec import Meta, Raw, Struct
 
+from handout.pipeline.batch_desk import BatchPlan
+from handout.pipeline.inputs import Source
 from handout.pipeline.options import (
     Align,
+    MergeOptions,
     PictureOptions,
     PromptOptions,
     ReadingOptions,
     SheetOptions,
+    TableOptions,
     WritingOptions,
     slip_rate,
 )
+from handout.pipeline.plot_request import PlotOptions, PlotRequest
 
 Name = Annotated[str, Meta(pattern=r"^[\w-]{1,80}(?!\n)$")]
 Length = Annotated[str, Meta(pattern=r"^[0-9.]{1,9} ?(mm|cm|in|pt)?(?!\n)$")]
@@ -46,6 +51,7 @@ class Write(Body, frozen=True):
     """A text in a hand, on pages, as files of a format; lengths have units, as "2.5mm"."""
 
     text: Text
+    letter: bool = False  # whether the text is that of a letter file, in Markdown
     format: Format = "svg"
     hand: Name = "house-joined"
     seed: Seed | None = None
@@ -94,6 +100,103 @@ class Write(Body, frozen=True):
     def picture(self) -> PictureOptions:
         """How it looks."""
         return PictureOptions(self.dpi, self.pen, self.pen_width, self.ink, self.paper, self.transparent)
+
+
+class NewPlot(Write, frozen=True):
+    """A text for a plotter: as for files, and how it is plotted."""
+
+    copies: Annotated[int, Meta(ge=1, le=100)] = 1
+    order: Literal["writing", "travel"] = "writing"
+    layers: Literal["none", "colour"] = "none"
+
+    def request(self, hand: str) -> PlotRequest:
+        """How it is plotted."""
+        ways = PlotOptions(self.device, self.order, self.layers, self.copies)
+        return PlotRequest(Source(""), self.writing(hand), self.sheet(), self.picture(), ways)
+
+
+PortName = Annotated[str, Meta(max_length=100)]  # one of those that are found: see `plot_desk`
+
+
+class DrawnPlot(Body, frozen=True):
+    """Where a plot is drawn; at_zero : its pen stands above the machine's zero; home_after : so it does at the end."""
+
+    port: PortName
+    at_zero: bool = False
+    home_after: bool = False
+
+
+class Said(Body, frozen=True):
+    """What is said to a plot that is drawn, or to a batch that asks for something."""
+
+    word: Literal["pause", "on", "stop"]
+
+
+class PenMove(Body, frozen=True):
+    """A pen that is moved by hand; x, y : how far to jog, mm along the machine's axes."""
+
+    port: PortName
+    move: Literal["up", "down", "home", "jog", "release"]
+    device: Name | None = None
+    x: Annotated[float, Meta(ge=-2000, le=2000)] = 0.0
+    y: Annotated[float, Meta(ge=-2000, le=2000)] = 0.0
+
+
+PrinterName = Annotated[str, Meta(pattern=r"^[\w.-]{0,100}(?!\n)$")]  # a profile or a queue, and no address
+
+
+class NewBatch(Write, frozen=True):
+    """A letter for every row of a table that was sent to /api/uploads, and how it is made; without a table, once."""
+
+    table: UploadId | None = None
+    title: Annotated[str, Meta(max_length=200)] = ""
+    to: Literal["pdf", "printer", "plotter"] = "pdf"
+    printer: PrinterName = ""
+    grid: Annotated[str, Meta(pattern=r"^([1-9]\d?x[1-9]\d?)?(?!\n)$")] = ""
+    rows: Annotated[str, Meta(pattern=r"^[0-9, -]{0,500}(?!\n)$")] = ""
+    columns: Annotated[tuple[Annotated[str, Meta(max_length=200)], ...], Meta(max_length=50)] = ()
+    copies: Annotated[int, Meta(ge=1, le=100)] = 1
+    with_envelopes: bool = False
+    envelope: PageName = "DL"
+    language: Annotated[str, Meta(pattern=r"^[A-Za-z_-]{1,20}(?!\n)$")] = "en"
+    return_address: Annotated[str, Meta(max_length=500)] = ""
+    home_country: Annotated[str, Meta(max_length=60)] = ""
+    tick: bool = False
+    skip_bad: bool = False
+
+    def plan(self, hand: str, name: str) -> BatchPlan:
+        """How it is made; `name` : of the table."""
+        merge = MergeOptions(
+            with_envelopes=self.with_envelopes,
+            envelope=self.envelope,
+            margin=self.margin,
+            pages=self.pages,
+            language=self.language,
+            return_address=self.return_address,
+            home_country=self.home_country,
+            tick=self.tick,
+            skip_bad=self.skip_bad,
+        )
+        table = TableOptions(self.rows, self.columns, no_name=True, copies=self.copies)
+        title = self.title or name
+        ways = {"printer": self.printer, "device": self.device, "grid": self.grid}
+        return BatchPlan(
+            title,
+            self.to,
+            self.writing(hand),
+            self.picture(),
+            table,
+            merge,
+            self.page,
+            **ways,  # type: ignore[arg-type]
+        )
+
+
+class MadeBatch(Body, frozen=True):
+    """Where a batch is made: the port of a plotter; at_zero : its pen stands above the machine's zero."""
+
+    port: PortName = ""
+    at_zero: bool = False
 
 
 class NewHand(Body, frozen=True):

@@ -28,12 +28,13 @@ def name_of(request: Request) -> str:
     return name
 
 
-def _sent(studio: Studio, key: str, *suffixes: str) -> Path:
+def sent(studio: Studio, key: str, *suffixes: str) -> Path:
+    """The file of an upload; HTTPException where there is none, or none of these kinds."""
     upload = studio.uploads.get(key)
     if upload is None:
         raise HTTPException(422, "A file that was to be used is not here: send it again.")
     if suffixes and upload.path.suffix not in suffixes:
-        raise HTTPException(422, f"{upload.name} is no {suffixes[0]} file.")
+        raise HTTPException(422, f"{upload.name} is no {' or '.join(suffixes)} file.")
     return upload.path
 
 
@@ -66,14 +67,14 @@ async def lacks(studio: Studio, request: Request, body: Lacking) -> Response:
 
 async def read(studio: Studio, request: Request, body: NewHand) -> Response:
     """Scans become a hand."""
-    scans = [_sent(studio, key) for key in body.scans]
+    scans = [sent(studio, key) for key in body.scans]
     call = Call("hands.read_as_own", (body.name, scans, body.texts, body.reading()), listens=True)
     return await followed(request, studio.begin(studio.long, f"reading {body.name}", call))
 
 
 async def take(studio: Studio, request: Request, body: GivenHand) -> Response:
     """A .hand file becomes a hand of the user's own."""
-    call = Call("kept_hands.import_hand", (_sent(studio, body.upload, ".hand"), body.name))
+    call = Call("kept_hands.import_hand", (sent(studio, body.upload, ".hand"), body.name))
     facts = await studio.answer("taking a hand in", call)
     return json_answer({"name": facts["name"]})
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import secrets
 import tempfile
@@ -13,11 +14,13 @@ from typing import Any
 from starlette.exceptions import HTTPException
 
 from handout.web.worker import Call
-from handout.web.workers import Busy, Lane, Task
+from handout.web.workers import HALTS, Busy, Lane, Task
 
-SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".pdf", ".webp", ".bmp", ".hand")  # of uploads
+TABLES = (".csv", ".tsv", ".txt", ".xlsx")
+SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".pdf", ".webp", ".bmp", ".hand", *TABLES)  # of uploads
 _MOST_UPLOADS, _MOST_BYTES = 40, 1 << 30  # kept at once; a hand of ten pages at 600 dpi is a third of that
 _MOST_TASKS = 60  # that have ended and whose files are kept
+_MOST_MACHINES = 16
 _WAITING = 12  # tasks that may wait in a lane
 
 
@@ -58,6 +61,8 @@ class Studio:
         # two long ones at least, so that what replaces cancelled work need not wait for its end
         self.long = Lane(max(2, min(4, (os.cpu_count() or 1) - 1)), _WAITING)
         self.desk = Lane(1, 8 * _WAITING)
+        self._machines: dict[str, Lane] = {}
+        self.attended: dict[str, Task] = {}  # port → what moves there, or did last
 
     def new_key(self) -> str:
         """The key of a new session."""
@@ -135,6 +140,28 @@ class Studio:
         if len(self.uploads) >= _MOST_UPLOADS or kept + size > _MOST_BYTES:
             raise HTTPException(507, "No more scans can be kept: use those that were sent, or take some away.")
 
+    async def attend(self, port: str, kind: str, call: Call) -> Task:
+        """A task that moves the machine at a port, alone; "" for a printer.
+
+        Raises
+        ------
+        HTTPException
+            422: there is no such port; 409: something else moves it.
+        """
+        if port:
+            await self.answer("looking for a port", Call("plot_desk.known_port", (port,)))
+        port = port.partition(":")[0] if port.startswith("sim") else port  # of simulated machines there is one
+        before = self.attended.get(port)
+        if before is not None and not before.ended:
+            raise HTTPException(409, f"The machine is busy with {before.kind}: wait, or stop that first.")
+        if port not in self._machines:
+            if len(self._machines) >= _MOST_MACHINES:
+                raise HTTPException(429, "So many machines are not attended at once: start the studio again.")
+            self._machines[port] = Lane(1, _WAITING, HALTS)
+            self._machines[port].open()
+        self.attended[port] = task = self.begin(self._machines[port], kind, call)
+        return task
+
     async def open(self) -> None:
         """Begin to work."""
         for lane in (self.quick, self.long, self.desk):
@@ -143,8 +170,8 @@ class Studio:
 
     async def close(self) -> None:
         """End all work, and delete what was made."""
-        for lane in (self.quick, self.long, self.desk):
-            await lane.close()
+        lanes = (self.quick, self.long, self.desk, *self._machines.values())
+        await asyncio.gather(*(lane.close() for lane in lanes))
         self._folder.cleanup()
 
 

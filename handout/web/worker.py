@@ -14,7 +14,9 @@ import queue
 import signal
 import sys
 import threading
+import time
 import traceback
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any, BinaryIO
@@ -24,6 +26,8 @@ import msgspec
 from handout.errors import HandoutError
 
 LENGTH = 4  # bytes of a frame's length
+_HALTS = 30.0  # s that a machine may take to stop with its pen lifted when the server is gone; set by eye
+_GLANCE = 0.05  # s
 
 
 @dataclass(frozen=True)
@@ -32,12 +36,14 @@ class Call:
 
     function : "writing.write" is `handout.pipeline.writing.write`.
     listens : whether it takes a `listener`.
+    moves : whether it moves a machine: it is asked to end, and has the time to lift a pen.
     """
 
     function: str
     arguments: tuple[Any, ...] = ()
     options: dict[str, Any] = field(default_factory=dict)
     listens: bool = False
+    moves: bool = False
 
 
 class Cancelled(BaseException):
@@ -45,28 +51,49 @@ class Cancelled(BaseException):
 
 
 class _Desk:
-    """One call at a time, and the listener that it talks to."""
+    """One call at a time, and the listener that it talks to; what it tells is sent by a thread of its own, which a
+    server that does not read cannot hold up."""
 
     def __init__(self, answers: BinaryIO) -> None:
         self._answers = answers
         self._calls: queue.Queue[tuple[int, Call]] = queue.Queue()
+        self._words: queue.Queue[tuple[int, str]] = queue.Queue()
+        self._out: queue.SimpleQueue[bytes] = queue.SimpleQueue()
         self._unwanted: set[int] = set()
-        self._number = 0
+        self._number, self._moves, self._lost = 0, False, False
+        threading.Thread(target=self._send, daemon=True).start()
 
     def listen(self, requests: BinaryIO) -> None:
-        """Take calls, and numbers of calls that are no longer wanted, until the server is gone."""
+        """Take calls, words to them, and numbers of calls that are no longer wanted, until the server is gone."""
         while len(head := requests.read(LENGTH)) == LENGTH:
             number, call = pickle.loads(requests.read(int.from_bytes(head, "big")))
             if call is None:
                 self._unwanted.add(number)
+            elif isinstance(call, str):
+                self._words.put((number, call))
             else:
                 self._calls.put((number, call))
+        self._lost = True
+        for _ in range(round(_HALTS / _GLANCE)):  # a pen that is down has to be lifted first
+            if not self._moves:
+                break
+            time.sleep(_GLANCE)
         os._exit(0)
+
+    def _send(self) -> None:
+        with contextlib.suppress(OSError):
+            while True:
+                data = self._out.get()
+                self._answers.write(len(data).to_bytes(LENGTH, "big") + data)
+                if self._out.empty():
+                    self._answers.flush()
 
     def work(self) -> None:
         """Do one call after the other."""
         while True:
+            self._moves = False
             self._number, call = self._calls.get()
+            self._moves = call.moves
             try:
                 self._tell("done", **_result(call, self))
             except Cancelled:
@@ -80,11 +107,10 @@ class _Desk:
 
     def _tell(self, what: str, **facts: Any) -> None:
         data = msgspec.msgpack.encode({"what": what, "number": self._number, **facts}, enc_hook=_plain)
-        self._answers.write(len(data).to_bytes(LENGTH, "big") + data)
-        self._answers.flush()
+        self._out.put(data)
 
     def _look(self) -> None:
-        if self._number in self._unwanted:
+        if self._lost or self._number in self._unwanted:
             raise Cancelled
 
     def say(self, *sentences: str) -> None:
@@ -98,6 +124,19 @@ class _Desk:
         """See `pipeline.results.Listener`."""
         self._look()
         self._tell("progress", share=float(share), stage=stage)
+
+    def live(self, facts: Mapping[str, Any]) -> None:
+        """See `pipeline.plot_desk.Wire`."""
+        self._tell("live", live=facts)
+
+    def word(self, seconds: float = 0.0) -> str:
+        """See `pipeline.plot_desk.Wire`; words to earlier calls are passed over."""
+        if self._lost or self._number in self._unwanted:
+            return "stop"
+        with contextlib.suppress(queue.Empty):
+            number, word = self._words.get(timeout=seconds) if seconds else self._words.get_nowait()
+            return word if number == self._number else ""
+        return ""
 
 
 def _plain(value: Any) -> Any:
@@ -117,8 +156,9 @@ def _result(call: Call, desk: _Desk) -> dict[str, Any]:
 
 def main() -> None:
     """Serve until standard input ends; what the work prints goes to standard error."""
-    with contextlib.suppress(ValueError):
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the server's, which ends its processes
+    for name in ("SIGINT", "SIGHUP"):  # Ctrl-C, or the end of the terminal, is the server's, which ends its processes
+        with contextlib.suppress(ValueError, AttributeError):
+            signal.signal(getattr(signal, name), signal.SIG_IGN)
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     desk = _Desk(answers)

@@ -14,7 +14,7 @@ import secrets
 import shutil
 import sys
 import tempfile
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -26,6 +26,8 @@ from handout.web.worker import LENGTH, Call
 State = Literal["waiting", "running", "done", "refused", "failed", "cancelled"]
 ENDED = frozenset({"done", "refused", "failed", "cancelled"})
 _GRACE = 3.0  # s that cancelled work has to stop by itself; a process that is ended takes a second or two to replace
+HALTS = 30.0  # s that a machine has to stop in good order, its pen lifted
+_MOST_SAID = 200  # sentences of a task that are kept
 _BROKEN = "The work broke off: its process ended, perhaps for want of memory."
 
 
@@ -40,6 +42,8 @@ class Task:
     kind : what it is, for people.
     folder : for files that it makes, its own.
     reason : of a refusal, the class of the error.
+    live : what is so at this moment, such as where a pen is.
+    tell : says a word to the call while it runs.
     """
 
     kind: str
@@ -53,6 +57,8 @@ class Task:
     facts: Any = None
     error: str = ""
     reason: str = ""
+    live: dict[str, Any] = field(default_factory=dict)
+    tell: Callable[[str], None] = lambda word: None
     _turn: asyncio.Event = field(default_factory=asyncio.Event)
 
     @property
@@ -70,7 +76,7 @@ class Task:
     def snapshot(self) -> dict[str, Any]:
         """What is told of it: the fields that say something."""
         facts = {**self.facts, "files": [path.name for path in self.files]} if isinstance(self.facts, dict) else None
-        told = {"said": self.said, "error": self.error, "facts": facts}
+        told = {"said": self.said, "error": self.error, "facts": facts, "live": self.live}
         return {
             "id": self.id,
             "kind": self.kind,
@@ -129,6 +135,7 @@ class _Process:
         number, canceller = self._number, asyncio.ensure_future(self._watch(task, process, self._number))
         try:
             _send(process, (number, task.call))
+            task.tell = lambda word: _send(process, (number, word))
             while not (task.ended and task.state != "cancelled"):
                 answer = await _answer(process)
                 if answer["number"] == number and self._heard(task, answer):
@@ -147,12 +154,19 @@ class _Process:
         what = answer["what"]
         if what in ENDED:
             if not task.ended:
-                told = {"facts": answer.get("facts"), "error": bare(answer.get("error", "")), "share": 1.0}
+                told: dict[str, Any] = {
+                    "live": {},
+                    "facts": answer.get("facts"),
+                    "error": bare(answer.get("error", "")),
+                    "share": 1.0,
+                }
                 told |= {"said": [*task.said, *(note for note in answer.get("notes", ()) if note not in task.said)]}
                 task.change(state=what, reason=answer.get("reason", ""), **told)
             return True
         if not task.ended and what == "said":
-            task.change(said=[*task.said, *map(bare, answer["sentences"])])
+            task.change(said=[*task.said, *map(bare, answer["sentences"])][-_MOST_SAID:])
+        elif not task.ended and what == "live":
+            task.change(live=answer["live"])
         elif not task.ended:
             task.change(share=answer["share"], stage=answer["stage"])
         return False
@@ -163,13 +177,17 @@ class _Process:
         if task.state == "cancelled":
             with contextlib.suppress(ConnectionError, OSError):
                 _send(process, (number, None))
-            await asyncio.sleep(_GRACE)
+            await asyncio.sleep(HALTS if task.call.moves else _GRACE)
             with contextlib.suppress(ProcessLookupError):
                 process.kill()
 
-    async def stop(self) -> None:
-        """End it."""
+    async def stop(self, seconds: float = 0.0) -> None:
+        """End it; what it does may take so long to come to its end."""
         if self._process is not None and self._process.returncode is None:
+            if seconds and self._process.stdin is not None:
+                self._process.stdin.close()
+                with contextlib.suppress(TimeoutError):
+                    await asyncio.wait_for(self._process.wait(), seconds)
             with contextlib.suppress(ProcessLookupError):
                 self._process.kill()
             await self._process.wait()
@@ -180,7 +198,7 @@ def bare(sentence: str) -> str:
     return re.sub(rf"{re.escape(tempfile.gettempdir())}[/\\](?:[\w.-]+[/\\])*", "", sentence)
 
 
-def _send(process: asyncio.subprocess.Process, message: tuple[int, Call | None]) -> None:
+def _send(process: asyncio.subprocess.Process, message: tuple[int, Call | str | None]) -> None:
     assert process.stdin is not None
     data = pickle.dumps(message)
     process.stdin.write(len(data).to_bytes(LENGTH, "big") + data)
@@ -194,30 +212,42 @@ async def _answer(process: asyncio.subprocess.Process) -> dict[str, Any]:
 
 
 class Lane:
-    """Some processes, and the tasks that wait for them.
+    """Some processes, and the tasks that wait for them; the process that worked last takes the next.
 
-    most : tasks that may wait.
+    most : tasks that may wait; halts : s that what runs may take to end when the lane is closed.
     """
 
-    def __init__(self, processes: int, most: int) -> None:
+    def __init__(self, processes: int, most: int, halts: float = 0.0) -> None:
+        self._halts = halts
         self._processes = [_Process() for _ in range(processes)]
+        self._idle, self._room = list(self._processes), asyncio.Semaphore(processes)
         self._row: asyncio.Queue[Task] = asyncio.Queue(most)
-        self._servers: list[asyncio.Task[None]] = []
+        self._running: set[asyncio.Task[None]] = set()
 
     def open(self) -> None:
         """Begin to serve; processes start when they are needed."""
-        self._servers = [asyncio.ensure_future(self._serve(process)) for process in self._processes]
+        self._running.add(asyncio.ensure_future(self._serve()))
 
     async def warm(self) -> None:
         """Start the processes before they are needed."""
         await asyncio.gather(*(process.start() for process in self._processes))
 
-    async def _serve(self, process: _Process) -> None:
+    async def _serve(self) -> None:
         while True:
+            await self._room.acquire()
             task = await self._row.get()
+            doing = asyncio.ensure_future(self._do(self._idle.pop(), task))
+            self._running.add(doing)
+            doing.add_done_callback(self._running.discard)
+
+    async def _do(self, process: _Process, task: Task) -> None:
+        try:
             if not task.ended:
                 task.change(state="running")
                 await process.do(task)
+        finally:
+            self._idle.append(process)
+            self._room.release()
 
     def put(self, task: Task) -> Task:
         """Let a task wait for its turn.
@@ -235,7 +265,7 @@ class Lane:
 
     async def close(self) -> None:
         """End all processes."""
-        for server in self._servers:
-            server.cancel()
+        for running in self._running:
+            running.cancel()
         for process in self._processes:
-            await process.stop()
+            await process.stop(self._halts)

@@ -22,8 +22,9 @@ async def choices(studio: Studio, request: Request, body: None) -> Response:
 async def write(studio: Studio, request: Request, body: Write) -> Response:
     """A text becomes files."""
     folder = studio.folder()
-    arguments = (body.text, [folder / f"page.{body.format}"], body.writing(studio.hand(body.hand)), body.sheet())
-    call = Call("writing.write", (*arguments, body.picture()), {"device": body.device}, listens=True)
+    options = body.writing(studio.hand(body.hand)), body.sheet(), body.picture()
+    arguments = body.text, body.letter, [folder / f"page.{body.format}"], options
+    call = Call("letters.write_sent", arguments, {"device": body.device}, listens=True)
     lane = studio.quick if body.hand in studio.drawn and body.format == "svg" else studio.long
     task = studio.begin(lane, "writing", call, folder)
     return await followed(request, task, TYPES.get(f".{body.format}", "application/octet-stream"))

@@ -22,19 +22,27 @@ from handout.simulated.printer import Flatbed, Inkjet
 DPI = 80
 
 
-_of_hand, _writing = cache(ink_samples.of_hand), pen_reference.writing
+_of_hand, _writing, _match = cache(ink_samples.of_hand), pen_reference.writing, pen_reference.match
 _written = {}  # by the hand's name: no test here keeps a hand of its own
+_matched = {}  # by what was compared
 
 
 @pytest.fixture(autouse=True)
 def ink_of_hands(monkeypatch):
-    """What is measured of the hands that ship is measured once: it takes a second each time."""
+    """What is measured of the hands that ship, and compared with them, is so once: it takes a second each time."""
 
     def writing(hand):
         if hand.name not in _written:
             _written[hand.name] = _writing(hand)
         return _written[hand.name]
 
+    def match(*compared):
+        key = tuple(np.asarray(one).tobytes() for one in compared)
+        if key not in _matched:
+            _matched[key] = _match(*compared)
+        return _matched[key]
+
+    monkeypatch.setattr(pen_reference, "match", match)
     monkeypatch.setattr(ink_samples, "of_hand", _of_hand)
     monkeypatch.setattr(pen_reference, "writing", writing)
 

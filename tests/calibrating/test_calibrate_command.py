@@ -1,13 +1,14 @@
 """`handout calibrate` and `handout print` as they are called."""
 
 import json
+from functools import partial
 
 import numpy as np
 import pytest
 from PIL import Image
 
 from handout.cli import main
-from handout.colour import exports
+from handout.colour import exports, icc, table
 from handout.simulated import print_and_scan as loop
 from handout.simulated.printer import Flatbed, job_reader
 
@@ -39,7 +40,10 @@ def coarse(monkeypatch, profile):
 
 
 @pytest.mark.slow
-def test_read_build_show_export(call, scan, tmp_path):
+def test_read_build_show_export(call, scan, tmp_path, monkeypatch):
+    # coarser than usual, and sooner built
+    monkeypatch.setattr(table, "build", partial(table.build, size=17))
+    monkeypatch.setattr(icc, "SIDE", 9)
     out, err = call("calibrate", "read", scan, "-o", "patches.ti3", "--report", "report.html", "--json")
     assert json.loads(out)["patches"] == 760 and "760 colours read" in err
     assert "<h2>Ramps</h2>" in (tmp_path / "report.html").read_text()

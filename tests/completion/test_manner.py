@@ -7,7 +7,8 @@ import pytest
 
 from handout.completion import manner, ways
 from handout.completion.completed_hand import complete_hand
-from handout.completion.drawn_letters import DrawnLetters, _welded
+from handout.completion.drawn_letters import DrawnLetters, _closed, _welded
+from handout.completion.entering import _led_on
 
 
 def written(form, xy):
@@ -101,3 +102,21 @@ def test_a_joined_letter_ends_where_its_way_to_the_next_begins():
     (whole,), (cut,) = form.strokes(form.xy), form.parted(form.strokes(form.xy))
     assert len(cut) < len(whole) and np.array_equal(whole[: len(cut)], cut)
     assert cut[-1, 1] < cut[:, 1].min() + 0.2
+
+
+def test_a_slit_too_narrow_to_be_a_loop_is_closed_and_a_loop_is_not():
+    up = np.column_stack([np.zeros(60), np.linspace(0, 1.77, 60)])
+    for apart, meant in ((0.06, 0.01), (0.3, 0.3)):
+        (way,) = _closed([np.concatenate([up, up[::-1] + np.array([apart, 0.0])])], 0.05)
+        assert np.abs(way[-20:-5, 0] - meant).max() < 0.02
+        assert np.array_equal(way[:40], up[:40]), "what comes first stays"
+
+
+def test_a_ligature_goes_on_as_the_stroke_that_it_leaves():
+    stroke = np.column_stack([np.zeros(10), np.linspace(1, 0, 10)])
+    line = np.column_stack([np.linspace(0, 1, 30), np.linspace(0, -0.4, 30)])
+    led = _led_on(stroke, line, 0.4)
+    assert np.array_equal(led[0], line[0]) and np.array_equal(led[-1], line[-1]) and len(led) == len(line)
+    first = led[1] - led[0]
+    assert first[1] / np.hypot(*first) < -0.8, "downwards, as the stroke"
+    assert np.array_equal(_led_on(-stroke, line, 0.4), line), "it does not turn back to do so"

@@ -8,10 +8,10 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 SHOTS = os.environ.get("STUDIO_PICTURES")  # a folder that pictures of the pages are kept in
 
 
-def kept(page, name):
-    """A picture of the page, for the manual, once nothing more is waited for."""
+def kept(page, name, wait=9000):
+    """A picture of the page, for the manual, once nothing more is waited for, or after so many ms."""
     if SHOTS:
-        page.wait_for_timeout(9000)
+        page.wait_for_timeout(wait)
         page.screenshot(path=str(Path(SHOTS) / f"studio-{name}.png"))
 
 

@@ -17,7 +17,7 @@ def test_a_text_is_written_changed_watched_and_downloaded(page):
     page.goto(page.home + "#write")
     page.wait_for_selector(".sheet svg path.stroke")
     kept(page, "write")
-    page.get_by_label("Text").fill("Dear Ada, here is a card")
+    page.get_by_label("Text", exact=True).fill("Dear Ada, here is a card")
     page.get_by_label("Seed", exact=True).fill("4")
     page.locator(".told", has_text=re.compile("seed 4$")).wait_for()
     first = page.locator(".sheet path.stroke").first.get_attribute("d")
@@ -52,7 +52,7 @@ def test_words_that_read_as_others_are_framed_where_they_lie(page):
         route.fulfill(response=answer, body=answer.text().replace('"pages"', word, 1))
 
     page.route("**/api/write", doubted)
-    page.get_by_label("Text").fill("Dear Ada, again")
+    page.get_by_label("Text", exact=True).fill("Dear Ada, again")
     page.locator(".told", has_text="“Ada” on line 1 may read as “Ado”").wait_for()
     frame, sheet = page.locator(".marks rect").bounding_box(), page.locator(".sheet").bounding_box()
     page.unroute("**/api/write")
@@ -61,12 +61,12 @@ def test_words_that_read_as_others_are_framed_where_they_lie(page):
 
 
 def test_refusals_stand_where_the_text_is(page):
-    page.get_by_label("Text").fill("Жук " * 4000)
+    page.get_by_label("Text", exact=True).fill("Жук " * 4000)
     page.get_by_text("More", exact=True).click()
     page.get_by_label("Lend letters that the hand lacks").uncheck()
     page.locator("form .bad", has_text="Ж").wait_for()
     page.get_by_label("Lend letters that the hand lacks").check()
-    page.get_by_label("Text").fill("Dear Ada")
+    page.get_by_label("Text", exact=True).fill("Dear Ada")
     page.locator(".told", has_text="1 line").wait_for()
 
 
@@ -106,3 +106,46 @@ def test_letters_are_corrected_by_keys_alone(page):
     page.get_by_text("Enter confirms").wait_for()
     page.reload()
     side.get_by_text("1 correction is kept.").wait_for()
+
+
+def test_a_text_goes_to_the_plotter_and_its_pen_is_seen(page):
+    page.goto(page.home + "#write")
+    page.get_by_label("Text", exact=True).fill("Hi hi hi")
+    page.get_by_role("button", name="Plot …").click()
+    page.get_by_role("button", name="Look at it on the bed").click()
+    page.locator(".bed .stroke.pale").first.wait_for()
+    assert axe(page) == []
+    page.get_by_label("Port").select_option("sim:?realtime=1")
+    page.get_by_role("button", name="Draw", exact=True).press("Enter")
+    page.locator(".bed .nib:not([hidden])").wait_for()
+    kept(page, "jobs", 2500)
+    page.get_by_role("button", name="Pause").press("Enter")
+    page.get_by_text("The plot pauses, its pen lifted.").wait_for()
+    page.reload()  # the plot goes on without the page, and another page may attend to it
+    page.get_by_role("button", name="Stop").press("Enter")
+    page.get_by_text("It ended: it was stopped at the page.").wait_for()
+    page.get_by_label("Port").select_option("sim:")
+    page.get_by_role("button", name="Go on").press("Enter")
+    page.get_by_text("All of it is on paper.").wait_for()
+
+
+def test_a_batch_is_looked_at_approved_and_made(page):
+    page.goto(page.home + "#jobs")
+    page.get_by_text("A new batch").press("Enter")
+    table = {"name": "people.csv", "mimeType": "text/csv", "buffer": "First name\nAda\nZoë\n".encode()}
+    page.get_by_label("Table").set_input_files(table)
+    page.get_by_label("Letter; empty").fill("Dear {{ first_nam }}")
+    page.get_by_role("button", name="Keep the batch").click()
+    page.locator(".bad", has_text="did you mean first_name?").wait_for()
+    page.get_by_label("Table").set_input_files(table)
+    page.get_by_label("Letter; empty").fill("Dear {{ first_name }},\n\nplease come.")
+    page.get_by_role("button", name="Keep the batch").click()
+    page.get_by_role("button", name="Make a proof").press("Enter")
+    page.get_by_role("button", name="Approve", exact=True).press("Enter")
+    assert page.locator(".proofs img").count() == 2
+    assert axe(page) == []
+    page.get_by_role("button", name="Make the PDF").press("Enter")
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Save the PDF").press("Enter")
+    assert Path(download.value.path()).read_bytes().startswith(b"%PDF")
+    page.get_by_role("button", name="Close").press("Enter")

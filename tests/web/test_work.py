@@ -3,38 +3,11 @@
 import io
 import struct
 import time
-import warnings
 import zlib
 
 import pytest
 
-pytest.importorskip("starlette")
-pytest.importorskip("httpx")
-with warnings.catch_warnings():
-    warnings.simplefilter("ignore")  # httpx is deprecated there for a package that few have yet
-    from starlette.testclient import TestClient
-
-from handout.web.server import application
-from handout.web.studio import Studio
-
 pytestmark = pytest.mark.slow
-
-
-@pytest.fixture(scope="module")
-def program(tmp_path_factory, small_hand_file):
-    """A program with a key, where the user has no hands of his own, but one that was named on the command line."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_CONFIG_HOME", str(tmp_path_factory.mktemp("config")))
-        studio = Studio({small_hand_file.stem: small_hand_file})
-        with TestClient(application(studio, 7217), base_url="http://127.0.0.1:7217") as client:
-            client.headers["Authorization"] = f"Bearer {studio.new_key()}"
-            client.studio = studio
-            client.choices = client.get("/api/choices").json()
-            yield client
-
-
-def sent(program, name, data):
-    return program.post(f"/api/uploads?name={name}", content=data).json()["id"]
 
 
 def test_choices_name_what_requests_may_hold(program):
@@ -119,7 +92,7 @@ def test_bombs_and_rubbish_are_refused_in_a_sentence(program, name):
         "zip.hand": b"PK\x03\x04" + bytes(500),
         "empty.pdf": b"",
     }
-    upload = sent(program, name, data[name])
+    upload = program.sent(name, data[name])
     if name.endswith(".hand"):
         answer = program.post("/api/hands/given", json={"name": "rubbish", "upload": upload})
     else:
@@ -129,7 +102,7 @@ def test_bombs_and_rubbish_are_refused_in_a_sentence(program, name):
 
 
 def test_a_hand_is_given_shown_and_deleted(program, small_hand_file):
-    upload = sent(program, "mine.hand", small_hand_file.read_bytes())
+    upload = program.sent("mine.hand", small_hand_file.read_bytes())
     assert program.post("/api/hands/given", json={"name": "mine", "upload": upload}).json() == {"name": "mine"}
     again = program.post("/api/hands/given", json={"name": "mine", "upload": upload})
     assert again.status_code == 422 and "already" in again.json()["error"]

@@ -65,11 +65,13 @@ class RunOptions:
         part it does so anyway.
     patience : s that the machine may stand on hold, or wait for its button to be pressed; then the job ends as after a
         break, the pen lifted.
+    reached : told of the number of the part that is drawn and the place on it, as often as `progress`.
     """
 
     at_zero: bool = False
     home_after: bool = False
     patience: float = math.inf
+    reached: Callable[[int, Place], None] | None = None
 
 
 def run_job(
@@ -89,7 +91,8 @@ def run_job(
     ----------
     open_port : opens the way to the machine, and again after a break.
     supply : whence the pages come that are not made yet, if there are such.
-    progress : called with the share of the job that is done, 0 to 1, and about how much time is left, s.
+    progress : called with the share of the job that is done, 0 to 1, and about how much time is left, s; where it
+        raises `ButtonPressed` the plot pauses as by the plotter's own button.
     plotted : told of every part that has been plotted.
 
     Returns
@@ -106,7 +109,7 @@ def run_job(
         be made.
     """
     with job.open() as journal:
-        run = _Run(job, journal, supply, person, progress, plotted, log or (lambda _: None))
+        run = _Run(job, journal, supply, person, progress, plotted, log or (lambda _: None), options.reached)
         at_zero = options.at_zero
         while not run.is_done():
             try:
@@ -132,9 +135,10 @@ class _Run:
         progress: Progress | None,
         plotted: Callable[[Report, Port], None] | None,
         log: Callable[[str], None],
+        reached: Callable[[int, Place], None] | None,
     ) -> None:
         self.job, self.journal, self.supply, self.person, self.log = job, journal, supply, person, log
-        self.progress, self.plotted = progress, plotted
+        self.progress, self.plotted, self.reached = progress, plotted, reached
         self.reports: list[Report] = []
         self.controller: Controller
         self._warned = False
@@ -290,7 +294,7 @@ class _Run:
 
     def _monitor(self, number: int, planned: Plan, keeper: _Keeper) -> Monitor:
         return Monitor(
-            progress=self._progress(number, planned),
+            progress=self._progress(number, planned, keeper),
             watch=keeper.note,
             proved=keeper.proved,
             secure=keeper.secure,
@@ -298,7 +302,7 @@ class _Run:
             log=self.log,
         )
 
-    def _progress(self, number: int, planned: Plan) -> Progress | None:
+    def _progress(self, number: int, planned: Plan, keeper: _Keeper) -> Progress | None:
         """The progress of a part converted into that of the whole job, by ink."""
         tell = self.progress
         if tell is None:
@@ -313,6 +317,8 @@ class _Run:
         pace = planned.duration / max(planned.pen_down, 1e-9)
 
         def progress(share: float, left: float) -> None:
+            if self.reached is not None:
+                self.reached(number, keeper.place)
             tell(min((begun + share * planned.pen_down) / whole, 1.0), left + pace * later)
 
         return progress
@@ -354,6 +360,11 @@ class _Keeper:
         self._proven = done
         if self.reached.ink[done] - self.reached.ink[self._sure] >= _WRITTEN:
             self.write()
+
+    @property
+    def place(self) -> Place:
+        """What was noted last."""
+        return self._place(self._done)
 
     def write(self) -> None:
         """Write down what was noted last."""

@@ -147,20 +147,25 @@ def _new_folder(base: Path) -> Iterator[Path]:
 
 
 def _named(job: Job, base: Path) -> Job:
-    """Give the job's folder its name, such as ``mar01-2``: the first of that day that is free."""
+    """Give the job's folder its name."""
+    return dataclasses.replace(job, folder=free_name(job.folder, base))
+
+
+def free_name(work: Path, base: Path) -> Path:
+    """A folder renamed to the first name of the day that is free, such as ``mar01-2``; where it is now."""
     now = datetime.now()
     day = f"{_MONTHS[now.month - 1]}{now.day:02}"
     for number in range(1, 100_000):
         target = base / f"{day}-{number}"
         if not target.exists():
             try:
-                job.folder.rename(target)
+                work.rename(target)
             except OSError as error:
                 if error.errno in (errno.EEXIST, errno.ENOTEMPTY):  # another program was quicker
                     continue
                 raise
             pages.sync_folder(base)
-            return dataclasses.replace(job, folder=target)
+            return target
     raise InputError(f"{base} is full of jobs: delete some.")
 
 

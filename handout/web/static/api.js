@@ -53,9 +53,10 @@ export async function text(path, signal) {
   return (await answer('GET', path, undefined, {}, signal)).text();
 }
 
-/** Begin a task, hear its snapshots, and give the last one; aborting cancels it. */
+/** Begin a task, hear its snapshots, and give the last one; aborting cancels it. Without `heard` it is only begun. */
 export async function task(path, body, heard, signal, method = 'POST') {
   const begun = await (await answer(method, path, body, { Prefer: 'respond-async' }, signal)).json();
+  if (!heard) return begun;
   const cancel = () => request('DELETE', `/api/tasks/${begun.id}`).catch(() => {});
   signal?.addEventListener('abort', cancel);
   try {
@@ -68,6 +69,8 @@ export async function task(path, body, heard, signal, method = 'POST') {
     signal?.removeEventListener('abort', cancel);
   }
 }
+
+export const follow = (id, signal) => events(`/api/tasks/${id}/events`, signal);
 
 async function* events(path, signal) {
   const reader = (await answer('GET', path, undefined, {}, signal)).body.pipeThrough(new TextDecoderStream()).getReader();

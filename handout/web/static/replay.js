@@ -3,7 +3,7 @@
 const time = (path, name) => parseFloat(path.getAttribute(name));
 
 /** The data of a path as far as it is written some milliseconds after its beginning. */
-function begun(path, ms) {
+export function writtenTo(path, ms) {
   const n = path.getAttribute('d').match(/-?\d*\.?\d+/g).map(Number);
   const spans = (path.getAttribute('data-k') || '').split(' ').map(Number);
   let d = `M${n[0]} ${n[1]}`;
@@ -42,7 +42,7 @@ export function play(svg, speed, ended) {
     for (const move of moves) if (time(move, 'data-t0') <= t) move.classList.remove('later');
     if (next === strokes.length) { stop(); return; }
     const t0 = time(strokes[next], 'data-t0');
-    nib.setAttribute('d', t < t0 ? '' : begun(strokes[next], (t - t0) * 1000));
+    nib.setAttribute('d', t < t0 ? '' : writtenTo(strokes[next], (t - t0) * 1000));
     nib.setAttribute('stroke-width', strokes[next].getAttribute('stroke-width') || strokes[next].parentNode.getAttribute('stroke-width'));
     nib.setAttribute('clip-path', strokes[next].getAttribute('clip-path') || 'none');
     asked = requestAnimationFrame(frame);

@@ -10,6 +10,7 @@ const PAUSE = { quick: 120, long: 700 }; // ms after the last key
 const SCREEN_DPI = 150;
 const INKS = { '': 'the pen’s own', '#20223a': 'black', '#24408e': 'blue', '#7c1f2b': 'red', '#1f5a3c': 'green' };
 const FORMATS = { pdf: 'PDF', svg: 'SVG', png: 'PNG', inkml: 'InkML', json: 'JSON', gcode: 'G-code', hpgl: 'HP-GL', ebb: 'EBB' };
+const KINDS = { text: 'Text', letter: 'Letter file (Markdown)' };
 const DIE = 'M5 3h14a2 2 0 0 1 2 2v14a2 2 0 0 1-2 2H5a2 2 0 0 1-2-2V5a2 2 0 0 1 2-2Zm0 2v14h14V5Zm3 1.7A1.6 1.6 0 1 1 8 9.9a1.6 1.6 0 0 1 0-3.2Zm8 0a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm-4 3.7a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm-4 3.7a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm8 0a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Z';
 
 const random = () => Math.floor(Math.random() * 1e6);
@@ -33,6 +34,7 @@ function controls(choices, kept) {
   const plotters = choices.plotters.map((plotter) => plotter.name);
   const made = {
     text: h('textarea', { spellcheck: 'true', maxlength: 100000 }),
+    kind: choice(Object.keys(KINDS), KINDS),
     hand: hands,
     page: choice(choices.pages),
     x_height: h('input', { type: 'number', min: 0.8, max: 20, step: 0.1, placeholder: 'usual' }),
@@ -62,7 +64,7 @@ function controls(choices, kept) {
 /** What is asked of the server. */
 function asked(made, ticks) {
   const body = {
-    text: made.text.value, hand: made.hand.value, page: made.page.value, paper: made.paper.value, align: made.align.value,
+    text: made.text.value, letter: made.kind.value === 'letter', hand: made.hand.value, page: made.page.value, paper: made.paper.value, align: made.align.value,
     variation: Number(made.variation.value), slips: Number(made.slips.value) || 0, seed: Number(made.seed.value) || 0,
     fallback: ticks.fallback.checked, fit: ticks.fit.checked,
   };
@@ -93,6 +95,7 @@ function called(text) {
 
 export async function show(main, shared) {
   const kept = draft();
+  const machines = Object.fromEntries(shared.choices.plotters.map((one) => [one.name, one.title]));
   const made = controls(shared.choices, kept);
   const [fallback, lend] = tick('Lend letters that the hand lacks', { checked: kept.fallback ?? true });
   const [fitting, fit] = tick('Shrink what does not fit', { checked: kept.fit ?? false });
@@ -102,7 +105,7 @@ export async function show(main, shared) {
   const refusal = h('p', { class: 'bad', role: 'alert' });
   const form = h(
     'form', { 'aria-label': 'What is written' },
-    field('Text', made.text), refusal,
+    h('div', { class: 'row between' }, h('label', { for: 'text' }, 'Text'), made.kind), made.text, refusal,
     h('div', { class: 'grid' },
       field('Hand', made.hand), field('Page', made.page),
       field('Pen', made.pen), h('div', {}, h('label', { for: 'ink' }, 'Ink'), h('div', { class: 'joined' }, made.ink, made.colour)),
@@ -113,7 +116,7 @@ export async function show(main, shared) {
       h('div', { class: 'grid' }, field('Lines', made.align), field('Handstyle', made.style),
         field('Slips in 100 words', made.slips), h('div', {}), h('div', { class: 'all' }, fallback), h('div', { class: 'all' }, fitting))),
   );
-  made.ink.id = 'ink'; made.variation.id = 'variation'; made.seed.id = 'seed';
+  made.text.id = 'text'; made.kind.setAttribute('aria-label', 'Kind of text'); made.ink.id = 'ink'; made.variation.id = 'variation'; made.seed.id = 'seed';
 
   const back = h('button', { type: 'button', class: 'icon', 'aria-label': 'Page before' }, '‹');
   const on = h('button', { type: 'button', class: 'icon', 'aria-label': 'Next page' }, '›');
@@ -123,6 +126,7 @@ export async function show(main, shared) {
   pace.setAttribute('aria-label', 'Speed');
   const [wayLabel, way] = tick('Pen’s path');
   const download = h('button', { type: 'button', class: 'main' }, 'Download');
+  const plot = h('button', { type: 'button' }, 'Plot …'), print = h('button', { type: 'button' }, 'Print …');
   made.format.setAttribute('aria-label', 'Format');
   made.device.setAttribute('aria-label', 'Plotter');
   const bar = h('progress', { max: 1, value: 0, 'aria-label': 'Progress' });
@@ -136,7 +140,7 @@ export async function show(main, shared) {
   main.append(h('div', { class: 'write' }, h('h1', { class: 'hidden' }, 'Write'), form, h(
     'section', { class: 'desk', 'aria-label': 'The page' },
     h('div', { class: 'tools' }, h('span', { class: 'joined' }, back, place, on), replay, h('span', {}, pace), wayLabel,
-      h('span', { class: 'joined push' }, made.device, made.format, download)),
+      h('span', { class: 'joined push' }, plot, print, made.device, made.format, download)),
     paper, work, notes,
   )));
 
@@ -290,6 +294,54 @@ export async function show(main, shared) {
     }
   }
 
+  /** Ask where it goes in a window, then hand it over to the page Jobs. */
+  function handed(title, fields, label, send) {
+    const wrong = h('p', { class: 'bad', role: 'alert' }), go = h('button', { class: 'main' }, label);
+    const dialog = h('dialog', { 'aria-label': title }, h('h2', {}, title), h('form', {
+      class: 'panel-form',
+      async onsubmit(event) {
+        event.preventDefault();
+        go.disabled = true; wrong.textContent = '';
+        try {
+          location.hash = await send();
+          dialog.close();
+        } catch (error) {
+          wrong.textContent = error.message;
+          go.disabled = false;
+        }
+      },
+    }, fields, wrong, h('div', { class: 'row' }, go, h('button', { type: 'button', onclick: () => dialog.close() }, 'Not now'))));
+    dialog.addEventListener('close', () => dialog.remove());
+    document.body.append(dialog);
+    dialog.showModal();
+  }
+
+  function plotted() {
+    const kept_ = { device: 'plotter-grbl-servo', ...JSON.parse(localStorage.getItem('handout-machine') || '{}') };
+    const device = choice(Object.keys(machines), machines);
+    if (kept_.device in machines) device.value = kept_.device;
+    const copies = h('input', { type: 'number', min: 1, max: 100, value: 1 });
+    handed('Plot', [field('Machine', device), field('Copies', copies)], 'Look at it on the bed', async () => {
+      const body = { ...asked(made, ticks), device: device.value, copies: Number(copies.value) || 1 };
+      return `jobs/${(await request('POST', '/api/plots', body)).facts.job}`;
+    });
+  }
+
+  async function printed() {
+    try {
+      const { queues, printers } = await request('GET', '/api/machines');
+      const names = [...queues, ...printers.map((one) => one.name).filter((name) => name !== 'printer-pdf')];
+      const printer = choice(names, Object.fromEntries(printers.map((one) => [one.name, one.title])));
+      handed('Print', [field('Printer', printer)], 'Keep it for the printer', async () => {
+        const title = made.text.value.trim().split(/\s+/).slice(0, 6).join(' ');
+        const body = { ...asked(made, ticks), title, to: 'printer', printer: printer.value };
+        return `jobs/batch/${(await request('POST', '/api/batches', body)).batch}`;
+      });
+    } catch (error) {
+      refusal.textContent = error.message;
+    }
+  }
+
   form.addEventListener('submit', (event) => event.preventDefault());
   form.addEventListener('input', (event) => { if (event.target !== made.text && event.target !== made.variation) page = 0; soon(); });
   form.querySelector('details').addEventListener('toggle', keep);
@@ -299,6 +351,8 @@ export async function show(main, shared) {
   on.addEventListener('click', () => { page += 1; drawn(); });
   replay.addEventListener('click', watched);
   download.addEventListener('click', downloaded);
+  plot.addEventListener('click', plotted);
+  print.addEventListener('click', printed);
   cancel.addEventListener('click', () => { coming?.abort(); work.hidden = true; });
   way.addEventListener('change', () => sheet.querySelector('#travel')?.toggleAttribute('hidden', !way.checked));
   const watch = new ResizeObserver(fitted);

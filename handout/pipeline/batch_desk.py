@@ -1,0 +1,352 @@
+"""Batches as a page attends to them: a table and a letter are kept, proofed, approved, then printed or plotted.
+
+A batch is a folder with its table, its letter and its plan, so that whoever comes later, to whatever program, goes on
+with the same; what became of its rows is in the journal that every batch has (`printing.journal`).
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+from dataclasses import asdict, dataclass, fields, replace
+from datetime import datetime
+from pathlib import Path
+from typing import Any, Literal
+
+import platformdirs
+
+from handout import atomic
+from handout.errors import InputError
+from handout.pipeline import merging
+from handout.pipeline.inputs import Source
+from handout.pipeline.options import (
+    MergeOptions,
+    PictureOptions,
+    PrintOptions,
+    SheetOptions,
+    TableOptions,
+    WritingOptions,
+    seed_of,
+)
+from handout.pipeline.plot_desk import Attendant, Wire, known_port
+from handout.pipeline.plot_request import AttendanceOptions, PlotOptions, PlotRequest
+from handout.pipeline.plot_rows import plot_rows
+from handout.pipeline.printing import Printed, print_
+from handout.pipeline.proofing import ProofOptions, proof
+from handout.pipeline.results import SILENT, Facts, Listener
+from handout.plotting.jobs.store import free_name
+from handout.printing import journal, printers
+from handout.printing.journal import Piece, Run
+
+_PLAN, _PROOF, _FACTS, _APPROVED, _PDF = "batch.json", "proof.pdf", "proof-facts.json", "approved", "batch.pdf"
+# a text as a letter that has no gaps
+_ONCE = "{% raw %}", "{% endraw %}{{ '{%' }}{% raw %}", "{% endraw %}"
+_SHOWN = 3  # cells of a row by which it is known on the page
+_MOST_ROWS = 2000  # that are shown; all are made
+_MOST_TABLE = 20 << 20  # bytes; a hundred thousand addresses have about ten million
+
+
+@dataclass(frozen=True)
+class BatchPlan:
+    """How a batch is made.
+
+    to : a PDF file, a printer (`printer`, by its profile or queue), or a plotter (`device`, its profile).
+    grid : of a plotter, cards side by side, see `PlotOptions`.
+    """
+
+    title: str
+    to: Literal["pdf", "printer", "plotter"]
+    writing: WritingOptions
+    picture: PictureOptions
+    table: TableOptions
+    merge: MergeOptions
+    page: str
+    printer: str = ""
+    device: str | None = None
+    grid: str = ""
+
+
+_PARTS: dict[str, type[Any]] = {
+    "writing": WritingOptions, "picture": PictureOptions, "table": TableOptions, "merge": MergeOptions,
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Batch:
+    """A batch in its folder."""
+
+    folder: Path
+    plan: BatchPlan
+    begun: str
+
+    @property
+    def table(self) -> Path:
+        return next(self.folder.glob("table-*/*"))
+
+    @property
+    def merge(self) -> MergeOptions:
+        """With the letter, if there is one, and the proof, if it was approved."""
+        letter = next((path for path in self.folder.iterdir() if path.stem == "letter"), None)
+        proofed = (self.folder / _PROOF).with_suffix(".json")
+        approved = proofed if (self.folder / _APPROVED).is_file() else None
+        given = frozenset[str]()
+        return replace(self.plan.merge, letter=letter, approved=approved, alone=True, given=given)
+
+    def read(self, listener: Listener = SILENT) -> merging.Merge:
+        """Its table and letter."""
+        return merging.read(self.table, self.plan.table, self.merge, listener)
+
+    @property
+    def run(self) -> Run | None:
+        """What its journal says."""
+        return journal.last_run(self.table)
+
+    @property
+    def state(self) -> str:
+        """Where it is: new, proofed, approved, broken off or done."""
+        if (run := self.run) is not None:
+            return "done" if run.ended == "done" else "broken off"
+        if (self.folder / _PDF).is_file():
+            return "done"
+        if (self.folder / _APPROVED).is_file():
+            return "approved"
+        return "proofed" if (self.folder / _FACTS).is_file() else "new"
+
+
+def folder() -> Path:
+    """Where batches are kept; it need not exist."""
+    return Path(platformdirs.user_state_dir("handout", appauthor=False)) / "desk-batches"
+
+
+def keep_batch(
+    table: Path | None, letter: str, markdown: bool, plan: BatchPlan, *, listener: Listener = SILENT
+) -> Facts:
+    """Keep a batch: its table, which is copied, its letter, "" for none, and its plan.
+
+    Without a table the letter is a text as it stands, which is made once.
+
+    Raises
+    ------
+    InputError
+        The table or the letter cannot be read, or the folder cannot be written; nothing is kept then.
+    """
+    if table is None:
+        letter = _ONCE[0] + letter.replace("{%", _ONCE[1]) + _ONCE[2]
+    elif table.stat().st_size > _MOST_TABLE:
+        raise InputError(f"The table is larger than {_MOST_TABLE >> 20} MB: make it in parts.")
+    plan = replace(plan, writing=replace(plan.writing, seed=seed_of(plan.writing.seed)))
+    base, work = folder(), None
+    try:
+        base.mkdir(parents=True, exist_ok=True)
+        work = Path(tempfile.mkdtemp(dir=base, prefix=".new-"))
+        # in a folder of a name that no other batch has had: by its path its journal is found
+        own = Path(tempfile.mkdtemp(dir=work, prefix="table-"))
+        if table is None:
+            (own / "once.csv").write_text("number\n1\n", encoding="utf-8")
+        else:
+            shutil.copyfile(table, own / table.name)
+        if letter.strip():
+            (work / f"letter.{'md' if markdown else 'txt'}").write_text(letter, encoding="utf-8")
+        begun = datetime.now().isoformat(timespec="seconds")
+        options: dict[str, Any] = {"given": [], "approved": None, "letter": None}
+        kept = asdict(plan) | {"merge": asdict(plan.merge) | options, "begun": begun}
+        (work / _PLAN).write_text(json.dumps(kept, ensure_ascii=False), encoding="utf-8")
+        _batch(work).read(listener)
+        name = free_name(work, base).name
+    except OSError as error:
+        raise InputError(f"Cannot keep the batch in {base}: {error.strerror or error}.") from error
+    finally:
+        if work is not None and work.exists():
+            shutil.rmtree(work, ignore_errors=True)
+    return show_batch(name)
+
+
+def _batch(path: Path) -> _Batch:
+    data = json.loads((path / _PLAN).read_text(encoding="utf-8"))
+    begun = data.pop("begun")
+    for name, kind in _PARTS.items():
+        data[name] = kind(**data[name])
+    data["table"] = replace(data["table"], columns=tuple(data["table"].columns))
+    return _Batch(path, BatchPlan(**data), begun)
+
+
+def _find(name: str) -> _Batch:
+    try:
+        return _batch(folder() / name)
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(f"There is no batch {name}, or it cannot be read.") from error
+
+
+def batches() -> list[Facts]:
+    """The batches that are kept, the newest first."""
+    base, found = folder(), list[tuple[str, Facts]]()
+    for path in base.iterdir() if base.is_dir() else []:
+        if not path.name.startswith("."):
+            try:
+                batch = _find(path.name)
+            except InputError:
+                continue
+            found.append((batch.begun, {"batch": path.name, "title": batch.plan.title, "state": batch.state}))
+    return [facts for _, facts in sorted(found, key=lambda each: each[0], reverse=True)]
+
+
+def show_batch(name: str) -> Facts:
+    """A batch with its rows: what each is called, what is wrong with it, what became of it, what its proof says."""
+    batch = _find(name)
+    merged, run, plan = batch.read(), batch.run, batch.plan
+    proofed = _facts(batch.folder / _FACTS)
+    looked = {entry["row"]: entry["why"] for entry in proofed.get("look_at", ())}
+    failed = {entry["row"]: [entry["reason"]] for entry in proofed.get("failed", ())}
+    rows = [
+        {
+            "row": row.number,
+            "called": ", ".join([cell for cell in row.cells.values() if cell][:_SHOWN]),
+            "why": [row.problem] if row.problem else failed.get(row.number, looked.get(row.number, [])),
+            "state": "cannot be made" if row.problem or row.number in failed else _state(row.number, run),
+        }
+        for row in list(merged.table)[:_MOST_ROWS]
+    ]
+    return {
+        "batch": name,
+        "title": plan.title,
+        "begun": batch.begun,
+        "to": plan.to,
+        "printer": plan.printer,
+        "device": plan.device,
+        "state": batch.state,
+        "ended": "" if run is None else run.ended,
+        "seed": plan.writing.seed,
+        "letters": merged.with_letters,
+        "envelopes": merged.with_envelopes,
+        "count": len(merged.table.rows),
+        "rows": rows,
+        "proof": proofed,
+        "file": (batch.folder / _PDF).is_file(),
+    }
+
+
+def _facts(path: Path) -> dict[str, Any]:
+    try:
+        facts: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return facts
+
+
+def _state(row: int, run: Run | None) -> str:
+    """What became of a row."""
+    steps = [] if run is None else [step for piece, step in run.steps.items() if piece.row == row]
+    if run is None or not steps:
+        return ""
+    made = {Piece(piece.row, 0, piece.part) for piece in run.steps if piece.row == row}
+    if all(step.state == "completed" for step in steps):
+        return "done" if len(made) >= len(run.parts.get(row, ())) else "in part"
+    wrong = next((step for step in steps if step.state in ("failed", "doubtful")), None)
+    if wrong is not None:
+        return f"{wrong.state}: {wrong.why}" if wrong.why else wrong.state
+    return "sent"
+
+
+def prove_batch(name: str, *, listener: Listener = SILENT) -> Facts:
+    """Make the proof of a batch; one that was approved is so no longer."""
+    batch = _find(name)
+    plan, path = batch.plan, batch.folder / _PROOF
+    for gone in (_APPROVED, _FACTS):
+        (batch.folder / gone).unlink(missing_ok=True)
+    device, printer = (plan.device or "grbl-servo", "") if plan.to == "plotter" else ("", plan.printer)
+    own: dict[str, Any] = {"page": plan.page, "printer": printer, "device": device, "margin": plan.merge.margin}
+    options = ProofOptions(**_of(plan.table), **own, pages=plan.merge.pages)
+    merge = replace(batch.merge, approved=None)
+    result = proof(batch.table, [path], options, plan.writing, plan.picture, merge, listener=listener)
+    pictures = []
+    for number, page in enumerate(result.pages):
+        picture = f"proof-{number}.png"
+        atomic.write(batch.folder / picture, page.picture)
+        pictures.append({"row": page.row, "part": page.part, "picture": picture})
+    facts = {**result.facts(), "files": [], "pages_shown": pictures}
+    atomic.write(batch.folder / _FACTS, json.dumps(facts, ensure_ascii=False).encode())
+    return show_batch(name)
+
+
+def approve_batch(name: str) -> Facts:
+    """Approve the proof of a batch: what is made is what was looked at, or nothing."""
+    batch = _find(name)
+    if not (batch.folder / _FACTS).is_file():
+        raise InputError(f"The batch {name} has no proof yet: make one, and look at it.")
+    atomic.write(batch.folder / _APPROVED, b"")
+    return show_batch(name)
+
+
+def make_batch(name: str, port: str, at_zero: bool, *, listener: Wire) -> Facts:
+    """Print or plot a batch, or go on with it where its journal says; `port` : of a plotter.
+
+    Raises
+    ------
+    InputError, DeviceError
+        It is not approved, or what the message says.
+    """
+    batch = _find(name)
+    plan, merge = batch.plan, batch.merge
+    if merge.approved is None:
+        raise InputError(f"The proof of the batch {name} was not approved: approve it first.")
+    run = batch.run
+    if run is not None and run.ended == "done":
+        raise InputError(f"All of the batch {name} was made: keep it anew to make it once more.")
+    # who keeps a batch anew and approves it wants all of it, whatever became of another with the same rows
+    table = replace(plan.table, resume=run is not None, afresh=run is None and plan.to != "pdf")
+    attendant = Attendant(port, listener)
+    made: Printed
+    try:
+        if plan.to == "plotter":
+            known_port(port)
+            ways = PlotOptions(device=plan.device, copies=plan.table.copies, grid=plan.grid)
+            sheet = SheetOptions(plan.page, merge.margin, merge.pages)
+            request = PlotRequest(Source(""), plan.writing, sheet, plan.picture, ways)
+            made = plot_rows(
+                batch.table,
+                request,
+                port,
+                (table, merge),
+                AttendanceOptions(at_zero),
+                operator=attendant,
+                listener=attendant,
+            )
+        else:
+            printing = PrintOptions(**_of(table), printer=plan.printer or "pdf", page=plan.page, dry_run=_out(batch))
+            made = print_(
+                batch.table, printing, plan.writing, plan.picture, merge, change=attendant.do, listener=attendant
+            )
+    except KeyboardInterrupt:
+        return {**show_batch(name), "complete": False}
+    return {**show_batch(name), "complete": True, "made": {**made.facts(), "files": []}}
+
+
+def _of(table: TableOptions) -> dict[str, Any]:
+    """Its fields, for the options that are more than it."""
+    return {field.name: getattr(table, field.name) for field in fields(TableOptions)}
+
+
+def _out(batch: _Batch) -> Path | None:
+    """The file, or of a simulated printer the folder, that pages go to; None: to a printer."""
+    if batch.plan.to == "pdf":
+        return batch.folder / _PDF
+    return batch.folder / "printed" if printers.resolve(batch.plan.printer).simulated else None
+
+
+def forget_batch(name: str) -> str:
+    """Delete a batch, made or not; what it was called.  Its journal stays."""
+    batch = _find(name)
+    shutil.rmtree(batch.folder, ignore_errors=True)
+    return batch.plan.title
+
+
+def batch_file(name: str, file: str) -> str:
+    """The path of a picture of the proof, the proof, or what was made; InputError where there is none."""
+    batch = _find(name)
+    path = batch.folder / Path(file).name
+    if file not in (_PROOF, _PDF) and not (path.suffix == ".png" and path.stem.startswith("proof-")):
+        raise InputError(f"A batch has no file {file}.")
+    if not path.is_file():
+        raise InputError(f"The batch {name} has no file {file} yet.")
+    return str(path)

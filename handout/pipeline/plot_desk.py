@@ -1,0 +1,245 @@
+"""Plots as a page attends to them: kept first, looked at on the bed, then drawn, paused and stopped, step by step.
+
+A plot is a job before it has a machine, so that what is looked at is what is drawn; the same journal as ever says where
+it goes on.  What the page wants while the pen moves comes as words through a `Wire`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Literal, Protocol
+
+import numpy as np
+
+from handout import profiles
+from handout.errors import DeviceError, InputError
+from handout.pipeline import pen_setup, plotting
+from handout.pipeline.devices import list_devices, serial_devices
+from handout.pipeline.inputs import sent_source
+from handout.pipeline.plot_jobs import JobState, find_job, list_jobs, outlook
+from handout.pipeline.plot_request import AttendanceOptions, PlotRequest
+from handout.pipeline.plotting import Progress, is_simulated
+from handout.pipeline.results import SILENT, Facts, Listener
+from handout.plotting import bed
+from handout.plotting.dialect import ButtonPressed
+from handout.plotting.jobs import pages
+from handout.plotting.jobs.job import Job
+from handout.plotting.jobs.places import Place
+from handout.printing.cups import queues
+from handout.profiles import Plotter
+from handout.sinks.svg import to_svg
+from handout.values import Page
+
+SIMULATED = {"sim:": "simulated, at once", "sim:?realtime=1": "simulated, at true speed"}
+_OFTEN = 0.1  # s of the clock between two places that are told: a screen shows no more of a pen
+_LOOK = 0.25  # s that a paused plot waits for a word before it looks at the plotter's button
+_STOPPED = "it was stopped at the page"
+Move = Literal["up", "down", "home", "jog", "release"]
+
+
+class Wire(Listener, Protocol):
+    """The page: hears sentences and how far it is, and says words."""
+
+    def live(self, facts: Facts) -> None:
+        """Hear what is so at this moment: what is asked, whether the plot pauses, where the pen is; never waits."""
+
+    def word(self, seconds: float = 0.0) -> str:
+        """What the page says next, waited for so long: "pause", "on" or "stop"; "" for nothing."""
+
+
+class Attendant:
+    """The person at the page: an `Operator`, and the listener of work that ends where the page says stop.
+
+    address : of the plotter; for a simulated one nobody puts in sheets.
+    """
+
+    watches = True
+
+    def __init__(self, address: str, wire: Wire) -> None:
+        self._simulated, self._wire, self._told = is_simulated(address), wire, 0.0
+
+    def do(self, request: str) -> None:
+        """Ask, and wait."""
+        if not self._simulated:
+            self._asked(f"{request}.")
+
+    def try_again(self, error: DeviceError) -> bool:
+        """Say what is wrong, and wait."""
+        if self._simulated:
+            return False
+        self._asked(f"{error} Put it right, then go on.")
+        return True
+
+    def paused(self, pressed: Callable[[], bool]) -> None:
+        """Until the page or the plotter's button says to go on."""
+        self._asked("The plot pauses, its pen lifted.", pressed)
+
+    def _asked(self, question: str, answered: Callable[[], bool] = lambda: False) -> None:
+        self._wire.live({"question": question})
+        while (word := self._wire.word(_LOOK)) != "on" and not answered():
+            if word == "stop":
+                raise KeyboardInterrupt(_STOPPED)
+        self._wire.live({})
+
+    @contextlib.contextmanager
+    def plotting(self) -> Iterator[Progress | None]:
+        """How far it is, and what the page wants meanwhile."""
+        yield self._progress
+
+    def _progress(self, share: float, left: float) -> None:
+        word = self._wire.word()
+        if word == "stop":
+            raise KeyboardInterrupt(_STOPPED)
+        if word == "pause":
+            raise ButtonPressed
+        if (now := time.monotonic()) - self._told >= _OFTEN or share >= 1.0:
+            self._told = now
+            self._wire.progress(share, f"plotting, {left / 60:.0f} min left" if left > 90 else "plotting")
+
+    def reached(self, job: Job) -> Callable[[int, Place], None]:
+        """Tells the page where the pen is."""
+
+        def tell(number: int, place: Place) -> None:
+            nonlocal job
+            if number >= len(job.parts):  # its pages are made while it is drawn
+                job = find_job(job.name)
+            if time.monotonic() - self._told >= _OFTEN:
+                self._wire.live({"place": _place(job, number, place)})
+
+        return tell
+
+    def say(self, *sentences: str) -> None:
+        """The page hears it."""
+        self._wire.say(*sentences)
+
+    note = say
+
+    def progress(self, share: float, stage: str) -> None:
+        """The page hears it, too."""
+        if self._wire.word() == "stop":
+            raise KeyboardInterrupt(_STOPPED)
+        self._wire.progress(share, stage)
+
+
+def machines() -> Facts:
+    """What can be chosen: ports, plotters with their beds, print queues and printers."""
+    listed = list_devices()
+    plotters = [(device, profiles.find(device.name, "plotter")) for device in listed if device.kind == "plotter"]
+    return {
+        "ports": [
+            *({"name": port.name, "title": port.title} for port in serial_devices()),
+            *({"name": name, "title": title} for name, title in SIMULATED.items()),
+        ],
+        "plotters": [
+            {
+                "name": device.name,
+                "title": device.title,
+                "bed": [float(plotter.bed.width), float(plotter.bed.height)],
+                "away": 1 if plotter.bed.y == "up" else -1,  # which way along y is away from who stands there
+            }
+            for device, plotter in plotters
+            if isinstance(plotter, Plotter)
+        ],
+        "queues": list(queues()),
+        "printers": [{"name": device.name, "title": device.title} for device in listed if device.kind == "printer"],
+    }
+
+
+def move_pen(port: str, device: str | None, move: Move, x: float, y: float, *, listener: Listener = SILENT) -> Facts:
+    """The pen up or down, to its zero, or so far along the machine's axes, mm; or the motors off."""
+    known_port(port)
+    if move == "jog":
+        return pen_setup.jog(x, y, port, device, listener).facts()
+    done = {
+        "up": pen_setup.lift_pen,
+        "down": pen_setup.lower_pen,
+        "home": pen_setup.home_pen,
+        "release": pen_setup.release_motors,
+    }
+    return done[move](port, device, listener).facts()
+
+
+def known_port(port: str) -> None:
+    """Only ports that are there are opened: an address would be a way to anywhere."""
+    if port not in SIMULATED and port not in {found.name for found in serial_devices()}:
+        raise InputError(f"There is no port {port} here any more: is the plotter plugged in and switched on?")
+
+
+def keep_plot(text: str, letter: bool, request: PlotRequest, *, listener: Listener = SILENT) -> Facts:
+    """Keep a plot of what was sent (`inputs.sent_source`), which has not begun; how it lies on the bed."""
+    listener.progress(0.0, "writing")
+    job, notes = plotting.keep(replace(request, source=sent_source(text, letter)))
+    listener.note(*notes)
+    return {**show_plot(job.name), "notes": list(notes)}
+
+
+def plots(*, listener: Listener = SILENT) -> Facts:
+    """The plots that are kept, the newest first."""
+    return {"plots": [state.facts() for state in reversed(list_jobs(listener))]}
+
+
+def show_plot(name: str) -> Facts:
+    """A plot: how far it has come, what happens when it goes on, how its sheet lies on the bed."""
+    job = find_job(name)
+    standing, profile = job.standing(), job.profile
+    over = standing.finished or standing.part >= len(job.parts)
+    facts: Facts = {
+        **JobState.of(job).facts(),
+        "outlook": "" if standing.finished else outlook(job),
+        "bed": [float(profile.bed.width), float(profile.bed.height)],
+        "pages": job.pages,
+        "copies": job.options.copies,
+        "place": None if over else _place(job, standing.part, standing.place),
+    }
+    if not standing.finished:
+        page = job.drawing(min(standing.part, len(job.parts) - 1)).page
+        facts |= {"page": [page.width, page.height], "lies": _lies(job, page)}
+    return facts
+
+
+def _lies(job: Job, page: Page) -> Facts:
+    """How a page lies on the bed as it is seen: matrix (a, b, c, d, e, f) of SVG, mm from the bed's upper left."""
+    placed, (least, greatest) = bed.place(page, job.profile), bed.reach(job.profile)
+    down = job.profile.bed.y == "down"
+    flip = np.diag([1.0, 1.0 if down else -1.0])
+    corner = np.array([-least[0], -least[1] if down else greatest[1]])
+    turn, shift = flip @ placed.turn, flip @ placed.shift + corner
+    matrix = [*turn.T.ravel().tolist(), *shift.tolist()]
+    zero = corner.tolist()
+    return {"matrix": [round(value, 4) for value in matrix], "turned": placed.turned, "zero": zero}
+
+
+def _place(job: Job, number: int, place: Place) -> Facts:
+    """A place on a part as one on its page: strokes before `stroke` are drawn, and that up to `time`, s."""
+    part = job.parts[number]
+    reached = None if np.isinf(place.time) else round(place.time, 3)
+    return {"page": part.page, "copy": part.copy, "stroke": part.first + place.stroke, "time": reached}
+
+
+def plot_page(name: str, page: int) -> str:
+    """A page of a plot as it is drawn, SVG; InputError where there is none, or it was drawn and is let go."""
+    job = find_job(name)
+    if not any(part.page == page for part in job.parts):
+        raise InputError(f"The job {name} has no page {page + 1}.")
+    return to_svg(pages.read(job.folder, page), pen_width=float(job.profile.pen.width)).decode()
+
+
+def draw_plot(name: str, port: str, at_zero: bool, home_after: bool, *, listener: Wire) -> Facts:
+    """Draw a plot that is kept, or what is left of it, until it is finished or the page stops it.
+
+    Raises
+    ------
+    InputError, DeviceError
+        The message says how to go on.
+    """
+    known_port(port)
+    job, attendant = find_job(name), Attendant(port, listener)
+    attendance = AttendanceOptions(at_zero, home_after, reached=attendant.reached(job))
+    try:
+        facts = plotting.resume(name, port, attendance, operator=attendant, listener=listener).facts()
+    except KeyboardInterrupt:
+        return {**show_plot(name), "ended": False}
+    return {**facts, "ended": True}

@@ -1,0 +1,158 @@
+// Batches on the page Jobs: a table and a letter, their proof to approve, what became of each row.
+
+import { blob, follow, request, task } from './api.js';
+import { choice, field, h, save, say, tick } from './dom.js';
+
+const STATES = { new: 'not proofed', proofed: 'proof to be approved', approved: 'approved', 'broken off': 'broken off', done: 'done' };
+const TO = { pdf: 'a PDF file', printer: 'a printer', plotter: 'the plotter' };
+const GAPS = 'Dear {{ first_name }},\n\n…';
+
+/** The form of a new batch; `made` is called with its name. */
+function form(shared, machines, made) {
+  const table = h('input', { type: 'file', accept: '.csv,.tsv,.txt,.xlsx' });
+  const letter = h('textarea', { rows: 5, placeholder: GAPS });
+  const [markdown, isMarkdown] = tick('The letter is Markdown');
+  const hand = choice(shared.choices.hands.map((one) => one.name));
+  const page = choice(shared.choices.pages);
+  page.value = 'A6';
+  const to = choice(Object.keys(TO), TO);
+  const printers = [...machines.queues, ...machines.printers.map((one) => one.name).filter((name) => name !== 'printer-pdf')];
+  const printer = choice(printers, Object.fromEntries(machines.printers.map((one) => [one.name, one.title])));
+  const device = choice(machines.plotters.map((one) => one.name), Object.fromEntries(machines.plotters.map((one) => [one.name, one.title])));
+  const [envelopes, withEnvelopes] = tick('With envelopes');
+  const refusal = h('p', { class: 'bad', role: 'alert' });
+  const printerField = field('Printer', printer), deviceField = field('Machine', device);
+  const chosen = () => { printerField.hidden = to.value !== 'printer'; deviceField.hidden = to.value !== 'plotter'; };
+  to.addEventListener('change', chosen);
+  chosen();
+  async function submit(event) {
+    event.preventDefault();
+    refusal.textContent = '';
+    try {
+      const [file] = table.files;
+      if (!file) throw new Error('Choose a table first: CSV or Excel, a row for each letter.');
+      const sent = await request('POST', `/api/uploads?name=${encodeURIComponent(file.name)}`, file);
+      const body = { table: sent.id, text: letter.value, letter: isMarkdown.checked, hand: hand.value, page: page.value, to: to.value, with_envelopes: withEnvelopes.checked, fallback: true };
+      if (to.value === 'printer') body.printer = printer.value;
+      if (to.value === 'plotter') body.device = device.value;
+      try {
+        await made(await request('POST', '/api/batches', body));
+      } finally {
+        request('DELETE', `/api/uploads/${sent.id}`).catch(() => {});
+      }
+      table.value = '';
+    } catch (error) {
+      refusal.textContent = error.message;
+    }
+  }
+  return h('details', {}, h('summary', {}, 'A new batch'), h('form', { onsubmit: submit, 'aria-label': 'A new batch' },
+    field('Table', table), field('Letter; empty for envelopes alone', letter), markdown,
+    h('div', { class: 'grid' }, field('Hand', hand), field('Page', page), field('Made by', to), printerField, deviceField),
+    envelopes, refusal, h('div', { class: 'row' }, h('button', {}, 'Keep the batch'))));
+}
+
+/** A batch in a window of its own. */
+async function opened(name, devices, changed) {
+  const gone = new AbortController();
+  const refusal = h('p', { class: 'bad', role: 'alert' });
+  const head = h('h2', {}), summary = h('p', {}), told = h('p', { class: 'quiet', 'aria-live': 'polite' });
+  const question = h('p', { class: 'asked', role: 'alert' });
+  const bar = h('progress', { max: 1, value: 0, 'aria-label': 'Progress', hidden: true });
+  const proofs = h('div', { class: 'proofs' }), rows = h('div', { class: 'rows', tabindex: 0, role: 'region', 'aria-label': 'Rows' });
+  let batch = null, running = null;
+  const act = (label, work, main = false) => h('button', {
+    type: 'button', class: main ? 'main' : undefined,
+    async onclick() {
+      refusal.textContent = '';
+      try { await work(); } catch (error) { if (error.name !== 'AbortError') refusal.textContent = error.message; }
+    },
+  }, label);
+  const prove = act('Make a proof', () => followed(`/api/batches/${name}/proof`, {}));
+  const approve = act('Approve', async () => shown(await request('POST', `/api/batches/${name}/approval`)), true);
+  const make = act('Make it', () => followed(`/api/batches/${name}/make`, { port: batch.to === 'plotter' ? devices.port.value : '' }), true);
+  const on = act('Go on', () => word('on'), true), stop = act('Stop', () => word('stop'));
+  const take = act('Save the PDF', async () => save(await blob(`/api/batches/${name}/files/batch.pdf`), `${name}.pdf`));
+  const sheet = act('Save the proof', async () => save(await blob(`/api/batches/${name}/files/proof.pdf`), `${name}-proof.pdf`));
+  const drop = act('Delete', async () => { await request('DELETE', `/api/batches/${name}`); say('Deleted the batch.'); dialog.close(); });
+  const dialog = h('dialog', { 'aria-label': 'Batch', class: 'batch' },
+    h('div', { class: 'row between' }, head, h('button', { type: 'button', onclick: () => dialog.close() }, 'Close')),
+    summary, h('div', { class: 'row' }, prove, approve, make, on, stop, take, sheet, drop), refusal, question, bar, told, proofs, rows);
+
+  const word = (what) => request('POST', `/api/tasks/${running}/word`, { word: what });
+  function controls(live = {}) {
+    const busy = Boolean(running);
+    prove.hidden = busy || ['done', 'broken off'].includes(batch.state);
+    prove.textContent = batch.state === 'new' ? 'Make a proof' : 'Make the proof anew';
+    approve.hidden = busy || batch.state !== 'proofed';
+    make.hidden = busy || !['approved', 'broken off'].includes(batch.state);
+    make.textContent = batch.state === 'broken off' ? 'Go on' : batch.to === 'plotter' ? 'Plot' : batch.to === 'printer' ? 'Print' : 'Make the PDF';
+    take.hidden = !batch.file; sheet.hidden = busy || batch.state === 'new'; drop.hidden = busy;
+    stop.hidden = !busy; on.hidden = !live.question; bar.hidden = !busy;
+    question.textContent = live.question || '';
+  }
+  async function watch(id) {
+    running = id;
+    let last = null;
+    controls();
+    try {
+      for await (const snapshot of follow(id, gone.signal)) {
+        last = snapshot;
+        bar.value = snapshot.share;
+        told.textContent = [snapshot.stage, ...(snapshot.said || []).slice(-1)].filter(Boolean).join(' · ');
+        controls(snapshot.live);
+      }
+    } finally {
+      running = null;
+    }
+    if (last?.error) refusal.textContent = last.error;
+    shown(await request('GET', `/api/batches/${name}`));
+    changed();
+  }
+  async function followed(path, body) {
+    const begun = await task(path, body, null);
+    await watch(begun.id);
+  }
+  async function pictures() {
+    const pages = batch.proof.pages_shown || [];
+    const looked = new Set((batch.proof.look_at || []).map((one) => one.row));
+    proofs.replaceChildren(...pages.slice(0, 60).map((page) => {
+      const image = h('img', { alt: `Row ${page.row}, ${page.part}`, loading: 'lazy' });
+      blob(`/api/batches/${name}/files/${page.picture}`, '', 'GET', undefined, gone.signal).then((data) => {
+        image.src = URL.createObjectURL(data);
+        image.onload = () => URL.revokeObjectURL(image.src);
+      }).catch(() => {});
+      return h('figure', { class: looked.has(page.row) ? 'look' : undefined }, image, h('figcaption', {}, `row ${page.row}, ${page.part}`));
+    }));
+  }
+  function shown(facts) {
+    const before = JSON.stringify(batch?.proof);
+    batch = facts;
+    head.textContent = batch.title;
+    const what = [batch.letters && 'letters', batch.envelopes && 'envelopes'].filter(Boolean).join(' and ');
+    summary.textContent = `${batch.count} ${batch.count === 1 ? 'row' : 'rows'}, ${what}, for ${batch.printer || TO[batch.to]}; ${STATES[batch.state]}${batch.state === 'broken off' && batch.ended ? `: ${batch.ended}` : ''}.`;
+    rows.replaceChildren(h('table', {}, h('thead', {}, h('tr', {}, ['Row', 'Who', 'State', 'Look at'].map((label) => h('th', { scope: 'col' }, label)))),
+      h('tbody', {}, batch.rows.map((row) => h('tr', {}, h('td', {}, row.row), h('td', {}, row.called), h('td', {}, row.state), h('td', {}, row.why.join('; ')))))));
+    if (JSON.stringify(batch.proof) !== before) pictures();
+    controls();
+  }
+  shown(await request('GET', `/api/batches/${name}`));
+  dialog.addEventListener('close', () => { gone.abort(); dialog.remove(); changed(); });
+  document.body.append(dialog);
+  dialog.showModal();
+  if (batch.task) watch(batch.task).catch((error) => { if (error.name !== 'AbortError') refusal.textContent = error.message; });
+}
+
+export function batches(shared, machines, devices, signal, chosen) {
+  const list = h('ul', { class: 'list' });
+  const refusal = h('p', { class: 'bad', role: 'alert' });
+  const redraw = async () => {
+    if (signal.aborted) return;
+    const { batches: found, made } = await request('GET', '/api/batches');
+    list.replaceChildren(...found.map((one) => h('li', {}, h('button', { type: 'button', onclick: () => opened(one.batch, devices, redraw).catch((error) => { refusal.textContent = error.message; }) },
+      h('span', {}, one.title), h('span', { class: 'quiet' }, `${one.batch} · ${one.batch in made ? 'being made' : STATES[one.state]}`)))));
+    if (!found.length) list.replaceChildren(h('li', { class: 'quiet' }, 'No batch is kept.'));
+  };
+  redraw().then(() => chosen && opened(chosen, devices, redraw)).catch((error) => { refusal.textContent = error.message; });
+  signal.addEventListener('abort', () => document.querySelector('dialog.batch')?.close());
+  return h('section', { class: 'panel' }, h('h2', {}, 'Batches'), list, refusal, form(shared, machines, async (batch) => { await redraw(); await opened(batch.batch, devices, redraw); }));
+}

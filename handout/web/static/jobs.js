@@ -1,0 +1,213 @@
+// The page Jobs: what waits for a plotter, how it lies on the bed, where the pen is; and batches of a table.
+
+import { follow, request, task, text as fetched } from './api.js';
+import { choice, field, h, s, say, tick } from './dom.js';
+import { batches } from './batches.js';
+import { writtenTo } from './replay.js';
+
+const KEPT = 'handout-machine';
+const STEPS = { 1: '1 mm', 10: '10 mm', 50: '50 mm' };
+const kept = () => { try { return JSON.parse(localStorage.getItem(KEPT)) || {}; } catch { return {}; } };
+const keep = (values) => localStorage.setItem(KEPT, JSON.stringify({ ...kept(), ...values }));
+const metres = (mm) => `${(mm / 1000).toFixed(2)} m`;
+const named = (plot) => plot.title || plot.job;
+
+function state(plot, drawn) {
+  if (plot.job in drawn) return 'being drawn';
+  if (plot.finished) return 'drawn';
+  return plot.runs.length ? `${Math.min(99, Math.round(100 * plot.drawn_mm / Math.max(plot.pen_down_mm, 1e-9)))} % drawn` : 'not begun';
+}
+
+/** The machine: its port, and its pen moved by hand. */
+function machine(machines) {
+  const labels = Object.fromEntries(machines.ports.map((port) => [port.name, port.name.startsWith('sim') ? port.title : `${port.name} ${port.title}`]));
+  const port = choice(machines.ports.map((one) => one.name), labels);
+  const device = choice(machines.plotters.map((one) => one.name), Object.fromEntries(machines.plotters.map((one) => [one.name, one.title])));
+  const before = { device: 'plotter-grbl-servo', ...kept() };
+  if (machines.ports.some((one) => one.name === before.port)) port.value = before.port;
+  if (machines.plotters.some((one) => one.name === before.device)) device.value = before.device;
+  const step = choice(Object.keys(STEPS), STEPS);
+  step.value = '10';
+  const refusal = h('p', { class: 'bad', role: 'alert' });
+  const found = h('p', { class: 'quiet', 'aria-live': 'polite' });
+  async function move(event, body) {
+    const buttons = event.target.closest('fieldset').querySelectorAll('button');
+    refusal.textContent = '';
+    for (const button of buttons) button.disabled = true;
+    try {
+      const { facts } = await request('POST', '/api/pen', { port: port.value, device: device.value, ...body });
+      found.textContent = `${facts.done[0].toUpperCase()}${facts.done.slice(1)}${facts.position ? `; it stands at ${facts.position.join(', ')} mm` : ''}.`;
+    } catch (error) {
+      refusal.textContent = error.message;
+    } finally {
+      for (const button of buttons) button.disabled = false;
+      event.target.focus();
+    }
+  }
+  const button = (label, body, name) => h('button', { type: 'button', 'aria-label': name, onclick: (event) => move(event, body) }, label);
+  const jog = (label, x, y, name) => h('button', {
+    type: 'button', class: 'icon', 'aria-label': name,
+    onclick: (event) => {
+      const away = machines.plotters.find((one) => one.name === device.value)?.away ?? 1;
+      move(event, { move: 'jog', x: x * Number(step.value), y: y * away * Number(step.value) });
+    },
+  }, label);
+  step.setAttribute('aria-label', 'How far');
+  for (const control of [port, device]) control.addEventListener('change', () => keep({ port: port.value, device: device.value }));
+  const element = h('section', { class: 'panel' }, h('h2', {}, 'Plotter'),
+    h('div', { class: 'grid' }, field('Port', port), field('Machine', device)),
+    h('fieldset', { class: 'pen' }, h('legend', {}, 'Pen'),
+      h('div', { class: 'row' }, button('Up', { move: 'up' }, 'Pen up'), button('Down', { move: 'down' }, 'Pen down'),
+        button('To zero', { move: 'home' }), button('Motors off', { move: 'release' })),
+      h('div', { class: 'row' }, jog('←', -1, 0, 'To the left'), jog('↑', 0, 1, 'Away'), jog('↓', 0, -1, 'Nearer'), jog('→', 1, 0, 'To the right'), step)),
+    refusal, found);
+  return { element, port, device };
+}
+
+/** The bed with a sheet on it; `reach` shows how far the pen has come. */
+function bed(place) {
+  let strokes = [], nib = null, ghost = null, shown = -1;
+  async function load(plot, page) {
+    shown = page;
+    const source = await fetched(`/api/plots/${plot.job}/pages/${page}`);
+    const svg = new DOMParser().parseFromString(source.replace(/<(style|script|metadata)\b[\s\S]*?<\/\1>/g, ''), 'image/svg+xml').documentElement;
+    const ink = document.importNode(svg.querySelector('#ink'), true);
+    const [wide, high] = plot.bed, [width, height] = plot.page;
+    const group = s('g', { transform: `matrix(${plot.lies.matrix.join(' ')})` },
+      s('rect', { class: 'leaf', width, height }), ink);
+    const [x, y] = plot.lies.zero, edge = Math.max(wide, high) * 0.02;
+    strokes = [...ink.querySelectorAll('.stroke')];
+    ghost = s('path', { fill: 'none' });
+    nib = s('circle', { class: 'nib', r: Math.max(wide, high) / 160, hidden: true });
+    ink.append(ghost); group.append(nib);
+    place.replaceChildren(s('svg', { viewBox: `${-edge} ${-edge} ${wide + 2 * edge} ${high + 2 * edge}`, role: 'img', 'aria-label': `${named(plot)} on the bed, ${wide} by ${high} mm` },
+      s('rect', { class: 'table', width: wide, height: high }), group, s('path', { class: 'zero', d: `M${x - edge} ${y}h${2 * edge}M${x} ${y - edge}v${2 * edge}` })));
+  }
+  function reach(at) {
+    strokes.forEach((stroke, number) => stroke.classList.toggle('pale', !at || number >= at.stroke));
+    const stroke = at && strokes[at.stroke];
+    nib?.toggleAttribute('hidden', !stroke);
+    if (!stroke) { ghost?.setAttribute('d', ''); return; }
+    const ms = at.time === null ? 0 : (at.time - parseFloat(stroke.getAttribute('data-t0'))) * 1000;
+    ghost.setAttribute('d', ms > 0 ? writtenTo(stroke, ms) : '');
+    ghost.setAttribute('stroke-width', stroke.getAttribute('stroke-width') || stroke.parentNode.getAttribute('stroke-width'));
+    const end = ms > 0 ? ghost.getPointAtLength(ghost.getTotalLength()) : stroke.getPointAtLength(0);
+    nib.setAttribute('cx', end.x); nib.setAttribute('cy', end.y);
+  }
+  return {
+    async show(plot, at) {
+      if (plot.finished || !plot.lies) { strokes = []; shown = -1; place.replaceChildren(h('p', { class: 'quiet' }, 'All of it is on paper.')); return; }
+      const page = at ? at.page : 0;
+      if (page !== shown) await load(plot, page);
+      reach(at);
+    },
+    forget() { shown = -1; },
+  };
+}
+
+export async function show(main, shared, [chosen, batch]) {
+  const gone = new AbortController();
+  const refusal = h('p', { class: 'bad', role: 'alert' });
+  const place = h('div', { class: 'bed' });
+  const list = h('ul', { class: 'list' });
+  const told = h('div', { class: 'told', 'aria-live': 'polite' });
+  const bar = h('progress', { max: 1, value: 0, 'aria-label': 'Drawn' });
+  const question = h('p', { class: 'asked', role: 'alert' });
+  const act = (label, work, main_ = false) => h('button', { type: 'button', class: main_ ? 'main' : undefined, onclick: () => work().catch((error) => { refusal.textContent = error.message; }) }, label);
+  const start = act('Draw', draw, true), pause = act('Pause', () => word('pause')), on = act('Go on', () => word('on'), true);
+  const stop = act('Stop', () => word('stop')), drop = act('Delete', forget);
+  const [zeroLabel, zero] = tick('Pen stands above zero');
+  const [homeLabel, home] = tick('Back to zero when stopped');
+  const view = bed(place);
+  let plot = null, running = null, live = {}, left = false;
+
+  async function word(what) {
+    refusal.textContent = '';
+    pause.disabled = stop.disabled = true;
+    await request('POST', `/api/tasks/${running}/word`, { word: what });
+    setTimeout(() => { pause.disabled = stop.disabled = false; }, 600);
+  }
+  async function draw() {
+    refusal.textContent = '';
+    const begun = await task(`/api/plots/${plot.job}/draw`, { port: devices.port.value, at_zero: zero.checked, home_after: home.checked }, null, undefined);
+    watch(begun.id);
+    await listed();
+  }
+  async function forget() {
+    await request('DELETE', `/api/plots/${plot.job}`);
+    say(`Deleted ${named(plot)}.`);
+    plot = null; view.forget(); place.replaceChildren();
+    await listed();
+  }
+  function controls() {
+    const now = Boolean(running), asks = Boolean(live.question);
+    start.hidden = now || !plot || plot.finished;
+    start.textContent = plot?.runs.length ? 'Go on' : 'Draw';
+    pause.hidden = !now || asks; on.hidden = !asks; stop.hidden = !now; drop.hidden = now || !plot;
+    zeroLabel.hidden = now || !plot?.runs.length || plot.finished; homeLabel.hidden = now || !plot || plot.finished;
+    question.textContent = live.question || '';
+    bar.hidden = !plot || plot.finished;
+  }
+  function sentences(...lines) {
+    told.replaceChildren(...lines.filter(Boolean).map((line) => h('p', {}, line)));
+  }
+  /** Follow a plot that is drawn until it has ended, or this page is left. */
+  async function watch(id) {
+    running = id;
+    let last = null;
+    controls();
+    try {
+      for await (const snapshot of follow(id, gone.signal)) {
+        last = snapshot; live = snapshot.live || {};
+        bar.value = snapshot.share || bar.value;
+        controls();
+        sentences(snapshot.stage || 'Speaking with the plotter …', ...(snapshot.said || []).slice(-2));
+        if (live.place) await view.show(plot, live.place);
+      }
+    } catch (error) {
+      if (error.name === 'AbortError') return;
+      refusal.textContent = error.message;
+    }
+    running = null; live = {};
+    if (left) return;
+    if (last?.error) refusal.textContent = last.error;
+    await choose(plot.job);
+    await listed();
+  }
+  async function choose(name) {
+    plot = await request('GET', `/api/plots/${name}`);
+    history.replaceState(null, '', `#jobs/${name}`);
+    bar.value = plot.drawn_mm / Math.max(plot.pen_down_mm, 1e-9);
+    view.forget();
+    if (!plot.finished) devices.device.value = plot.device;
+    const machineName = shared.choices.plotters.find((one) => one.name === plot.device)?.title || plot.device;
+    sentences(`${named(plot)}, for ${machineName}: ${plot.sheets} ${plot.sheets === 1 ? 'sheet' : 'sheets'}, ${metres(plot.pen_down_mm)} of ink.`,
+      plot.outlook && plot.runs.length ? plot.outlook : '', plot.lies?.turned ? 'The sheet lies with its top edge to the left.' : '',
+      plot.stopped && !plot.finished ? `It ended: ${plot.stopped}.` : '');
+    controls();
+    await view.show(plot, plot.place);
+    if (plot.task && running !== plot.task) watch(plot.task);
+  }
+  async function listed() {
+    const { plots, drawn } = await request('GET', '/api/plots');
+    list.replaceChildren(...plots.map((one) => h('li', {}, h('button', {
+      type: 'button', 'aria-current': plot?.job === one.job ? 'true' : undefined, disabled: Boolean(running) && plot?.job !== one.job,
+      onclick: () => { refusal.textContent = ''; choose(one.job).then(listed).catch((error) => { refusal.textContent = error.message; }); },
+    }, h('span', {}, named(one)), h('span', { class: 'quiet' }, `${one.job} · ${state(one, drawn)}`)))));
+    if (!plots.length) list.replaceChildren(h('li', { class: 'quiet' }, 'No plot is kept. Write something, and choose Plot there.'));
+    return { plots, drawn };
+  }
+
+  const machines = await request('GET', '/api/machines');
+  const devices = machine(machines);
+  main.append(h('div', { class: 'jobs' },
+    h('div', { class: 'column' }, h('h1', { class: 'hidden' }, 'Jobs'), devices.element, h('section', { class: 'panel' }, h('h2', {}, 'Plots'), list),
+      batches(shared, machines, devices, gone.signal, chosen === 'batch' ? batch : '')),
+    h('section', { class: 'desk', 'aria-label': 'The bed' }, h('div', { class: 'tools' }, start, on, pause, stop, drop, zeroLabel, homeLabel),
+      h('div', { class: 'asks' }, refusal, question), bar, place, told)));
+  controls();
+  const { plots, drawn } = await listed();
+  const first = plots.find((one) => one.job === chosen) || plots.find((one) => one.job in drawn) || plots.find((one) => !one.finished);
+  if (first) { await choose(first.job); await listed(); }
+  return () => { left = true; gone.abort(); };
+}

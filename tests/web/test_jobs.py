@@ -1,0 +1,172 @@
+"""Plots and batches as a program asks for them: kept, drawn, paused, stopped and gone on with; proofed and made."""
+
+import json
+import time
+
+import pytest
+
+pytestmark = pytest.mark.slow
+
+LIVE, AT_ONCE = "sim:?realtime=1", "sim:"
+ASYNC = {"Prefer": "respond-async"}
+PEOPLE = "First name,Last name,Note\nAda,Byron,jam\nZoë,Quill,tea\n".encode()
+LETTER = "Dear {{ first_name }},\nthank you for the {{ note }}."
+
+
+def kept(program, text="Hi"):
+    return program.post("/api/plots", json={"text": text, "page": "74x105mm", "seed": 4}).json()["facts"]
+
+
+def drawn(program, name, port=AT_ONCE):
+    return program.post(f"/api/plots/{name}/draw", json={"port": port}).json()
+
+
+def until(program, task, right, seconds=60):
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        snapshot = program.get(f"/api/tasks/{task}").json()
+        if right(snapshot):
+            return snapshot
+        time.sleep(0.1)
+    raise AssertionError(snapshot)
+
+
+def begun(program, name):
+    """A plot under way, whose pen is seen."""
+    task = program.post(f"/api/plots/{name}/draw", json={"port": LIVE}, headers=ASYNC).json()["id"]
+    return task, until(program, task, lambda snapshot: "place" in snapshot.get("live", {}))
+
+
+def test_a_plot_is_kept_looked_at_and_drawn(program):
+    plot = kept(program)
+    assert plot["page"] == [74.0, 105.0] and plot["bed"] == [300.0, 220.0] and not plot["runs"]
+    # its page lies in the lower left corner of the bed, as it is seen
+    assert plot["lies"]["matrix"] == [1, 0, 0, 1, 0, 115] and plot["lies"]["zero"] == [0, 220]
+    page = program.get(f"/api/plots/{plot['job']}/pages/0").text
+    assert page.count('class="stroke"') > 1
+    assert program.get(f"/api/plots/{plot['job']}/pages/7").status_code == 422
+    done = drawn(program, plot["job"])["facts"]
+    assert done["finished"] and done["ended"] and done["drawn_mm"] == done["pen_down_mm"] > 0
+    listed = program.get("/api/plots").json()
+    assert listed["drawn"] == {} and listed["plots"][0]["finished"]
+    again = drawn(program, plot["job"])
+    assert "finished" in again["error"]
+    assert program.delete(f"/api/plots/{plot['job']}").status_code == 200
+    assert program.get(f"/api/plots/{plot['job']}").status_code == 422
+
+
+def test_a_plot_pauses_goes_on_and_is_stopped_where_the_journal_says(program):
+    plot = kept(program, "Hi hi hi")
+    task, seen = begun(program, plot["job"])
+    assert seen["live"]["place"]["page"] == 0
+    assert program.get("/api/plots").json()["drawn"] == {plot["job"]: task}
+    # the machine has one master
+    assert program.post("/api/pen", json={"port": LIVE, "move": "up"}).status_code == 409
+    assert program.post(f"/api/plots/{plot['job']}/draw", json={"port": AT_ONCE}).status_code == 409
+    assert program.delete(f"/api/plots/{plot['job']}").status_code == 409
+    program.post(f"/api/tasks/{task}/word", json={"word": "pause"})
+    asks = until(program, task, lambda snapshot: "question" in snapshot.get("live", {}))
+    assert "pen lifted" in asks["live"]["question"]
+    program.post(f"/api/tasks/{task}/word", json={"word": "on"})
+    until(program, task, lambda snapshot: "place" in snapshot.get("live", {}))
+    program.post(f"/api/tasks/{task}/word", json={"word": "stop"})
+    stopped = until(program, task, lambda snapshot: snapshot["state"] == "done")["facts"]
+    assert not stopped["ended"] and stopped["stopped"] == "it was stopped at the page"
+    assert 0 < stopped["drawn_mm"] < stopped["pen_down_mm"] and stopped["place"]["stroke"] >= 0
+    assert program.post(f"/api/tasks/{task}/word", json={"word": "on"}).status_code == 409
+    assert drawn(program, plot["job"])["facts"]["finished"]
+
+
+def test_the_pen_is_moved_by_hand_at_ports_that_are_there(program):
+    assert program.post("/api/pen", json={"port": AT_ONCE, "move": "down"}).json()["facts"]["done"] == "the pen is down"
+    far = {"port": AT_ONCE, "move": "jog", "x": 900}
+    assert "bed" in program.post("/api/pen", json=far).json()["error"]
+    for port in ("/etc/passwd", "socket://example.org:80", "sim:?busy=64", "../sim:", "loop://"):
+        answer = program.post("/api/pen", json={"port": port, "move": "up"})
+        assert answer.status_code == 422 and "no port" in answer.json()["error"], port
+    assert drawn(program, kept(program)["job"], "/dev/null")["error"].startswith("There is no port")
+    names = {port["name"] for port in program.get("/api/machines").json()["ports"]}
+    assert {LIVE, AT_ONCE} <= names
+
+
+def batch(program, table=PEOPLE, name="people.csv", **asked):
+    body = {"table": program.sent(name, table), "text": LETTER, "page": "74x105mm", "seed": 4, **asked}
+    return program.post("/api/batches", json=body).json()
+
+
+def test_a_batch_is_proofed_approved_and_made_once(program):
+    made = batch(program, to="printer", printer="printer-simulated", return_address="/etc/passwd")
+    one = f"/api/batches/{made['batch']}"
+    assert [row["called"] for row in made["rows"]] == ["Ada, Byron, jam", "Zoë, Quill, tea"] and made["state"] == "new"
+    assert "approved" in program.post(f"{one}/make", json={}).json()["error"]
+    assert "no proof" in program.post(f"{one}/approval").json()["error"]
+    proof = program.post(f"{one}/proof").json()["facts"]["proof"]
+    assert [page["row"] for page in proof["pages_shown"]] == [2, 3] and "/tmp" not in json.dumps(proof)
+    assert program.get(f"{one}/files/{proof['pages_shown'][0]['picture']}").content.startswith(b"\x89PNG")
+    assert program.get(f"{one}/files/proof.pdf").content.startswith(b"%PDF")
+    assert program.post(f"{one}/approval").json()["state"] == "approved"
+    done = program.post(f"{one}/make", json={}).json()["facts"]
+    assert done["state"] == "done" and [row["state"] for row in done["rows"]] == ["done", "done"]
+    assert done["made"]["jobs"] == ["job-001", "job-002"]
+    again = program.post(f"{one}/make", json={})
+    assert again.status_code == 422 and "was made" in again.json()["error"]
+    for path in ("batch.json", "..%2fbatch.json", "table.csv", "proof.json", "batch.pdf"):
+        assert program.get(f"{one}/files/{path}").status_code in (404, 422), path
+    assert program.delete(one).status_code == 200 and program.get(one).status_code == 422
+
+
+def test_a_batch_for_a_plotter_stops_and_goes_on(program):
+    made = batch(program, to="plotter", device="plotter-simulated")
+    one = f"/api/batches/{made['batch']}"
+    program.post(f"{one}/proof")
+    program.post(f"{one}/approval")
+    task = program.post(f"{one}/make", json={"port": LIVE}, headers=ASYNC).json()["id"]
+    until(program, task, lambda snapshot: snapshot["stage"] == "plotting")
+    assert program.post(f"{one}/proof").status_code == 409
+    program.post(f"/api/tasks/{task}/word", json={"word": "stop"})
+    stopped = until(program, task, lambda snapshot: snapshot["state"] == "done")["facts"]
+    assert not stopped["complete"] and stopped["state"] == "broken off"
+    done = program.post(f"{one}/make", json={"port": AT_ONCE}).json()["facts"]
+    assert done["complete"] and [row["state"] for row in done["rows"]] == ["done", "done"]
+
+
+def test_a_text_alone_is_a_batch_of_one_as_it_stands(program):
+    made = program.post("/api/batches", json={"text": "Just {{ this }} {% x %}", "page": "74x105mm", "seed": 1}).json()
+    done = program.post(f"/api/batches/{made['batch']}/proof").json()["facts"]
+    assert done["proof"]["characters"] == len("Just{{this}}{%x%}") and not done["proof"]["failed"]
+
+
+@pytest.mark.parametrize(
+    ("name", "table"), [("a.csv", b"\x89PNG\r\n"), ("a.xlsx", b"PK\x03\x04" + bytes(99)), ("a.csv", b"")]
+)
+def test_tables_that_are_none_are_refused_in_a_sentence(program, name, table):
+    assert batch(program, table, name)["error"].endswith((".", "?"))
+
+
+def test_letters_from_elsewhere_lead_to_no_file(program):
+    for letter in (
+        '---\nhand = "/home/x/a.hand"\n---\nHi',
+        '---\npaper = "../page.png"\n---\nHi',
+        '---\nbackground = "/etc/passwd"\n---\nHi',
+        "![](/etc/passwd)",
+        "[Hi]{hand=../a.hand}",
+        "::: signature ../../x.png\nHi\n:::",
+    ):
+        answer = program.post("/api/write", json={"text": letter, "letter": True, "page": "74x105mm"})
+        assert answer.status_code == 422 and "alone" in answer.json()["error"], (letter, answer.json())
+    rows = batch(program, b"name,hand\nAda,../a.hand\n", columns=["hand=hand"], text="Hi {{ name }}")
+    done = program.post(f"/api/batches/{rows['batch']}/proof").json()["facts"]
+    assert "alone" in done["rows"][0]["why"][0]
+    letter = {"text": '---\npage = "74x105mm"\n---\n# Hi\n\nthere', "letter": True, "page": "A4"}
+    assert program.post("/api/write", json=letter, headers={"Accept": "image/svg+xml"}).text.count('height="105mm"')
+
+
+def test_a_killed_server_leaves_a_lifted_pen_and_a_plot_to_go_on_with(program):
+    plot = kept(program, "Hi hi hi")
+    task, _ = begun(program, plot["job"])
+    # what the process of a plot sees of a killed server is the end of its input
+    program.portal.call(program.studio._machines["sim"]._processes[0]._process.stdin.close)
+    broken = until(program, task, lambda snapshot: snapshot["state"] != "running")
+    assert broken["state"] in ("done", "failed")  # what it says last may not come over any more
+    left = program.get(f"/api/plots/{plot['job']}").json()
+    assert left["stopped"] and 0 < left["drawn_mm"] < left["pen_down_mm"]  # it ended in good order, and wrote so
