@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import sys
-import threading
 from collections.abc import Callable, Iterator, Mapping
 
 import click
@@ -25,10 +24,6 @@ class Operator:
     def __init__(self, address: str, yes: bool, quiet: bool = False) -> None:
         self.simulated, self.yes, self.quiet = is_simulated(address), yes, quiet
         self._output: BackgroundOutput | None = None
-
-    def at(self, name: str, address: str) -> OneOfSeveral:
-        """Who stands at one of several plotters."""
-        return OneOfSeveral(name, address, self)
 
     @property
     def watches(self) -> bool:
@@ -81,42 +76,6 @@ class Operator:
         """Until all is said that comes before a question."""
         if self._output is not None:
             self._output.wait()
-
-
-class OneOfSeveral(Operator):
-    """The operator of one of several plotters that plot at once: it is named, and questions are asked one by one."""
-
-    _asking = threading.Lock()
-
-    def __init__(self, name: str, address: str, of: Operator) -> None:
-        super().__init__(address, of.yes, of.quiet)
-        self.name = name
-
-    @contextlib.contextmanager
-    def plotting(self) -> Iterator[Progress | None]:
-        """What is said is said on a thread of its own; several bars would write over each other."""
-        with BackgroundOutput(self.quiet) as self._output:
-            yield None
-
-    def say(self, sentence: str) -> None:
-        """Say a sentence; never waits."""
-        super().say(f"{self.name}: {sentence}")
-
-    def do(self, request: str) -> None:
-        """Ask, and wait for Enter."""
-        with self._asking:
-            super().do(f"{request} at {self.name}")
-
-    def try_again(self, error: DeviceError) -> bool:
-        """Say what is wrong, and wait for Enter."""
-        with self._asking:
-            return super().try_again(DeviceError(f"{self.name}: {error}"))
-
-    def paused(self, pressed: Callable[[], bool]) -> None:
-        """Until the button of the plotter is pressed once more."""
-        click.echo(f"{self.name} is paused, its pen lifted: press its button again to go on.", err=True)
-        while not pressed():
-            pass
 
 
 class HeightsOperator:

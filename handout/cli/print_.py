@@ -109,13 +109,10 @@ def command(
 
 def summary(result: Printed) -> str:
     """What became of a batch, in a few words; of several devices which rows each made."""
-    from handout.printing.rows import named
-
     report = result.report
     files = ", ".join(map(str, report.files[:_MOST_NAMED]))
     jobs = units.count(len({job.name for job in report.jobs}), "job")
-    devices = ", ".join(f"{name}: {named(rows)}" for name, rows in report.devices.items() if len(report.devices) > 1)
-    where = files or f"{jobs} to {devices or result.destination}"
+    where = files or f"{jobs} to {result.shared or result.destination}"
     before = f", {len(report.before)} before" if report.before else ""
     wanted = units.count(len(report.rows) + len(report.failed), "row" if result.letters else "envelope")
     return f"{len(report.rows)} of {wanted} done ({where}){before}"

@@ -106,9 +106,6 @@ class Operator(Protocol):
     def watches(self) -> bool:
         """Whether somebody is there, who may hold the plotter for as long as they like."""
 
-    def at(self, name: str, address: str) -> Operator:
-        """Who stands at one of several plotters, which may plot at the same time: called so, at that address."""
-
     def plotting(self) -> AbstractContextManager[Progress | None]:
         """A block in which a job is drawn: who is told how far it has come, if anybody wants to know."""
 

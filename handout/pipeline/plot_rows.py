@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import gzip
 import itertools
+import threading
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -17,7 +18,7 @@ from typing import Self
 
 import numpy as np
 
-from handout.errors import DoesNotFit, InputError
+from handout.errors import DeviceError, DoesNotFit, InputError
 from handout.merging.sheets import Grid, grid
 from handout.pipeline import merging
 from handout.pipeline.merging import Merge, RowPages
@@ -171,16 +172,82 @@ def _plotters(
         if address in addresses[: len(names)] and not is_simulated(address):
             raise InputError(f"{address} is named twice: each plotter makes its own pages.")
         names.append(f"{address}{len(names) + 1}" if addresses.count(address) > 1 else address)
-    spools, queues = list[PlotSpool](), list[PlotterQueue]()
+    spools, queues, crew = list[PlotSpool](), list[PlotterQueue](), _Crew(operator)
     try:
         for name, address in zip(names, addresses, strict=True):
-            queues.append(queue(address=address, operator=operator.at(name, address), name=name).opened())
+            queues.append(queue(address=address, operator=_OneOfSeveral(name, address, crew), name=name).opened())
             spools.append(PlotSpool(shared, queues[-1].profile, queues[-1]))
     except BaseException:
         for each in queues:
             each.close()
         raise
     return Several(spools[: len(ports)], spools[len(ports) :])
+
+
+@dataclass
+class _Crew:
+    """Who stands at several plotters that plot at once, and hears of all of them as of one."""
+
+    operator: Operator
+    asking: threading.Lock = field(default_factory=threading.Lock)
+    _entered: contextlib.ExitStack = field(default_factory=contextlib.ExitStack)
+    _drawing: int = 0
+    _lock: threading.Lock = field(default_factory=threading.Lock)
+
+    @contextlib.contextmanager
+    def plotting(self) -> Iterator[None]:
+        """A sheet is drawn; several at once are one block to the operator, who is shown no share."""
+        with self._lock:
+            if self._drawing == 0:
+                self._entered.enter_context(self.operator.plotting())
+            self._drawing += 1
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._drawing -= 1
+                if self._drawing == 0:
+                    self._entered.close()
+
+
+@dataclass
+class _OneOfSeveral:
+    """The operator at one of several plotters: it is named, and questions come one by one."""
+
+    name: str
+    address: str
+    crew: _Crew
+
+    @property
+    def watches(self) -> bool:
+        """See `Operator`, as for the rest."""
+        return self.crew.operator.watches
+
+    def plotting(self) -> contextlib.AbstractContextManager[None]:
+        """See there."""
+        return self.crew.plotting()
+
+    def say(self, sentence: str) -> None:
+        """See there."""
+        self.crew.operator.say(f"{self.name}: {sentence}")
+
+    def do(self, request: str) -> None:
+        """See there."""
+        if not is_simulated(self.address):
+            with self.crew.asking:
+                self.crew.operator.do(f"{request} at {self.name}")
+
+    def try_again(self, error: DeviceError) -> bool:
+        """See there."""
+        if is_simulated(self.address):
+            return False
+        with self.crew.asking:
+            return self.crew.operator.try_again(DeviceError(f"{self.name}: {error}"))
+
+    def paused(self, pressed: Callable[[], bool]) -> None:
+        """See there."""
+        self.say("it is paused.")
+        self.crew.operator.paused(pressed)
 
 
 def _reports(place: PlotSpool | Several) -> tuple[Report, ...]:

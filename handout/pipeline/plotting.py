@@ -59,10 +59,6 @@ class Unattended:
     def __init__(self, address: str, listener: Listener = SILENT) -> None:
         self.simulated, self.listener = is_simulated(address), listener
 
-    def at(self, name: str, address: str) -> Unattended:
-        """Nobody is there either."""
-        return Unattended(address, self.listener)
-
     def do(self, request: str) -> None:
         """What only a person can do is an error, but for a simulated plotter."""
         if not self.simulated and runner.is_about_zero(request):

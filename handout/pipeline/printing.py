@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -31,6 +31,7 @@ from handout.printing.batch import BatchOptions, Way, chosen_rows, destinations,
 from handout.printing.batch import RowsRefused as RowsRefused
 from handout.printing.journal import Journal
 from handout.printing.prepared import RowMaker
+from handout.printing.rows import named
 from handout.printing.sending import Listener as BatchListener
 from handout.printing.sending import PrintingStopped as PrintingStopped
 from handout.printing.sending import Report as Report
@@ -65,6 +66,12 @@ class Printed(Result):
     calibration: Facts | None = None
     calibration_note: str = ""
     letters: bool = False
+
+    @property
+    def shared(self) -> str:
+        """Which rows each of several devices made; "" of one."""
+        devices = self.report.devices
+        return ", ".join(f"{name}: {named(rows)}" for name, rows in devices.items()) if len(devices) > 1 else ""
 
     def facts(self) -> Facts:
         report = self.report
@@ -114,10 +121,8 @@ def print_(
     profile, apart = profiles[0], _apart(profiles[0], printing)
     merged = merging.read(Path(table), printing, merge, listener)
     sheet = SheetOptions(printing.page, merge.margin, merge.pages, "A4" if merged.with_letters else "DL")
-    pages, fed = (
-        RowPages(merged, writing_options, sheet, picture),
-        partial(_fed, profile, apart[0] if apart else profile, printing, merged.with_letters),
-    )
+    pages = RowPages(merged, writing_options, sheet, picture)
+    fed = partial(_fed, profile, apart[0] if apart else profile, printing, merged.with_letters)
     pages.seed, pages.margins = seed_of(writing_options.seed), lambda page: media.page_margins(page, fed(page))
     task = pages.look()
     notes = writing.not_followed(task, picture, ink_shown=True)
@@ -131,19 +136,14 @@ def print_(
     all_or_none = merged.with_letters and not merge.skip_bad
     options = BatchOptions(printing.rows, printing.copies, printing.again, out, all_or_none)
     chosen_rows(merged.table, options, record.resumed)
-    if merged.with_envelopes:
-        envelope.address_layout(
-            pages.envelope_page, 1, 1, pages.address_x_height
-        )  # what is wrong for every row is said once
+    if merged.with_envelopes:  # what is wrong for every row is said once
+        envelope.address_layout(pages.envelope_page, 1, 1, pages.address_x_height)
     merging.check_apart(merged, printing.envelopes_to)
     about = {"seed": pages.seed, "hand": task.hand.name}
-    told = (record.resumed, listener.say, change or listener.say)
-    ways = [Way(_at(fed(task.layout.page), each), fed, about, None, *told) for each in profiles]
-    same = not apart or apart[0].title == profile.title
-    envelopes = [Way(_at(fed(pages.envelope_page), each), fed, about, None, *told, calibrated=same) for each in apart]
-    if not same and calibrations.first is not None:
-        listener.say(f"Envelopes go to {apart[0].title} as they are: the calibration is that of {profile.title}.")
-    with record, destinations(ways, envelopes, options, pages.sheets()) as place:
+    way = Way(profile, fed, about, None, record.resumed, listener.say, change or listener.say)
+    ways = [_at(way, task.layout.page, each) for each in profiles], [_at(way, pages.envelope_page, a) for a in apart]
+    calibrations.say_whose(ways[1])
+    with record, destinations(*ways, options, pages.sheets()) as place:
         make = RowMaker(pages, place.prepare).each
         report = make_rows(merged.table, make, place, options, record, BatchListener(progress(listener), listener.say))
     printed = Printed(
@@ -194,9 +194,11 @@ def _apart(profile: Printer, printing: PrintOptions) -> list[Printer]:
     return found
 
 
-def _at(fed: Printer, where: Printer) -> Printer:
-    """A printer as it is fed, at the queue of another."""
-    return msgspec.structs.replace(fed, queue=where.queue, file=where.file, simulated=where.simulated)
+def _at(way: Way, page: Page, where: Printer) -> Way:
+    """The way to one of several printers, as it is fed with a page."""
+    changes = {"queue": where.queue, "file": where.file, "simulated": where.simulated}
+    fed = msgspec.structs.replace(way.fed(page), **changes)
+    return replace(way, profile=fed, calibrated=where.title == way.profile.title)
 
 
 def _fed(profile: Printer, apart: Printer, printing: PrintOptions, with_letters: bool, page: Page) -> Printer:
@@ -249,6 +251,14 @@ class _Calibrations:
         self.listener.say(*(f"warning: {doubt}" for doubt in doubts))
         if self._calibration is None and self.printing.dry_run is None and not self.printing.calibration:
             self.listener.say(UNCALIBRATED)
+
+    def say_whose(self, ways: Sequence[Way]) -> None:
+        """Say to which printers pages go without a calibration."""
+        if self._calibration is not None:
+            apart = dict.fromkeys(way.profile.title for way in ways if not way.calibrated)
+            self.listener.say(
+                *(f"Pages for {title} are not corrected: the calibration is another's." for title in apart)
+            )
 
     def of(self, task: WritingTask, hand: str) -> CalibratedInk | None:
         """How the ink of a hand goes to the printer."""

@@ -198,9 +198,10 @@ def make_rows(
         if checked.failed:
             raise RowsRefused(Report((), tuple(checked.failed), warnings=tuple(checked.warnings)))
     jobs: tuple[Job, ...] = ()
-    if devices:
-        how = send_to_several if isinstance(place, Several) else send
-        jobs = how(place, taken, checked, todo, _makeable(rows), journal, listener)  # type: ignore[operator]
+    if isinstance(place, Several):
+        jobs = send_to_several(place, taken, checked, todo, _makeable(rows), journal, listener)
+    elif isinstance(place, Spool):
+        jobs = send(place, taken, checked, todo, _makeable(rows), journal, listener)
     else:
         _counted(taken, len(chosen), listener)
     place.finish()
