@@ -11,7 +11,8 @@ from hypothesis import HealthCheck, settings
 # the first example pays for imports, and other work may hold the machine: times are measured in benchmarks, not here
 # and how many examples were drawn in vain, or were large, is a matter of luck
 _LUCK = (HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large)
-settings.register_profile("handout", deadline=None, suppress_health_check=_LUCK)
+# half of the usual number of examples: properties are a fifth of the time of the tests, and every run tries others
+settings.register_profile("handout", deadline=None, max_examples=50, suppress_health_check=_LUCK)
 # the same examples each time, so that what is released is judged by itself alone; other runs find new ones
 settings.register_profile("release", settings.get_profile("handout"), derandomize=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "handout"))

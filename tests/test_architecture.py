@@ -109,7 +109,7 @@ MAY = {
     "__main__": {"cli"},
 }
 # files of the product that load a simulated device, inside the function that a user's ``sim`` calls
-DOORS = {"pipeline/calibrating.py", "pipeline/guided_calibration.py"}
+DOORS = {"pipeline/calibrating.py", "pipeline/calibration_desk.py", "pipeline/guided_calibration.py"}
 HEAVY = {
     "numpy", "scipy", "sklearn", "skimage", "cv2", "colour", "reportlab", "rich", "PIL", "serial", "torch", "tifffile",
     "markdown_it", "mdit_py_plugins", "starlette",

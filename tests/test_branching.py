@@ -26,7 +26,7 @@ def _graph(pairs):
 
 
 @pytest.mark.slow
-@settings(deadline=None, max_examples=300)
+@settings(deadline=None, max_examples=60)
 @given(PAIRS)
 def test_every_edge_is_on_one_path_and_paths_end_where_lines_do(graph):
     count, pairs = graph

@@ -10,7 +10,7 @@ ROWS = st.lists(st.integers(0, 8), max_size=40).map(lambda row: np.array(row, dt
 
 
 @pytest.mark.slow
-@settings(deadline=None, max_examples=300)
+@settings(deadline=None, max_examples=60)
 @given(ROWS, st.sampled_from([0.0, 0.5, 1.0, 2.5]), st.sampled_from([1, 2, 5]))
 def test_peaks_are_those_of_scipy(row, prominence, apart):
     expected, _ = find_peaks(row, prominence=prominence, distance=apart)

@@ -47,7 +47,7 @@ def choose(printer: str, paper: str = "", asked: str = "") -> tuple[Calibration 
     return calibration, _doubts(calibration, printer, paper) if calibration is not None else []
 
 
-def pen_of(calibration: Calibration, hand: str, say: Callable[[str], None]) -> Reference:
+def pen_of(calibration: Calibration, hand: str, say: Callable[[str], object]) -> Reference:
     """What the frame of a calibration's chart says of a hand; what concerns its pages is said."""
     reference = of_calibration(calibration, hand)
     if reference.kind is not Kind.DRAWN:
@@ -104,11 +104,6 @@ class CalibratedInk:
     def __post_init__(self) -> None:
         self._table = self.calibration.table()
 
-    @property
-    def pages(self) -> int:
-        """How many pages were looked at."""
-        return len(self._seen)
-
     def __call__(self, raster: Raster) -> Raster:
         """The ink in device RGB; paper stays transparent."""
         if self.reference is not None and self.reference.match is not None:
@@ -139,8 +134,8 @@ class CalibratedInk:
 
     @cached_property
     def _reach(self) -> Reach | None:
-        if not self._seen:
-            return None
         if self.hand:
             return ink_samples.reach_of(self.hand, self._table, self.reference, self.pen)
+        if not self._seen:
+            return None
         return gamut.reach(np.concatenate(self._seen), self._table)

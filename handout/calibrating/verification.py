@@ -262,14 +262,29 @@ def write_report(calibration: Calibration, path: Path) -> None:
 
 def _before_and_after(strip: Strip, scanned: Array) -> str:
     parts = []
+    for name, rows in shades(strip, scanned):
+        alt = f"{name}: sent as it is, as wanted, through the table"
+        parts.append(f"<p>{html.escape(alt)}, from dark to light.</p>{image(tiles(rows), alt)}")
+    return "".join(parts)
+
+
+def shades(strip: Strip, scanned: Array) -> list[tuple[str, Array]]:
+    """Of inks and of greys (3, n, 3) scanned RGB: sent as they are, as wanted, through the table; the darkest first."""
+    each = []
     for name, grey in (("Ink", False), ("Greys", True)):
         which = np.flatnonzero(strip.matched & (strip.grey == grey))
         plain = which - int(strip.matched.sum())
         order = np.argsort(strip.wanted[which].sum(axis=1))
-        rows = np.stack([scanned[plain], strip.wanted[which], scanned[which]])[:, order]
-        alt = f"{name}: sent as it is, as wanted, through the table"
-        parts.append(f"<p>{html.escape(alt)}, from dark to light.</p>{image(tiles(rows), alt)}")
-    return "".join(parts)
+        each.append((name, np.stack([scanned[plain], strip.wanted[which], scanned[which]])[:, order]))
+    return each
+
+
+def kept_shades(calibration: Calibration) -> list[tuple[str, Array]]:
+    """`shades` of a calibration whose strip was scanned; nothing before that."""
+    facts = calibration.strip()
+    if facts is None or calibration.verification() is None or "seen" not in facts:
+        return []
+    return shades(from_facts(facts), np.array(facts["seen"]))
 
 
 def tiles(rows: Array) -> NDArray[np.uint8]:

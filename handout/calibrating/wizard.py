@@ -112,6 +112,7 @@ class Wizard:
         self._paper = None if paper is None else paper.tolist()
         self.writer = ink_samples.scanned_name(task.hand) if task.hand else ""
         self._done = False
+        self.seen: Reading | None = None  # what the scans of the chart that were given last showed, good or not
         self.session: Session = opened(
             task.printer, task.paper, layout.paper.name, len(layout.pages), task.scanner, afresh
         )
@@ -175,7 +176,7 @@ class Wizard:
         pen = pen_reference.compared(reading.scribble, self.task.hand, self.writer)
         state = self.session.state
         before = print_diagnosis.last(state.printer, state.paper, state.scanner)
-        reading = print_diagnosis.diagnose(reading, pen, before, self.task.accept)
+        reading = self.seen = print_diagnosis.diagnose(reading, pen, before, self.task.accept)
         self._report(reading)
         refusing = [finding for finding in reading.findings if finding.severity == "refuse"]
         missing = [finding for finding in refusing if finding.code == "page-missing"]

@@ -11,6 +11,7 @@ import click
 from handout import units
 from handout.cli import options, progress
 from handout.cli.console import Console
+from handout.errors import InputError
 from handout.pipeline.options import COLOUR_FORMATS, COLOUR_METHODS, CalibrationOptions, ChartOptions
 
 _PATH = click.Path(path_type=Path)
@@ -85,11 +86,15 @@ def command() -> None:
 @paper_option
 @_chart
 @_calibration
+@click.option("--web", is_flag=True, help="In the browser: the studio, opened at its page Calibration.")
 @options.console
-def wizard(printer: str, paper: str, sheets: ChartOptions, calibration: CalibrationOptions, console: Console) -> None:
+def wizard(
+    printer: str, paper: str, sheets: ChartOptions, calibration: CalibrationOptions, web: bool, console: Console
+) -> None:
     """Calibrate a printer step by step; a run that was left is gone on with.
 
     \b
+    handout calibrate wizard --printer epson --web
     handout calibrate wizard --printer epson --paper plain
     handout calibrate wizard --printer epson --scanner "epson2:libusb:001:004"
     handout calibrate wizard --printer pdf -o charts       print the files yourself
@@ -97,6 +102,9 @@ def wizard(printer: str, paper: str, sheets: ChartOptions, calibration: Calibrat
     """
     from handout.pipeline.calibrating import calibrate
 
+    if web:
+        _in_browser(printer, paper, sheets, calibration)
+        return
     try:
         with console.working():
             result = calibrate(printer, paper, sheets, calibration, person=_AtTerminal(), listener=console)
@@ -106,6 +114,19 @@ def wizard(printer: str, paper: str, sheets: ChartOptions, calibration: Calibrat
         raise
     stored = result.calibration
     console.report(result, f"Stored: {stored.described()}; report: {stored.report}.")
+
+
+def _in_browser(printer: str, paper: str, sheets: ChartOptions, calibration: CalibrationOptions) -> None:
+    """The same as a page of the studio, which asks for all else itself."""
+    from urllib.parse import quote
+
+    from handout.cli.studio_ import open_studio
+    from handout.pipeline.calibration_desk import check_printer
+
+    if (sheets, calibration) != (ChartOptions(), CalibrationOptions()):
+        raise InputError("--web takes --printer and --paper alone: the page asks for the rest.")
+    check_printer(printer)
+    open_studio((), f"calibration/{quote(printer)}/{quote(paper)}", None, browser=True, as_json=False)
 
 
 @command.command()

@@ -95,6 +95,10 @@ TABLE = (
     click.option("--again", default="", metavar="ROWS", help="With --resume: make these whatever became of them."),
     click.option("--afresh", is_flag=True, help="Make all of it, though an earlier run of it broke off."),
 )  # fmt: skip
+WORKERS = (
+    click.option("--jobs", type=click.IntRange(1), default=1, show_default=True, help="Processes that make pages."),
+    click.option("--cluster", default="", metavar="ADDRESS", help="Of a Dask scheduler: its workers make the pages."),
+)
 MERGE = (
     click.option(
         "--letter",

@@ -113,7 +113,7 @@ class _Mode:
     click.option("--grid", default="", metavar="NxM", help="Of a table: cards side by side, 2x3 is two across."),
     click.option("--gap", default="0mm", show_default=True, help="Between the cards of a grid."),
 )
-@options.bind("batch", options.batch, *options.TABLE, *options.MERGE)
+@options.bind("batch", options.batch, *options.TABLE, *options.WORKERS, *options.MERGE)
 @options.sheet("A5")
 @options.writing
 @options.picture

@@ -31,6 +31,7 @@ _printing = options.bind(
     click.option("--dry-run", type=click.Path(path_type=Path), help="Write .pdf, .png or .svg instead of printing."),
     click.option("--page", help=f"{page_sizes.HELP}  [default: A4, or without a letter DL]"),
     *options.TABLE,
+    *options.WORKERS,
     click.option("--copies", type=int, default=1, show_default=True, help="Of each row."),
     click.option("--resume", is_flag=True, help="Go on with a batch that broke off: print exactly the rest of it."),
     click.option("--tray", default="", help="Feed from this tray, as the printer calls it (rear, main …)."),

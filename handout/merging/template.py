@@ -14,6 +14,7 @@ import re
 import string
 from collections.abc import Callable, Collection, Iterator, Mapping
 from datetime import date, datetime
+from functools import partial
 from typing import Any
 
 from jinja2 import StrictUndefined, TemplateError, TemplateSyntaxError, Undefined, UndefinedError, nodes
@@ -68,7 +69,7 @@ class Letter:
 
     def __init__(self, text: str, title: str, *, markdown: bool = False, first_line: int = 1) -> None:
         """`title` and `first_line` are for messages: what the letter is called, and where its text begins."""
-        self.title, self._before, self._markdown = title, first_line - 1, markdown
+        self.title, self._before, self._markdown, self._text = title, first_line - 1, markdown, text
         self.names: dict[str, int] = {}
         self._headers: set[str] = set()
         if len(text) > _MOST_SOURCE:
@@ -84,6 +85,9 @@ class Letter:
             raise InputError(f"{title}, {self._line(error.lineno)}: {_plain_words(error)}.") from error
         except (RecursionError, SyntaxError, MemoryError, ValueError) as error:
             raise InputError(f"{title} is nested too deeply to be read as a letter: write it more simply.") from error
+
+    def __reduce__(self) -> tuple[Callable[..., Letter], tuple[str, str]]:
+        return partial(Letter, markdown=self._markdown, first_line=self._before + 1), (self._text, self.title)
 
     def check(self, columns: Collection[str], headers: Collection[str], table: str) -> None:
         """Refuse names that no column has.

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from handout import atomic
 from handout.errors import InputError
-from handout.hand import file, report, svg_font
+from handout.hand import file, library, report, svg_font
 from handout.hand.learnt import remember
 from handout.pipeline.inputs import decoded, hand_path
 from handout.pipeline.kept_hands import learn, own_place
@@ -19,7 +19,7 @@ from handout.pipeline.results import SILENT, Fact, Facts, Listener, Result
 from handout.progress import within
 from handout.sources import read_drawing
 from handout.tagging.page_sources import PageSource, gather_sources, tagged_pages
-from handout.tagging.page_tagging import TaggedPage, hand_of_pages
+from handout.tagging.page_tagging import TaggedPage, hand_of_pages, renumbered
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
@@ -124,12 +124,54 @@ def read_as_own(
     InputError
         There is a hand of that name; as `read`.
     """
-    path = own_place(name)
+    return _read_texts(name, scans, texts, own_place(name), options, listener)
+
+
+def _read_texts(
+    name: str,
+    scans: Sequence[str | Path],
+    texts: Sequence[str],
+    path: Path | None,
+    options: ReadingOptions,
+    listener: Listener,
+) -> ReadHand:
+    """`read`, of texts themselves."""
     with TemporaryDirectory() as folder:
         files = [Path(folder) / f"text of page {number}" for number in range(1, len(texts) + 1)]
         for file_, text in zip(files, texts, strict=True):
             file_.write_text(text, encoding="utf-8")
         return read(name, scans, files, path, options, listener=listener)
+
+
+def read_more(
+    name: str,
+    scans: Sequence[str | Path],
+    texts: Sequence[str],
+    options: ReadingOptions = ReadingOptions(),
+    listener: Listener = SILENT,
+) -> ReadHand:
+    """Read more pages of an author, and add them to a hand of the user's own; see `read_as_own`.
+
+    What was corrected stays so; its journal ends, for an entry of it names letters of the pages before.
+
+    Raises
+    ------
+    InputError
+        There is no such hand of the user's own, or as `read`; the hand is as it was then.
+    """
+    path = library.own_scanned().get(name) or (Path(name) if Path(name).suffix == ".hand" else None)
+    if path is None:
+        raise InputError(f"There is no hand {name!r} among your own: copy it first, or read one.")
+    file.check(path)
+    more = _read_texts(file.load(path).name, scans, texts, None, options, listener)
+    hand, corrected = file.load(path), file.journal(path).made
+    first, pages = len(hand.glyphs), len(hand.pages)
+    glyphs = [renumbered(glyph, glyph.page + pages, first) for glyph in more.hand.glyphs]
+    joined = replace(hand, pages=(*hand.pages, *more.hand.pages), glyphs=(*hand.glyphs, *glyphs))
+    file.save(joined, path)
+    remember(joined, learn(path))
+    notes = (f"What was corrected in {hand.name} stays, and can no longer be undone.",) if corrected else ()
+    return ReadHand(joined, path, more.pages, options.seed, notes=notes)
 
 
 def _transcript(path: Path, listener: Listener) -> str:

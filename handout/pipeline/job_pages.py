@@ -17,9 +17,6 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-import numpy as np
-
-from handout import __version__
 from handout.errors import HandoutError, InputError
 from handout.hand.library import path
 from handout.motion.styles.style import path as style_path
@@ -27,14 +24,13 @@ from handout.pipeline.letters import LetterTask, draw_letter
 from handout.pipeline.options import SheetOptions, WritingOptions
 from handout.pipeline.poses import pose_path
 from handout.pipeline.results import Tally
-from handout.pipeline.writing import STROKES, WritingTask, draw, prepare, set_pages, title
+from handout.pipeline.writing import STROKES, WritingTask, draw, prepare, program, set_pages, title, words
 from handout.plotting import fit_to_bed
 from handout.plotting.jobs import pages, store
 from handout.plotting.jobs.job import Job, load
 from handout.plotting.jobs.page_producer import ProducerProcess
 from handout.plotting.jobs.pages import NewPage
 from handout.profiles import Plotter
-from handout.values import Manuscript
 from handout.writing.layout import Ruling
 from handout.writing.pages import Sheet
 
@@ -53,6 +49,7 @@ _WRITING = (
         "slips",
         "pose_method",
         "temperature",
+        "rewritten",
     ),
 )
 
@@ -86,11 +83,6 @@ def _kept_file(name: str | None) -> str | None:
 def _example(name: str | None) -> Path | None:
     """The file of an example that primes a style, if it is none of the style's own."""
     return Path(name) if name is not None and Path(name).suffix else None
-
-
-def program() -> str:
-    """What decides about every stroke besides what is asked for."""
-    return f"handout {__version__} with numpy {np.__version__}"
 
 
 def _digest(*files: Path | None) -> str:
@@ -142,14 +134,6 @@ def _share(sheet: Sheet, text: str) -> float:
     """How much of a text is on a page and those before it."""
     at = max((placed.at for line in sheet.manuscript.lines for placed in line.placed), default=0)
     return 1.0 if sheet.last else min(at / max(len(text), 1), 0.999)
-
-
-def words(page: Manuscript) -> list[str]:
-    """The words of a page, so that one can say where a plot broke off."""
-    letters: dict[int, str] = {}
-    for placed in (placed for line in page.lines for placed in line.placed):
-        letters[placed.word] = letters.get(placed.word, "") + placed.glyph.letter
-    return [letters.get(number, "") for number in range(max(letters, default=-1) + 1)]
 
 
 @contextlib.contextmanager
@@ -212,7 +196,7 @@ def _again(inputs: Mapping[str, Any], pages: int) -> WritingTask:
             f"{lacking}, and the hand {options['hand']} has changed: put the old one back, or plot the rest of the "
             "text anew."
         )
-    named = {name: options.get(name) for name in _WRITING}
+    named = {name: options.get(name) for name in _WRITING} | {"rewritten": options.get("rewritten", ())}
     named |= {name: options.get(name) for name in ("pose", "style", "prime")}
     writing = WritingOptions(hand=options["hand"], seed=options["seed"], **named)
     task = prepare(writing, SheetOptions(options["page_name"], options["margin"], options["pages"]))

@@ -183,6 +183,11 @@ def draw_letter(
     return [page.whole for page in pages], drawings
 
 
+def check_letter(task: LetterTask, row: int | None = None) -> None:
+    """Set the pages of a letter and draw none; raises as `draw_letter` does."""
+    _set(task, row)
+
+
 def _set(task: LetterTask, row: int | None) -> tuple[Mapping[str, Hand | ScannedHand], list[LetterPage]]:
     """The pages of a letter, with what `Manuscript.about` says of them, and its hands with all letters they need."""
     letter, main = task.letter, task.main
@@ -513,5 +518,7 @@ def write_sent(
     device: str | None = None,
     listener: Listener = SILENT,
 ) -> Written:
-    """The same for what was sent from elsewhere, see `inputs.sent_source`."""
+    """The same for what was sent from elsewhere, see `inputs.sent_source`; of a text, with where each word is."""
+    if not letter:
+        return texts.write(text, outputs, *options, device=device, places=True, listener=listener)
     return write_source(sent_source(text, letter), outputs, *options, device=device, listener=listener)

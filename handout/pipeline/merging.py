@@ -12,7 +12,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from handout import page_sizes, units
 from handout.errors import InputError
@@ -25,15 +25,15 @@ from handout.merging.sheets import overlaid
 from handout.merging.template import Letter
 from handout.pipeline import writing
 from handout.pipeline.inputs import LETTERS, decoded, is_file
-from handout.pipeline.job_pages import program, words
-from handout.pipeline.letters import LetterTask, draw_letter, prepare_letter
+from handout.pipeline.letters import LetterTask, check_letter, draw_letter, prepare_letter
 from handout.pipeline.options import MergeOptions, PictureOptions, SheetOptions, TableOptions, WritingOptions
 from handout.pipeline.results import Listener, Tally
-from handout.pipeline.writing import INK, WritingTask
+from handout.pipeline.writing import INK, WritingTask, program, words
 from handout.printing import countries, envelope, journal
 from handout.printing.address_table import Addresses, read_addresses, read_rows
 from handout.printing.journal import BACK, ENVELOPE, Batch, Journal
 from handout.printing.prepared import BatchPage
+from handout.printing.queue import Say
 from handout.printing.rows import Row, named, select
 from handout.sinks import drawing_file
 from handout.values import Drawing, Manuscript, Page
@@ -43,6 +43,7 @@ from handout.writing.layout import Layout
 _NOT_OF_THE_BATCH = {
     *("dry_run", "resume", "again", "afresh", "page", "letter", "skip_bad", "given", "approved", "alone"),
     *("queue", "envelopes_to"),
+    *("jobs", "cluster"),
 }
 # the head of a letter file, as `letters.letter_file` finds it
 _HEAD = re.compile(r"\ufeff?(?:---|\+\+\+)[ \t]*\n(?:.*\n)*?(?:---|\+\+\+)[ \t]*(?:\n|\Z)")
@@ -160,6 +161,11 @@ def _sender(options: MergeOptions, listener: Listener) -> tuple[str, ...]:
     return sender
 
 
+def all_or_none(merge: Merge) -> bool:
+    """Whether a row that cannot be made keeps all others from being made; of approved pages that is known not to be."""
+    return merge.with_letters and not merge.options.skip_bad and merge.options.approved is None
+
+
 def journal_of(pages: RowPages, table: TableOptions, more: Mapping[str, object], dry_run: bool) -> Journal:
     """The journal of a batch: a new one, the one that is gone on with, or one in memory where nothing is made.
 
@@ -218,6 +224,8 @@ def _named(options: object) -> dict[str, object]:
     """The options that change something on paper, by name."""
     names = (option.name for option in fields(options))  # type: ignore[arg-type]
     values = {name: getattr(options, name) for name in names if name not in _NOT_OF_THE_BATCH}
+    if rewritten := values.pop("rewritten", ()):
+        values["rewritten"] = repr(rewritten)
     return {name: ",".join(value) if isinstance(value, tuple) else value for name, value in values.items()}
 
 
@@ -241,15 +249,44 @@ _SHRUNK = 0.99  # of the size that was asked for: what is nearer to it nobody se
 
 
 @dataclass
+class Account:
+    """What was written of some rows; accounts of rows one after the other add up.
+
+    dropped : sentences on what no pen writes of the letters; said : sentences that must be seen at once.
+    findings : number of a row → what to look at on its pages, by how much that matters.
+    """
+
+    tally: Tally = field(default_factory=Tally)
+    dropped: dict[str, None] = field(default_factory=dict)
+    said: dict[str, None] = field(default_factory=dict)
+    findings: dict[int, list[Finding]] = field(default_factory=dict)
+
+    def add(self, other: Account) -> list[str]:
+        """Add another, but for its findings; what of it is to be said now."""
+        self.tally += other.tally
+        new = [sentence for sentence in other.said if sentence not in self.said]
+        self.dropped |= other.dropped
+        self.said |= other.said
+        return new
+
+
+def _no_margins(page: Page) -> tuple[float, float, float, float]:
+    """Of a machine that reaches all of a page."""
+    return 0.0, 0.0, 0.0, 0.0
+
+
+@dataclass
 class RowPages:
     """Writes the pages of rows, and counts what was written.
 
     sheet : of the letters, or without letters of the envelopes; seed : which is known, whatever `writing` says.
     wanted : of a scanned hand its ink or its strokes.
-    calibrated : a task and the name of its hand → how its ink goes to the printer.
+    calibrated : a task, the name of its hand, who hears what is to be said of that → how its ink goes to the printer.
     margins : page → (top, right, bottom, left), mm, of it that the machine does not reach.
-    dropped : sentences on what no pen writes of the letters.
-    findings : number of a row → what to look at on its pages, by how much that matters; see `Finding`.
+    draws : whether pages are drawn; else they are only set, where only that tells whether a text fits, and are blank.
+    account : of the rows since it was settled.
+
+    It can be pickled, and is then without the rows of its table, its account and what it has loaded.
     """
 
     merge: Merge
@@ -257,14 +294,32 @@ class RowPages:
     sheet: SheetOptions
     picture: PictureOptions
     wanted: frozenset[str] = INK
-    calibrated: Callable[[WritingTask, str], Calibrate | None] = lambda task, hand: None
-    margins: Callable[[Page], tuple[float, float, float, float]] = lambda page: (0.0, 0.0, 0.0, 0.0)
+    calibrated: Callable[[WritingTask, str, Say], Calibrate | None] | None = None
+    margins: Callable[[Page], tuple[float, float, float, float]] = _no_margins
     seed: int = 0
-    tally: Tally = field(default_factory=Tally)
-    dropped: dict[str, None] = field(default_factory=dict)
-    findings: dict[int, list[Finding]] = field(default_factory=dict)
+    draws: bool = True
+    account: Account = field(default_factory=Account)
     _tasks: dict[tuple[bool, str, str], WritingTask] = field(default_factory=dict)
     _calibrations: dict[str, Calibrate | None] = field(default_factory=dict)
+
+    def __getstate__(self) -> dict[str, Any]:
+        bare = replace(self.merge, table=replace(self.merge.table, rows=()))
+        return {**self.__dict__, "merge": bare, "account": Account(), "_tasks": {}, "_calibrations": {}}
+
+    def settled(self) -> Account:
+        """What was written since this was last asked for."""
+        settled, self.account = self.account, Account()
+        return settled
+
+    def check(self, row: Row) -> None:
+        """Whether a row can be written, as far as setting tells: text, letters, address, and whether it fits its page.
+
+        Raises
+        ------
+        InputError
+            It cannot.
+        """
+        replace(self, draws=False)(row)
 
     @property
     def envelope_page(self) -> Page:
@@ -306,6 +361,10 @@ class RowPages:
         if self.merge.with_envelopes:
             pages += self._envelope(row, manner)
         return pages
+
+    def hand_of(self, task: WritingTask) -> str:
+        """What the hand is called in which rows are written that say nothing of themselves."""
+        return self.writing.hand if isinstance(self.writing.hand, str) else task.hand.name
 
     def task(self, of_letter: bool, manner: RowManner) -> WritingTask:
         """How a row's letter or envelope is written."""
@@ -358,7 +417,7 @@ class RowPages:
         path, given = Path(str(self.merge.options.letter)), self.merge.options.given
         folder = None if self.merge.options.alone else path.parent
         letter = letter_files.load(f"{self.merge.head}{text}", path.name, folder)
-        self.dropped |= dict.fromkeys(letter.dropped)
+        self.account.dropped |= dict.fromkeys(letter.dropped)
         options = replace(self.writing, hand=manner.hand or self.writing.hand, seed=self.seed)
         picture = replace(self.picture, pen=manner.pen or self.picture.pen)
         own = {name for name in ("hand", "pen") if getattr(manner, name)}
@@ -369,6 +428,9 @@ class RowPages:
         if window is not None:
             top, right, bottom, left = read.first.margin
             read = replace(read, first=replace(read.first, margin=(max(top, window.below), right, bottom, left)))
+        if not self.draws:
+            check_letter(read, row.number)
+            return [Drawing((), read.main.layout.page)]
         return self._counted(*draw_letter(read, row.number, self.wanted), row, read.main.layout)
 
     def _envelope(self, row: Row, manner: RowManner) -> list[BatchPage]:
@@ -401,6 +463,9 @@ class RowPages:
             layout = replace(layout, align=wanted.align, jitter=wanted.jitter, line_spacing=spacing)
             task = replace(task, pages=1)
         task = replace(task, seed=self.seed + other)
+        if not self.draws:
+            writing.check_text(text, task, layout, row.number)
+            return [Drawing((), (layout or task.layout).page)]
         drawn = writing.draw_pages(text, task, layout, row.number, self.wanted)
         return self._counted(*drawn, row, layout or task.layout)
 
@@ -408,8 +473,8 @@ class RowPages:
         self, pages: Sequence[Manuscript], drawings: Sequence[Drawing], row: Row, layout: Layout
     ) -> list[Drawing]:
         """Pages that were written, counted, with their words; what is to be looked at is noted."""
-        self.findings.setdefault(row.number, []).extend(_findings(pages, layout))
-        self.tally += Tally.of(pages, drawings)
+        self.account.findings.setdefault(row.number, []).extend(_findings(pages, layout))
+        self.account.tally += Tally.of(pages, drawings)
         named = ({**drawing.about, "words": words(page)} for page, drawing in zip(pages, drawings, strict=True))
         return [replace(drawing, about=about) for drawing, about in zip(drawings, named, strict=True)]
 
@@ -418,14 +483,14 @@ class RowPages:
 
         about = {name: value for name, value in drawing.about.items() if name != "words" or not self.wanted & INK}
         drawing, look = replace(drawing, about=about), task.look
-        hand = manner.hand or (self.writing.hand if isinstance(self.writing.hand, str) else task.hand.name)
-        if hand not in self._calibrations:
-            self._calibrations[hand] = self.calibrated(task, hand)
+        hand = manner.hand or self.hand_of(task)
+        if hand not in self._calibrations and self.calibrated is not None and self.draws:
+            self._calibrations[hand] = self.calibrated(task, hand, lambda text: self.account.said.update({text: None}))
         return BatchPage(
             part,
             drawing,
             lambda dpi: pens.ink(drawing, dpi, look.pen, pens.noise(drawing.about)),
-            self._calibrations[hand],
+            self._calibrations.get(hand),
             lambda path: drawing_file(drawing, path, look),
         )
 

@@ -55,6 +55,8 @@ class WritingOptions:
     style : a handstyle, by its name or file, in which the written strokes are moved through anew; None: none.
     prime : of a learned style, the example that primes it, by its name or the file of a drawing; None: the style's own.
     temperature : of a learned style, how much chance there is, 1 as in its examples; None: the style's own.
+    rewritten : words of a text that are written again while all others stay as they are: where each begins in the
+        text, and how many times; of a letter file it says nothing.
     """
 
     hand: str | Hand | ScannedHand = "house-joined"
@@ -75,6 +77,7 @@ class WritingOptions:
     style: str | None = None
     prime: str | None = None
     temperature: float | None = None
+    rewritten: tuple[tuple[int, int], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -200,6 +203,20 @@ class CalibrationOptions:
 
 
 @dataclass(frozen=True)
+class CalibrationPlace:
+    """A calibration that is done step by step.
+
+    step : what comes next as far as who asks knows; "" where that is asked for.
+    """
+
+    printer: str
+    paper: str
+    chart: ChartOptions = ChartOptions()
+    options: CalibrationOptions = CalibrationOptions()
+    step: str = ""
+
+
+@dataclass(frozen=True)
 class ReadingOptions:
     """How a hand is read from pages.
 
@@ -227,6 +244,8 @@ class TableOptions:
     resume: bool = False  # go on with a batch that broke off
     again: str = ""  # with `resume`, rows to make whatever became of them
     afresh: bool = False  # make all of it, though an earlier run broke off
+    jobs: int = 1  # processes that make rows
+    cluster: str = ""  # address of a Dask scheduler whose workers make them instead
 
 
 @dataclass(frozen=True)

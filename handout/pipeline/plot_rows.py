@@ -34,7 +34,7 @@ from handout.pipeline.plotting import (
     port_to,
     stretched,
 )
-from handout.pipeline.printing import Printed, progress
+from handout.pipeline.printing import Printed, make_all
 from handout.pipeline.results import SILENT, Facts, Listener
 from handout.pipeline.writing import STROKES
 from handout.plotting import bed, plan
@@ -45,12 +45,11 @@ from handout.plotting.jobs.job import Job, Options
 from handout.plotting.jobs.pages import laid_out
 from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
-from handout.printing.batch import BatchOptions, chosen_rows, make_rows
+from handout.printing.batch import BatchOptions, chosen_rows
 from handout.printing.journal import BACK, ENVELOPE, Journal, Piece
-from handout.printing.prepared import NOTHING, BatchPage, Folder, PreparedPage, RowMaker
+from handout.printing.prepared import NOTHING, BatchPage, Folder, PreparedPage
 from handout.printing.queue import Outcome
 from handout.printing.rows import named
-from handout.printing.sending import Listener as BatchListener
 from handout.printing.several import Several
 from handout.profiles import Plotter
 from handout.sinks import Look, check_outputs, write_drawings
@@ -130,8 +129,7 @@ def plot_rows(
     pages.seed = merging.approved_seed(pages, rows)
     record = _journal(pages, rows, request, profile, bool(paths))
     pages.seed = record.seed
-    all_or_none = merged.with_letters and not merge.skip_bad
-    options = BatchOptions(rows.rows, plotting.copies, rows.again, None, all_or_none)
+    options = BatchOptions(rows.rows, plotting.copies, rows.again, None, merging.all_or_none(merged))
     chosen_rows(merged.table, options, record.resumed)
     place: PlotFiles | PlotSpool | Several
     if paths:
@@ -141,13 +139,12 @@ def plot_rows(
         queue = partial(PlotterQueue, profile, options=how, attendance=attendance, account=account)
         place = _plotters(shared, ports, plotting, queue, operator or Unattended(ports[0], listener))
     with record, place:
-        make = RowMaker(pages, place.prepare).each
-        report = make_rows(merged.table, make, place, options, record, BatchListener(progress(listener), listener.say))
+        report, written = make_all(pages, place, options, (rows, record), drawn=True, listener=listener)
     if isinstance(place, PlotFiles):
         account.planned(place.plans)
     return PlottedRows(
         report,
-        pages.tally,
+        written.tally,
         pages.seed,
         task.hand.name,
         ", ".join([*ports, *plotting.envelopes_to]),
@@ -155,7 +152,7 @@ def plot_rows(
         letters=merged.with_letters,
         reports=() if isinstance(place, PlotFiles) else _reports(place),
         planned_s=place.planned_s if isinstance(place, PlotFiles) else None,
-        notes=(*task.paper_notes, *pages.dropped, *([_PENS] if merged.fields.says("pen") else [])),
+        notes=(*task.paper_notes, *written.dropped, *([_PENS] if merged.fields.says("pen") else [])),
     )
 
 

@@ -12,14 +12,16 @@ import msgspec
 
 from handout.calibrating import calibrated_ink
 from handout.calibrating.calibrated_ink import CalibratedInk
+from handout.calibrating.store import Calibration
 from handout.errors import InputError
-from handout.pipeline import merging, writing
-from handout.pipeline.merging import RowPages
+from handout.pipeline import merging, row_work, workers, writing
+from handout.pipeline.merging import Account, RowPages
 from handout.pipeline.options import (
     MergeOptions,
     PictureOptions,
     PrintOptions,
     SheetOptions,
+    TableOptions,
     WritingOptions,
     millimetres,
     seed_of,
@@ -27,10 +29,10 @@ from handout.pipeline.options import (
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.pipeline.writing import WritingTask
 from handout.printing import envelope, media, printers
-from handout.printing.batch import BatchOptions, Way, chosen_rows, destinations, make_rows
+from handout.printing.batch import BatchOptions, Destination, Way, chosen_rows, destinations, make_rows
 from handout.printing.batch import RowsRefused as RowsRefused
 from handout.printing.journal import Journal
-from handout.printing.prepared import RowMaker
+from handout.printing.queue import Say
 from handout.printing.rows import named
 from handout.printing.sending import Listener as BatchListener
 from handout.printing.sending import PrintingStopped as PrintingStopped
@@ -123,18 +125,17 @@ def print_(
     sheet = SheetOptions(printing.page, merge.margin, merge.pages, "A4" if merged.with_letters else "DL")
     pages = RowPages(merged, writing_options, sheet, picture)
     fed = partial(_fed, profile, apart[0] if apart else profile, printing, merged.with_letters)
-    pages.seed, pages.margins = seed_of(writing_options.seed), lambda page: media.page_margins(page, fed(page))
+    pages.seed, pages.margins = seed_of(writing_options.seed), partial(_margins, fed)
     task = pages.look()
     notes = writing.not_followed(task, picture, ink_shown=True)
     listener.note(*notes)
     pages.seed = merging.approved_seed(pages, printing)
     record = _journal(printing, pages)
     pages.seed = record.seed
-    calibrations = _Calibrations(printing, listener)
+    calibrations = _calibrations(printing, listener)
     pages.calibrated = calibrations.of
     out = None if printing.dry_run is None else Path(printing.dry_run)
-    all_or_none = merged.with_letters and not merge.skip_bad
-    options = BatchOptions(printing.rows, printing.copies, printing.again, out, all_or_none)
+    options = BatchOptions(printing.rows, printing.copies, printing.again, out, merging.all_or_none(merged))
     chosen_rows(merged.table, options, record.resumed)
     if merged.with_envelopes:  # what is wrong for every row is said once
         envelope.address_layout(pages.envelope_page, 1, 1, pages.address_x_height)
@@ -142,26 +143,25 @@ def print_(
     about = {"seed": pages.seed, "hand": task.hand.name}
     way = Way(profile, fed, about, None, record.resumed, listener.say, change or listener.say)
     ways = [_at(way, task.layout.page, each) for each in profiles], [_at(way, pages.envelope_page, a) for a in apart]
-    calibrations.say_whose(ways[1])
+    calibrations.say_whose(ways[1], listener)
     with record, destinations(*ways, options, pages.sheets()) as place:
-        make = RowMaker(pages, place.prepare).each
-        report = make_rows(merged.table, make, place, options, record, BatchListener(progress(listener), listener.say))
+        report, account = make_all(pages, place, options, (printing, record), listener=listener)
     printed = Printed(
         report,
-        pages.tally,
+        account.tally,
         pages.seed,
         task.hand.name,
         ", ".join(each.queue or each.title for each in [*profiles, *apart]),
         {**merged.table.facts()},
         letters=merged.with_letters,
-        notes=(*notes, *pages.dropped),
+        notes=(*notes, *account.dropped),
     )
-    return _told(printed, calibrations.first)
+    return _told(printed, calibrations.of(task, pages.hand_of(task)) if account.tally.pages else None)
 
 
 def _told(printed: Printed, calibration: CalibratedInk | None) -> Printed:
     """A result with what is known of the calibration that its pages went through."""
-    if calibration is None or not calibration.pages:
+    if calibration is None:
         return printed
     return replace(printed, calibration=cast("Facts", calibration.facts()), calibration_note=calibration.said())
 
@@ -226,6 +226,11 @@ def _fed(profile: Printer, apart: Printer, printing: PrintOptions, with_letters:
     return msgspec.structs.replace(fed, **{name: value for name, value in changes.items() if value})
 
 
+def _margins(fed: Callable[[Page], Printer], page: Page) -> tuple[float, float, float, float]:
+    """What of a page the printer, as it is fed with that, does not reach."""
+    return media.page_margins(page, fed(page))
+
+
 def _journal(printing: PrintOptions, pages: RowPages) -> Journal:
     """The journal of this batch; a simulated printer prints into the folder that a dry run names."""
     simulated = not printing.queue and printers.resolve(printing.printer).simulated
@@ -233,41 +238,52 @@ def _journal(printing: PrintOptions, pages: RowPages) -> Journal:
     return merging.journal_of(pages, printing, {"page_name": pages.sheet.page_name}, dry_run)
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Calibrations:
-    """The printer's calibration for each hand of a batch, if there is one and it is wanted.
+    """The printer's calibration, if there is one and it is wanted, for each hand of a batch."""
 
-    first : of the first hand; what is doubtful about it is said.
-    """
+    calibration: Calibration | None
 
-    printing: PrintOptions
-    listener: Listener
-    first: CalibratedInk | None = None
-
-    def __post_init__(self) -> None:
-        self._calibration, doubts = calibrated_ink.choose(
-            self.printing.printer, self.printing.stock, self.printing.calibration
-        )
-        self.listener.say(*(f"warning: {doubt}" for doubt in doubts))
-        if self._calibration is None and self.printing.dry_run is None and not self.printing.calibration:
-            self.listener.say(UNCALIBRATED)
-
-    def say_whose(self, ways: Sequence[Way]) -> None:
+    def say_whose(self, ways: Sequence[Way], listener: Listener) -> None:
         """Say to which printers pages go without a calibration."""
-        if self._calibration is not None:
-            apart = dict.fromkeys(way.profile.title for way in ways if not way.calibrated)
-            self.listener.say(
-                *(f"Pages for {title} are not corrected: the calibration is another's." for title in apart)
-            )
+        titles = dict.fromkeys(way.profile.title for way in ways if self.calibration and not way.calibrated)
+        listener.say(*(f"Pages for {title} are not corrected: the calibration is another's." for title in titles))
 
-    def of(self, task: WritingTask, hand: str) -> CalibratedInk | None:
+    def of(self, task: WritingTask, hand: str, say: Say = lambda sentence: None) -> CalibratedInk | None:
         """How the ink of a hand goes to the printer."""
-        if self._calibration is None:
+        if self.calibration is None:
             return None
-        pen = calibrated_ink.pen_of(self._calibration, hand, self.listener.say)
-        made = CalibratedInk(self._calibration, pen, hand, task.look.pen)
-        self.first = self.first or made
-        return made
+        return CalibratedInk(self.calibration, calibrated_ink.pen_of(self.calibration, hand, say), hand, task.look.pen)
+
+
+def _calibrations(printing: PrintOptions, listener: Listener) -> _Calibrations:
+    """The calibration that is chosen; what is doubtful about it, or that there is none, is said."""
+    calibration, doubts = calibrated_ink.choose(printing.printer, printing.stock, printing.calibration)
+    listener.say(*(f"warning: {doubt}" for doubt in doubts))
+    if calibration is None and printing.dry_run is None and not printing.calibration:
+        listener.say(UNCALIBRATED)
+    return _Calibrations(calibration)
+
+
+def make_all(
+    pages: RowPages,
+    place: Destination,
+    options: BatchOptions,
+    run: tuple[TableOptions, Journal],
+    *,
+    drawn: bool = False,
+    listener: Listener,
+) -> tuple[Report, Account]:
+    """Make all rows of a batch, by as many processes as its options say; see `make_rows`.
+
+    run : the options of the table, and the journal; drawn : see `row_work.RowWork`.
+    """
+    (table, record), account = run, Account()
+    work = row_work.row_work(pages, place.prepare, drawn)
+    with workers.opened(work, table.jobs, table.cluster, listener.say) as made:
+        make, check = (workers.counted(made, account, listener.say, check) for check in (False, True))
+        heard = BatchListener(progress(listener), listener.say)
+        return make_rows(pages.merge.table, make, place, options, record, listener=heard, check=check), account
 
 
 def progress(listener: Listener) -> Callable[[int, int, str], object]:

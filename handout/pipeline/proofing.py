@@ -150,7 +150,7 @@ def proof(
     record = paths[0].with_suffix(".json")
     atomic.write(record, json.dumps(approved, ensure_ascii=False, indent=1).encode())
     return Proof(
-        pages.tally,
+        pages.account.tally,
         pages.seed,
         hand,
         tuple(made.good),
@@ -162,7 +162,7 @@ def proof(
         made.spent.covered,
         made.costs,
         tuple(made.pages),
-        notes=tuple(pages.dropped),
+        notes=tuple(pages.account.dropped),
     )
 
 
@@ -226,7 +226,7 @@ class _Made:
         except InputError as error:
             self.failed[row.number] = str(error)
             return
-        found = self.writer.findings.pop(row.number, [])
+        found = self.writer.account.findings.pop(row.number, [])
         found += [Finding(WARNED, warning) for warning in row.warnings]
         placed = [self._of_page(page) for page in pages]
         every = sorted(dict.fromkeys([*found, *(finding for own, _ in placed for finding in own)]))
@@ -294,7 +294,7 @@ def _small(page: BatchPage) -> tuple[bytes, float]:
 
 def _totals(made: _Made) -> str:
     """Pages, ink, time and cost, in two sentences."""
-    tally = made.writer.tally
+    tally = made.writer.account.tally
     sheets = ", ".join(f"{count} {name}" for name, count in made.sheets.items()) or "no page"
     ink = f", {made.spent.covered / 100:.1f} cm² of ink"
     ink += f", {made.spent.line / 1000:.1f} m of line" if made.spent.line else ""

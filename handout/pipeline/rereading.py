@@ -213,8 +213,16 @@ class Rereader:
         self._doubt = wrong / max(float(wrong.mean()), 1e-6) * self.settings.wrong / usual_length
         self._slants = [page.slant for page in self.hand.pages]
 
-    def __call__(self, paragraph: SetParagraph) -> None:
-        """Read a paragraph; what is struck out is not read."""
+    def __call__(self, paragraph: SetParagraph, again: Sequence[int] | None = None) -> None:
+        """Read a paragraph; what is struck out is not read.
+
+        again : of one that was read, the words that are others since: they are read, and left as they are.
+        """
+        if again is not None:
+            read = self._read([self._written(paragraph, paragraph.units[k]) for k in again])
+            new = {word.at: word for word in read}
+            self.words = [new.get(word.at, word) for word in self.words]
+            return
         places = [k for k, unit in enumerate(paragraph.units) if unit.intended is None]
         read = self._read([self._written(paragraph, paragraph.units[k]) for k in places])
         self.words += [self._mended(paragraph, k, word) for k, word in zip(places, read, strict=True)]

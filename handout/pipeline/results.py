@@ -147,9 +147,9 @@ class Tally:
             self.pen_down + other.pen_down,
             self.pen_up + other.pen_up,
             self.duration + other.duration,
-            [*self.borrowed, *other.borrowed],
-            [*self.slips, *other.slips],
-            [*self.doubtful, *other.doubtful],
+            [*self.borrowed, *other.borrowed] if other.borrowed else self.borrowed,
+            [*self.slips, *other.slips] if other.slips else self.slips,
+            [*self.doubtful, *other.doubtful] if other.doubtful else self.doubtful,
         )
 
     def facts(self, seed: int, hand: str, files: Sequence[object]) -> Facts:

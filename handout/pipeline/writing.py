@@ -34,7 +34,7 @@ from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.progress import Tell, silent, within
 from handout.sinks import OF_INK, Look, write_drawings
 from handout.sinks import check_outputs as check_outputs
-from handout.values import Drawing, Line, Manuscript
+from handout.values import Drawing, Line, Manuscript, Placed
 from handout.writing.compose import each_page, each_part
 from handout.writing.layout import Layout
 from handout.writing.text import Borrowed
@@ -100,6 +100,7 @@ class Written(Result):
 
     files : in the order of the outputs, pages in order.
     paper : what is known of the lined paper that was written on.
+    words : where each word is, if that was asked for; see `word_places`.
     """
 
     tally: Tally
@@ -107,10 +108,12 @@ class Written(Result):
     hand: str
     files: tuple[Path, ...]
     paper: Facts | None = None
+    words: tuple[Facts, ...] = ()
 
     def facts(self) -> Facts:
         return {
             **self.tally.facts(self.seed, self.hand, self.files),
+            **({"words": self.words} if self.words else {}),
             **({"notes": list(self.notes)} if self.notes else {}),
             **({"paper": self.paper} if self.paper else {}),
         }
@@ -124,6 +127,7 @@ def write(
     picture: PictureOptions = PictureOptions(),
     *,
     device: str | None = None,
+    places: bool = False,
     listener: Listener = SILENT,
 ) -> Written:
     """Write a text to files.
@@ -132,6 +136,7 @@ def write(
     ----------
     outputs : names of files, whose suffixes say the format: .svg .png .pdf .inkml .json .gcode .hpgl …
     device : the plotter that .gcode, .hpgl and .ebb files are for; None: a common one that reads such files.
+    places : whether the result tells where each word is.
 
     Raises
     ------
@@ -150,7 +155,8 @@ def write(
     unshown = (*not_followed(task, picture, wanted >= INK), *_unpainted(picture, paths), *style_notes(task, drawings))
     even = machines.pressed_evenly() if task.pose.pose is not None else []
     notes = (*unshown, *even, *task.paper_notes)
-    return written(Tally.of(pages, drawings), task, files, notes)
+    result = written(Tally.of(pages, drawings), task, files, notes)
+    return replace(result, words=tuple(word_places(pages))) if places else result
 
 
 def drawings(
@@ -187,6 +193,7 @@ def prepare(
         align=writing.align,
         fit=writing.fit,
         jitter=writing.jitter,
+        rewritten=tuple((int(at), int(times)) for at, times in writing.rewritten),
     )
     return WritingTask(
         hand,
@@ -287,6 +294,15 @@ def set_pages(
     return _set(text, compose, task, row)
 
 
+def check_text(text: str, task: WritingTask, layout: Layout | None = None, row: int | None = None) -> None:
+    """Raise as `draw_pages` would; pages are set only where their number is bounded, or nothing may be misread."""
+    set_, sheets = set_pages(text, task, layout, row)
+    bounded = task.pages is not None or (layout or task.layout).fit
+    if set_.hand.pages is not None and (bounded or task.strict):
+        for _ in sheets:
+            pass
+
+
 def set_parts(
     texts: Sequence[str], layouts: Sequence[Layout], task: WritingTask, row: int
 ) -> tuple[WritingTask, Iterator[Sheet]]:
@@ -371,14 +387,31 @@ def _reread(
         yield _with(sheet, "doubtful", here) if here else sheet
 
 
+def word_places(pages: Sequence[Manuscript]) -> Iterator[Facts]:
+    """Of every word its page, from 1, where it begins in the text, its letters, and where it lies (`word_box`)."""
+    for number, sheet in enumerate(pages, 1):
+        for line in sheet.lines:
+            for _, group in groupby(line.placed, key=lambda placed: placed.word):
+                letters = [placed for placed in group if placed.glyph.letter]
+                if (box := _box(letters)) is not None:
+                    word = "".join(placed.glyph.letter for placed in letters)
+                    yield {"page": number, "at": letters[0].at, "word": word, "box": box}
+
+
+def _box(letters: Sequence[Placed]) -> list[float] | None:
+    inks = [placed.ink.graph.xy for placed in letters if placed.ink is not None]
+    if not (places := inks or [stroke for placed in letters for stroke in placed.strokes]):
+        return None
+    xy = np.concatenate(places)
+    return [round(float(at), 2) for at in (*xy.min(axis=0), *xy.max(axis=0))]
+
+
 def word_box(line: Line, word: str) -> list[float] | None:
     """Where the ink of a word lies: x least, y least, x greatest, y greatest, mm; None where it is not on the line."""
     for _, group in groupby(line.placed, key=lambda placed: placed.word):
         letters = list(group)
-        inks = [placed.ink.graph.xy for placed in letters if placed.ink is not None]
-        if inks and "".join(placed.glyph.letter for placed in letters) == word:
-            places = np.concatenate(inks)
-            return [round(float(at), 2) for at in (*places.min(axis=0), *places.max(axis=0))]
+        if "".join(placed.glyph.letter for placed in letters) == word and (box := _box(letters)) is not None:
+            return box
     return None
 
 
@@ -414,6 +447,19 @@ def _with(sheet: Sheet, name: str, facts: Sequence[Facts]) -> Sheet:
 def title(text: str) -> str:
     """The beginning of a text, by which its pages are known."""
     return " ".join(text.split())[:60]
+
+
+def words(page: Manuscript) -> list[str]:
+    """The words of a page, so that one can say where a plot broke off."""
+    letters: dict[int, str] = {}
+    for placed in (placed for line in page.lines for placed in line.placed):
+        letters[placed.word] = letters.get(placed.word, "") + placed.glyph.letter
+    return [letters.get(number, "") for number in range(max(letters, default=-1) + 1)]
+
+
+def program() -> str:
+    """What decides about every stroke besides what is asked for."""
+    return f"handout {__version__} with numpy {np.__version__}"
 
 
 def draw(

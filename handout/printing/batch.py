@@ -154,7 +154,7 @@ def print_rows(
     way = Way(profile, fed, maker.about, queue=queue, resumed=journal.resumed, say=listener.say)
     with destination(way, options, [page]) as place:
         make = RowMaker(lambda row: [maker.envelope(row, page)], place.prepare).each
-        return make_rows(rows, make, place, options, journal, listener)
+        return make_rows(rows, make, place, options, journal, listener=listener)
 
 
 def _always(profile: Printer, page: Page) -> Printer:
@@ -168,13 +168,16 @@ def make_rows(
     place: Destination,
     options: BatchOptions,
     journal: Journal,
+    *,
     listener: Listener = SILENT,
+    check: MakeRows | None = None,
 ) -> Report:
     """Hand the pages of every row that is asked for to the device exactly once, each as soon as it is made.
 
     Parameters
     ----------
     make : makes rows as they are asked for; it may be some rows ahead.
+    check : the same, but their pages, for a device that gets none where one row cannot be made; None: `make`.
 
     Raises
     ------
@@ -192,18 +195,16 @@ def make_rows(
         todo = remaining(journal, devices, todo.fresh, copies, again)
         chosen = [row for row in chosen if row.problem or row.number in todo.rows]
     checked = Checked(wanted=[row.number for row in chosen if not row.problem])
+    if options.all_or_none and devices:
+        _refuse((check or make)(chosen), len(chosen), listener)
     taken = _taken(make(chosen), place, copies, checked)
-    if options.all_or_none:
-        taken = iter(_counted(taken, len(chosen), listener))
-        if checked.failed:
-            raise RowsRefused(Report((), tuple(checked.failed), warnings=tuple(checked.warnings)))
     jobs: tuple[Job, ...] = ()
     if isinstance(place, Several):
         jobs = send_to_several(place, taken, checked, todo, _makeable(rows), journal, listener)
     elif isinstance(place, Spool):
         jobs = send(place, taken, checked, todo, _makeable(rows), journal, listener)
     else:
-        _counted(taken, len(chosen), listener)
+        _made(taken, checked, options, len(chosen), listener)
     place.finish()
     done = tuple(sorted({*checked.done, *(piece.row for piece in todo.wait)}))
     before, unknown = tuple(todo.done), tuple(todo.unknown)
@@ -234,27 +235,38 @@ def _taken(
         yield pieces(row.number, copies[row.number], [page.part for page in row.pages])
 
 
-def _counted(taken: Iterable[list[Piece]], total: int, listener: Listener) -> list[list[Piece]]:
-    """All of them, while the listener hears how far it has come."""
-    every = list[list[Piece]]()
-    listener.progress(0, total, "check")
-    for row in taken:
-        every.append(row)
-        listener.progress(len(every), total, "check")
-    return every
+def _made(
+    taken: Iterable[Sequence[Piece]], checked: Checked, options: BatchOptions, total: int, listener: Listener
+) -> None:
+    """Make all rows, for a file that appears whole or not at all."""
+    for number, _ in enumerate(taken):
+        listener.progress(number, total, "make")
+    if options.all_or_none and checked.failed:
+        raise RowsRefused(checked.failed, checked.warnings)
+
+
+def _refuse(checked: Iterable[PreparedRow], total: int, listener: Listener) -> None:
+    """Raise RowsRefused where a row cannot be made."""
+    failed, warnings = list[Failed](), list[str]()
+    for number, row in enumerate(checked):
+        listener.progress(number, total, "check")
+        warnings += [f"row {row.number}: {warning}" for warning in row.warnings]
+        failed += [Failed(row.number, row.problem)] if row.problem else []
+    if failed:
+        raise RowsRefused(failed, warnings)
 
 
 class RowsRefused(InputError):
     """Some rows cannot be made, so that none is; `report` says which and why."""
 
-    def __init__(self, report: Report) -> None:
-        first = report.failed[0]
-        more = f", nor can {units.count(len(report.failed) - 1, 'other')}" if len(report.failed) > 1 else ""
+    def __init__(self, failed: Sequence[Failed], warnings: Sequence[str]) -> None:
+        first = failed[0]
+        more = f", nor can {units.count(len(failed) - 1, 'other')}" if len(failed) > 1 else ""
         super().__init__(
             f"Row {first.row} cannot be made{more}: {first.reason.rstrip('.')}. Nothing was made: mend the table or "
             "the letter, or make the other rows with --skip-bad."
         )
-        self.report = report
+        self.report = Report((), tuple(failed), warnings=tuple(warnings))
 
 
 def chosen_rows(rows: Sequence[Row], options: BatchOptions, resumed: bool) -> tuple[list[Row], set[int]]:

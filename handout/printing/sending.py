@@ -373,7 +373,8 @@ class Run:
         """The rows that are sent, and those that are not when this sheet fails."""
         here, failed = {piece.row for piece in sheet}, {failure.row for failure in self.checked.failed}
         sent = tuple(n for n in self.checked.done if n in self.made and n not in here and not self.left.get(n))
-        return sent, [n for n in self.checked.wanted if n not in {*sent, *failed}]
+        ended = {*sent, *failed}
+        return sent, [n for n in self.checked.wanted if n not in ended]
 
     def _where(self, sheet: Sequence[Piece], rest: Sequence[int], word: str) -> str:
         """The row that was being sent or made, behind a word; "" if there was none."""

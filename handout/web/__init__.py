@@ -11,7 +11,7 @@ may be cancelled, may take as long as it takes, and may end without taking the s
     routes.py     the table of routes, from which requests are served and `openapi.json` is made
     tasks.py      routes of sessions, uploads and tasks
     writing.py    routes of the page Write; hands.py of Hands; letters.py of Letters, where a scanned hand is corrected;
-                  styles.py of Style
+                  styles.py of Style; calibration.py of Calibration
     jobs.py       routes of the page Jobs: machines, the pen by hand, plots; batches.py of its batches
     static/       the page: HTML, CSS and ES modules, as they are served
 

@@ -14,6 +14,9 @@ from handout.pipeline.batch_desk import BatchPlan
 from handout.pipeline.inputs import Source
 from handout.pipeline.options import (
     Align,
+    CalibrationOptions,
+    CalibrationPlace,
+    ChartOptions,
     MergeOptions,
     PictureOptions,
     PromptOptions,
@@ -34,6 +37,8 @@ Colour = Annotated[str, Meta(pattern=r"^(#[0-9a-fA-F]{3,6}|[a-zA-Z ]{1,30})(?!\n
 Text = Annotated[str, Meta(max_length=100_000)]
 Seed = Annotated[int, Meta(ge=0, le=2**53)]
 UploadId = Annotated[str, Meta(pattern=r"^[\w-]{22}(?!\n)$")]
+Place = Annotated[int, Meta(ge=0, le=100_000)]
+Times = Annotated[int, Meta(ge=1, le=100)]
 Format = Literal["svg", "png", "pdf", "inkml", "json", "gcode", "hpgl", "ebb"]
 
 
@@ -68,6 +73,7 @@ class Write(Body, frozen=True):
     fallback: bool = False
     strict: bool = False
     style: Name | None = None
+    rewritten: Annotated[tuple[tuple[Place, Times], ...], Meta(max_length=1000)] = ()  # words: place in the text, times
     pen: Name | None = None
     pen_width: Length | None = None
     ink: Colour | None = None
@@ -91,6 +97,7 @@ class Write(Body, frozen=True):
             slips=slip_rate(str(self.slips)) if self.slips else 0.0,
             strict=self.strict,
             style=self.style,
+            rewritten=self.rewritten,
         )
 
     def sheet(self) -> SheetOptions:
@@ -215,6 +222,18 @@ class NewHand(Body, frozen=True):
         return ReadingOptions(self.dpi, self.pen, self.title, self.seed)
 
 
+class MorePages(Body, frozen=True):
+    """More scans of an author, and what is on each, as for a new hand."""
+
+    scans: Annotated[tuple[UploadId, ...], Meta(min_length=1, max_length=20)]
+    texts: Annotated[tuple[Text, ...], Meta(max_length=20)] = ()
+    dpi: Annotated[float, Meta(ge=50, le=2400)] | None = None
+
+    def reading(self) -> ReadingOptions:
+        """How they are read."""
+        return ReadingOptions(self.dpi)
+
+
 class GivenHand(Body, frozen=True):
     """A .hand file that was sent to /api/uploads, and what it is to be called here."""
 
@@ -311,3 +330,29 @@ class KeptStyle(Body, frozen=True):
 
     style: Handstyle
     replace: bool = False
+
+
+class Calibrating(Body, frozen=True):
+    """A calibration, and what is done next of it.
+
+    step : what comes next as far as the page knows; faults : of the simulated printer or scanner.
+    to_printer : print it, else it is given as PDF; uploads : scans that were sent; made : of a stored calibration.
+    """
+
+    printer: Name
+    paper: Annotated[str, Meta(pattern=r"^[\w -]{1,60}(?!\n)$")] = "plain"
+    sheet: Literal["A4", "letter"] = "A4"
+    pages: Literal[1, 2] | None = None
+    hand: Name | None = None
+    accept: bool = False
+    afresh: bool = False
+    step: Annotated[str, Meta(max_length=40)] = ""
+    to_printer: bool = True
+    uploads: Annotated[tuple[UploadId, ...], Meta(max_length=4)] = ()
+    faults: Annotated[tuple[Name, ...], Meta(max_length=4)] = ()
+    made: Annotated[str, Meta(max_length=40)] = ""
+
+    def place(self, hand: str) -> CalibrationPlace:
+        """The calibration; `hand` is where its hand is kept, or its name."""
+        options = CalibrationOptions(hand=hand, accept=self.accept, afresh=self.afresh, faults=self.faults)
+        return CalibrationPlace(self.printer, self.paper, ChartOptions(self.sheet, self.pages), options, self.step)

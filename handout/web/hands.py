@@ -9,7 +9,7 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, Response
 
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
-from handout.web.calls import GivenHand, Lacking, NewHand, Sheets
+from handout.web.calls import GivenHand, Lacking, MorePages, NewHand, Sheets
 from handout.web.routes import Way, json_answer
 from handout.web.studio import Studio
 from handout.web.tasks import followed
@@ -72,6 +72,13 @@ async def read(studio: Studio, request: Request, body: NewHand) -> Response:
     return await followed(request, studio.begin(studio.long, f"reading {body.name}", call))
 
 
+async def more(studio: Studio, request: Request, body: MorePages) -> Response:
+    """More scans of an author become pages of his hand, by the process that corrects its letters: one writer."""
+    name, scans = name_of(request), [sent(studio, key) for key in body.scans]
+    call = Call("hands.read_more", (studio.hand(name), scans, body.texts, body.reading()), listens=True)
+    return await followed(request, studio.begin(studio.desk, f"reading more of {name}", call))
+
+
 async def take(studio: Studio, request: Request, body: GivenHand) -> Response:
     """A .hand file becomes a hand of the user's own."""
     call = Call("kept_hands.import_hand", (sent(studio, body.upload, ".hand"), body.name))
@@ -113,6 +120,8 @@ ROUTES = (
     Way("GET", "/api/hands/{name}/sheet", "All letters of a hand", sheet, answer="image/png"),
     Way("POST", "/api/hands/{name}/lacks", "What a text would lack in a scanned hand", lacks, body=Lacking),
     Way("POST", "/api/hands", "A hand from scans, kept among the user's own; half a minute a page", read, body=NewHand),
+    Way("POST", "/api/hands/{name}/pages", "More scans for a hand of the user's own; half a minute a page", more,
+        body=MorePages),
     Way("POST", "/api/hands/given", "A .hand file, kept among the user's own", take, body=GivenHand),
     Way("POST", "/api/hands/{name}/copy", "A copy of a scanned hand among the user's own, called my-NAME", copy),
     Way("GET", "/api/hands/{name}/file", "A scanned hand as a .hand file", give, answer="application/zip"),

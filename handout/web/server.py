@@ -21,14 +21,14 @@ from starlette.types import ASGIApp
 
 from handout import atomic
 from handout.errors import InputError
-from handout.web import batches, hands, jobs, letters, styles, tasks, writing
+from handout.web import batches, calibration, hands, jobs, letters, styles, tasks, writing
 from handout.web.guard import Guard
 from handout.web.routes import Way, json_answer, openapi
 from handout.web.studio import Studio
 
 TABLES = (
     *(tasks.ROUTES, writing.ROUTES, hands.ROUTES, letters.ROUTES, styles.ROUTES),
-    *(jobs.ROUTES, batches.ROUTES),
+    *(calibration.ROUTES, jobs.ROUTES, batches.ROUTES),
 )
 PORT = 7217  # that is tried first; no service is registered there (IANA).  Drafts belong to it, so it stays the same
 _STATIC = Path(__file__).resolve().parent / "static"

@@ -61,6 +61,7 @@ class Studio:
         # two long ones at least, so that what replaces cancelled work need not wait for its end
         self.long = Lane(max(2, min(4, (os.cpu_count() or 1) - 1)), _WAITING)
         self.desk = Lane(1, 8 * _WAITING)
+        self.bench = Lane(1, _WAITING)  # the same for calibrations
         self._machines: dict[str, Lane] = {}
         self.attended: dict[str, Task] = {}  # port → what moves there, or did last
 
@@ -164,13 +165,13 @@ class Studio:
 
     async def open(self) -> None:
         """Begin to work."""
-        for lane in (self.quick, self.long, self.desk):
+        for lane in (self.quick, self.long, self.desk, self.bench):
             lane.open()
         await self.quick.warm()
 
     async def close(self) -> None:
         """End all work, and delete what was made."""
-        lanes = (self.quick, self.long, self.desk, *self._machines.values())
+        lanes = (self.quick, self.long, self.desk, self.bench, *self._machines.values())
         await asyncio.gather(*(lane.close() for lane in lanes))
         self._folder.cleanup()
 
@@ -178,7 +179,7 @@ class Studio:
 def refused(task: Task) -> None:
     """Raise what became of a task as an answer, where it was not done."""
     if task.state == "refused":
-        raise HTTPException(409 if task.reason == "StaleHand" else 422, task.error)
+        raise HTTPException(409 if task.reason.startswith("Stale") else 422, task.error)
     if task.state == "failed":
         raise HTTPException(500, task.error)
     if task.state == "cancelled":

@@ -25,6 +25,7 @@ from handout.writing.slips import Struck
 from handout.writing.text import Letter, Piece
 
 _TRIES = 16  # times that a word is solved for having a glyph twice; real words are done after one or two
+_TAKEN = 3.0  # times the scale of chance: 95 of 100 differences of two chances are smaller
 # (place of a letter in the text, number of a glyph) → cost ≥ 0 of that glyph for that letter, as a reader of the
 # writing finds; inf forbids it where anything else may stand
 Prices = Mapping[tuple[int, int], float]
@@ -34,6 +35,29 @@ _FREE: Prices = {}
 def fading_cost(age: Array, weight: float, forgotten: float) -> Array:
     """(k,): of using something again, from `weight` at once evenly down to 0 when `forgotten`: for many instances."""
     return np.asarray(weight * np.maximum(0.0, 1.0 - age / forgotten))
+
+
+@dataclass(frozen=True)
+class Rewrites:
+    """Words of a text that are written again while all others stay as they are.
+
+    times : (place of its first letter in the text, how many times), each word once.
+    seed : of the text.
+    """
+
+    times: tuple[tuple[int, int], ...] = ()
+    seed: tuple[int, ...] = ()
+
+    def of(self, at: int) -> int:
+        """How many times the word that begins there is written again."""
+        return dict(self.times).get(at, 0)
+
+    def rng(self, at: int) -> np.random.Generator:
+        """By which that word varies, and no other."""
+        return np.random.default_rng([*self.seed, at, self.of(at)])
+
+
+NO_REWRITES = Rewrites()
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,6 +171,22 @@ class Chooser:
                 age = np.minimum(first + i - last[of], following[of] - first - i)
                 again[i] = stock.repetition(age, times[of])
         return self._chosen(replace(choice, again=again), prices)
+
+    def other(self, choice: Choice, times: int, rng: np.random.Generator) -> Choice:
+        """Other glyphs for a word by other chances, so many times over; what was written is not told of it.
+
+        A glyph that was taken before has to be better than the others by more than chance often makes out.
+        """
+        prices, price = dict[tuple[int, int], float](), _TAKEN * self._stock.chance
+        for _ in range(times):
+            prices |= {
+                (letter.at, number): price
+                for letter, number in zip(choice.letters, choice.numbers.tolist(), strict=True)
+            }
+            scale = self._variation * self._stock.chance
+            chance = [scale * np.log(-np.log(rng.uniform(1e-12, 1.0, len(each.numbers)))) for each in choice.candidates]
+            choice = self.again(replace(choice, chance=chance), prices)
+        return choice
 
     def keep(self, choice: Choice) -> None:
         """Write a word with the glyphs that `again` found for it."""

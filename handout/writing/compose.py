@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from handout.errors import DoesNotFit
 from handout.hand.drawn import Hand
 from handout.hand.scanned import ScannedHand
 from handout.values import Manuscript
-from handout.writing.choosing import Choice, Chooser, choices
+from handout.writing.choosing import NO_REWRITES, Choice, Chooser, Rewrites, choices
 from handout.writing.drawn_words import DrawnHandwriting
 from handout.writing.layout import Layout
 from handout.writing.pages import Handwriting, Sheet, Unit, paginate, rows_on_pages
@@ -22,7 +22,12 @@ from handout.writing.text import Piece, paragraphs_of
 if TYPE_CHECKING:
     from handout.writing.scanned_words import SetParagraph
 
-Proofreader = Callable[["SetParagraph"], None]
+
+class Proofreader(Protocol):
+    """Who reads paragraphs."""
+
+    def __call__(self, paragraph: SetParagraph, again: Sequence[int] | None = None) -> None:
+        """Read one, and have words of it written again; or read some of its words again, and leave them."""
 
 
 def compose(
@@ -89,12 +94,15 @@ def each_page(
     # streams of their own for slips and for what is struck out: with slips and without, all else is written alike
     slip_stream = rng.spawn(1)[0] if slips else None
     streams = (rng, rng.spawn(1)[0])
-    writer = handwriting(hand, streams, layout.jitter)
+    rewrites = Rewrites(layout.rewritten, () if isinstance(seed, np.random.Generator) else tuple(seed))
+    writer = handwriting(hand, streams, layout.jitter, rewrites)
     paragraphs: Iterable[Sequence[Piece]] = paragraphs_of(text, writer.repertoire, fallback=fallback)
     if slip_stream is not None:
         paragraphs = slip(paragraphs, slips, slip_stream)
     choosers = [Chooser(writer.stock, stream, min(layout.jitter, 1.0)) for stream in streams]
-    words = (set_paragraph(writer, choosers[0], chosen, proofread) for chosen in choices(paragraphs, choosers))
+    words = (
+        set_paragraph(writer, choosers[0], chosen, proofread, rewrites) for chosen in choices(paragraphs, choosers)
+    )
     layout, rows = rows_on_pages(words, writer.pitch, layout, pages)
     return paginate(rows, writer, layout, rng)
 
@@ -136,22 +144,35 @@ def each_part(
 
 
 def set_paragraph(
-    writer: Any, chooser: Chooser, words: Iterator[Choice], proofread: Proofreader | None
+    writer: Any,
+    chooser: Chooser,
+    words: Iterator[Choice],
+    proofread: Proofreader | None,
+    rewrites: Rewrites = NO_REWRITES,
 ) -> Iterator[Unit[Any]]:
     """A paragraph as a handwriting sets it, and what its proofreader makes of it."""
-    if proofread is None:
+    if proofread is None and (not rewrites.times or isinstance(writer, DrawnHandwriting)):
         return iter(writer.set_paragraph(words))
     from handout.writing.scanned_words import SetParagraph
 
     paragraph = SetParagraph(writer, chooser, list(words))
-    proofread(paragraph)
+    if proofread is not None:
+        proofread(paragraph)
+    places = paragraph.rewrite(rewrites)
+    if proofread is not None and places:
+        proofread(paragraph, places)
     return iter(paragraph.units)
 
 
-def handwriting(hand: Hand | ScannedHand, streams: Sequence[np.random.Generator], jitter: float) -> Handwriting[Any]:
+def handwriting(
+    hand: Hand | ScannedHand,
+    streams: Sequence[np.random.Generator],
+    jitter: float,
+    rewrites: Rewrites = NO_REWRITES,
+) -> Handwriting[Any]:
     """How a hand writes: nothing behind this asks which kind it is."""
     if hand.pages is None:
-        return DrawnHandwriting(hand, streams, jitter)
+        return DrawnHandwriting(hand, streams, jitter, rewrites)
     from handout.writing.scanned_words import ScannedHandwriting
 
     return ScannedHandwriting(hand, streams[0].spawn(1)[0], jitter)  # choosing goes on as if nothing were set

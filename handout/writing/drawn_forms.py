@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -86,6 +87,12 @@ class DrawnForms:
     def repetition(self, age: Array, times: Array) -> Array:
         """See `GlyphStock`: never 0, since of few forms the least recent is the best."""
         return np.asarray(_REUSE * 0.5 ** (age / _MEMORY))
+
+
+@lru_cache(maxsize=8)
+def drawn_forms(hand: Hand) -> DrawnForms:
+    """The glyphs of a hand; which fit where is remembered from one text to the next."""
+    return DrawnForms(hand)
 
 
 def runs(letters: Sequence[Letter]) -> list[str]:

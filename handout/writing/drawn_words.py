@@ -6,6 +6,7 @@ Word space is letter space (x-height 1, baseline 0, y up) with the word's first 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
@@ -16,8 +17,8 @@ from handout.hand.drawn import Hand
 from handout.hand.letter_classes import CROSSED
 from handout.values import Array, Glyph, Placed
 from handout.writing import variation as varying
-from handout.writing.choosing import Choice
-from handout.writing.drawn_forms import DrawnForms, accented
+from handout.writing.choosing import NO_REWRITES, Choice, Rewrites
+from handout.writing.drawn_forms import accented, drawn_forms
 from handout.writing.layout import USUAL_BASELINES
 from handout.writing.pages import ToPage, Unit, Word, wide_gap
 from handout.writing.text import Letter, spelt
@@ -264,6 +265,15 @@ class WordWriter:
             right=max(float(flat[flat[:, 1] > -0.2, 0].max(initial=0.0)), size * width - 0.2),
         )
 
+    def other(self, forms: Sequence[Glyph], letters: Sequence[Letter], rng: np.random.Generator) -> Word[PlannedGlyph]:
+        """The word that was just written, as it comes out by another generator; the next one does not hear of it."""
+        other = copy(self)
+        other.rng = rng
+        for name, drift in vars(self).items():
+            if isinstance(drift, Drift):
+                setattr(other, name, drift.onward(rng))
+        return other.word(forms, letters)
+
     def _set(self, glyphs: Sequence[Glyph]) -> tuple[Array, float]:
         """All points of the glyphs side by side, (n, 2), and the advance of the whole."""
         n, rng, vary = len(glyphs), self.rng, self._vary
@@ -345,20 +355,25 @@ class DrawnHandwriting:
     Parameters
     ----------
     streams : the generators of the text, and of what in it is struck out: all else stays as it is without.
-    jitter : scale of all variation.
+    jitter : scale of all variation; rewrites : words that are written again.
     """
 
-    def __init__(self, hand: Hand, streams: Sequence[np.random.Generator], jitter: float) -> None:
-        self._hand, self._jitter = hand, jitter
+    def __init__(
+        self, hand: Hand, streams: Sequence[np.random.Generator], jitter: float, rewrites: Rewrites = NO_REWRITES
+    ) -> None:
+        self._hand, self._jitter, self._rewrites = hand, jitter, rewrites
         self._writers = [WordWriter(hand, rng, jitter) for rng in streams]
-        self.baseline_model, self.stock = USUAL_BASELINES, DrawnForms(hand)
+        self.baseline_model, self.stock = USUAL_BASELINES, drawn_forms(hand)
         self.name, self.pitch, self.space, self.repertoire = hand.name, hand.pitch, hand.word_space, hand.repertoire
 
     def set_paragraph(self, words: Iterable[Choice]) -> Iterator[Unit[PlannedGlyph]]:
         """See `pages.Handwriting`."""
         for choice in words:
             writer = self._writers[choice.intended is not None]
-            word = writer.word([self.stock.glyphs[number] for number in choice.numbers], choice.letters)
+            forms, at = [self.stock.glyphs[number] for number in choice.numbers], choice.letters[0].at
+            word = writer.word(forms, choice.letters)
+            if choice.intended is None and self._rewrites.of(at):
+                word = writer.other(forms, choice.letters, self._rewrites.rng(at))
             yield Unit(word, self._gap(choice.spaces, writer.rng), choice.intended)
 
     def _gap(self, spaces: int, rng: np.random.Generator) -> float:

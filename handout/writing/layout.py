@@ -159,6 +159,8 @@ class Layout:
     fit : shrink what does not fit (size first, then spacing) instead of refusing it.
     jitter : scale of all variation: 1 as people vary, 0 the ideal form.
     ruling : the rules of a lined sheet that lines are written on; `line_spacing` says nothing then.
+    rewritten : words that are written again while all others stay as they are: where each begins in the text, and how
+        many times.
 
     Raises
     ------
@@ -174,6 +176,7 @@ class Layout:
     fit: bool = False
     jitter: float = 1.0
     ruling: Ruling | None = None
+    rewritten: tuple[tuple[int, int], ...] = ()
 
     def __post_init__(self) -> None:
         top, right, bottom, left = self.margin

@@ -316,7 +316,7 @@ def paginate(
     Raises
     ------
     DoesNotFit
-        Not even one line fits between the margins.
+        Not even one line fits between the margins; at once.
     """
     held = layout.lines_a_page(writer.pitch)
     if held == 0 and layout.ruling is not None:
@@ -330,6 +330,13 @@ def paginate(
             f"the margins, but there are {layout.height:.1f} mm: use a smaller --x-height, smaller margins or a "
             "larger page."
         )
+    return _paginated(rows, writer, layout, rng, held)
+
+
+def _paginated(
+    rows: Iterable[Row[G]], writer: Handwriting[G], layout: Layout, rng: np.random.Generator, held: int
+) -> Iterator[Sheet]:
+    """Pages of `held` rows."""
     strike_through = StrikeThrough(rng.spawn(1)[0])
     coming, number = iter(rows), 0
     page = list(islice(coming, held))

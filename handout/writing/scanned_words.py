@@ -21,7 +21,7 @@ import numpy as np
 from handout.hand.scanned import ScannedHand
 from handout.values import Array, Glyph, Indices, Ink, LineGraph, Placed
 from handout.writing.bending import Bend, Spread, bend, spread
-from handout.writing.choosing import Choice, Chooser, Prices
+from handout.writing.choosing import Choice, Chooser, Prices, Rewrites
 from handout.writing.forms import Form, Forms
 from handout.writing.glyph_index import GlyphIndex, Neighbours, index_glyphs, neighbours
 from handout.writing.joining import set_line
@@ -242,9 +242,21 @@ class SetParagraph:
 
     def again(self, k: int, prices: Prices) -> Attempt:
         """A word chosen anew and set between those beside it, which stay as they are; see `Chooser.again`."""
-        choice, begin, end = self._chooser.again(self.choices[k], prices), max(k - 1, 0), k + 2
+        return self._set(k, self._chooser.again(self.choices[k], prices), self._handwriting.again)
+
+    def rewrite(self, rewrites: Rewrites) -> list[int]:
+        """Write the words again that are to be, each by itself; which of the paragraph they are."""
+        places = [k for k, unit in enumerate(self.units) if unit.intended is None and rewrites.of(unit.word.at[0])]
+        for k in places:
+            at = self.units[k].word.at[0]
+            rng = rewrites.rng(at)
+            self._replace(self._set(k, self._chooser.other(self.choices[k], rewrites.of(at), rng), rng))
+        return places
+
+    def _set(self, k: int, choice: Choice, rng: np.random.Generator) -> Attempt:
+        begin, end = max(k - 1, 0), k + 2
         beside = [*self.choices[begin:k], choice, *self.choices[k + 1 : end]]
-        units = list(self._handwriting.set_words(beside, self._handwriting.again))
+        units = list(self._handwriting.set_words(beside, rng))
         others = zip(self.units[begin:end], units, strict=True)
         rises = [
             old.y - new.y
@@ -260,8 +272,11 @@ class SetParagraph:
 
     def keep(self, attempt: Attempt) -> None:
         """Write a word as it was tried."""
-        k = attempt.place
         self._chooser.keep(attempt.choice)
+        self._replace(attempt)
+
+    def _replace(self, attempt: Attempt) -> None:
+        k = attempt.place
         self.choices[k], self.units[k] = attempt.choice, attempt.unit
         for unit in attempt.after:
             self.units[k + 1] = replace(self.units[k + 1], gap=unit.gap)

@@ -7,6 +7,7 @@ letter has its ideal form.
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -86,6 +87,12 @@ class Drift:
     def __init__(self, sd: float, memory: float, rng: np.random.Generator) -> None:
         self._sd, self._memory, self._rng = sd, memory, rng
         self._value = float(rng.normal(0.0, sd))
+
+    def onward(self, rng: np.random.Generator) -> Drift:
+        """The same, going on from where it is by another generator."""
+        other = copy(self)
+        other._rng = rng
+        return other
 
     def next(self) -> float:
         """The next value; of standard deviation `sd`, correlated by `memory` with the one before."""

@@ -11,7 +11,7 @@ KEYS = {"pages", "lines", "characters", "strokes", "pen_down_mm", "pen_up_mm", "
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("hand", "share"), [("house-joined", 1.0), ("house-quick", 0.3), ("house-print", 0.3)])
+@pytest.mark.parametrize(("hand", "share"), [("house-joined", 0.6), ("house-quick", 0.2), ("house-print", 0.2)])
 def test_write_is_reproducible(call, hand, share):
     letter = (ROOT / "examples/letter.txt").read_text(encoding="utf-8")
     Path("letter.txt").write_text(letter[: round(share * len(letter))], encoding="utf-8")

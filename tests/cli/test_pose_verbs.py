@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from handout.sinks import write_drawing
+from handout.sinks import write_drawings
 from handout.sources import read_drawing
 from handout.values import Drawing, Page, Stroke
 
@@ -27,7 +27,7 @@ def recording(path, seed=0, **without):
         pose = {"pressure": 0.5 + 0.35 * down, "tilt": 0.5 + 0.1 * down, "azimuth": 0.4 * down, "rotation": 0.3 * down}
         xy = np.column_stack([x + 10 + 11 * (number % 4), y + 10 + 12 * (number // 4)])
         strokes.append(Stroke(t + 2 * number, xy, **(pose | without)))
-    write_drawing(Drawing(tuple(strokes), Page(60, 40)), path)
+    write_drawings([Drawing(tuple(strokes), Page(60, 40))], [path])
     return path
 
 

@@ -10,6 +10,8 @@ import pytest
 from PIL import Image
 
 from handout.hand import file
+from handout.hand.learnt import known
+from handout.pipeline import kept_hands
 
 
 @pytest.fixture
@@ -46,13 +48,15 @@ def test_check_says_what_there_is_little_of(call, kept):
 
 
 @pytest.mark.slow
-def test_edit_keeps_what_was_found(call, kept, small_hand):
+def test_edit_keeps_what_was_found(call, kept, small_hand, monkeypatch):
     number = int(small_hand.of("j")[0])
     at = small_hand.pages[0].graph.uv[small_hand.glyphs[number].vertices[9]].tolist()
     Path("c.json").write_text(json.dumps({"corrections": [{"do": "confirm", "page": 0, "at": at, "text": "j"}]}))
     before = Path(kept).read_bytes()
     out, _ = call("hand", "edit", kept, "c.json", "-o", "other.hand", "--no-learning", "--json")
     assert json.loads(out)["corrections"] == 1 and Path(kept).read_bytes() == before
+    assert known(file.load(Path("other.hand"))).keys() == known(file.load(Path(kept))).keys()
+    monkeypatch.setattr(kept_hands, "learn", lambda path: None)  # which takes long each time
     assert [g.letter for g in file.load(Path("other.hand")).glyphs if g.confirmed] == ["j"]
     Path("d.json").write_text(json.dumps([{"do": "remove", "page": 0, "at": at}]))
     _, err = call("hand", "edit", "other.hand", "d.json", "--no-learning")

@@ -48,7 +48,7 @@ def test_what_goes_in_comes_out(tmp_path):
 
 
 @pytest.mark.slow
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.data())
 def test_a_damaged_file_is_refused_or_read_as_it_was(tmp_path, data):
     damaged = bytearray(WHOLE)

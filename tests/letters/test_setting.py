@@ -166,15 +166,15 @@ def test_a_table_begins_below_the_picture_that_words_stand_beside(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_scanned_hand_writes_letters_in_other_inks():
-    text = "many *hens* and [many men]{ink=#ff0000}\n\n- a hen\n"
-    task = prepare_letter(load(text), WritingOptions(hand="house-joined-ballpoint", seed=1), SheetOptions(page="A6"))
+def test_a_scanned_hand_writes_letters_in_other_inks(small_hand):
+    text = "ten *hens* and [ten men]{ink=#ff0000}\n\n- a hen\n"
+    task = prepare_letter(load(text), WritingOptions(hand=small_hand, seed=1), SheetOptions(page="A6"))
     ((page,), (drawing,)) = draw_letter(task)
     rgba = drawing.ink(100).rgba
     ink = rgba[rgba[:, :, 3] > 0.5][:, :3]
     red = ink[:, 0] > ink[:, 2] + 0.3
     assert 0.1 < red.mean() < 0.9
-    assert letters([page]) == "manyhensandmanymenahen"
+    assert letters([page]) == "tenhensandtenmenahen"
 
 
 def test_a_table_over_several_pages_is_ruled_on_each_where_it_is():

@@ -43,7 +43,7 @@ def samples(drawing):
     return np.concatenate([np.zeros((0, 4)), *rows])
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(st.data())
 def test_drawn_and_left_are_the_whole_and_nothing_is_twice(data):
     whole = data.draw(drawings())
@@ -69,7 +69,7 @@ def test_drawn_and_left_are_the_whole_and_nothing_is_twice(data):
 
 
 @pytest.mark.slow
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(st.data())
 def test_what_is_left_of_what_was_left(data):
     whole = data.draw(drawings())

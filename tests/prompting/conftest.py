@@ -23,5 +23,5 @@ def pdf(prompt):
 
 @pytest.fixture(scope="session")
 def drawn(pdf):
-    """The second page to write on, at 600 dpi."""
+    """The second page to write on, at 300 dpi."""
     return scans.drawn(pdf, 1)

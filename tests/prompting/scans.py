@@ -6,11 +6,11 @@ import cv2
 import numpy as np
 import pikepdf
 
-FINE = 600.0  # dpi of the drawn page
+FINE = 300.0  # dpi of the drawn page; a bound of a cell lies on no pixel, and the worst error allows for that
 
 
 def drawn(pdf: bytes, number: int) -> np.ndarray:
-    """Grey page at 600 dpi: filled rectangles black, lines pale; letters are left out."""
+    """Grey page at 300 dpi: filled rectangles black, lines pale; letters are left out."""
     with pikepdf.open(io.BytesIO(pdf)) as document:
         page = document.pages[number]
         width, height = (float(side) for side in page.MediaBox[2:])
@@ -30,7 +30,7 @@ def drawn(pdf: bytes, number: int) -> np.ndarray:
                 start = tuple(numbers)
             elif str(operator) == "l":
                 y = round((height - start[1]) * scale)
-                image[y - 3 : y + 3, round(start[0] * scale) : round(numbers[0] * scale)] = 225
+                image[y - 1 : y + 2, round(start[0] * scale) : round(numbers[0] * scale)] = 225
     return image
 
 

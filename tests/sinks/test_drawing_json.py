@@ -14,7 +14,7 @@ from handout.values import Drawing
 
 
 @pytest.mark.slow
-@settings(max_examples=150)
+@settings(max_examples=60)
 @given(drawing=drawings)
 def test_round_trip_is_exact(drawing: Drawing) -> None:
     assert same(from_json(to_json(drawing)), drawing)

@@ -22,7 +22,7 @@ def ink(body: str) -> bytes:
 
 
 @pytest.mark.slow
-@settings(max_examples=150)
+@settings(max_examples=60)
 @given(drawing=drawings)
 def test_round_trip(drawing: Drawing) -> None:
     once = from_inkml(to_inkml(drawing))

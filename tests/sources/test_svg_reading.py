@@ -5,10 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from handout import pathdata
 from handout.errors import InputError
 from handout.sinks.svg import to_svg
 from handout.sources import read_drawing
-from handout.sources.svg import document, from_svg
+from handout.sources.svg import document, from_svg, reading
 from handout.sources.svg.styles import hexadecimal
 from handout.values import Drawing, Page, Stroke
 
@@ -184,14 +185,17 @@ def test_bad_files_are_refused_in_a_sentence(name):
 def test_a_bomb_of_uses_and_too_many_points_are_noticed_before_they_take_room(monkeypatch):
     levels = "".join(f'<g id="a{i}">' + f'<use href="#a{i + 1}"/>' * 10 + "</g>" for i in range(9))
     bomb = f'<svg>{levels}<path id="a9" d="M0 0h1" stroke="red"/></svg>'.encode()
-    monkeypatch.setattr(document, "_MOST_USED", 2000)  # as it is it takes seconds
+    # as they are it takes seconds
+    monkeypatch.setattr(document, "_MOST_USED", 2000)
+    monkeypatch.setattr(reading, "_MOST_POINTS", 10_000)
+    monkeypatch.setattr(pathdata, "_MOST", 10_000)
     with pytest.raises(InputError, match="2000 elements are drawn by <use>"):
         from_svg(bomb)
-    many = b'<svg><polyline stroke="red" points="' + b"1 2," * 1_000_002 + b'"/></svg>'
-    with pytest.raises(InputError, match="more than 1000000 points"):
+    many = b'<svg><polyline stroke="red" points="' + b"1 2," * 10_002 + b'"/></svg>'
+    with pytest.raises(InputError, match="more than 10000 points"):
         from_svg(many)
-    with pytest.raises(InputError, match="more than 1000000 commands"):
-        from_svg(b'<svg><path stroke="red" d="M0 0' + b"h1" * 1_000_001 + b'"/></svg>')
+    with pytest.raises(InputError, match="more than 10000 commands"):
+        from_svg(b'<svg><path stroke="red" d="M0 0' + b"h1" * 10_001 + b'"/></svg>')
 
 
 def test_a_document_type_that_declares_nothing_is_fine():

@@ -11,7 +11,19 @@ from types import SimpleNamespace
 import pytest
 from browser import CHROMIUM
 
-TAG = 'title = "Tag"\n[movement]\nsmooth = 0.25  # a comment\n'
+TAG = """title = "Tag"
+[movement]
+smooth = 0.3  # a comment
+[covariance]
+axes = [1.8, 0.9]
+angles = ["25deg", "75deg"]
+[brush]
+kind = "speed"
+thin = 0.2
+pace = 0.8
+[jitter]
+size = 0.02
+"""
 
 
 @pytest.fixture(scope="session")

@@ -1,7 +1,9 @@
 """Plots and batches as a program asks for them: kept, drawn, paused, stopped and gone on with; proofed and made."""
 
 import json
+import re
 import time
+from pathlib import Path
 
 import pytest
 
@@ -159,6 +161,46 @@ def test_letters_from_elsewhere_lead_to_no_file(program):
     assert "alone" in done["rows"][0]["why"][0]
     letter = {"text": '---\npage = "74x105mm"\n---\n# Hi\n\nthere', "letter": True, "page": "A4"}
     assert program.post("/api/write", json=letter, headers={"Accept": "image/svg+xml"}).text.count('height="105mm"')
+
+
+def test_a_full_disk_stops_a_plot_in_a_sentence_and_nothing_is_lost(program):
+    import resource
+
+    plot = kept(program, "Hi hi hi")
+    assert drawn(program, kept(program)["job"])["facts"]["finished"]  # so that there is a process
+    process = program.studio._machines["sim"]._processes[0]._process.pid
+    free = resource.prlimit(process, resource.RLIMIT_FSIZE, (64, resource.RLIM_INFINITY))
+    full = drawn(program, plot["job"])
+    resource.prlimit(process, resource.RLIMIT_FSIZE, free)
+    assert "Cannot write the journal" in full["error"] and full["error"].endswith((".", plot["job"]))
+    assert drawn(program, plot["job"])["facts"]["finished"]
+    free = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, free[1]))
+    try:
+        answer = program.post("/api/uploads?name=people.csv", content=bytes(1 << 20))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, free)
+    assert answer.status_code == 507 and "cannot be kept" in answer.json()["error"]
+
+
+def test_what_the_manual_asks_for_is_answered(program):
+    """The examples of docs/studio.md, with the names that they lead to."""
+    manual = (Path(__file__).parents[2] / "docs" / "studio.md").read_text(encoding="utf-8")
+    found = re.findall(r"curl -sN? ([^|]*?)http://127.0.0.1:7217(/api/[^\s]+)", manual)
+    assert len(found) == 4
+    names = {"mar01-1": "", "r8Kd…": ""}
+    for options, path in found:
+        for name, meant in names.items():
+            path = path.replace(name, meant)
+        body = re.search(r"-d '(.*?)'", options, re.DOTALL)
+        headers = dict(re.findall(r'-H "(Accept|Prefer): (.*?)"', options))
+        answer = program.post(path, content=body[1], headers=headers) if body else program.get(path)
+        assert answer.status_code in (200, 202), (path, answer.text)
+        if path == "/api/plots":
+            names["mar01-1"] = answer.json()["facts"]["job"]
+        if path.endswith("/draw"):
+            names["r8Kd…"] = answer.json()["id"]
+    assert '"state": "done"' in answer.text  # the last is a stream of events
 
 
 def test_a_killed_server_leaves_a_lifted_pen_and_a_plot_to_go_on_with(program):

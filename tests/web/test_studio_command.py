@@ -45,3 +45,19 @@ def test_sentences_do_not_tell_the_server_s_folders(monkeypatch):
     monkeypatch.setattr("tempfile.gettempdir", lambda: "/tmp")
     assert bare("/tmp/handout-studio-x_1/tmp9/page.png: no picture.") == "page.png: no picture."
     assert bare("/home/me/page.png: no picture.") == "/home/me/page.png: no picture."
+
+
+def test_pages_that_the_commands_open_refuse_what_is_none(capsys, tmp_path):
+    wrong = tmp_path / "wrong.toml"
+    wrong.write_text("title = 3\n", encoding="utf-8")
+    for arguments, said_ in (
+        (["style", "edit", str(wrong), "--no-browser"], "title"),
+        (["style", "edit", "blackleter", "--no-browser"], "blackletter"),
+        (["style", "edit", str(tmp_path / "a b.toml"), "--no-browser"], "letters, digits"),
+        (["calibrate", "wizard", "--printer", "a/b", "--web"], "by its name"),
+        (["calibrate", "wizard", "--printer", "nothing-like-it", "--web"], "No printer is called"),
+        (["calibrate", "wizard", "--printer", "sim", "--web", "--accept"], "the page asks"),
+    ):
+        with pytest.raises(SystemExit) as leave:
+            main(arguments)
+        assert leave.value.code == 2 and said_ in capsys.readouterr().err, arguments

@@ -108,6 +108,30 @@ def test_letters_are_corrected_by_keys_alone(page):
     side.get_by_text("1 correction is kept.").wait_for()
 
 
+def test_a_word_is_written_again_and_the_block_is_moved_by_keys_alone(page):
+    page.goto(page.home + "#write")
+    page.get_by_label("Text", exact=True).fill("Dear Ada, again")
+    page.locator(".told", has_text="1 line").wait_for()
+    page.get_by_role("button", name="Words", exact=True).press("Enter")
+    for key in ("ArrowRight", "Enter"):
+        page.locator(".marks.words:focus").press(key)
+    page.locator(".told", has_text="Written again: “Ada,”. All other words are kept.").wait_for()
+    page.get_by_label("Text", exact=True).fill("Oh dear Ada, again")  # it is found where it went
+    page.locator(".told", has_text="Written again: “Ada,”").wait_for()
+    assert axe(page) == []
+    page.get_by_role("button", name="Block", exact=True).press("Enter")
+    page.locator(".marks.block:focus").press("ArrowRight")
+    with page.expect_request("**/api/write") as asked:
+        page.locator(".marks.block:focus").press("Shift+ArrowLeft")
+    assert asked.value.post_data_json["margin"] == "10.5mm,10.5mm,10.5mm,11.5mm"
+    assert asked.value.post_data_json["rewritten"] == [[8, 1]]
+    page.get_by_role("button", name="Block", exact=True).press("Enter")
+    page.get_by_label("Kind of text").select_option("letter")
+    page.get_by_label("Text", exact=True).fill("# A card\n\n![](/etc/passwd)")
+    page.locator("form .bad", has_text="alone").wait_for()
+    page.get_by_label("Kind of text").select_option("text")
+
+
 def test_a_text_goes_to_the_plotter_and_its_pen_is_seen(page):
     page.goto(page.home + "#write")
     page.get_by_label("Text", exact=True).fill("Hi hi hi")

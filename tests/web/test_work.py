@@ -32,6 +32,17 @@ def test_a_text_becomes_the_file_that_the_library_makes(program, tmp_path):
     assert program.get(f"/api/tasks/{done['id']}/files/1").status_code == 404
 
 
+def test_a_word_is_found_and_written_again(program):
+    asked = {"text": "Dear Ada", "page": "A6", "seed": 4}
+    (dear, ada) = program.post("/api/write", json=asked).json()["facts"]["words"]
+    assert (dear["word"], dear["at"], ada["word"], ada["at"]) == ("Dear", 0, "Ada", 5) and dear["box"][2] < ada["box"][
+        2
+    ]
+    again = program.post("/api/write", json={**asked, "rewritten": [[5, 1]]}).json()["facts"]["words"]
+    assert again[0] == dear and again[1]["box"] != ada["box"]
+    assert program.post("/api/write", json={**asked, "rewritten": [[5, 0]]}).status_code == 422
+
+
 def test_who_accepts_the_format_gets_the_file_itself(program):
     asked = {"text": "Dear Ada", "page": "A6", "seed": 4, "format": "pdf"}
     assert program.post("/api/write", json=asked, headers={"Accept": "application/pdf"}).content.startswith(b"%PDF")

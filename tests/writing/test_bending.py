@@ -22,7 +22,7 @@ def test_no_variation_is_no_bend(small_manner):
 
 
 @pytest.mark.slow
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(number=st.integers(0, 40), seed=st.integers(0, 10**6), variation=st.floats(0.1, 20))
 def test_a_bend_stays_within_what_the_letter_has(small_manner, number, seed, variation):
     form, spread = small_manner.forms[number], small_manner.spread

@@ -50,9 +50,16 @@ def compare(intended: Drawing, executed: Drawing) -> Fidelity:
         raise ValueError("no stroke of the drawing moves")
     places = [_speeds_in_place(a, b) for a, b in moving]
     want, have = (np.concatenate(column) for column in zip(*places, strict=True))
-    timed = _timed(moving)
     deviation = max(deviation_of(a, b) for a, b in pairs)
-    return Fidelity(deviation, _correlation(want, have), _rms(want, have), *timed, stretched(intended, executed))
+    return Fidelity(
+        deviation, _correlation(want, have), _rms(want, have), *_timed(moving), stretched(intended, executed)
+    )
+
+
+def timed(intended: Drawing, executed: Drawing) -> float | None:
+    """`Fidelity.timed` alone; None if no stroke is long enough to have a speed."""
+    moving = [pair for pair in zip(intended.strokes, executed.strokes, strict=True) if comparable(*pair)]
+    return _timed(moving)[0] if moving else None
 
 
 def stretched(intended: Drawing, executed: Drawing) -> float:

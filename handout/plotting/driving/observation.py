@@ -126,12 +126,11 @@ class Observer:
         least = max(REST, _UNUSUAL * usual)
         rests = [rest for number, delay in delays.items() for rest in self._rests(number, *delay, least)]
         every, intended, executed = np.concatenate(apart), self.plan.intended(), self._drawing(delays)
-        comparable = any(map(fidelity.comparable, intended.strokes, executed.strokes))
         return Observation(
             rests=tuple(rests),
             least_s=least,
             every_s=float(np.median(every)) if every.size else 0.0,
-            correlation=fidelity.compare(intended, executed).timed if comparable else None,
+            correlation=fidelity.timed(intended, executed),
             stretched=fidelity.stretched(intended, executed),
             executed=executed,
         )

@@ -92,7 +92,9 @@ function gallery(hands, redraw) {
   return h('ul', { class: 'cards' }, hands.map((hand) => card(hand, redraw, seen)));
 }
 
-function reader(redraw) {
+/** A new hand; with `own`, the names of hands that more pages may be added to. */
+function reader(redraw, own) {
+  const into = choice(['', ...own], { '': 'a new hand', ...Object.fromEntries(own.map((name) => [name, `more of ${name}`])) });
   const name = h('input', { required: true, pattern: '[\\w\\-]{1,80}', title: 'Letters, digits, - and _', autocomplete: 'off' });
   const dpi = h('input', { type: 'number', min: 50, max: 2400, placeholder: 'as the files say' });
   const input = h('input', { type: 'file', multiple: true, accept: TAKEN, 'aria-describedby': 'drop-help' });
@@ -136,6 +138,7 @@ function reader(redraw) {
       return { facts: await request('POST', '/api/hands/given', { name: name.value, upload: ids[0] }, signal) };
     }
     const texts = scans.map((scan) => scan.text.value).filter((text) => text.trim());
+    if (into.value) return task(`/api/hands/${into.value}/pages`, { scans: ids, texts, ...(dpi.value ? { dpi: Number(dpi.value) } : {}) }, heard, signal);
     return task('/api/hands', { name: name.value, scans: ids, texts, ...(dpi.value ? { dpi: Number(dpi.value) } : {}) }, heard, signal);
   }
 
@@ -147,7 +150,7 @@ function reader(redraw) {
     try {
       const { facts, said = [] } = await run(read);
       const figures = facts.glyphs ? `${facts.glyphs} letters, ${facts.doubtful.length} of them doubtful.` : 'It is among your hands now.';
-      result.replaceChildren(h('p', {}, h('strong', {}, name.value), `: ${figures}`), ...said.map((one) => h('p', { class: 'quiet' }, one)));
+      result.replaceChildren(h('p', {}, h('strong', {}, into.value || name.value), `: ${figures}`), ...said.map((one) => h('p', { class: 'quiet' }, one)));
       scans.length = 0; list.replaceChildren(); name.value = '';
       await redraw();
     } catch (error) {
@@ -157,13 +160,15 @@ function reader(redraw) {
     }
   }
 
+  const nameField = field('Name', name);
+  into.addEventListener('change', () => { nameField.hidden = Boolean(into.value); name.required = !into.value; });
   input.addEventListener('change', () => add(input.files));
   for (const kind of ['dragover', 'dragleave', 'drop']) {
     drop.addEventListener(kind, (event) => { event.preventDefault(); drop.classList.toggle('over', kind === 'dragover'); });
   }
   drop.addEventListener('drop', (event) => add(event.dataTransfer.files));
   return h('section', { class: 'panel' }, h('h2', {}, 'A new hand'), h('form', { onsubmit: submit, 'aria-label': 'A new hand' },
-    drop, list, h('p', { class: 'quiet' }, NEEDS_NO_TEXT), h('div', { class: 'grid' }, field('Name', name), field('Pixels an inch', dpi)), refusal, button, line, result));
+    drop, list, h('p', { class: 'quiet' }, NEEDS_NO_TEXT), h('div', { class: 'grid' }, own.length ? field('They become', into) : '', nameField, field('Pixels an inch', dpi)), refusal, button, line, result));
 }
 
 function sheets(hands) {
@@ -222,6 +227,6 @@ export async function show(main, shared) {
   };
   await redraw(false);
   const scanned = shared.choices.hands.filter((hand) => !hand.drawn);
-  main.append(h('div', { class: 'hands' }, h('div', { class: 'columns' }, place, h('div', {}, reader(redraw), sheets(scanned), lacking(scanned)))));
+  main.append(h('div', { class: 'hands' }, h('div', { class: 'columns' }, place, h('div', {}, reader(redraw, shared.choices.hands.filter((hand) => hand.own).map((hand) => hand.name)), sheets(scanned), lacking(scanned)))));
   return () => document.querySelector('dialog')?.close();
 }

@@ -198,7 +198,9 @@ export async function show(main, shared, [chosen, batch]) {
     return { plots, drawn };
   }
 
-  const machines = await request('GET', '/api/machines');
+  main.append(h('p', { class: 'middle quiet' }, 'Looking for plotters and printers …'));
+  const machines = await request('GET', '/api/machines', undefined, gone.signal);
+  main.replaceChildren();
   const devices = machine(machines);
   main.append(h('div', { class: 'jobs' },
     h('div', { class: 'column' }, h('h1', { class: 'hidden' }, 'Jobs'), devices.element, h('section', { class: 'panel' }, h('h2', {}, 'Plots'), list),
@@ -208,6 +210,6 @@ export async function show(main, shared, [chosen, batch]) {
   controls();
   const { plots, drawn } = await listed();
   const first = plots.find((one) => one.job === chosen) || plots.find((one) => one.job in drawn) || plots.find((one) => !one.finished);
-  if (first) { await choose(first.job); await listed(); }
+  if (first) { await choose(first.job); await listed(); } else place.replaceChildren(h('p', { class: 'quiet' }, 'Nothing lies on the bed.'));
   return () => { left = true; gone.abort(); };
 }

@@ -7,9 +7,11 @@ import * as hands from './hands.js';
 import * as letters from './letters.js';
 import * as style from './style.js';
 import * as jobs from './jobs.js';
+import * as calibration from './calibration.js';
 
 const PAGES = {
-  write: ['Write', write], hands: ['Hands', hands], letters: ['Letters', letters], style: ['Style', style], jobs: ['Jobs', jobs],
+  write: ['Write', write], hands: ['Hands', hands], letters: ['Letters', letters], style: ['Style', style],
+  calibration: ['Calibration', calibration], jobs: ['Jobs', jobs],
 };
 const main = document.querySelector('#main');
 const shared = { choices: null, async refresh() { this.choices = await request('GET', '/api/choices'); } };

@@ -188,8 +188,16 @@ export async function show(main, shared, [wanted]) {
     return answer.ellipses[at] ? axesOf(answer.ellipses[at]) : null;
   }
 
-  /** Ends of the axes that are dragged: of an ellipse of its own, or of the basis that all share. */
+  /** Ends of the axes that are dragged, far enough from the target to be told from it. */
   function handles() {
+    const [x, y] = plan.targets[picked] || [], least = 26 / scale();
+    return ends().map(([hx, hy]) => {
+      const grip = Math.max(1, least / Math.max(Math.hypot(hx - x, hy - y), 1e-9));
+      return [x + grip * (hx - x), y + grip * (hy - y)];
+    });
+  }
+  /** Ends of the axes of an ellipse of its own, or of the basis that all share. */
+  function ends() {
     const [x, y] = plan.targets[picked] || [], own = ellipse(picked);
     if (!own) return [];
     if (plan.own) return [0, 1].map((k) => [x + own[k] * Math.cos(own[2] + (k * Math.PI) / 2), y + own[k] * Math.sin(own[2] + (k * Math.PI) / 2)]);
@@ -199,7 +207,7 @@ export async function show(main, shared, [wanted]) {
   }
 
   function paintTargets() {
-    if (!view) return;
+    if (!view || !(scale() > 0)) return;
     overlay.setAttribute('viewBox', `${view.x} ${view.y} ${view.w} ${view.h}`);
     const px = 1 / scale(), parts = [];
     const cuts = [...plan.up, plan.targets.length - 1];
@@ -343,7 +351,7 @@ export async function show(main, shared, [wanted]) {
     const [dx, dy] = [x - plan.targets[picked][0], y - plan.targets[picked][1]], long = Math.max(Math.hypot(dx, dy), 0.05);
     if (plan.own) {
       const own = [...plan.own[picked]];
-      own[k] = tidy(long, 4); own[2] = tidy(Math.atan2(dy, dx) - (k * Math.PI) / 2, 5);
+      own[k] = tidy((long / start.long) * start.own, 4); own[2] = tidy(Math.atan2(dy, dx) - (k * Math.PI) / 2, 5);
       plan.own[picked] = own;
       return;
     }
@@ -380,9 +388,9 @@ export async function show(main, shared, [wanted]) {
     const away = (points) => points.map(([x, y]) => Math.hypot(x - at[0], y - at[1]));
     const nearest = (ways) => ways.reduce((best, way, i) => (way < near && (best < 0 || way < ways[best]) ? i : best), -1);
     const handle = moving ? -1 : nearest(away(handles())), target = moving ? -1 : nearest(away(plan.targets));
-    if (handle >= 0 && (target < 0 || target === picked)) {
+    if (handle >= 0 && (target < 0 || away(handles())[handle] < away(plan.targets)[target])) {
       const [x, y] = plan.targets[picked], [hx, hy] = handles()[handle], { values } = style;
-      dragged = { handle, start: { long: Math.hypot(hx - x, hy - y), lengths: values['covariance.axes'], angles: values['covariance.angles'], smooth: values['movement.smooth'] } };
+      dragged = { handle, start: { long: Math.hypot(hx - x, hy - y), own: plan.own?.[picked][handle], lengths: values['covariance.axes'], angles: values['covariance.angles'], smooth: values['movement.smooth'] } };
     } else if (target >= 0) {
       pick(target);
       dragged = { off: [plan.targets[target][0] - at[0], plan.targets[target][1] - at[1]] };

@@ -3,6 +3,7 @@
 import { request, task, blob, text as fetched, fileOf } from './api.js';
 import { h, s, field, tick, choice, say, save } from './dom.js';
 import { play } from './replay.js';
+import { marks, moved } from './marks.js';
 
 const KEPT = 'handout-draft';
 const FIRST = 'Dear Ada,\n\nthank you for the jam: it is nearly finished, and we all hope for more.\n\nYours, Zoë';
@@ -135,15 +136,19 @@ export async function show(main, shared) {
   const work = h('div', { class: 'work' }, stage, bar, cancel);
   work.hidden = true;
   const sheet = h('figure', { class: 'sheet', 'aria-label': 'The page' });
+  const toggle = (label, name) => h('button', { type: 'button', 'aria-pressed': 'false', onclick: () => { mode = mode === name ? '' : name; overlaid(true); } }, label);
+  const modes = { words: toggle('Words', 'words'), block: toggle('Block', 'block') };
   const paper = h('div', { class: 'paper', tabindex: 0, 'aria-label': 'The page, to scroll' }, sheet);
+  const spoken = h('p', { class: 'hidden', 'aria-live': 'polite' });
   const notes = h('div', { class: 'told', 'aria-live': 'polite' });
   main.append(h('div', { class: 'write' }, h('h1', { class: 'hidden' }, 'Write'), form, h(
     'section', { class: 'desk', 'aria-label': 'The page' },
-    h('div', { class: 'tools' }, h('span', { class: 'joined' }, back, place, on), replay, h('span', {}, pace), wayLabel,
+    h('div', { class: 'tools' }, h('span', { class: 'joined' }, back, place, on), replay, h('span', {}, pace), wayLabel, h('span', { class: 'joined' }, modes.words, modes.block),
       h('span', { class: 'joined push' }, plot, print, made.device, made.format, download)),
-    paper, work, notes,
+    paper, work, notes, spoken,
   )));
 
+  let mode = '', chosen = -1, rewritten = new Map(kept.rewritten || []), margin = kept.margin || null, text = made.text.value;
   let page = 0, last = null, lines = null, coming = null, waiting = 0, stopped = null;
 
   const quick = () => shared.choices.hands.find((hand) => hand.name === made.hand.value)?.drawn;
@@ -151,7 +156,7 @@ export async function show(main, shared) {
 
   function keep() {
     const values = Object.fromEntries(Object.entries(made).map(([name, control]) => [name, control.value]));
-    localStorage.setItem(KEPT, JSON.stringify({ ...values, fallback: lend.checked, fit: fit.checked, more: form.querySelector('details').open }));
+    localStorage.setItem(KEPT, JSON.stringify({ ...values, fallback: lend.checked, fit: fit.checked, more: form.querySelector('details').open, rewritten: [...rewritten], margin }));
     made.colour.hidden = made.ink.value !== 'other';
     made.device.hidden = !['gcode', 'hpgl', 'ebb'].includes(made.format.value);
     spread.textContent = made.variation.value === '1' ? 'as people vary' : made.variation.value === '0' ? 'none' : made.variation.value;
@@ -170,6 +175,13 @@ export async function show(main, shared) {
     const most = Math.max(Math.min((room.width - 40) / wide, (room.height - 40) / high, 8), 260 / wide);
     sheet.style.width = `${wide * most}px`; sheet.style.height = `${high * most}px`;
   }
+
+  /** What is asked, with what was done to the page itself. */
+  const asking = () => ({
+    ...asked(made, ticks),
+    ...(margin ? { margin: margin.map((side) => `${side}mm`).join(',') } : {}),
+    ...(rewritten.size && made.kind.value === 'text' ? { rewritten: [...rewritten] } : {}),
+  });
 
   function heard(snapshot) {
     work.hidden = false;
@@ -207,14 +219,35 @@ export async function show(main, shared) {
       sheet.dataset.wide = element.naturalWidth / SCREEN_DPI * 25.4; sheet.dataset.high = element.naturalHeight / SCREEN_DPI * 25.4;
       fitted();
     }
-    const { wide, high } = sheet.dataset;
-    const marks = s('svg', { class: 'marks', viewBox: `0 0 ${wide} ${high}`, 'aria-hidden': 'true' }, (facts.doubtful || []).filter((one) => one.page === page + 1 && one.box).map(({ box: [x, y, right, low] }) => s('rect', { x: x - 0.7, y: y - 0.7, width: right - x + 1.4, height: low - y + 1.4, rx: 0.8 })));
-    sheet.replaceChildren(element, marks);
+    const focused = sheet.querySelector('.marks')?.contains(document.activeElement);
+    sheet.replaceChildren(element);
+    last = done;
+    overlaid(focused);
     place.textContent = facts.pages > 1 ? `page ${page + 1} of ${facts.pages}` : 'one page';
     back.disabled = page === 0; on.disabled = page >= facts.pages - 1;
     const sentences = told(facts, done.said);
+    if (rewritten.size) sentences.push(`Written again: ${(facts.words || []).filter((word) => rewritten.has(word.at)).map((word) => `“${word.word}”`).join(', ')}. All other words are kept.`);
     const figures = [plural(facts.lines, 'line'), facts.strokes ? `${plural(facts.strokes, 'stroke')}, ${clock(facts.duration_s)} by hand` : '', `seed ${facts.seed}`];
     notes.replaceChildren(h('p', { class: 'quiet' }, figures.filter(Boolean).join(' · ')), sentences.length ? h('ul', {}, sentences.map((one) => h('li', {}, one))) : '');
+  }
+
+  /** The marks over the page; `taken`: the keyboard goes there. */
+  function overlaid(taken = false) {
+    for (const [name, button] of Object.entries(modes)) button.setAttribute('aria-pressed', String(mode === name));
+    sheet.querySelector('.marks')?.remove();
+    if (!last) return;
+    const [wide, high] = [Number(sheet.dataset.wide), Number(sheet.dataset.high)], edge = Math.min(wide, high) / 10;
+    const here = (all) => (all || []).filter((one) => one.page === page + 1 && one.box);
+    const write = (at, times) => { if (times > 0) rewritten.set(at, times); else rewritten.delete(at); soon(); };
+    sheet.append(marks({
+      wide, high, mode, chosen, words: here(last.facts.words), doubts: here(last.facts.doubtful), margin: margin || [edge, edge, edge, edge],
+      choose: (word) => { chosen = word.at; spoken.textContent = word.word; },
+      again: (word) => { chosen = word.at; write(word.at, Math.min((rewritten.get(word.at) || 0) + 1, 100)); },
+      back: (word) => { chosen = word.at; write(word.at, (rewritten.get(word.at) || 0) - 1); },
+      began: () => { coming?.abort(); clearTimeout(waiting); },
+      margins: (sides) => { margin = sides; soon(); },
+    }));
+    if (mode && taken) sheet.querySelector('.marks').focus();
   }
 
   async function drawn() {
@@ -225,7 +258,7 @@ export async function show(main, shared) {
       refusal.textContent = 'Nothing to write yet.';
       return;
     }
-    const body = asked(made, ticks);
+    const body = asking();
     try {
       if (quick()) {
         last = lines = await request('POST', '/api/write', { ...body, format: 'svg' }, own.signal);
@@ -258,7 +291,7 @@ export async function show(main, shared) {
         coming?.abort();
         const own = coming = new AbortController();
         replay.disabled = true;
-        lines = await task('/api/write', { ...asked(made, ticks), format: 'svg' }, heard, own.signal);
+        lines = await task('/api/write', { ...asking(), format: 'svg' }, heard, own.signal);
         coming = null;
       }
       const svg = await lined(lines);
@@ -280,7 +313,7 @@ export async function show(main, shared) {
   async function downloaded() {
     download.disabled = true;
     const format = made.format.value;
-    const body = { ...asked(made, ticks), format };
+    const body = { ...asking(), format };
     if (!made.device.hidden && made.device.value) body.device = made.device.value;
     const own = coming = new AbortController();
     try {
@@ -322,7 +355,7 @@ export async function show(main, shared) {
     if (kept_.device in machines) device.value = kept_.device;
     const copies = h('input', { type: 'number', min: 1, max: 100, value: 1 });
     handed('Plot', [field('Machine', device), field('Copies', copies)], 'Look at it on the bed', async () => {
-      const body = { ...asked(made, ticks), device: device.value, copies: Number(copies.value) || 1 };
+      const body = { ...asking(), device: device.value, copies: Number(copies.value) || 1 };
       return `jobs/${(await request('POST', '/api/plots', body)).facts.job}`;
     });
   }
@@ -334,7 +367,7 @@ export async function show(main, shared) {
       const printer = choice(names, Object.fromEntries(printers.map((one) => [one.name, one.title])));
       handed('Print', [field('Printer', printer)], 'Keep it for the printer', async () => {
         const title = made.text.value.trim().split(/\s+/).slice(0, 6).join(' ');
-        const body = { ...asked(made, ticks), title, to: 'printer', printer: printer.value };
+        const body = { ...asking(), title, to: 'printer', printer: printer.value };
         return `jobs/batch/${(await request('POST', '/api/batches', body)).batch}`;
       });
     } catch (error) {
@@ -343,10 +376,18 @@ export async function show(main, shared) {
   }
 
   form.addEventListener('submit', (event) => event.preventDefault());
-  form.addEventListener('input', (event) => { if (event.target !== made.text && event.target !== made.variation) page = 0; soon(); });
+  form.addEventListener('input', (event) => {
+    if (event.target === made.text) {
+      rewritten = moved(rewritten, text, made.text.value);
+      text = made.text.value;
+    } else if (event.target !== made.variation) page = 0;
+    if (event.target === made.page) margin = null;
+    if (event.target === made.hand || event.target === made.seed) rewritten.clear();
+    soon();
+  });
   form.querySelector('details').addEventListener('toggle', keep);
   for (const control of [made.format, made.device]) control.addEventListener('input', keep);
-  die.addEventListener('click', () => { made.seed.value = random(); soon(); });
+  die.addEventListener('click', () => { made.seed.value = random(); rewritten.clear(); soon(); });
   back.addEventListener('click', () => { page -= 1; drawn(); });
   on.addEventListener('click', () => { page += 1; drawn(); });
   replay.addEventListener('click', watched);

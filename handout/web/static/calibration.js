@@ -1,0 +1,219 @@
+// The page Calibration: chart and strip printed, scans dropped, what was found drawn on them, before and after, history.
+
+import { blob, fileOf, request, task } from './api.js';
+import { choice, field, h, s, save, say, tick } from './dom.js';
+
+const TAKEN = '.png,.jpg,.jpeg,.tif,.tiff,.webp,.bmp';
+const PRINTS = ['print the chart', 'print the verification strip'];
+const SCANS = ['scan the chart', 'scan the verification strip'];
+const ROWS = ['printed as it is', 'as wanted', 'through the calibration'];
+const SEVERE = { refuse: 'bad', warn: 'warned' };
+
+/** Colours in three rows that touch, so that differences are seen. */
+function swatches([name, ...rows]) {
+  const wide = Math.max(1, rows[0].length);
+  const bars = rows.flatMap((row, y) => row.map((fill, x) => s('rect', { x, y, width: 1, height: 1, fill })));
+  return h('figure', { class: 'swatches' }, h('figcaption', {}, name),
+    h('div', { class: 'joined' }, s('svg', { viewBox: `0 0 ${wide} 3`, preserveAspectRatio: 'none', 'shape-rendering': 'crispEdges', role: 'img', 'aria-label': `${name} from dark to light: ${ROWS.join(', ')}` }, bars),
+      h('div', { class: 'quiet named', 'aria-hidden': 'true' }, ROWS.map((row) => h('span', {}, row)))));
+}
+
+const difference = ({ before, after }) => `ΔE00 ${before.mean.toFixed(1)} without, ${after.mean.toFixed(1)} with the calibration`;
+
+function findings(list) {
+  return h('ul', { class: 'findings' }, list.map((one) => h('li', { class: SEVERE[one.severity] }, one.sentence, one.where ? h('span', { class: 'quiet' }, ` ${one.where}`) : '')));
+}
+
+/** The picture of a scan, with what was found and what is wrong over it. */
+async function pictured(done, picture, number) {
+  const href = URL.createObjectURL(await blob(fileOf(done, number)));
+  const { width, height, faults = [], unread = [] } = picture;
+  const shape = (points, kind) => s('polygon', { class: kind, points: points.map(([x, y]) => [x * width, y * height]).join(' ') });
+  // what lies beyond the scan is shown too: there the page was cut off
+  const [xs, ys] = [0, 1].map((k) => [0, 1, ...[...faults.flatMap((one) => one.at), ...unread.flat()].map((at) => Math.min(1.6, Math.max(-0.6, at[k])))]);
+  const [left, top] = [Math.min(...xs) * width, Math.min(...ys) * height];
+  const [wide, high] = [Math.max(...xs) * width - left, Math.max(...ys) * height - top];
+  const over = s('svg', { class: 'laid', viewBox: `${left} ${top} ${wide} ${high}`, role: 'img', 'aria-label': picture.label ? `The scan with the grid that was found: ${picture.label}` : 'The scan; no chart was found on it' },
+    s('image', { href, width, height, onload: () => URL.revokeObjectURL(href) }), faults.map((one) => shape(one.at, one.severity)), unread.map((one) => shape(one, 'unread')));
+  const told = picture.label
+    ? `${picture.label}: ${picture.dpi} dpi, ${picture.used} of ${picture.patches} patches and ${picture.marks} of 16 marks. Green is used, red is spoilt, blue are marks, dashed were not found.`
+    : 'Nothing of the chart was found on this scan.';
+  return h('figure', { class: 'found' }, over, h('figcaption', { class: 'quiet' }, told));
+}
+
+async function penned(done, pen, number) {
+  if (!pen) return h('p', { class: 'quiet' }, 'Nothing is written in the frame.');
+  const source = URL.createObjectURL(await blob(fileOf(done, number)));
+  const swatch = pen.colour ? s('svg', { class: 'pen', viewBox: '0 0 2 1', preserveAspectRatio: 'none', role: 'img', 'aria-label': `The pen is ${pen.colour} on paper of ${pen.paper}` }, s('rect', { width: 1, height: 1, fill: pen.colour }), s('rect', { x: 1, width: 1, height: 1, fill: pen.paper })) : '';
+  return h('figure', { class: 'frame-of-pen' }, h('figcaption', {}, h('strong', {}, 'The pen in the frame '), pen.colour ? `${pen.colour} ` : '', swatch),
+    h('img', { src: source, alt: 'What is written in the frame', onload: () => URL.revokeObjectURL(source) }),
+    pen.said ? h('p', { class: pen.doubtful ? 'warned' : 'quiet' }, pen.said) : '');
+}
+
+export async function show(main, shared, [printerWanted, paperWanted]) {
+  const known = await request('GET', '/api/calibrations');
+  let state = null, own = null;
+
+  const printer = choice(known.printers.map((one) => one.name), Object.fromEntries(known.printers.map((one) => [one.name, one.title])));
+  const papers = h('datalist', { id: 'papers' });
+  const paper = h('input', { list: 'papers', required: true, pattern: '[\\w \\-]{1,60}', title: 'Letters, digits, spaces, - and _', value: paperWanted || 'plain', autocomplete: 'off' });
+  const sheet = choice(['A4', 'letter']);
+  const hand = choice(['', ...shared.choices.hands.filter((one) => !one.drawn).map((one) => one.name)], { '': 'none' });
+  const faults = Object.keys(known.simulated.faults);
+  const fault = choice(['', ...faults], { '': 'nothing goes wrong' });
+  if (printerWanted) {
+    const full = known.printers.find((one) => [printerWanted, 'simulated'].includes(one.name) && (one.name === printerWanted || printerWanted === 'sim'))?.name;
+    if (!full) printer.append(h('option', { value: printerWanted }, printerWanted));
+    printer.value = full || printerWanted;
+  }
+  const [acceptLabel, accept] = tick('Take the print as it is, though inks are weak in it (--accept)', {});
+  const refusal = h('p', { class: 'bad', role: 'alert' });
+  const bar = h('progress', { max: 1, 'aria-label': 'Progress' }), stage = h('span', { class: 'quiet' });
+  const cancel = h('button', { type: 'button', onclick: () => own?.abort() }, 'Cancel');
+  const work = h('div', { class: 'work', hidden: true }, stage, bar, cancel);
+  const steps = h('ol', { class: 'steps', 'aria-label': 'Steps' });
+  const panel = h('div', { 'aria-live': 'polite' });
+  const seen = h('div', { class: 'seen' });
+  const history = h('section', { class: 'panel', 'aria-label': 'What is calibrated' });
+
+  const asked = (more = {}) => ({ printer: printer.value, paper: paper.value.trim(), sheet: sheet.value, ...(hand.value ? { hand: hand.value } : {}), accept: accept.checked, ...(state ? { step: state.step } : {}), ...more });
+  const button = (label, work_, main_ = false) => h('button', { type: 'button', class: main_ ? 'main' : undefined, onclick: () => act(work_) }, label);
+
+  /** A step, with its progress; what it refuses stands in the panel. */
+  async function step(path, more, label) {
+    own = new AbortController();
+    stage.textContent = label; bar.removeAttribute('value'); work.hidden = false;
+    try {
+      return await task(`/api/calibration/${path}`, asked(more), (snapshot) => { if (snapshot.stage) stage.textContent = snapshot.stage; }, own.signal);
+    } finally {
+      work.hidden = true;
+    }
+  }
+  async function act(work_) {
+    refusal.textContent = '';
+    for (const one of panel.querySelectorAll('button')) one.disabled = true;
+    try {
+      await work_();
+    } catch (error) {
+      refusal.textContent = error.name === 'AbortError' ? 'It was cancelled; what was done before is kept.' : error.message;
+      if (error.message.includes('elsewhere')) await opened().catch(() => {});
+    }
+    for (const one of panel.querySelectorAll('button')) one.disabled = false;
+  }
+
+  async function opened(afresh = false) {
+    state = null;
+    take(await step('state', { afresh }, 'looking'));
+    if (state.resumed && !afresh && state.number > 1) panel.prepend(h('p', { class: 'quiet' }, `Going on with what was begun on ${state.begun.slice(0, 16).replace('T', ' at ')}. `, button('Begin afresh', () => opened(true))));
+  }
+  function take(done) { state = done.facts; draw(); }
+
+  async function printed(toPrinter) {
+    const done = await step('pages', { to_printer: toPrinter }, toPrinter ? 'printing' : 'making the page');
+    if (!toPrinter) save(await blob(fileOf(done)), done.facts.files[0]);
+    take(done);
+  }
+
+  async function scanned(files) {
+    const ids = [];
+    try {
+      for (const file of files) {
+        stage.textContent = `sending ${file.name}`; work.hidden = false;
+        ids.push((await request('POST', `/api/uploads?name=${encodeURIComponent(file.name)}`, file)).id);
+      }
+      const done = await step('scans', { uploads: ids, ...(state.simulated && !files.length && fault.value ? { faults: [fault.value] } : {}) }, 'reading the scan');
+      await found(done);
+    } finally {
+      work.hidden = true;
+      for (const id of ids) request('DELETE', `/api/uploads/${id}`).catch(() => {});
+    }
+  }
+
+  async function found(done) {
+    const { facts } = done;
+    const parts = await Promise.all(facts.pictures.map((one, at) => pictured(done, one, at)));
+    if ('pen' in facts) parts.push(await penned(done, facts.pen, facts.files.length - 1));
+    if (facts.verified) {
+      parts.push(h('h2', {}, 'Before and after'), h('p', {}, difference(facts.verified)), ...facts.shades.map(swatches), h('p', {}, facts.verified.verdict), h('p', { class: 'quiet' }, facts.verified.lines.join(' ')));
+    }
+    seen.replaceChildren(...parts);
+    take(done);
+    const head = facts.accepted ? (facts.findings.length ? 'The scan is taken, with a word of warning:' : facts.said || (facts.verified ? '' : 'The scan is good.')) : 'The scan is not taken; nothing is lost. Put this right and scan again:';
+    panel.prepend(h('div', { class: facts.accepted ? 'quiet' : '' }, h('p', {}, head), findings(facts.findings)));
+    if (facts.verified && !facts.helps) {
+      panel.append(h('div', { class: 'row' }, button('Store it all the same', stored), button('Scan the chart again', async () => take(await step('back', {}, 'going back')))));
+    } else if (facts.accepted && state.step === 'build the table') await built();
+  }
+
+  async function built() {
+    const done = await step('table', {}, 'building the table');
+    take(done);
+    panel.prepend(h('p', { class: 'quiet' }, `The table misses its own patches by ΔE00 ${done.facts.misses} on the mean.`));
+  }
+
+  async function stored() {
+    const done = await step('stored', {}, 'storing');
+    take(done);
+    known.stored = (await request('GET', '/api/calibrations')).stored;
+    past();
+    say(done.facts.said);
+  }
+
+  function draw() {
+    steps.replaceChildren(...state.steps.map((one, at) => h('li', { class: at + 1 < state.number ? 'over' : undefined, 'aria-current': one === state.step ? 'step' : undefined }, one)));
+    const parts = [h('h2', {}, state.number > state.steps.length ? 'Done' : `${state.number} of ${state.steps.length}: ${state.step}`), h('p', {}, state.step === 'store the calibration' ? 'The calibration is good: store it, and pages for this printer go through it.' : state.request)];
+    if (PRINTS.includes(state.step)) {
+      const own_ = state.writes_files ? [] : [button(state.simulated ? 'Let the simulated printer print it' : 'Print it', () => printed(true), true)];
+      parts.push(h('div', { class: 'row' }, own_, button('PDF, to print it myself', () => printed(false))));
+      if (state.step === PRINTS[1]) parts.push(h('div', { class: 'row after' }, button('Store without a strip', stored)));
+      parts.push(h('p', { class: 'quiet after' }, 'Print it at 100 %, without colour management.'));
+    } else if (SCANS.includes(state.step)) {
+      const input = h('input', { type: 'file', multiple: state.step === SCANS[0] && state.pages > 1, accept: TAKEN });
+      const drop = h('div', { class: 'drop' }, field(state.pages > 1 && state.step === SCANS[0] ? `Scans of the ${state.pages} pages` : 'The scan', input), h('p', { class: 'quiet' }, 'Drop it here, or choose: TIFF or PNG, 300 dpi, in colour.'));
+      input.addEventListener('change', () => act(() => scanned([...input.files])));
+      for (const kind of ['dragover', 'dragleave', 'drop']) drop.addEventListener(kind, (event) => { event.preventDefault(); drop.classList.toggle('over', kind === 'dragover'); });
+      drop.addEventListener('drop', (event) => { const files = [...event.dataTransfer.files]; if (files.length) act(() => scanned(files)); });
+      parts.push(drop);
+      if (state.step === SCANS[0]) parts.push(acceptLabel);
+      if (state.kept) parts.push(h('p', { class: 'quiet' }, `${state.kept} good ${state.kept > 1 ? 'scans are' : 'scan is'} kept.`));
+      if (state.simulated) parts.push(h('div', { class: 'row after' }, field('On the way', fault), button('Let the simulated scanner scan it', () => scanned([]), true)));
+      else parts.push(h('div', { class: 'row after' }, button('Scan it with a scanner of this computer', () => scanned([]))));
+      parts.push(h('div', { class: 'row after' }, button('The PDF once more', async () => { const done = await step('pages/again', {}, 'making the page'); save(await blob(fileOf(done)), done.facts.files[0]); take(done); }),
+        state.step === SCANS[1] ? button('Scan the chart again', async () => take(await step('back', {}, 'going back'))) : '', state.step === SCANS[1] ? button('Store without a strip', stored) : ''));
+    } else if (state.step === 'build the table') parts.push(h('div', { class: 'row' }, button('Build the table', built, true)));
+    else if (state.step === 'store the calibration') parts.push(h('div', { class: 'row' }, button('Store it', stored, true), button('Scan the chart again', async () => take(await step('back', {}, 'going back')))));
+    panel.replaceChildren(...parts);
+  }
+
+  async function report(of, made) {
+    try {
+      const done = await task('/api/calibration/report', { printer: of.printer, paper: of.paper, made }, () => {});
+      save(await blob(fileOf(done)), `calibration-${of.printer}-${of.paper}.html`);
+    } catch (error) {
+      say(error.message);
+    }
+  }
+  function past() {
+    const groups = new Map();
+    for (const one of known.stored) groups.set(`${one.printer} on ${one.paper}`, [...(groups.get(`${one.printer} on ${one.paper}`) || []), one]);
+    history.replaceChildren(h('h2', {}, 'What is calibrated'), ...(groups.size ? [] : [h('p', { class: 'quiet' }, 'Nothing yet.')]), ...[...groups].map(([name, list]) => h(
+      'details', { open: groups.size < 3 }, h('summary', {}, h('strong', {}, name), ` ${list.length > 1 ? `${list.length} times, ` : ''}${list[0].age_days ? `${list[0].age_days} days ago` : 'today'}`),
+      list.map((one, at) => h('article', {}, h('div', { class: 'row between' }, h('span', {}, `${one.made.slice(0, 16).replace('T', ' ')}${at ? '' : ', used now'}`), one.report ? h('button', { type: 'button', onclick: () => report(one, one.made) }, 'Report') : ''),
+        h('p', { class: 'quiet' }, one.verified ? difference(one.verified) : 'Not verified.', one.pen.hand ? ` The pen in its frame: ${one.pen.hand}.` : '', one.scanner ? ` Scanner: ${one.scanner}.` : ''),
+        at ? '' : one.shades.map(swatches))),
+    )));
+  }
+
+  const begin = h('button', { class: 'main' }, 'Begin, or go on');
+  const form = h('form', { 'aria-label': 'What is calibrated' }, field('Printer', printer), h('div', { class: 'grid' }, field('Paper', paper), field('Sheet', sheet)), papers, field('Verify with the ink of', hand), h('div', { class: 'row' }, begin));
+  form.addEventListener('submit', (event) => { event.preventDefault(); seen.replaceChildren(); act(() => opened()); });
+  const offered = () => papers.replaceChildren(...[...new Set([...(printer.value === 'simulated' ? known.simulated.papers : ['plain']), ...known.stored.filter((one) => one.printer === printer.value).map((one) => one.paper)])].map((one) => h('option', { value: one })));
+  printer.addEventListener('change', offered);
+  offered(); past();
+  main.append(h('div', { class: 'calibration' }, h('h1', {}, 'Calibration'), h('div', { class: 'columns' },
+    h('div', {}, h('section', { class: 'panel' }, form), h('section', { class: 'panel', 'aria-label': 'The step' }, steps, refusal, work, panel), history), seen)));
+  seen.replaceChildren(h('p', { class: 'quiet' }, 'Print a chart, scan it with the scanner of the handwriting, and pages for this printer have the colours that were wanted.'));
+  panel.replaceChildren(h('p', { class: 'quiet' }, 'Choose a printer and what the paper in it is called.'));
+  if (printerWanted) act(() => opened());
+  return () => own?.abort();
+}

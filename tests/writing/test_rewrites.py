@@ -1,0 +1,54 @@
+"""Words that are written again while all others of their text stay as they are."""
+
+import numpy as np
+import pytest
+
+from handout.pipeline.options import SheetOptions, WritingOptions
+from handout.pipeline.writing import prepare, set_pages
+
+TEXT = "ten hens\nin an even line"
+
+
+def words(hand, rewritten=()):
+    """Of each word the form of its glyphs, wherever they stand, and of scanned ones their numbers."""
+    task = prepare(WritingOptions(hand, 4, rewritten=rewritten), SheetOptions("120x60mm", "5mm"))
+    (sheet,) = set_pages(TEXT, task)[1]
+    found = {}
+    for line in sheet.manuscript.lines:
+        for placed in line.placed:
+            if placed.ink is not None:
+                form = [placed.ink.number, *np.ptp(placed.ink.graph.xy[:, :1], axis=0)]
+            else:  # across the line, since lines rise and sag along their way
+                form = np.concatenate([np.diff(stroke[:, 0]) for stroke in placed.strokes])
+            found.setdefault(placed.word, []).append((placed.glyph.letter, form))
+    spelt = ["".join(letter for letter, _ in word) for word in found.values()]
+    return spelt, [np.concatenate([form for _, form in word]) for word in found.values()]
+
+
+def others(before, after):
+    """The words that are not as they were."""
+    pairs = enumerate(zip(before, after, strict=True))
+    return [k for k, (one, other) in pairs if len(one) != len(other) or not np.allclose(one, other, atol=1e-9)]
+
+
+@pytest.mark.parametrize("scanned", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_a_word_is_written_again_and_all_others_stay(request, scanned):
+    hand = request.getfixturevalue("small_hand") if scanned else "house-joined"
+    spelt, before = words(hand)
+    assert spelt == ["ten", "hens", "in", "an", "even", "line"]
+    at = TEXT.index("even")
+    once, twice = (words(hand, ((at, times),))[1] for times in (1, 2))
+    assert others(before, once) == others(before, twice) == others(once, twice) == [4]
+    assert others(words(hand, ((at, 2),))[1], twice) == []
+
+
+def test_of_a_place_where_no_word_begins_nothing_changes():
+    assert others(words("house-joined", ((1, 1), (900, 3)))[1], words("house-joined")[1]) == []
+
+
+def test_a_job_keeps_what_was_written_again():
+    from handout.pipeline.job_pages import inputs
+
+    writing = WritingOptions(seed=4, rewritten=((3, 1),))
+    kept = inputs(TEXT, prepare(writing), writing, SheetOptions(), "A4")
+    assert kept["options"]["rewritten"] == ((3, 1),)
