@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from types import TracebackType
-from typing import Protocol, Self, runtime_checkable
+from typing import Protocol, Self, cast, runtime_checkable
 
 from handout import atomic, units
 from handout.errors import InputError
@@ -197,12 +197,9 @@ def make_rows(
     checked = Checked(wanted=[row.number for row in chosen if not row.problem])
     if options.all_or_none and devices:
         _refuse((check or make)(chosen), len(chosen), listener)
-    taken = _taken(make(chosen), place, copies, checked)
-    jobs: tuple[Job, ...] = ()
-    if isinstance(place, Several):
-        jobs = send_to_several(place, taken, checked, todo, _makeable(rows), journal, listener)
-    elif isinstance(place, Spool):
-        jobs = send(place, taken, checked, todo, _makeable(rows), journal, listener)
+    taken, jobs = _taken(make(chosen), place, copies, checked), tuple[Job, ...]()
+    if devices:
+        jobs = _sender(place)(taken, checked, todo, _makeable(rows), journal, listener)
     else:
         _made(taken, checked, options, len(chosen), listener)
     place.finish()
@@ -211,13 +208,18 @@ def make_rows(
     return Report(done, tuple(checked.failed), place.files(), jobs, tuple(checked.warnings), before, unknown)
 
 
-def _devices(place: Destination) -> list[Device]:
-    """That a destination sends pages to; none where it writes files."""
-    return place.devices if isinstance(place, Several) else [place.queue] if isinstance(place, Spool) else []
+def _sender(place: Destination) -> Callable[..., tuple[Job, ...]]:
+    """What sends the pages of a destination that has devices."""
+    return partial(send_to_several, place) if isinstance(place, Several) else partial(send, cast("Spool", place))
 
 
 def _makeable(rows: Sequence[Row]) -> list[int]:
     return [row.number for row in rows if not row.problem]
+
+
+def _devices(place: Destination) -> list[Device]:
+    """That a destination sends pages to; none where it writes files."""
+    return place.devices if isinstance(place, Several) else [place.queue] if isinstance(place, Spool) else []
 
 
 def _taken(
