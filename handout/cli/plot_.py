@@ -62,7 +62,7 @@ class _Mode:
     _Mode,
     click.option("--file", "-f", help="Read the text from a file; - for standard input."),
     click.option(
-        "--port", "ports", multiple=True, help="/dev/ttyUSB0, COM3, socket://host:port, auto, sim: (simulated)."
+        "--port", "ports", multiple=True, help="/dev/ttyUSB0, COM3, tcp://host, ws://host, auto, or sim: (simulated)."
     ),
     click.option(
         "--dry-run", multiple=True, type=click.Path(path_type=Path), help="Write a preview instead of plotting."

@@ -38,6 +38,7 @@ _LEFT = 0.12  # x-heights over its lowest place, from where on a way up leads to
 # what the built-in hands' letters rise over small ones, times this: six people (csafe w0154 w0394 w0238 w0076, cvl 0002
 # 0013) write a t that rises 1.6 to 3.1 times as far over them as one made after their other letters did
 _TALLER = {"t": 1.8}
+_OUT, _OFF = 0.2, 2.5  # x-heights that a part is over small letters or below the baseline; times it is made longer
 _CENTRING = 3  # rounds of moving a way along the line
 
 
@@ -210,9 +211,22 @@ class Fit:
     cost: float
 
 
+def _as_tall(xy: Array, other: Array) -> Array:
+    """Places (n, 2) whose parts over small letters, and below the baseline, reach as far as the heights of another.
+
+    What lies far off draws a line no further: without this, ends that are much further out are not found.
+    """
+    y = xy[:, 1].copy()
+    for beyond, there in ((np.maximum(y - 1, 0.0), float(other.max()) - 1), (np.minimum(y, 0.0), float(other.min()))):
+        here = float(beyond[np.abs(beyond).argmax()])
+        if abs(here) > _OUT and there / here > 0:
+            y += (float(np.clip(there / here, 1 / _OFF, _OFF)) - 1) * beyond
+    return np.column_stack([xy[:, 0], y])
+
+
 def fit(way: Way, glyph: Written) -> Fit:
     """Bend a way onto a glyph: near what it covers, smooth, and near where it was."""
-    start = way.xy - [float(np.median(way.xy[:, 0])), 0.0]
+    start = _as_tall(way.xy - [float(np.median(way.xy[:, 0])), 0.0], glyph.xy[glyph.own, 1])
     other = _turned(glyph.xy, glyph.along)
     for _ in range(_CENTRING):
         line = _turned(start, way.along)
