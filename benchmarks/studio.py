@@ -95,7 +95,7 @@ def corrections(server: Server, hand: Path) -> None:
     own = str(shutil.copy(hand, hand.with_name("own.hand")))
     url = f"/api/hands/{hand.stem}"
     revision = [json.loads(server.ask(f"{url}/letters"))["revision"], letter_desk.open_letters(own)["revision"]]
-    spot = letter_desk.page_letters(own, 0)["letters"][20]["spot"]  # type: ignore[index,call-overload]
+    spot: Any = letter_desk.page_letters(own, 0)["letters"][20]["spot"]  # type: ignore[index,call-overload]
     made = [{"do": "confirm", "page": 0, "at": spot}]
 
     def post(path: str, **body: Any) -> None:
