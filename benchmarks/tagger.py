@@ -192,17 +192,15 @@ class Session:
     def order(self) -> tuple[int, int]:
         """How many letters have wrong strokes, of those that are right; they are corrected until enough are right."""
         wrong, judged = self._misordered()
-        first, most = len(wrong), (1 - ORDER) * judged
-        while len(wrong) > most and self.person.gestures < _MOST:
+        first, most, tried = len(wrong), (1 - ORDER) * judged, set[int]()
+        while len(wrong) > most and self.person.gestures < _MOST and set(wrong) - tried:
             left = len(wrong)
-            for at in wrong:
+            for at in (at for at in wrong if at not in tried):
                 # others of its name may have set it right since
-                if left > most and self.person.gestures < _MOST and not self._reordered(at):
-                    left -= 1
-            again, judged = self._misordered()
-            if len(again) >= len(wrong):
-                break
-            wrong = again
+                if left > most and self.person.gestures < _MOST:
+                    left -= not self._reordered(at)
+                    tried.add(at)
+            wrong, judged = self._misordered()
         self.left = len(wrong)
         return first, judged
 
@@ -263,7 +261,10 @@ class Session:
         ways = [xy.round(1).tolist() for xy in turned]
         short = [way[:: max(1, len(way) // 8)] for way in ways]
         self.person.types({"do": "strokes", "at": one["spot"], "ways": short}, sum(map(len, short)))
-        self._change("corrections", corrections=[{"page": 0, "do": "strokes", "at": one["spot"], "ways": ways}])
+        try:
+            self._change("corrections", corrections=[{"page": 0, "do": "strokes", "at": one["spot"], "ways": ways}])
+        except OSError:  # it has no ink where it should be
+            return True
         own = [np.array(each["xy"]) for each in self._asked(where)["strokes"] if each["id"] == at]
         return not self._judged(at, own, true)
 
