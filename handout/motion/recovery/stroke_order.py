@@ -85,11 +85,7 @@ class StrokeOrderModel:
         told = ([place[v] for v in way.tolist() if v in place] for way in self._hand.glyphs[number].ways)
         ways = [way for way in told if way]
         for (way, _), section in zip(outwards(form), sections, strict=True) if ways else ():
-            out, anchor = section.tolist(), form.xy[way.anchor]
-            bare = [[v for v in one if v not in set(out)] or [way.anchor] for one in ways]
-            tips = [(i, end, min(one[end], len(form.xy) - 1)) for i, one in enumerate(bare) for end in (0, -1)]
-            i, end, _ = min(tips, key=lambda tip: float(np.linalg.norm(form.xy[tip[2]] - anchor)))
-            ways[i] = [*out[::-1], *bare[i]] if end == 0 else [*bare[i], *out]
+            _lead(form, ways, way.anchor, section.tolist())
         return [np.array(way, dtype=np.intp) for way in ways]
 
     def _choose(self, number: int, instance: Instance) -> Candidate:
@@ -227,6 +223,14 @@ class StrokeOrderModel:
 def stroke_order_model(hand: ScannedHand, hands: tuple[str, ...]) -> StrokeOrderModel:
     """The model of a hand; that of the last few hands is kept."""
     return StrokeOrderModel(hand, hands)
+
+
+def _lead(form: Form, ways: list[list[int]], anchor: int, out: list[int]) -> None:
+    """Let that stroke which begins or ends nearest to a ligature's anchor go on along it, outwards."""
+    bare = [[v for v in one if v not in set(out)] or [anchor] for one in ways]
+    tips = [(i, end, min(one[end], len(form.xy) - 1)) for i, one in enumerate(bare) for end in (0, -1)]
+    i, end, _ = min(tips, key=lambda tip: float(np.linalg.norm(form.xy[tip[2]] - form.xy[anchor])))
+    ways[i] = [*out[::-1], *bare[i]] if end == 0 else [*bare[i], *out]
 
 
 def _usual_ink(hand: ScannedHand, number: int) -> tuple[float, float]:
