@@ -15,6 +15,7 @@ import msgspec
 
 from handout.errors import DeviceError, InputError, PortError
 from handout.plotting.dialects import DIALECTS, dialect
+from handout.plotting.greetings import Firmware, recognise
 from handout.plotting.network_ports import is_network, open_network
 from handout.plotting.ports import Port, SerialDevice, SerialPort, serial_devices
 from handout.profiles import Plotter
@@ -69,10 +70,11 @@ def _simulated() -> Any:
 
 
 class Answer(NamedTuple):
-    """Who answered: a dialect, and what the machine says it is."""
+    """Who answered: a dialect ("": none of ours), what the machine says it is, and the firmware if it is known."""
 
     dialect: str
     firmware: str
+    known: Firmware | None = None
 
 
 def ask(port: Port, dialects: Sequence[str], wakes: float = _WAKES) -> Answer | None:
@@ -89,9 +91,20 @@ def ask(port: Port, dialects: Sequence[str], wakes: float = _WAKES) -> Answer | 
     for name in (name for name in DIALECTS if name in dialects):
         question = dialect(name).question
         port.write(question.asked)
-        if (answer := question.answer.search(_listen(port))) is not None:
+        data += b"\n" + (said := _listen(port))
+        known = recognise(data.decode("ascii", "replace"))
+        answer = question.answer.search(said)
+        if known is not None and known.dialect in ("", *dialects):
+            words = answer.group(1) if answer else _first_words(data)
+            return Answer(known.dialect, words.decode("ascii", "replace").strip(" :"), known)
+        if known is None and answer is not None:
             return Answer(name, answer.group(1).decode("ascii", "replace").strip(" :"))
     return None
+
+
+def _first_words(data: bytes) -> bytes:
+    """The first line that says anything."""
+    return next((line.strip() for line in data.splitlines() if len(line.strip()) > 2), b"")
 
 
 def _listen(port: Port) -> bytes:
@@ -188,7 +201,8 @@ def _speaks(url: str, profile: Plotter, open_at: Callable[[str, int], Port]) -> 
     except PortError:  # in use, or not ours
         return False
     try:
-        return ask(port, [profile.dialect], float(profile.port.start_up)) is not None
+        answer = ask(port, [profile.dialect], float(profile.port.start_up))
+        return answer is not None and answer.dialect == profile.dialect
     except DeviceError:
         return False
     finally:
