@@ -6,6 +6,10 @@ refuses, an EBB that hits a limit switch); at most 9.4 mm are drawn twice, but 2
 instruction.  Of 117 runs with damaged commands: EBB 26 right, 10 spoilt and noticed; GRBL 42 right, 3 spoilt and
 noticed; HP-GL 25 right, 11 spoilt and noticed; none unnoticed.  Power cut at every byte of a job of one letter: GRBL
 893, Marlin 1529, EBB 3219, HP-GL 624 runs, all right.
+
+136 random runs of GRBL over a network (FluidNC and grblHAL, TCP and WebSocket, 10 ms each way): of the 112 without
+damaged bytes all are right to 0.04 mm, at most 9.9 mm drawn twice; of 24 with damaged commands 21 right, 3 spoilt and
+noticed.
 """
 
 from __future__ import annotations
@@ -31,7 +35,7 @@ from handout.errors import DeviceError
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.job import Options as JobOptions
 from handout.profiles import Plotter
-from handout.simulated.plotter import SimulatedPlotter
+from handout.simulated.plotter import NetworkedPlotter, SimulatedPlotter
 from handout.simulated.plotter.ink_comparison import SLACK, InkComparison, compare
 from handout.simulated.plotter.options import BYTE_FAULTS, Faults
 from handout.simulated.plotter.options import Options as Simulated
@@ -75,13 +79,19 @@ MACHINES = (
     Machine("hp-7550a"),
     Machine("roland-dxy-1300"),
 )
+NETWORK = tuple(
+    Machine("simulated", options=(("network", network), ("variant", variant), ("latency", 0.01)))
+    for network in ("tcp", "ws")
+    for variant in ("fluidnc", "grblhal")
+)  # a millisecond or two on a wire, ten over a busy radio
 FAULTS = (
     "lost-byte", "flipped-byte", "doubled-byte", "small-buffer", "late", "lost-ok", "resend-loop", "error",
     "alarm", "reset", "jam", "unplugged", "power-cut", "ctrl-c", "ctrl-c twice", "crash",
 )  # fmt: skip
 
+NETWORK_FAULTS = (*FAULTS, "stall")
 DAMAGES = ("lost-byte", "flipped-byte", "doubled-byte")
-RUNS = 720
+RUNS, NETWORK_RUNS = 720, 136
 SHORT = "i"
 SHORTLY = (MACHINES[0], MACHINES[5], MACHINES[8], MACHINES[12])
 _STEPS = 0.2  # mm by which a place may be known too early: steps, and points of what is compared
@@ -124,6 +134,15 @@ class Desk(SimulatedPlotter):
             raise Crash
         if self.calls in self.interrupts:
             raise KeyboardInterrupt
+
+
+class NetworkedDesk(Desk, NetworkedPlotter):
+    """The same with a plotter on a network."""
+
+
+def desk(machine: Machine, options: Simulated) -> Desk:
+    """The machine, on its desk."""
+    return (NetworkedDesk if options.network else Desk)(profile_of(machine), options)
 
 
 class Somebody:
@@ -214,7 +233,7 @@ class Extent:
 def undisturbed(machine: Machine, whole: Drawing) -> Extent:
     """Plot without a fault."""
     run = Run(machine, "", 0)
-    plotter = Desk(profile_of(machine), Simulated(**dict(machine.options)))
+    plotter = desk(machine, Simulated(**dict(machine.options)))
     perform(run, plotter, whole)
     faults = plotter.faults
     return Extent(faults.lines, faults.written, faults.said, plotter.calls, plotter.executed_s)
@@ -245,7 +264,7 @@ def disturbed(machine: Machine, fault: str, seed: int, whole: Drawing, extent: E
         else:
             options["after"] = int(rng.integers(0, extent.lines))
             run.where = f"after {options['after']}"
-    plotter = Desk(profile_of(machine), Simulated(**options))
+    plotter = desk(machine, Simulated(**options))
     plotter.interrupts, plotter.crash = interrupts, crash
     perform(run, plotter, whole)
     return run
@@ -295,14 +314,16 @@ def mend(run: Run, plotter: Desk) -> None:
 def cut(machine: Machine, at: int, whole: Drawing) -> Run:
     """Plot, and cut the power of the plotter at one byte of all that is sent to it."""
     run = Run(machine, "power-cut", at, where=f"byte {at}")
-    plotter = Desk(profile_of(machine), Simulated(**dict(machine.options), fault="power-cut", at=at))
+    plotter = desk(machine, Simulated(**dict(machine.options), fault="power-cut", at=at))
     perform(run, plotter, whole)
     return run
 
 
-def cases(count: int) -> list[tuple[Machine, str, int]]:
+def cases(
+    count: int, machines: Sequence[Machine] = MACHINES, faults: Sequence[str] = FAULTS
+) -> list[tuple[Machine, str, int]]:
     """Every fault with every machine, over and over."""
-    all_of = [(machine, fault) for fault in FAULTS for machine in MACHINES]
+    all_of = [(machine, fault) for fault in faults for machine in machines]
     return [(*all_of[number % len(all_of)], number) for number in range(count)]
 
 
@@ -332,6 +353,8 @@ def main() -> None:
         damages.tell(pool)
         runs = pool.starmap(_one, cases(RUNS), chunksize=4)
         told(runs)
+        print("GRBL over a network:")
+        told(pool.starmap(_one, cases(NETWORK_RUNS, NETWORK, NETWORK_FAULTS), chunksize=4))
         whole = drawing(SHORT)
         for machine in SHORTLY:
             places = range(undisturbed(machine, whole).bytes)
@@ -357,7 +380,7 @@ def told(runs: Sequence[Run]) -> None:
         by_dialect, lambda run: (spoils(run), profile_of(run.machine).dialect)
     ):
         of_dialect = list(group)
-        for fault in FAULTS:
+        for fault in NETWORK_FAULTS:
             if some := [run for run in of_dialect if run.fault == fault]:
                 tell(f"{dialect:<6} {fault}", some, spoilt)
 

@@ -442,20 +442,28 @@ class LineGraph:
         return np.bincount(self.edges.ravel(), minlength=len(self))
 
     @cached_property
-    def _leaving(self) -> tuple[Indices, Indices]:
+    def leaving(self) -> tuple[Indices, Indices]:
         """(m,) the edges by the vertex that they begin at, and (n + 1,) where those of each vertex begin there."""
         order = np.argsort(self.edges[:, 0], kind="stable")
         return order, np.searchsorted(self.edges[order, 0], np.arange(len(self) + 1))
 
     def edges_between(self, vertices: Indices) -> Indices:
         """(k, 2) int: the edges between some vertices (n,), rising, by their places there; in the graph's order."""
-        order, first = self._leaving
+        order, first = self.leaving
         count = first[vertices + 1] - first[vertices]
         at = np.repeat(first[vertices] - (np.cumsum(count) - count), count) + np.arange(count.sum())
         pairs = self.edges[np.sort(order[at])]
         place = np.searchsorted(vertices, pairs)
         there = vertices[np.minimum(place, len(vertices) - 1)] == pairs
         return np.asarray(place[there.all(axis=1)])
+
+    @cached_property
+    def around(self) -> tuple[Indices, Indices]:
+        """(2 m,) the vertices that edges lead to, and (n + 1,) where those beside each vertex begin there."""
+        a, b = self.edges.T
+        begin = np.concatenate([a, b])
+        order = np.argsort(begin, kind="stable")
+        return np.concatenate([b, a])[order], np.concatenate([[0], np.cumsum(np.bincount(begin, minlength=len(self)))])
 
     @cached_property
     def lengths(self) -> Array:

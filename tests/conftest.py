@@ -1,8 +1,11 @@
 """What several rooms test with: one small page, written by the simulated author and scanned, made once a run."""
 
+import contextlib
 import gc
+import importlib
 import os
 import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -37,6 +40,21 @@ _TOGETHER = (
     "simulated/author", "web", "tagging/test_alignment.py", "tagging/test_page_tagging.py", "test_wheel.py",
 )  # fmt: skip
 _OF_THE_CODE = ("tests/test_architecture.py", "tests/test_house.py")  # which parse it once
+
+
+def pytest_sessionstart(session):
+    """Each process of xdist imports a part of the tests first: the others find that compiled, when they collect it."""
+    worker = getattr(session.config, "workerinput", None)
+    if worker is None:
+        return
+    asked = [Path(name.partition("::")[0]).resolve() for name in session.config.args]
+    every = Path(__file__).parent.rglob("test_*.py")
+    paths = sorted(path for path in every if any(path.is_relative_to(place) for place in asked))
+    for path in paths[int(worker["workerid"][2:]) :: worker["workercount"]]:
+        sys.path.insert(0, str(path.parent))
+        with contextlib.suppress(pytest.skip.Exception, Exception):  # collecting tells of it
+            importlib.import_module(path.stem)
+        sys.path.remove(str(path.parent))
 
 
 def pytest_collection_finish(session):

@@ -12,8 +12,10 @@
     verification     what its scan says, in words and pictures
     calibrated_ink   which calibration pages go through, and the pages themselves
 
-The verbs are in `pipeline.calibrating`.  To add a step: a member of `session.Step`, its method in `Wizard`, its request
-in `wizard._REQUESTS`, and its line in the table of `pipeline.guided_calibration.GuidedCalibration.step`.
+The verbs are in `pipeline.calibrating`, the steps as a page asks for them in `pipeline.calibration_desk`.  To add a
+step: a member of `session.Step`, its method in `Wizard`, its request in `wizard._REQUESTS`, its line in the table of
+`pipeline.guided_calibration.GuidedCalibration.step`, its function in `pipeline.calibration_desk`, and its buttons in
+`draw` of `web/static/calibration.js`.
 
 Source: seed 000, §7.1.
 """

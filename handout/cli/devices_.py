@@ -52,7 +52,7 @@ def _list_ports(as_json: bool) -> None:
 
 
 @command.command("probe")
-@click.option("--port", default="auto", show_default=True, help="/dev/ttyUSB0, COM3, socket://host:port, or sim:.")
+@click.option("--port", default="auto", show_default=True, help="/dev/ttyUSB0, COM3, tcp://host, ws://host, or sim:.")
 @click.option("--device", help="The plotter's profile; without it every dialect is tried.")
 @_json
 def probe(port: str, device: str | None, as_json: bool) -> None:
@@ -73,6 +73,10 @@ def probe(port: str, device: str | None, as_json: bool) -> None:
     click.echo(f"{answer.port} speaks {answer.dialect}: {answer.firmware or 'it does not say what it is'}")
     for key, value in answer.limits.items():
         click.echo(f"  {key:<26} {value:g}")
+    if answer.profiles:
+        fits = " or ".join(f"--device {name}" for name in answer.profiles)
+        which = "" if len(answer.profiles) == 1 else ", the likeliest first: a board does not say which frame it moves"
+        click.echo(f"  {answer.title}: {fits}{which}")
     if not answer.limits:
         click.echo("Name its profile with --device to hear its limits.", err=True)
 

@@ -36,7 +36,7 @@ class _Mode:
         type=click.Path(path_type=Path),
         help=".pdf and .png: the form filled in; .svg .inkml .json .gcode …: the writing alone.  May be repeated.",
     ),
-    click.option("--port", help="Plot it: /dev/ttyUSB0, COM3, socket://host:port, auto, or sim: (simulated)."),
+    click.option("--port", help="Plot it: /dev/ttyUSB0, COM3, tcp://host, ws://host, auto, or sim: (simulated)."),
     click.option("--yes", "-y", is_flag=True, help="With --port: do not stop between sheets."),
 )
 @options.bind(

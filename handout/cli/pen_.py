@@ -29,7 +29,7 @@ class _Plotter:
 _plotter = options.bind(
     "plotter",
     _Plotter,
-    click.option("--port", help="/dev/ttyUSB0, COM3, socket://host:port, auto, or sim: (simulated)."),
+    click.option("--port", help="/dev/ttyUSB0, COM3, tcp://host, ws://host, auto, or sim: (simulated)."),
     click.option("--device", help="The plotter's profile; see: handout devices list."),
 )
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 _LATEST = "the latest"
 _JOB_WORDS = ("jobs", "show", "forget")
 # what may be given with --resume
-_RESUMING = {"resume", "port", "report", "at_zero", "home_after", "hold_limit", "yes", "as_json", "quiet"}
+_RESUMING = {"resume", "ports", "report", "at_zero", "home_after", "hold_limit", "yes", "as_json", "quiet"}
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class _Mode:
     """What the command is to do: plot, write a preview, or go on with a job; and with whom at the plotter."""
 
     file: str | None
-    port: str | None
+    ports: tuple[str, ...]
     dry_run: tuple[Path, ...]
     show_travel: bool
     report: Path | None
@@ -42,6 +42,13 @@ class _Mode:
     home_after: bool
     hold_limit: str | None
     yes: bool
+
+    @property
+    def port(self) -> str | None:
+        """The only port, or none."""
+        if len(self.ports) > 1:
+            raise InputError("Several plotters share the rows of a table, with --letter: name one --port.")
+        return self.ports[0] if self.ports else None
 
     @property
     def attendance(self) -> AttendanceOptions:
@@ -54,7 +61,9 @@ class _Mode:
     "mode",
     _Mode,
     click.option("--file", "-f", help="Read the text from a file; - for standard input."),
-    click.option("--port", help="/dev/ttyUSB0, COM3, socket://host:port, auto, or sim: (simulated)."),
+    click.option(
+        "--port", "ports", multiple=True, help="/dev/ttyUSB0, COM3, tcp://host, ws://host, auto, or sim: (simulated)."
+    ),
     click.option(
         "--dry-run", multiple=True, type=click.Path(path_type=Path), help="Write a preview instead of plotting."
     ),
@@ -100,6 +109,7 @@ class _Mode:
     click.option("--overlap", metavar="LENGTH", help="Ink that may be drawn twice after a break; default: 20mm."),
     click.option("--pen-up", metavar="HEIGHT", help="Lift the pen to this height, instead of the profile's (pen.up)."),
     click.option("--pen-down", metavar="HEIGHT", help="Lower it to this height, instead of the profile's (pen.down)."),
+    click.option("--envelopes-to", multiple=True, metavar="PORT", help="Of a table: where envelopes are plotted."),
     click.option("--grid", default="", metavar="NxM", help="Of a table: cards side by side, 2x3 is two across."),
     click.option("--gap", default="0mm", show_default=True, help="Between the cards of a grid."),
 )
@@ -125,6 +135,7 @@ def command(
     handout plot --port /dev/ttyUSB0 "Dear Ada, …"
     handout plot --port /dev/ttyUSB0 letter.txt
     handout plot --port /dev/ttyUSB0 people.csv --letter card.md --page 100x70mm --grid 2x3
+    handout plot --port /dev/ttyUSB0 --port /dev/ttyUSB1 people.csv --letter card.md
     handout plot --port /dev/ttyUSB0 drawing.svg --order travel
     handout plot --port sim: "to see that it works"
     handout plot --dry-run preview.svg "to see how it looks"
@@ -181,16 +192,16 @@ def _plot_rows(
     names = [*text, *([mode.resume] if mode.resume not in (None, _LATEST) else [])]
     if len(names) != 1 or mode.file is not None:
         raise InputError("Which table? Name one, as in: handout plot --port /dev/ttyUSB0 people.csv --letter card.md")
-    if mode.port is None and not mode.dry_run:
+    if not mode.ports and not mode.dry_run:
         raise InputError("Where to? Give --port /dev/ttyUSB0 (or COM3, or sim:), or --dry-run preview.svg.")
     rows, merge = replace(batch[0], resume=mode.resume is not None), replace(batch[1], given=options.given())
-    operator = None if mode.dry_run or mode.port is None else Operator(mode.port, mode.yes, console.quiet)
+    operator = Operator(mode.ports[0], mode.yes, console.quiet) if mode.ports and not mode.dry_run else None
     try:
         with console.working() if mode.dry_run else contextlib.nullcontext():
             result = plot_rows(
                 names[0],
                 request,
-                mode.port,
+                mode.ports,
                 (rows, merge),
                 mode.attendance,
                 outputs=mode.dry_run,

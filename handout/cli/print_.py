@@ -24,7 +24,10 @@ _printing = options.bind(
     "printing",
     PrintOptions,
     click.option("--printer", default="pdf", show_default=True, help="A printer's profile (epson), queue, or ipp://…"),
-    click.option("--queue", default="", help="Where the pages go: a CUPS queue, ipp://HOST/ipp/print, or file:FOLDER."),
+    click.option(
+        "--queue", multiple=True, help="Where pages go: a CUPS queue, ipp://HOST/ipp/print, file:FOLDER; several share."
+    ),
+    click.option("--envelopes-to", multiple=True, metavar="PRINTER", help="Where envelopes go, if not with letters."),
     click.option("--dry-run", type=click.Path(path_type=Path), help="Write .pdf, .png or .svg instead of printing."),
     click.option("--page", help=f"{page_sizes.HELP}  [default: A4, or without a letter DL]"),
     *options.TABLE,
@@ -80,6 +83,7 @@ def command(
     handout print --printer epson --calibration epson/cream envelope.csv
     handout print --printer epson --queue ipp://192.168.1.7/ipp/print envelope.csv
     handout print --printer epson --queue ipp://192.168.1.7/ipp/print envelope.csv --resume
+    handout print --printer epson --queue office --queue attic people.csv --letter letter.txt
     """
     from handout.pipeline.printing import PrintingStopped, RowsRefused, print_
 
@@ -105,11 +109,11 @@ def command(
 
 
 def summary(result: Printed) -> str:
-    """What became of a batch, in a few words."""
+    """What became of a batch, in a few words; of several devices which rows each made."""
     report = result.report
     files = ", ".join(map(str, report.files[:_MOST_NAMED]))
     jobs = units.count(len({job.name for job in report.jobs}), "job")
-    where = files or f"{jobs} to {result.destination}"
+    where = files or f"{jobs} to {result.shared or result.destination}"
     before = f", {len(report.before)} before" if report.before else ""
     wanted = units.count(len(report.rows) + len(report.failed), "row" if result.letters else "envelope")
     return f"{len(report.rows)} of {wanted} done ({where}){before}"

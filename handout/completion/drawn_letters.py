@@ -38,7 +38,7 @@ from handout.writing.specimen import single_letter
 _STEP = 0.03  # x-heights between vertices of a line that is drawn; .9 pixels at 300 dpi and 2.5 mm
 _HASTY = 0.85  # share of joins from which an author writes as the quick hand does
 _WIDER = (0.7, 1.45)  # least and most that letters are made narrower or broader, however odd the widths measured
-_PARALLEL = 0.87  # cosine, from which on two lines run side by side
+_PARALLEL = 0.95  # cosine, from which on two lines run side by side: of .87, .93 and .95 letters are read best
 _ONE_LINE = 2.6  # half widths of the line, within which two strokes side by side are one line; by eye
 _LENS = 2.0  # of that: a gap no wider than this between two strokes that are one line before and after is none
 _LED = 2.0  # half widths along the way over which a stroke is led on to the one beside it; by eye

@@ -24,7 +24,7 @@ _OUTER = 0.15  # x-heights that a ligature may begin inside its letter's side
 _LEVEL = 0.12  # x-heights from a ligature's height to a place that it can begin at
 _AT_END = 0.25  # x-heights from there to the end of a stroke that is taken for it
 _LED = 0.35  # x-heights over which a ligature takes on the direction of the stroke that it goes on from
-_ALIKE, _SOME, _COMPARED = 10, 3, 6  # ligatures that fit best; of those most like them one is taken; places compared
+_ALIKE, _SOME, _COMPARED = 10, 6, 6  # ligatures that fit best; of those most like them one is taken; places compared
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,16 +116,17 @@ class Links:
     def _start(self, body: Array, strokes: Sequence[Array], joined: int, height: float) -> tuple[Array, int] | None:
         """Where a ligature can begin at a height, and the number of the stroke that ends there, or else -1.
 
-        A pen leaves a letter where its last stroke ends; it comes to any place on the near side.
+        It comes to, or leaves, the outermost place of a letter, or its stroke's end near there; a pen leaves at the
+        height at which its last stroke ends.
         """
-        end = strokes[joined][-1 if self._leaving else 0]
-        if self._leaving:
-            return (end, joined) if abs(end[1] - height) < _AT_END * self._x_height else None
+        end, near = strokes[joined][-1 if self._leaving else 0], _AT_END * self._x_height
+        if self._leaving and abs(end[1] - height) > near:
+            return None
         level = body[np.abs(body[:, 1] - height) < _LEVEL * self._x_height]
         if not len(level):
             return None
         furthest = level[self._side(level).argmax()]
-        if np.hypot(*(end - furthest)) < _AT_END * self._x_height and len(strokes[joined]) > 1:
+        if np.hypot(*(end - furthest)) < near and len(strokes[joined]) > 1:
             return end, joined
         return furthest, -1
 

@@ -72,7 +72,7 @@ class MannerSettings:
     doubt: float = 1.4
     other: float = 0.8
     aside: tuple[float, ...] = (0.15, 0.15, 0.15, 0.25)
-    upward: tuple[float, ...] = (0.075, 0.075, 0.25, 0.25, 0.075)
+    upward: tuple[float, ...] = (0.075, 0.075, 0.6, 0.6, 0.075)
     clear: float = 0.1
     class_counts: float = 0.25
     narrowed: float = 0.3

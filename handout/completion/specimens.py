@@ -133,7 +133,7 @@ def _page_pixels(
     for number, (specimen, graphs) in enumerate(zip(specimens, laid, strict=True)):
         pairs = zip(specimen.parts, graphs, strict=True)
         scanned.append(_line(specimen, number, [(g, p.source) for p, g in pairs if p.source != NO_PAGE]))
-    rgba = texture(Manuscript(tuple(scanned), page, like.x_height), hand, like.dpi).rgba
+    rgba = texture(Manuscript(tuple(scanned), page, like.x_height), hand, like.dpi).rgba.copy()
     ways = [
         replace(way, xy=(spot + way.xy * [like.pitch, -like.pitch]) / like.pixel - 0.5)
         for specimen, spot in zip(specimens, spots, strict=True)
@@ -141,12 +141,17 @@ def _page_pixels(
         for way in part.ways
     ]
     if ways:
-        ink = rgba * np.concatenate([np.repeat(rgba[:, :, 3:], 3, axis=2), np.ones_like(rgba[:, :, 3:])], axis=2)
+        rgba[:, :, :3] *= rgba[:, :, 3:]
         sweep = Sweep(hand)
         for way in ways:
-            sweep.ink(ink, way)
-        rgba = np.concatenate([ink[:, :, :3] / np.maximum(ink[:, :, 3:], 1e-6), ink[:, :, 3:]], axis=2)
-    return np.rint(rgba * 255).astype(np.uint8)
+            sweep.ink(rgba, way)
+    inked = rgba[:, :, 3] > 0
+    values = rgba[inked]
+    if ways:
+        values[:, :3] /= values[:, 3:]
+    pixels = np.zeros(rgba.shape, dtype=np.uint8)
+    pixels[inked] = np.rint(values * 255)
+    return pixels
 
 
 def _line(specimen: Specimen, number: int, parts: Sequence[tuple[LineGraph, int]]) -> Line:

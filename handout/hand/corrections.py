@@ -93,6 +93,13 @@ class Confirm(Correction, frozen=True, tag="confirm"):
     text: str | None = None
 
 
+class Strokes(Correction, frozen=True, tag="strokes"):
+    """The letter at `at` was written so: places along each of its strokes, in order."""
+
+    at: Spot
+    ways: tuple[tuple[Spot, ...], ...]
+
+
 class Outline(Correction, frozen=True, tag="outline"):
     """The writing inside the polygon `within` is the letter `text`, whosever it was."""
 
@@ -124,6 +131,14 @@ class Rule(Correction, frozen=True, tag="rule"):
     to: Literal["ink", "paper"] = "paper"
 
 
+class Baseline(Correction, frozen=True, tag="baseline"):
+    """The baseline of line `line`, from 0, runs through `a` and `b`, bent as it is."""
+
+    line: int
+    a: Spot
+    b: Spot
+
+
 class Cut(Correction, frozen=True, tag="cut"):
     """The strokes that the line from `a` to `b` crosses do not hang together there."""
 
@@ -139,7 +154,7 @@ class Join(Correction, frozen=True, tag="join"):
 
 
 AnyCorrection = Union[  # noqa: UP007  (msgspec reads it)
-    Label, Merge, Split, Remove, Unlink, Link, Placing, Confirm, Outline, Paint, Rule, Cut, Join
+    Label, Merge, Split, Remove, Unlink, Link, Placing, Confirm, Strokes, Outline, Paint, Rule, Baseline, Cut, Join
 ]
 _Several = list[AnyCorrection]
 
@@ -256,18 +271,29 @@ def _apply(work: HandEditor, correction: AnyCorrection) -> None:
             work.unlink(at)
         case Link(at=at, other=other):
             work.link(at, other)
-        case Placing(at=at, place=place):
-            work.place(at, place)
         case Confirm(at=at, text=text):
             work.confirm(at, text)
+        case Strokes(at=at, ways=ways):
+            work.strokes(at, ways)
         case Outline(within=within, text=text):
             work.letter(within, text)
+        case Placing(at=at, place=place):
+            work.place(at, place)
+        case _:
+            _apply_to_page(work, correction)
+
+
+def _apply_to_page(work: HandEditor, correction: Correction) -> None:
+    """Make a correction of ink or lines, whosever they are."""
+    match correction:
         case Paint():
             _paint(work, correction)
         case Rule(a=a, b=b, width=width, to="paper"):
             work.rule(a, b, width)
         case Rule(a=a, b=b, width=width):
             work.paint_ink((a, b), width)
+        case Baseline(line=line, a=a, b=b):
+            work.baseline(line, a, b)
         case Cut(a=a, b=b):
             work.cut(a, b)
         case Join(at=at, other=other):

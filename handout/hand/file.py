@@ -15,7 +15,7 @@ Source: seed 000, §5.1.3 for what is kept.
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import lru_cache, partial
 from itertools import accumulate, pairwise
 from pathlib import Path
@@ -42,6 +42,7 @@ _MOST_PAPER = 1_000_000  # pixels; what is kept of it has a few thousand
 _JOURNAL, _ENTRIES, _LEARNT = "corrections.json", "corrections/", "learnt.json"
 _SHIPPED = Path(__file__).resolve().parent / "house"
 _BESIDE = ".learnt"  # suffix of what is kept of a hand that ships: with every version something else, where ink stays
+_TIGHT, _QUICK = 7, 1  # of packing pictures: how hard, and how hard while somebody waits
 _COLUMNS = ("page", "line", "word", "at", "before", "after", "place")
 
 
@@ -104,6 +105,11 @@ def record(source: Path, path: Path, before: ScannedHand, after: ScannedHand, en
     InputError
         As `load` and `save`.
     """
+    return record_all(source, path, before, [(after, entry)])
+
+
+def record_all(source: Path, path: Path, before: ScannedHand, steps: Sequence[tuple[ScannedHand, Entry]]) -> Journal:
+    """The same with several entries, each with what it made of the hand before; `steps` are one or more."""
     with Archive(source) as archive:
         whole, earlier = _journal(archive, source)
         kept = Journal(whole.entries[: whole.made], whole.made)
@@ -114,14 +120,23 @@ def record(source: Path, path: Path, before: ScannedHand, after: ScannedHand, en
             if not name.startswith(_ENTRIES) or name.startswith(folders)
         }
         archive.look_in(folders)
-        drawn = [old.texture is not new.texture for old, new in zip(before.pages, after.pages, strict=True)]
-        for name, content in _hand_parts(after, packed="pages/0/ink.webp" in archive, drawn=drawn).items():
-            data = content_bytes(content)
-            if name not in archive or archive.read(name) != data:
-                parts[f"{_ENTRIES}{kept.made + 1}/{name}"] = data
-    entry = msgspec.structs.replace(entry, corrections=(*earlier, *entry.corrections))
-    journal = Journal((*kept.entries, entry), kept.made + 1)
-    _write(path, pack({**parts, _JOURNAL: _journal_bytes(journal)}))
+        newest: dict[str, bytes] = {}
+        inks: set[int] = set()
+        for number, (after, _) in enumerate(steps, kept.made + 1):
+            drawn = [old.texture is not new.texture for old, new in zip(before.pages, after.pages, strict=True)]
+            inks |= {page for page, is_ in enumerate(drawn) if is_}
+            for name, content in _hand_parts(after, packed="pages/0/ink.webp" in archive, drawn=drawn).items():
+                data = content_bytes(content)
+                if name not in newest and name in archive:
+                    newest[name] = archive.read(name)
+                if newest.get(name) != data:
+                    parts[f"{_ENTRIES}{number}/{name}"] = newest[name] = data
+            before = after
+    first, *others = (entry for _, entry in steps)
+    first = msgspec.structs.replace(first, corrections=(*earlier, *first.corrections))
+    journal = Journal((*kept.entries, first, *others), kept.made + len(steps))
+    # ink that is copied as it was packed is known to be whole by its check sum
+    _write(path, pack({**parts, _JOURNAL: _journal_bytes(journal)}), inks)
     return journal
 
 
@@ -167,7 +182,7 @@ def rewind(source: Path, path: Path, made: int) -> Journal:
     if not 0 <= made <= len(journal.entries):
         raise InputError(f"{source}: there is nothing to be {'undone' if made < 0 else 'made again'}.")
     journal = msgspec.structs.replace(journal, made=made)
-    _write(path, pack({**parts, _JOURNAL: _journal_bytes(journal)}))
+    _write(path, pack({**parts, _JOURNAL: _journal_bytes(journal)}), ())
     return journal
 
 
@@ -185,9 +200,12 @@ def journal(path: Path) -> Journal:
         return _journal(archive, path)[0]
 
 
-def _write(path: Path, data: bytes) -> None:
+def _write(path: Path, data: bytes, inks: Collection[int] | None = None) -> None:
+    """Write a file that can be read back; `inks` are the pages whose ink is looked at for that, all of them if None."""
     try:
-        check(path, data)
+        hand = _read(path, data)
+        for number, page in enumerate(hand.pages):
+            _ = page.texture.pixels if inks is None or number in inks else None
     except InputError as error:
         raise InputError(
             f"{path} is not written, because it could not be read back; that is a fault of this program. {error}"
@@ -204,7 +222,10 @@ def to_bytes(hand: ScannedHand, *, packed: bool = False) -> bytes:
 
 
 def _hand_parts(hand: ScannedHand, packed: bool, drawn: Sequence[bool] = ()) -> dict[str, Content]:
-    """The parts of a file that hold a hand; `drawn` says of which pages the ink is among them, without it of all."""
+    """The parts of a file that hold a hand; `drawn` says of which pages the ink is among them, without it of all.
+
+    Ink that a person painted is packed less tightly: somebody waits for it.
+    """
     facts = _File(FORMAT, hand.name, hand.title, [_facts(p) for p in hand.pages], [g.letter for g in hand.glyphs])
     parts: dict[str, Content] = {"hand.json": facts}
     parts |= _glyph_arrays(hand.glyphs)
@@ -220,7 +241,9 @@ def _hand_parts(hand: ScannedHand, packed: bool, drawn: Sequence[bool] = ()) -> 
             parts |= _moment_arrays(page.moments, folder)
         parts[folder + "paper.png"] = _picture(page.paper)
         if not drawn or drawn[number]:
-            parts[folder + ("ink.webp" if packed else "ink.png")] = _picture(page.texture.rgba, packed)
+            parts[folder + ("ink.webp" if packed else "ink.png")] = _picture(
+                page.texture.rgba, packed, _QUICK if drawn else _TIGHT
+            )
     return parts
 
 
@@ -410,15 +433,24 @@ def _glyph_arrays(glyphs: Sequence[ScannedGlyph]) -> dict[str, Content]:
     """The glyphs as columns; lists of vertices are one array and the length of each."""
     rows = [(g.page, g.line, g.word, g.at, g.before, g.after, PLACES.index(g.place)) for g in glyphs]
     ways = [(number, way) for number, glyph in enumerate(glyphs) for way in glyph.ligatures]
+    strokes = [(number, way) for number, glyph in enumerate(glyphs) for way in glyph.ways]
     return {
+        **(_numbered_lists("strokes", strokes) if strokes else {}),
         "glyphs/table.npy": np.array(rows, dtype=np.int32).reshape(-1, len(_COLUMNS)),
         "glyphs/confidence.npy": np.array([g.confidence for g in glyphs], dtype=np.float32),
         "glyphs/confirmed.npy": np.array([g.confirmed for g in glyphs], dtype=np.uint8),
         "glyphs/vertices.npy": _flat([g.vertices for g in glyphs]),
         "glyphs/counts.npy": np.array([len(g.vertices) for g in glyphs], dtype=np.int32),
-        "ligatures/from.npy": np.array([number for number, _ in ways], dtype=np.int32),
-        "ligatures/vertices.npy": _flat([way.path for _, way in ways]),
-        "ligatures/counts.npy": np.array([len(way.path) for _, way in ways], dtype=np.int32),
+        **_numbered_lists("ligatures", [(number, way.path) for number, way in ways]),
+    }
+
+
+def _numbered_lists(folder: str, lists: Sequence[tuple[int, Indices]]) -> dict[str, Content]:
+    """Lists of vertices, and of which glyph each is."""
+    return {
+        f"{folder}/from.npy": np.array([number for number, _ in lists], dtype=np.int32),
+        f"{folder}/vertices.npy": _flat([vertices for _, vertices in lists]),
+        f"{folder}/counts.npy": np.array([len(vertices) for _, vertices in lists], dtype=np.int32),
     }
 
 
@@ -443,16 +475,28 @@ def _glyphs(archive: Archive, letters: list[str], pages: Sequence[ScannedPage]) 
     known = "glyphs/confirmed.npy"
     confirmed = archive.array(known, "uint8", count) > 0 if known in archive else np.zeros(count, dtype=bool)
     vertices = _lists(archive, "glyphs", count)
-    ways = _ligatures(archive, table, pages)
+    ways, strokes = _ligatures(archive, table, pages), _strokes(archive, count)
     glyphs = []
     for i, (page, line, word, at, before, after, place) in enumerate(table):
         if not 0 <= place < len(PLACES):
             raise ValueError(f"glyph {i} has no place in its word")
         if not 0 <= sure[i] <= 1:
             raise ValueError(f"glyph {i} has a confidence of {sure[i]:g}")
-        rest = (before, after, tuple(ways.get(i, ())), sure[i], bool(confirmed[i]))
+        rest = (before, after, tuple(ways.get(i, ())), sure[i], bool(confirmed[i]), tuple(strokes.get(i, ())))
         glyphs.append(ScannedGlyph(letters[i], PLACES[place], page, line, word, at, vertices[i], *rest))
     return tuple(glyphs)
+
+
+def _strokes(archive: Archive, count: int) -> dict[int, list[Indices]]:
+    """How glyphs were written, as a person said."""
+    strokes: dict[int, list[Indices]] = {}
+    if "strokes/from.npy" in archive:
+        owner = archive.array("strokes/from.npy", "int32", None).tolist()
+        for number, way in zip(owner, _lists(archive, "strokes", len(owner)), strict=True):
+            if not 0 <= number < count or not len(way):
+                raise ValueError(f"a stroke is that of glyph {number} of {count}, or has no vertices")
+            strokes.setdefault(number, []).append(way)
+    return strokes
 
 
 def _ligatures(archive: Archive, table: list[Any], pages: Sequence[ScannedPage]) -> dict[int, list[Ligature]]:
@@ -488,13 +532,13 @@ def _lists(archive: Archive, folder: str, count: int) -> list[Indices]:
     return [flat[a:b] for a, b in pairwise(accumulate(counts.tolist(), initial=0))]
 
 
-def _picture(pixels: NDArray[np.uint8], packed: bool = False) -> bytes:
+def _picture(pixels: NDArray[np.uint8], packed: bool = False, level: int = _TIGHT) -> bytes:
     from PIL import Image
 
     stream = io.BytesIO()
     image = Image.fromarray(np.ascontiguousarray(pixels))
     if packed:
-        image.save(stream, "WEBP", lossless=True, quality=80, method=5, exact=True)
+        image.save(stream, "WEBP", lossless=True, quality=80, method=5 if level == _TIGHT else 0, exact=True)
     else:
-        image.save(stream, "PNG", compress_level=7)
+        image.save(stream, "PNG", compress_level=level)
     return stream.getvalue()

@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from handout.hand.scanned import ScannedHand, ScannedPage
-from handout.values import Array, Indices
+from handout.values import Array, Indices, LineGraph
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ def _connections(sheet: ScannedPage, ink: _Ink) -> Array:
     from scipy.sparse.csgraph import connected_components
 
     graph, count, sets = sheet.graph, len(ink.vertices), len(ink.first) - 1
-    inner = _inner_edges(graph.edges, len(graph), ink)
+    inner = _inner_edges(graph, ink)
     joined = coo_matrix((np.ones(len(inner), dtype=np.int8), (inner[:, 0], inner[:, 1])), shape=(count, count))
     pieces, piece = connected_components(joined, directed=False)
     degree = np.bincount(inner.ravel(), minlength=count)
@@ -137,10 +137,9 @@ def _connections(sheet: ScannedPage, ink: _Ink) -> Array:
     return np.column_stack([length, radius, density, np.log(parts), loops, ends, forks, main / total])
 
 
-def _inner_edges(edges: Indices, count: int, ink: _Ink) -> Indices:
+def _inner_edges(graph: LineGraph, ink: _Ink) -> Indices:
     """(k, 2): edges of the graph of which both ends are in one set, by their places in `ink`."""
-    order = np.argsort(edges[:, 0], kind="stable")
-    begin = np.searchsorted(edges[order, 0], np.arange(count + 1))
+    edges, count, (order, begin) = graph.edges, len(graph), graph.leaving
     out = begin[ink.vertices + 1] - begin[ink.vertices]
     start = np.repeat(np.arange(len(out)), out)
     number = np.arange(len(start)) - np.repeat(np.cumsum(out) - out, out) + np.repeat(begin[ink.vertices], out)

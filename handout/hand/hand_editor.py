@@ -56,9 +56,8 @@ class HandEditor:
         """The corrected hand, its glyphs numbered in the order of writing; what was named by hand comes last."""
         numbers = [i for i in self._order if self._glyphs[i] is not None]
         number = {old: new for new, old in enumerate(numbers)} | {NOBODY: NOBODY}
-        glyphs = (self._glyph(i) for i in numbers)
-        numbered = (replace(glyph, before=number[glyph.before], after=number[glyph.after]) for glyph in glyphs)
-        return replace(self._hand, pages=tuple(self._pages), glyphs=tuple(numbered))
+        numbered = tuple(self._glyph(i).beside(number) for i in numbers)
+        return replace(self._hand, pages=tuple(self._pages), glyphs=numbered)
 
     def turn_to(self, page: int) -> None:
         """Let the places that follow be on that page."""
@@ -182,6 +181,19 @@ class HandEditor:
         number = self._number(at)
         self._glyphs[number] = replace(self._glyph(number), place=place)
 
+    def strokes(self, at: Spot, ways: Sequence[Sequence[Spot]]) -> None:
+        """Say along which places the strokes of a letter were written, in order."""
+        number = self._number(at)
+        glyph, graph = self._glyph(number), self._scan.graph
+        if not ways or not all(len(way) for way in ways):
+            raise CorrectionError("a stroke needs places: give those that the pen passed, in order")
+        found = tuple(page_editor.along(graph, glyph.vertices, np.array(way)) for way in ways)
+        for way, path in zip(ways, found, strict=True):
+            away = np.linalg.norm(graph.uv[path[0]] - np.array(way[0])) * self._scan.pixel
+            if away > _FARTHEST:
+                raise CorrectionError(f"a stroke begins {away:.1f} mm from the ink of {glyph.letter!r}")
+        self._glyphs[number] = replace(glyph, ways=found)
+
     def paint_paper(self, cover: Sequence[Spot], width: float | None) -> None:
         """Take away the ink under a brush `width` pixels wide, or inside a polygon."""
         self._check_brush(cover, width)
@@ -212,6 +224,20 @@ class HandEditor:
         if count > 1:
             self.notes.append(f"{units.count(count - 1, 'rule')} like the one that was corrected went with it.")
 
+    def baseline(self, line: int, a: Spot, b: Spot) -> None:
+        """Let the baseline of a line run through two places."""
+        for end in (a, b):
+            self._on_page(end)
+        if not 0 <= line < len(self._scan.baselines):
+            raise CorrectionError(f"there is no line {line}; the page has {len(self._scan.baselines)}, from 0")
+        if abs(a[0] - b[0]) < self._scan.x_height / self._scan.pixel:
+            raise CorrectionError("the two places lie above each other: a baseline runs along a line")
+        self._scan = page_editor.on_baseline(self._scan, line, a, b)
+        for i, glyph in self._on_this_page():
+            if glyph.line == line and glyph.ligatures:
+                ways = tuple(self._scan.ligature(line, way.path) for way in glyph.ligatures)
+                self._glyphs[i] = replace(glyph, ligatures=ways)
+
     def cut(self, a: Spot, b: Spot) -> None:
         """Cut every stroke that the line from `a` to `b` crosses; the letters keep what they have."""
         for end in (a, b):
@@ -232,7 +258,7 @@ class HandEditor:
         if away > _FARTHEST:
             raise CorrectionError(f"the two places are {away:.1f} mm apart; strokes within {_FARTHEST:g} mm are joined")
         self._scan = page_editor.joined(self._scan, one, second)
-        self._rejoin_all()
+        self._rejoin_some({int(self._owner[one]), int(self._owner[second])} - {NOBODY})
 
     @property
     def _scan(self) -> ScannedPage:
@@ -400,12 +426,20 @@ class HandEditor:
 
     def _changed(self, page: ScannedPage, number: Indices) -> None:
         """Take a page whose vertices have other numbers (n,), −1 for those that are gone."""
+        cut: list[int] = []
         for i, _ in self._on_this_page():
             glyph = self._glyph(i)
             left = number[glyph.vertices]
             left = np.sort(left[left >= 0])
             if len(left):
-                self._glyphs[i] = replace(glyph, vertices=left, ligatures=())
+                ways = [number[way.path] for way in glyph.ligatures]
+                if all((way >= 0).all() for way in ways):
+                    known = tuple(replace(way, path=path) for way, path in zip(glyph.ligatures, ways, strict=True))
+                else:
+                    known, cut = (), [*cut, i]
+                said = tuple(number[way] for way in glyph.ways)
+                said = said if all((way >= 0).all() for way in said) else ()
+                self._glyphs[i] = replace(glyph, vertices=left, ligatures=known, ways=said)
             else:
                 self._part(glyph.before)
                 self._part(i)
@@ -414,11 +448,12 @@ class HandEditor:
         self._owners.pop(self._page)
         self._trees.pop(self._page)
         self.turn_to(self._page)
-        self._rejoin_all()
+        self._rejoin_some({i for i in cut if self._glyphs[i] is not None})
 
     def _cut(self, edges: NDArray[np.bool_]) -> None:
+        beside = set(self._owner[self._scan.graph.edges[edges]].ravel().tolist()) - {NOBODY}
         self._scan = page_editor.cut(self._scan, edges)
-        self._rejoin_all()
+        self._rejoin_some(beside)
 
     def _joined(self, first: Indices, second: Indices, most: float) -> None:
         """Put an edge where two letters that do not hang together come nearest, if that is within `most` mm."""
@@ -435,11 +470,11 @@ class HandEditor:
             self._scan = page_editor.joined(self._scan, int(first[nearest]), int(second[index[nearest]]))
             self._finders.pop(self._page, None)
 
-    def _rejoin_all(self) -> None:
+    def _rejoin_some(self, numbers: set[int]) -> None:
+        """Find the ligatures of some glyphs, and towards them, again on a graph that has changed."""
         self._finders.pop(self._page, None)
-        for i, glyph in self._on_this_page():
-            if glyph.after != NOBODY:
-                self._rejoin(i)
+        for number in sorted(numbers):
+            self._rejoin(number)
 
     def _across(self, a: Array, b: Array) -> NDArray[np.bool_]:
         """(m,) which edges of the page the line from `a` to `b` crosses."""

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from handout.hand.scanned import Ligature, ScannedPage
-from handout.values import Indices, LineGraph
+from handout.values import Indices
 
 _REACH = 0.6  # x-heights of path on either side of the joint
 _TURN = 0.06  # x-heights back: a stroke that turns belongs to its letter from there on
@@ -28,7 +28,7 @@ class LigatureFinder:
     def __init__(self, page: ScannedPage, owner: Indices) -> None:
         self._page = page
         self._owner = owner
-        self._around = _neighbours(page.graph)
+        self._beside, self._begin = page.graph.around
         self._unit = page.x_height / page.pixel
 
     def between(self, first: int, second: int, line: int) -> tuple[Ligature, ...]:
@@ -44,8 +44,13 @@ class LigatureFinder:
 
     def _joints(self, first: int, second: int) -> list[tuple[int, int]]:
         """The edges that lead from one glyph to another, in an order that is the same from either side."""
-        vertices = np.flatnonzero(self._owner == first).tolist()
-        across = [(v, w) for v in vertices for w in self._around[v] if self._owner[w] == second]
+        vertices = np.flatnonzero(self._owner == first)
+        count = self._begin[vertices + 1] - self._begin[vertices]
+        beside = self._beside[
+            np.repeat(self._begin[vertices] - np.cumsum(count) + count, count) + np.arange(count.sum())
+        ]
+        there = self._owner[beside] == second
+        across = zip(np.repeat(vertices, count)[there].tolist(), beside[there].tolist(), strict=True)
         return sorted(across, key=lambda edge: (min(edge), max(edge)))
 
     def _walk(self, start: int, before: int, line: int) -> list[int]:
@@ -67,7 +72,7 @@ class LigatureFinder:
         uv = self._page.graph.uv
         while True:
             yield vertex
-            ahead = [v for v in self._around[vertex] if v != before]
+            ahead = [v for v in self._around(vertex) if v != before]
             if len(ahead) != 1 or self._owner[ahead[0]] != letter:
                 return
             length += float(np.hypot(*(uv[ahead[0]] - uv[vertex])))
@@ -75,10 +80,5 @@ class LigatureFinder:
                 return
             before, vertex = vertex, ahead[0]
 
-
-def _neighbours(graph: LineGraph) -> list[list[int]]:
-    around: list[list[int]] = [[] for _ in range(len(graph))]
-    for a, b in graph.edges.tolist():
-        around[a].append(b)
-        around[b].append(a)
-    return around
+    def _around(self, vertex: int) -> list[int]:
+        return list(self._beside[self._begin[vertex] : self._begin[vertex + 1]].tolist())

@@ -73,7 +73,7 @@ def as_paper(page: ScannedPage, cover: NDArray[np.uint8]) -> tuple[ScannedPage, 
     column, row = np.rint(page.graph.uv).astype(np.intp).T
     column, row = column.clip(0, page.shape[1] - 1), row.clip(0, page.shape[0] - 1)
     gone = cover[row, column] > 0
-    if not gone.any() and not (page.texture.rgba[:, :, 3][here] > 0).any():
+    if not gone.any() and not (page.texture.alpha[here] > 0).any():
         raise PaintError("there is no ink")
     return _without(replace(page, texture=_cleared(page.texture, here)), gone)
 
@@ -133,7 +133,29 @@ def line_alone(graph: LineGraph, some: NDArray[np.bool_], shape: tuple[int, int]
 
     shape : (height, width) of the picture, pixels; pixel : mm, its side.
     """
-    return _discs(graph, some, shape, pixel) & ~_discs(graph, ~some, shape, pixel)
+    alone = np.zeros(shape, dtype=bool)
+    if not some.any():
+        return alone
+    # circles are drawn one by one: only those near are
+    room = float(graph.radius.max()) / pixel + _SETTINGS.touch + 2
+    low = np.maximum(np.floor(graph.uv[some].min(axis=0) - room), 0).astype(int)
+    high = np.ceil(graph.uv[some].max(axis=0) + room).astype(int) + 1
+    near = ((graph.uv >= low - room) & (graph.uv <= high + room)).all(axis=1)
+    part = alone[low[1] : high[1], low[0] : high[0]]
+    own, others = (_discs(graph, which & near, low, part.shape, pixel) for which in (some, ~some))
+    part[:] = own & ~others
+    return alone
+
+
+def on_baseline(page: ScannedPage, line: int, a: tuple[float, float], b: tuple[float, float]) -> ScannedPage:
+    """The page with the baseline of a line through two places, bent as it was."""
+    baselines = page.baselines.copy()
+    x, y = np.array([a, b], dtype=np.float64).T
+    off = y - page.base(line, x)
+    slope = (off[1] - off[0]) / (x[1] - x[0])
+    baselines[line, 0] += off[0] + slope * (baselines[line, 3] - x[0])
+    baselines[line, 1] += slope
+    return replace(page, baselines=baselines)
 
 
 def cut(page: ScannedPage, edges: NDArray[np.bool_]) -> ScannedPage:
@@ -144,6 +166,29 @@ def cut(page: ScannedPage, edges: NDArray[np.bool_]) -> ScannedPage:
 def joined(page: ScannedPage, one: int, other: int) -> ScannedPage:
     """The page with an edge between two vertices."""
     return replace(page, graph=replace(page.graph, edges=np.vstack([page.graph.edges, [sorted((one, other))]])))
+
+
+def along(graph: LineGraph, vertices: Indices, places: Array) -> Indices:
+    """(k,) of some vertices (n,) of a graph, rising, those along places (m, 2): the nearest to each, along edges."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import dijkstra
+    from scipy.spatial import cKDTree
+
+    uv, (a, b) = graph.uv[vertices], graph.edges_between(vertices).T
+    near = cKDTree(uv).query(places)[1].tolist()
+    length = np.linalg.norm(uv[a] - uv[b], axis=1) + 1e-6
+    joined = coo_matrix((length, (a, b)), shape=(len(uv), len(uv)))
+    path = [near[0]]
+    for one in near[1:]:
+        if one == path[-1]:
+            continue
+        before = dijkstra(joined, directed=False, indices=path[-1], return_predecessors=True)[1]
+        back = [one]
+        while back[-1] != path[-1] and before[back[-1]] >= 0:
+            back.append(int(before[back[-1]]))
+        # over a gap the pen goes straight
+        path += back[-2::-1] if back[-1] == path[-1] else [one]
+    return np.asarray(vertices[path], dtype=np.intp)
 
 
 def _without(page: ScannedPage, gone: NDArray[np.bool_]) -> tuple[ScannedPage, Indices]:
@@ -177,9 +222,9 @@ def _with_line(page: ScannedPage, uv: Array, radius: float) -> tuple[ScannedPage
 
 def _cleared(texture: Texture, here: NDArray[np.bool_]) -> Texture:
     """The texture without what lies where `here` (h, w) says."""
-    pixels = texture.rgba.copy()
+    pixels = texture.pixels.copy()
     pixels[here] = 0
-    return Texture(texture.corner, texture.shape, lambda: pixels)
+    return Texture(texture.corner, texture.shape, lambda: pixels, texture.blue_first)
 
 
 def _inked(page: ScannedPage, cover: NDArray[np.uint8]) -> Texture:
@@ -190,35 +235,37 @@ def _inked(page: ScannedPage, cover: NDArray[np.uint8]) -> Texture:
     left, top = min(x, int(columns.min())), min(y, int(rows.min()))
     right, bottom = max(x + width, int(columns.max()) + 1), max(y + height, int(rows.max()) + 1)
     pixels = np.zeros((bottom - top, right - left, 4), dtype=np.uint8)
-    pixels[y - top : y - top + height, x - left : x - left + width] = texture.rgba
+    pixels[y - top : y - top + height, x - left : x - left + width] = texture.pixels
     colour, opacity = _usual_ink(page)
     alpha = (cover[top:bottom, left:right] * (opacity / 255)).astype(np.uint8)
     new = alpha > pixels[:, :, 3]
     pixels[new & (pixels[:, :, 3] == 0), :3] = colour
     pixels[:, :, 3] = np.maximum(pixels[:, :, 3], alpha)
-    return Texture((left, top), pixels.shape[:2], lambda: pixels)
+    return Texture((left, top), pixels.shape[:2], lambda: pixels, texture.blue_first)
 
 
 def _usual_ink(page: ScannedPage) -> tuple[NDArray[np.uint8], float]:
-    """Colour (3,) and opacity, 0–255, of the middle of strokes; black where there are none."""
+    """Colour (3,), as the pixels of the texture have it, and opacity, 0–255, of the middle of strokes; else black."""
     x, y = page.texture.corner
     height, width = page.texture.shape
     column, row = np.rint(page.graph.uv - (x, y)).astype(np.intp).T
     inside = (column >= 0) & (row >= 0) & (column < width) & (row < height)
-    middle = page.texture.rgba[row[inside], column[inside]]
+    middle = page.texture.pixels[row[inside], column[inside]]
     middle = middle[middle[:, 3] > 0]
     if not len(middle):
         return np.zeros(3, dtype=np.uint8), 255.0
     return np.median(middle[:, :3], axis=0).astype(np.uint8), float(np.median(middle[:, 3]))
 
 
-def _discs(graph: LineGraph, some: NDArray[np.bool_], shape: tuple[int, int], pixel: float) -> NDArray[np.bool_]:
-    """(h, w) where the line of some vertices (n,) lies, a little wider than it was found."""
+def _discs(
+    graph: LineGraph, some: NDArray[np.bool_], corner: Indices, shape: tuple[int, ...], pixel: float
+) -> NDArray[np.bool_]:
+    """(h, w) where the line of some vertices (n,) lies, a little wider than it was found, from (x, y) on."""
     import cv2
 
     cover = np.zeros(shape, dtype=np.uint8)
     radius = graph.radius[some] / pixel + _SETTINGS.touch
-    for (u, v), r in zip(np.rint(graph.uv[some]).astype(int).tolist(), radius.tolist(), strict=True):
+    for (u, v), r in zip((np.rint(graph.uv[some]).astype(int) - corner).tolist(), radius.tolist(), strict=True):
         cv2.circle(cover, (u, v), max(1, round(r)), 1, -1)
     return cover.astype(bool)
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -68,6 +68,8 @@ class ScannedGlyph:
         lifted.
     confidence : 0–1, of the place of its ends.
     confirmed : whether a person confirmed or corrected it: it is the truth, and what is aligned anew learns from it.
+    ways : how it was written, as a person said: its vertices along each stroke, in order; none where nobody did, or
+        where its ink is no longer what it was then.
     """
 
     letter: str
@@ -82,6 +84,7 @@ class ScannedGlyph:
     ligatures: tuple[Ligature, ...] = ()
     confidence: float = 1.0
     confirmed: bool = False
+    ways: tuple[Indices, ...] = ()
 
     __repr__ = one_line
 
@@ -90,6 +93,15 @@ class ScannedGlyph:
         if not len(vertices) or (vertices[1:] <= vertices[:-1]).any():
             raise ValueError("a glyph has vertices, in rising order")
         object.__setattr__(self, "vertices", vertices)
+        if self.ways:
+            ways = tuple(readonly_indices(way, None) for way in self.ways)
+            own = all(np.isin(way, vertices).all() for way in ways)
+            object.__setattr__(self, "ways", ways if own else ())
+
+    def beside(self, number: Mapping[int, int]) -> ScannedGlyph:
+        """The same glyph where those before and after it have other numbers; the same object if they have not."""
+        before, after = number[self.before], number[self.after]
+        return self if (before, after) == (self.before, self.after) else replace(self, before=before, after=after)
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,27 +122,33 @@ class Texture:
     __repr__ = one_line
 
     @cached_property
-    def _loaded(self) -> NDArray[np.uint8]:
+    def pixels(self) -> NDArray[np.uint8]:
+        """(h, w, 4) uint8, straight alpha, read-only, blue or red first as it was loaded."""
         pixels = self.load().view()
         if pixels.shape != (*self.shape, 4) or pixels.dtype != np.uint8:
             raise ValueError(f"expected {(*self.shape, 4)} of uint8, got {pixels.shape} of {pixels.dtype}")
         pixels.flags.writeable = False
         return pixels
 
+    @property
+    def alpha(self) -> NDArray[np.uint8]:
+        """(h, w) uint8: how much the ink hides."""
+        return self.pixels[:, :, 3]
+
     @cached_property
     def rgba(self) -> NDArray[np.uint8]:
         """(h, w, 4) uint8, straight alpha, read-only."""
         if not self.blue_first:
-            return self._loaded
-        pixels = self._loaded[:, :, _RED_FIRST]
+            return self.pixels
+        pixels = self.pixels[:, :, _RED_FIRST]
         pixels.flags.writeable = False
         return pixels
 
     def part(self, rows: slice, columns: slice) -> NDArray[np.uint8]:
         """(h, w, 4) uint8, straight alpha: some of its pixels."""
         if not self.blue_first:
-            return self._loaded[rows, columns]
-        return self._loaded[rows, columns][:, :, _RED_FIRST]
+            return self.pixels[rows, columns]
+        return self.pixels[rows, columns][:, :, _RED_FIRST]
 
 
 @dataclass(frozen=True, eq=False)

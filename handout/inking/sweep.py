@@ -13,7 +13,7 @@ Lu, Barnes, DiVerdi & Finkelstein 2013, RealBrush.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import pairwise
@@ -42,10 +42,14 @@ _AHEAD = 3.0  # radii before and after a place, whose directions count
 _END, _NEAR = 1.6, 1.6  # what the nearness of an end counts beside a direction; radii at which it is 1/e
 _EVEN = 1.2  # radii over which a line's middle is smoothed: its waver is part of its ink
 _STRIDE = 2  # pixels from one place that is looked for to the next
-_LIKE, _BEAM = 16, 48  # places looked at for each; rows that are gone on with
+_LIKE, _BEAM = 12, 24  # places looked at for each; rows that are gone on with
 _JUMP = 1.5  # cost of a place that does not follow the one before
 _WIDTH, _DARK = 2.0, 3.0  # cost of a jump by relative width, by darkness
-_AGAIN, _LATELY = 0.4, 0.8  # cost of a place that was used; of that, what is left after each stroke
+_AGAIN, _LATELY, _FORGOTTEN = (
+    0.4,
+    0.8,
+    1000,
+)  # cost of a place just used, left of that after each stroke; strokes to none
 _BLEND = 1.2  # radii on either side of a jump over which two stretches are blended
 _ACROSS = 2.0  # radii on either side of a line that its cross sections show, and two pixels
 _RIM = 1.5  # pixels beyond its radius over which a line fades, at most
@@ -244,7 +248,7 @@ class Sweep:
 
     def __init__(self, hand: ScannedHand) -> None:
         self._hand, self._stock = hand, stock(hand)
-        self._used = np.zeros(len(self._stock.page), dtype=np.float32)
+        self._used, self._now = np.full(len(self._stock.page), -_FORGOTTEN), 0
 
     def ink(self, page: _Pixels, way: Way) -> None:
         """Lay the ink of a way, pixels of the page, on that (h, w, 4), premultiplied."""
@@ -274,15 +278,19 @@ class Sweep:
         some = self._stock
         wanted = _features(xy, ends, some.usual)[::_STRIDE]
         near, at = some.tree.query(wanted, k=min(_LIKE, len(some.places)))
-        found = _search(some, wanted, some.places[at], near**2, self._used)
-        self._used *= _LATELY
+        found = _search(some, wanted, some.places[at], near**2, self._again)
+        self._now += 1
         numbers = np.empty(len(xy), dtype=np.intp)
         for k in range(_STRIDE):
             part = numbers[k::_STRIDE]
             part[:] = np.clip(found + k, some.first[found], some.last[found])[: len(part)]
-        for number in found:
-            self._used[max(number - 4, 0) : number + 5] = _AGAIN
+        for shift in range(-4, 5):
+            self._used[np.clip(found + shift, 0, len(self._used) - 1)] = self._now
         return numbers
+
+    def _again(self, places: Indices) -> Array:
+        """What it costs to take places that were taken lately."""
+        return np.asarray(_AGAIN * _LATELY ** (self._now - self._used[places]))
 
     def _strip(self, numbers: Indices, turns: tuple[bool, bool]) -> tuple[_Pixels, int]:
         """((n + 2 tip) · fine, m, 4) cross sections of a way and what may lie beyond its ends; the middle column."""
@@ -369,12 +377,12 @@ def _own_ink(ink: _Pixels, radius: Array, half: int) -> _Pixels:
     return ink * np.minimum(share, 1.0)[:, :, None]
 
 
-def _search(some: Stock, wanted: Array, near: Indices, price: Array, used: _Pixels) -> Indices:
+def _search(some: Stock, wanted: Array, near: Indices, price: Array, again: Callable[[Indices], Array]) -> Indices:
     """(n,): the cheapest row of places found, one for each of the features (n, 8).
 
-    near, price : (n, k) places that are like each, and how unlike.
+    near, price : (n, k) places that are like each, and how unlike; again : what it costs to take places again.
     """
-    states, cost = near[0], price[0] + used[near[0]]
+    states, cost = near[0], price[0] + again(near[0])
     kept: list[tuple[Indices, Indices]] = [(states, np.full(len(states), -1))]
     for k in range(1, len(wanted)):
         onward = states + _STRIDE
@@ -387,7 +395,7 @@ def _search(some: Stock, wanted: Array, near: Indices, price: Array, used: _Pixe
         best = leap.argmin(axis=0)
         jump_cost = leap[best, np.arange(len(best))] + _JUMP + price[k]
         every, costs = np.concatenate([on, near[k]]), np.concatenate([on_cost, jump_cost])
-        costs += used[every]
+        costs += again(every)
         come = np.concatenate([back, best])
         order = np.argsort(costs, kind="stable")[:_BEAM]
         states, cost = every[order], costs[order]

@@ -27,16 +27,23 @@ class Device(Result):
 
 @dataclass(frozen=True)
 class Probe(Result):
-    """Who answered at a port, and its limits by the keys of profiles; none where only its dialect is known."""
+    """Who answered at a port, and its limits by the keys of profiles; none where only its dialect is known.
+
+    title : what the firmware is called, "" if it is not known; profiles : which fit it, the likeliest first.
+    """
 
     port: str
     dialect: str
     firmware: str
     limits: dict[str, float] = field(default_factory=dict)
+    title: str = ""
+    profiles: tuple[str, ...] = ()
 
     def facts(self) -> Facts:
         limits: Facts = {"limits": self.limits} if self.limits else {}
-        return {"port": self.port, "dialect": self.dialect, "firmware": self.firmware, **limits}
+        return {"port": self.port, "dialect": self.dialect, "firmware": self.firmware, **limits} | (
+            {"title": self.title, "profiles": list(self.profiles)} if self.title else {}
+        )
 
 
 def list_devices() -> list[Device]:
@@ -80,4 +87,10 @@ def _identified(port: str) -> Probe:
             f"Nobody at {port} answers in a language handout knows (GRBL, EBB, Marlin, HP-GL): is the plotter switched "
             "on, is this its port?"
         )
-    return Probe(port, answer.dialect, answer.firmware)
+    known = answer.known
+    if known is not None and not known.dialect:
+        raise DeviceSilent(
+            f"{known.title} answers at {port} ({answer.firmware}), which handout does not speak: {known.advice}."
+        )
+    title, fitting = ("", ()) if known is None else (known.title, known.profiles)
+    return Probe(port, answer.dialect, answer.firmware, title=title, profiles=fitting)

@@ -1,36 +1,44 @@
 """The letters of a scanned hand on a desk: shown page by page, corrected one after another, each kept at once.
 
-A correction is made and kept in a fraction of a second; what the other letters of a page learn from it takes some
-seconds, and is asked for by itself (`learn_letters`).  Until then how sure the others are is what it was before.  Every
-change says which revision of the file it is about, so that two windows, or two programs, do not write over each
+A correction is on the disk before it is answered, in a log beside the .hand file (`hand.pending`), with the words
+around it aligned anew (`tagging.page_aligner`).  `keep_letters` takes the log into the .hand file, which is done when
+there is time, and before anything else looks at that.  What the networks learn from corrections takes a quarter of a
+minute, and is worked out apart, while letters go on being corrected (`begin_learning`, `learn_apart`, `take_learnt`).
+
+Every change says which revision of the hand it is about, so that two windows, or two programs, do not write over each
 other's.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import lru_cache
+import secrets
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from handout import atomic
 from handout.branching import branches
 from handout.errors import InputError
 from handout.hand import file, library
-from handout.hand.corrections import Entry, Journal, read_corrections
+from handout.hand.corrections import AnyCorrection, Entry, Journal, read_corrections
+from handout.hand.pending import PendingLog
 from handout.hand.places import graphemes
-from handout.hand.scanned import NOBODY, ScannedHand, ScannedPage
+from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
 from handout.hand.vetting import REFUSED, SURE, vet
 from handout.pipeline.kept_hands import learn
+from handout.pipeline.page_tiles import TILE, Tiles
 from handout.pipeline.results import SILENT, Facts, Listener
 from handout.progress import within
 from handout.values import Array
 
-TILE = 512  # pixels of a side of a tile
+if TYPE_CHECKING:
+    from handout.tagging.page_aligner import PageAligner
+
 _THINNED = 2  # every so manieth vertex of a line is shown: they lie about a pixel apart
-_QUALITY = 88  # of tiles as JPEG, set by eye
+_MOST_DESKS = 3  # each holds the pictures of its pages once they were looked at
 
 
 class StaleHand(InputError):
@@ -38,51 +46,114 @@ class StaleHand(InputError):
 
 
 @dataclass(frozen=True, eq=False)
-class _Desk:
-    """A hand as its file has it.
+class _State:
+    """A hand and what is thought of it.
 
     probability : (n,) of each glyph to be what it is called, as far as it is known.
     """
 
     hand: ScannedHand
-    journal: Journal
     probability: Array
 
 
-_DESKS: dict[Path, tuple[str, _Desk]] = {}  # revision and desk of the files that were looked at last
-_MOST_DESKS = 4  # each holds the pictures of its pages once they were looked at
+@dataclass(eq=False)
+class _Desk:
+    """A hand that is looked at.
+
+    on_disk : tells the file as it was read or written last from one that somebody else wrote.
+    journal : of the file; steps : what was done since, each with its entry and the state before; undone : of those
+        what can be made again.
+    revision : of the state: another for each change.
+    """
+
+    path: Path
+    on_disk: tuple[int, int]
+    journal: Journal
+    state: _State
+    steps: list[tuple[Entry, _State]] = field(default_factory=list)
+    undone: list[tuple[AnyCorrection, ...]] = field(default_factory=list)
+    revision: str = field(default_factory=lambda: secrets.token_hex(8))
+    aligners: dict[int, PageAligner | None] = field(default_factory=dict)
+    tiles: dict[int, Tiles] = field(default_factory=dict)
+    shown: dict[tuple[int, int], tuple[tuple[object, ...], Facts]] = field(default_factory=dict)
+
+    @property
+    def made(self) -> int:
+        return self.journal.made + len(self.steps)
+
+    @property
+    def log(self) -> PendingLog:
+        return PendingLog(self.path)
+
+    def turn(self, state: _State) -> None:
+        """Let the hand be another."""
+        self.state, self.revision = state, secrets.token_hex(8)
+
+    def aligner(self, page: int) -> PageAligner | None:
+        """What aligns a page anew; None for one that cannot be."""
+        if page not in self.aligners:
+            from handout.hand.author_reader import author_reader
+            from handout.tagging.page_aligner import PageAligner
+
+            sheet = self.state.hand.pages[page]
+            can = PageAligner.can(sheet) and any(g.page == page and g.at >= 0 for g in self.state.hand.glyphs)
+            self.aligners[page] = PageAligner(sheet, author_reader(self.state.hand)) if can else None
+        return self.aligners[page]
 
 
-def _revision(path: Path) -> str:
+_DESKS: dict[Path, _Desk] = {}  # of the files that were looked at last
+
+
+def _state_of(path: Path) -> tuple[int, int]:
     try:
         state = path.stat()
     except OSError as error:
         raise InputError(f"Cannot read {path}: {error.strerror or error}.") from error
-    return f"{state.st_mtime_ns:x}-{state.st_size:x}"
+    return state.st_mtime_ns, state.st_size
 
 
-def _desk(path: Path) -> _Desk:
-    revision, kept = _revision(path), _DESKS.get(path)
-    if kept is not None and kept[0] == revision:
-        return kept[1]
-    hand = file.load(path)
-    return _laid(path, _Desk(hand, file.journal(path), vet(hand).probability))
-
-
-def _laid(path: Path, desk: _Desk) -> _Desk:
+def _desk(name: str) -> _Desk:
+    """The desk of a hand; what a break left in its log is made again."""
+    path = library.scanned_file(name)
+    desk, on_disk = _DESKS.get(path), _state_of(path)
+    if desk is not None and desk.on_disk == on_disk:
+        return desk
     _DESKS.pop(path, None)
     while len(_DESKS) >= _MOST_DESKS:
         _DESKS.pop(next(iter(_DESKS)))
-    _DESKS[path] = _revision(path), desk
+    hand, journal = file.load(path), file.journal(path)
+    desk = _Desk(path, on_disk, journal, _State(hand, vet(hand).probability))
+    steps = desk.log.read(journal)
+    if not steps:
+        desk.log.forget()
+    for step in steps:
+        _make(desk, step)
+    _DESKS[path] = desk
+    return desk
+
+
+def _changed(name: str, revision: str) -> _Desk:
+    """The desk of a hand that is to be changed."""
+    path = library.scanned_file(name)
+    if library.comes_with_program(path):
+        raise InputError(f"{path.stem} comes with the program: make a copy of your own first.")
+    atomic.check_writable(path)
+    desk = _desk(name)
+    if revision != desk.revision:
+        raise StaleHand("The hand was changed in another window meanwhile; it is shown as it is now.")
     return desk
 
 
 def open_letters(name: str) -> Facts:
     """What is on the pages of a hand, and what was corrected of it."""
-    path = library.scanned_file(name)
-    desk = _desk(path)
-    hand, journal = desk.hand, desk.journal
-    open_ = [(glyph.page, sure) for glyph, sure in zip(hand.glyphs, (desk.probability >= SURE).tolist(), strict=True)]
+    return _opened(_desk(name))
+
+
+def _opened(desk: _Desk) -> Facts:
+    hand, journal = desk.state.hand, desk.journal
+    page_of = np.array([glyph.page for glyph in hand.glyphs], dtype=np.intp)
+    letters = np.bincount(page_of, minlength=len(hand.pages)).tolist()
+    doubtful = np.bincount(page_of, desk.state.probability < SURE, len(hand.pages)).astype(int).tolist()
     pages: list[Facts] = [
         {
             "source": page.source,
@@ -90,31 +161,42 @@ def open_letters(name: str) -> Facts:
             "height": page.shape[0],
             "x_height": round(page.x_height / page.pixel, 1),
             "slant": round(page.slant, 3),
-            "letters": sum(on == number for on, _ in open_),
-            "doubtful": sum(on == number and not sure for on, sure in open_),
+            "baselines": _baselines(page),
+            "letters": letters[number],
+            "doubtful": doubtful[number],
         }
         for number, page in enumerate(hand.pages)
     ]
     return {
-        "revision": _revision(path),
+        "revision": desk.revision,
         "title": hand.title,
         "pages": pages,
-        "made": journal.made,
-        "entries": len(journal.entries),
+        "made": desk.made,
+        "entries": desk.made + len(desk.undone) + len(journal.entries) - journal.made,
+        "waiting": len(desk.steps),
+        "confirmed": sum(glyph.confirmed for glyph in hand.glyphs),
         "tile": TILE,
     }
 
 
+def _baselines(page: ScannedPage) -> list[list[list[float]]]:
+    """Two places of each line's baseline, pixels: where its writing begins and ends."""
+    found = []
+    for line, (_, _, _, middle, reach) in enumerate(page.baselines.tolist()):
+        x = np.clip([middle - reach, middle + reach], 0, page.shape[1] - 1)
+        found.append(np.column_stack([x, page.base(line, x)]).round(1).tolist())
+    return found
+
+
 def page_letters(name: str, page: int) -> Facts:
-    """The letters of a page in the order of writing, with the lines of their ink as SVG paths in pixels of the scan."""
-    desk = _desk(library.scanned_file(name))
-    hand, sheet = desk.hand, _page(desk.hand, page)
-    here = [number for number, glyph in enumerate(hand.glyphs) if glyph.page == page]
-    owner = np.full(len(sheet.graph), NOBODY, dtype=np.intp)
-    for number in here:
-        owner[hand.glyphs[number].vertices] = number
-    units, ink = graphemes(sheet.transcript), _ink(sheet, owner)
-    return {"letters": [_letter(desk, number, units, ink.get(number, "")) for number in here]}
+    """The letters of a page in the order of writing, with the lines of their ink as SVG paths in pixels of the scan.
+
+    id : by which a letter is known as long as it is one: its index in the page's text, or less than 0.
+    gain : how many other letters its correction may tell of: those of its name that are as doubtful, and itself.
+    """
+    desk = _desk(name)
+    _page(desk.state.hand, page)
+    return {"letters": [letter for _, _, letter in _letters(desk, page)], "revision": desk.revision}
 
 
 def _page(hand: ScannedHand, page: int) -> ScannedPage:
@@ -123,36 +205,60 @@ def _page(hand: ScannedHand, page: int) -> ScannedPage:
     return hand.pages[page]
 
 
-def _ink(sheet: ScannedPage, owner: NDArray[np.intp]) -> dict[int, str]:
-    """Glyph → the lines of its ink; single vertices are left out."""
-    edges = sheet.graph.edges
-    own = (owner[edges[:, 0]] == owner[edges[:, 1]]) & (owner[edges[:, 0]] != NOBODY)
-    places = np.rint(sheet.graph.uv).astype(int).tolist()
-    parts: dict[int, list[str]] = {}
-    for path in branches(edges[own], len(sheet.graph)):
+def _letters(desk: _Desk, page: int) -> Iterator[tuple[int, bool, Facts]]:
+    """The letters of a page: id, whether it is told otherwise than before, and what is told of it."""
+    hand, sheet = desk.state.hand, desk.state.hand.pages[page]
+    units = graphemes(sheet.transcript)
+    here = [number for number, glyph in enumerate(hand.glyphs) if glyph.page == page]
+    doubts: dict[str, int] = {}
+    for number in here:
+        if desk.state.probability[number] < SURE:
+            doubts[hand.glyphs[number].letter] = doubts.get(hand.glyphs[number].letter, 0) + 1
+    for number in here:
+        glyph, sure = hand.glyphs[number], float(desk.state.probability[number])
+        one = glyph.at if glyph.at >= 0 else -1 - int(glyph.vertices[0])
+        ink = (id(sheet.graph), glyph.vertices.tobytes())
+        rest = (glyph.letter, glyph.confirmed, round(sure, 3), glyph.after != NOBODY, bool(glyph.ligatures))
+        key = (ink, rest, glyph.line, doubts.get(glyph.letter, 0), bool(glyph.ways))
+        known = desk.shown.get((page, one))
+        if known is not None and known[0] == key:
+            yield one, False, known[1]
+            continue
+        drawn = known[1]["ink"] if known is not None and known[0][0] == ink else _ink(sheet, glyph)
+        told = {"id": one, **_letter(sheet, glyph, sure, units, doubts), "ink": drawn}
+        desk.shown[page, one] = key, told
+        yield one, True, told
+
+
+def _ink(sheet: ScannedPage, glyph: ScannedGlyph) -> str:
+    """The lines of a glyph's ink; single vertices are left out."""
+    places = np.rint(sheet.graph.uv[glyph.vertices]).astype(int).tolist()
+    lines = []
+    for path in branches(sheet.graph.edges_between(glyph.vertices), len(glyph.vertices)):
         if len(path) > 1:
             shown = [*path[:-1:_THINNED].tolist(), int(path[-1])]
-            line = "L".join(f"{places[v][0]} {places[v][1]}" for v in shown)
-            parts.setdefault(int(owner[path[0]]), []).append(f"M{line}")
-    return {number: "".join(lines) for number, lines in parts.items()}
+            lines.append("M" + "L".join(f"{places[v][0]} {places[v][1]}" for v in shown))
+    return "".join(lines)
 
 
-def _letter(desk: _Desk, number: int, units: tuple[str, ...] | list[str], ink: str) -> Facts:
-    glyph, probability = desk.hand.glyphs[number], float(desk.probability[number])
-    uv = desk.hand.pages[glyph.page].graph.uv[glyph.vertices]
-    spot = uv[len(uv) // 2]
+def _letter(
+    sheet: ScannedPage, glyph: ScannedGlyph, probability: float, units: Sequence[str], doubts: dict[str, int]
+) -> Facts:
+    uv = sheet.graph.uv[glyph.vertices]
     verdict = "unnamed" if not glyph.letter else "confirmed" if glyph.confirmed else _verdict(probability)
+    doubtful = verdict not in ("sure", "confirmed")
     return {
         "letter": glyph.letter,
         "verdict": verdict,
         "probability": round(probability, 3),
+        "gain": round((1 - probability) * (1 + 0.1 * (doubts.get(glyph.letter, 1) - 1)), 3) if doubtful else 0.0,
         "line": glyph.line,
         "word": _word(units, glyph.at),
-        "spot": [round(float(at), 1) for at in spot],
+        "spot": [round(float(at), 1) for at in uv[len(uv) // 2]],
         "box": [round(float(at), 1) for at in (*uv.min(axis=0), *uv.max(axis=0))],
         "linked": glyph.after != NOBODY,
         "joined": bool(glyph.ligatures),
-        "ink": ink,
+        "ordered": bool(glyph.ways),
     }
 
 
@@ -160,7 +266,7 @@ def _verdict(probability: float) -> str:
     return "sure" if probability >= SURE else "refused" if probability < REFUSED else "doubtful"
 
 
-def _word(units: tuple[str, ...] | list[str], at: int) -> str:
+def _word(units: Sequence[str], at: int) -> str:
     """The word of a text that a grapheme stands in, "" for one that is not in the text."""
     if at < 0:
         return ""
@@ -174,106 +280,254 @@ def _word(units: tuple[str, ...] | list[str], at: int) -> str:
 
 def page_tile(name: str, page: int, level: int, column: int, row: int) -> bytes:
     """A square of a page's picture as JPEG; at `level` 1 it shows twice as much each way as at 0, and so on."""
-    import cv2
-
-    path = library.scanned_file(name)
-    desk = _desk(path)
-    sheet = _page(desk.hand, page)
-    if not 0 <= level <= 6:
-        raise InputError(f"level: {level} is outside 0 to 6.")
-    picture = _picture(sheet, level)
-    part = picture[max(0, row) * TILE : (row + 1) * TILE, max(0, column) * TILE : (column + 1) * TILE]
-    if not part.size:
-        raise InputError("That square is off the page.")
-    made, data = cv2.imencode(".jpg", part[:, :, ::-1], [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
-    assert made
-    return bytes(data)
+    desk = _desk(name)
+    sheet = _page(desk.state.hand, page)
+    if page not in desk.tiles or not desk.tiles[page].shows(sheet):
+        desk.tiles[page] = Tiles(sheet)
+    return desk.tiles[page].tile(level, column, row)
 
 
-@lru_cache(maxsize=3)
-def _picture(sheet: ScannedPage, level: int) -> NDArray[np.uint8]:
-    """(h, w, 3): the page, each pixel the mean of a square of 2 to the power of `level`."""
-    import cv2
-
-    if level == 0:
-        return sheet.on_paper()
-    finer = _picture(sheet, level - 1)
-    size = (-(-finer.shape[1] // 2), -(-finer.shape[0] // 2))
-    return np.asarray(cv2.resize(finer, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+def warm_letters(name: str, page: int) -> bool:
+    """Work out a part of what corrections of a page will ask for; whether there is more of that."""
+    desk = _desk(name)
+    _page(desk.state.hand, page)
+    begun, aligner = page in desk.aligners, desk.aligner(page)
+    return aligner is not None and (not begun or aligner.warm(desk.state.hand, page))
 
 
 def correct_letters(name: str, revision: str, corrections: bytes) -> Facts:
-    """Make corrections (JSON, as `handout hand edit` takes them) and keep them; the other letters stay as they are.
+    """Make corrections (JSON, as `handout hand edit` takes them) and keep them, with what they mean for words nearby.
 
     Raises
     ------
     StaleHand
-        The file is not of that revision.
+        The hand is not of that revision.
     InputError
-        The hand comes with the program; a correction that cannot be made: nothing is, then.
+        The hand comes with the program; a correction that cannot be made, or kept: nothing is, then.
     """
-    from handout.tagging.relearning import correct
-
-    path, desk = _changed(name, revision)
+    desk = _changed(name, revision)
     new = read_corrections(corrections, "the corrections")
-    corrected = correct(desk.hand, new, learning=False)
-    journal = file.record(path, path, desk.hand, corrected.hand, Entry(new, corrected.changes))
-    _laid(path, _Desk(corrected.hand, journal, _carried(desk, corrected.hand)))
-    return {**open_letters(name), "notes": list(corrected.notes)}
+    before, steps = desk.state, list(desk.steps)
+    notes = _make(desk, new)
+    try:
+        desk.log.add(desk.journal.made, new)
+    except InputError:
+        desk.state, desk.steps = before, steps
+        raise
+    desk.undone.clear()
+    return {**_opened(desk), **_told(desk, {one.page for one in new}), "notes": list(notes)}
+
+
+def _make(desk: _Desk, new: tuple[AnyCorrection, ...]) -> tuple[str, ...]:
+    """Make corrections on the desk; sentences to show the user."""
+    from handout.hand.corrections import applied
+    from handout.tagging.relearning import changes
+
+    before = desk.state
+    made = applied(before.hand, new)
+    hand, judged = made.hand, dict[tuple[int, int], float]()
+    for page in sorted({one.page for one in new}):
+        aligner = desk.aligner(page)
+        if aligner is not None:
+            renewed = aligner.aligned(before.hand, hand, page)
+            hand = renewed.hand
+            judged |= {(page, at): sure for at, sure in renewed.probability.items()}
+    desk.steps.append((Entry(new, changes(before.hand, hand, made.removed)), before))
+    desk.turn(_State(hand, _carried(before, hand, judged)))
+    return made.notes
+
+
+def _told(desk: _Desk, pages: set[int]) -> Facts:
+    """What a window that shows some pages has to show otherwise: the letters that changed, and all ids in order."""
+    told: dict[str, Facts] = {}
+    for page in sorted(pages):
+        letters = list(_letters(desk, page))
+        told[str(page)] = {
+            "order": [one for one, _, _ in letters],
+            "letters": [letter for _, new, letter in letters if new],
+        }
+    return {"changed": told}
 
 
 def rewind_letters(name: str, revision: str, back: int) -> Facts:
     """Undo so many entries of the journal, or, negative, make them again; else as `correct_letters`."""
-    path, desk = _changed(name, revision)
-    journal = file.rewind(path, path, desk.journal.made - back)
-    hand = file.load(path)
-    _laid(path, _Desk(hand, journal, _carried(desk, hand)))
-    return open_letters(name)
+    desk = _changed(name, revision)
+    pages: set[int] = set()
+    left = len(desk.journal.entries) - desk.journal.made
+    if back > desk.made or -back > len(desk.undone) + left:
+        raise InputError(f"There is nothing to be {'undone' if back > 0 else 'made again'}.")
+    for _ in range(abs(back)):
+        pages |= _undo(desk) if back > 0 else _redo(desk)
+    return {**_opened(desk), **_told(desk, pages or set(range(len(desk.state.hand.pages))))}
 
 
-def learn_letters(name: str, revision: str, listener: Listener = SILENT) -> Facts:
-    """Align the pages that were corrected anew, judge all letters anew, and keep both; else as `correct_letters`."""
+def _undo(desk: _Desk) -> set[int]:
+    if not desk.steps:
+        return _rewound(desk, desk.journal.made - 1)
+    desk.log.add(desk.journal.made, back=1)
+    entry, before = desk.steps.pop()
+    desk.undone.append(entry.corrections)
+    desk.turn(before)
+    return {one.page for one in entry.corrections}
+
+
+def _redo(desk: _Desk) -> set[int]:
+    if desk.journal.made < len(desk.journal.entries) and not desk.steps:
+        return _rewound(desk, desk.journal.made + 1)
+    again = desk.undone[-1]
+    _make(desk, again)
+    desk.log.add(desk.journal.made, back=-1)
+    desk.undone.pop()
+    return {one.page for one in again}
+
+
+def _rewound(desk: _Desk, made: int) -> set[int]:
+    """Take the file back, or forward, to so many entries of its journal; no page in particular."""
+    desk.log.forget()
+    desk.journal = file.rewind(desk.path, desk.path, made)
+    hand = file.load(desk.path)
+    desk.turn(_State(hand, _carried(desk.state, hand, {})))
+    desk.on_disk = _state_of(desk.path)
+    return set()
+
+
+def keep_letters(name: str) -> Facts:
+    """Take what was corrected into the .hand file.
+
+    Raises
+    ------
+    InputError
+        It cannot be written; the log keeps the corrections.
+    """
+    desk = _desk(name)
+    if desk.steps:
+        first = desk.steps[0][1].hand
+        states = [*(before for _, before in desk.steps[1:]), desk.state]
+        steps = [(state.hand, entry) for state, (entry, _) in zip(states, desk.steps, strict=True)]
+        try:
+            desk.journal = file.record_all(desk.path, desk.path, first, steps)
+        except InputError as error:
+            raise InputError(f"{error} The corrections are safe in {desk.log.path.name} beside it.") from error
+        desk.steps.clear()
+        desk.on_disk = _state_of(desk.path)
+    desk.log.forget()
+    return {"made": desk.made}
+
+
+def begin_learning(name: str, revision: str, copy: str) -> Facts:
+    """Put a copy of a hand into a file, for `learn_apart`; how many of its corrections that holds."""
+    desk = _changed(name, revision)
+    keep_letters(name)
+    atomic.write(Path(copy), desk.path.read_bytes())
+    return {"made": desk.made}
+
+
+def learn_apart(copy: str, listener: Listener = SILENT) -> Facts:
+    """Align the corrected pages of a copy anew, and judge all letters anew; how many changed."""
     from handout.tagging.relearning import changes, realigned
 
-    path, desk = _changed(name, revision)
-    hand = desk.hand
+    path = Path(copy)
+    before = hand = file.load(path)
     pages = sorted({glyph.page for glyph in hand.glyphs if glyph.confirmed})
     for number, page in enumerate(pages):
         tell = within(listener.progress, 0.8 * number / len(pages), 0.8 * (number + 1) / len(pages))
         hand = realigned(hand, page, rng=np.random.default_rng((0, page)), tell=tell)
-    found = changes(desk.hand, hand)
+    found = changes(before, hand)
     listener.progress(0.8, "judging the letters")
     if found:
-        file.record(path, path, desk.hand, hand, Entry((), found))
+        file.record(path, path, before, hand, Entry((), found))
     learn(path)
-    _DESKS.pop(path, None)
-    return {**open_letters(name), "changed": len(found)}
+    return {"changed": len(found)}
 
 
-def _changed(name: str, revision: str) -> tuple[Path, _Desk]:
-    """The file of a hand that is to be changed, and what it holds."""
-    path = library.scanned_file(name)
-    if library.comes_with_program(path):
-        raise InputError(f"{path.stem} comes with the program: make a copy of your own first.")
-    atomic.check_writable(path)
-    desk = _desk(path)
-    if revision != _revision(path):
-        raise StaleHand("The hand was changed in another window meanwhile; it is shown as it is now.")
-    return path, desk
+def take_learnt(name: str, copy: str, made: int) -> Facts:
+    """Put what was learned in the place of a hand; what was corrected since is made again on it.
+
+    made : as `begin_learning` said.
+
+    Raises
+    ------
+    StaleHand
+        Some of those corrections were undone meanwhile.
+    """
+    keep_letters(name)
+    desk = _desk(name)
+    learnt = file.journal(Path(copy))
+    kept = desk.journal.entries[: desk.journal.made]
+    if kept[:made] != learnt.entries[:made]:
+        raise StaleHand("Corrections were undone while the page was learned from: what was learned is left out.")
+    later = kept[made:]
+    hand = file.load(Path(copy))
+    atomic.write(desk.path, Path(copy).read_bytes())
+    desk.journal, desk.on_disk = learnt, _state_of(desk.path)
+    desk.undone.clear()
+    desk.turn(_State(hand, vet(hand).probability))
+    notes: list[str] = []
+    for entry in later:
+        try:
+            _make(desk, entry.corrections)
+            desk.log.add(desk.journal.made, entry.corrections)
+        except InputError as error:
+            notes.append(f"Once more after learning: {error}")
+    return {**_opened(desk), **_told(desk, set(range(len(hand.pages)))), "notes": notes}
 
 
-def _carried(desk: _Desk, hand: ScannedHand) -> Array:
-    """How sure the glyphs of a changed hand are: as before where they are as before, sure where a person said so."""
-    known = {_key(desk.hand, number): float(p) for number, p in enumerate(desk.probability.tolist())}
+def learn_letters(name: str, revision: str, listener: Listener = SILENT) -> Facts:
+    """Learn from the corrections of a hand, and wait for it; else as `correct_letters`."""
+    import tempfile
+
+    with tempfile.TemporaryDirectory() as folder:
+        copy = str(Path(folder) / "copy.hand")
+        begun = begin_learning(name, revision, copy)
+        found = learn_apart(copy, listener)
+        return {**take_learnt(name, copy, int(begun["made"])), **found}  # type: ignore[arg-type]
+
+
+def letter_strokes(name: str, page: int, spot: tuple[float, float]) -> Facts:
+    """How the word at a place is written, as far as its ink tells: the pen's strokes in order, pixels of the scan.
+
+    Of each stroke the id of its letter, and its places; `own` says whether a person gave the letter's order.
+    """
+    from handout.motion.recovery.letter_forms import HANDS
+    from handout.motion.recovery.stroke_order import stroke_order_model
+
+    desk = _desk(name)
+    hand, sheet = desk.state.hand, _page(desk.state.hand, page)
+    here = [number for number, glyph in enumerate(hand.glyphs) if glyph.page == page and glyph.letter]
+    if not here:
+        return {"strokes": []}
+    away = [np.square(sheet.graph.uv[hand.glyphs[n].vertices] - np.array(spot)).sum(axis=1).min() for n in here]
+    model, number = stroke_order_model(hand, HANDS), here[int(np.argmin(away))]
+    while hand.glyphs[number].before != NOBODY:
+        number = hand.glyphs[number].before
+    strokes: list[Facts] = []
+    while number != NOBODY:
+        glyph = hand.glyphs[number]
+        for way, late in model.ways_of(number):
+            xy = [[round(float(x), 1), round(float(y), 1)] for x, y in sheet.graph.uv[way].tolist()]
+            one = glyph.at if glyph.at >= 0 else -1 - int(glyph.vertices[0])
+            strokes.append({"id": one, "xy": xy, "own": bool(glyph.ways), "late": late})
+        number = glyph.after
+    return {"strokes": strokes}
+
+
+def _carried(before: _State, hand: ScannedHand, judged: dict[tuple[int, int], float]) -> Array:
+    """How sure the glyphs of a changed hand are: as judged now, or before where they are as before."""
+    known = {
+        _key(before.hand, glyph): p for glyph, p in zip(before.hand.glyphs, before.probability.tolist(), strict=True)
+    }
     values = [
-        1.0 if glyph.confirmed else known.get(_key(hand, number), 0.5 * glyph.confidence if glyph.letter else 0.0)
-        for number, glyph in enumerate(hand.glyphs)
+        1.0
+        if glyph.confirmed
+        else judged.get((glyph.page, glyph.at), known.get(_key(hand, glyph), 0.5 * glyph.confidence))
+        if glyph.letter
+        else 0.0
+        for glyph in hand.glyphs
     ]
     return np.array(values)
 
 
-def _key(hand: ScannedHand, number: int) -> tuple[int, str, int, tuple[float, ...]]:
+def _key(hand: ScannedHand, glyph: ScannedGlyph) -> tuple[int, str, int, int]:
     """What a glyph is known by, whatever its number is, and those of its vertices."""
-    glyph = hand.glyphs[number]
-    ends = hand.pages[glyph.page].graph.uv[glyph.vertices[[0, -1]]].round(1)
-    return glyph.page, glyph.letter, len(glyph.vertices), tuple(ends.ravel().tolist())
+    first = hand.pages[glyph.page].graph.uv[glyph.vertices[0]]
+    return glyph.page, glyph.letter, len(glyph.vertices), hash((float(first[0]), float(first[1])))

@@ -34,7 +34,7 @@ from handout.pipeline.signatures import find_signature, placed_signature, size
 from handout.pipeline.writing import INK, STROKES, WritingTask, Written, check_outputs, draw, letter_facts, prepare
 from handout.progress import Tell, silent, within
 from handout.sinks import OF_INK, write_drawings
-from handout.values import Drawing, Manuscript, Raster, Stroke
+from handout.values import Drawing, Line, Manuscript, Raster, Stroke
 from handout.writing.layout import Layout
 from handout.writing.text import LEFT_OUT
 
@@ -204,14 +204,14 @@ def _set(task: LetterTask, row: int | None) -> tuple[Mapping[str, Hand | Scanned
     setting = Setting(letter, runs, writers, task.first, task.following, _sizes(letter), limit)
     pages = set_letter(setting, lines_of(runs, writers), [*key, len(writers)])
     doubts = [doubt for name, reader in readers.items() for doubt in _doubts(name, reader, pages)]
-    texts.refuse_doubts(doubts, main)
+    texts.refuse_doubts([doubt for doubt, _ in doubts], main)
     lent = [
         letter_facts(each)
         for name, (_, lacking) in supplied.items()
         for each in _written(lacking, name, pages, task.tasks[name].hand)
     ]
     borrowed = lent if row is None else [{"row": row, **facts} for facts in lent]
-    told = [doubt.facts() for doubt in doubts]
+    told = [{**doubt.facts(), "box": texts.word_box(line, doubt.word)} for doubt, line in doubts]
     return hands, [_told(page, number, told, borrowed) for number, page in enumerate(pages, 1)]
 
 
@@ -256,14 +256,14 @@ def _rereader(hand: Hand | ScannedHand, task: WritingTask) -> Rereader | None:
     return rereading.Rereader(hand, rereading.author_reader(task.hand), tries, rereading.SETTINGS)
 
 
-def _doubts(name: str, reader: Rereader | None, pages: Sequence[LetterPage]) -> Iterator[Doubt]:
-    """The words of a hand that read as others after all, with their pages and lines."""
+def _doubts(name: str, reader: Rereader | None, pages: Sequence[LetterPage]) -> Iterator[tuple[Doubt, Line]]:
+    """The words of a hand that read as others after all, with their pages and lines, and what is on those."""
     if reader is None:
         return
     from handout.pipeline.rereading import SETTINGS, Doubt
 
     lines = {
-        placed.at: (number, row + 1)
+        placed.at: ((number, row + 1), line)
         for number, page in enumerate(pages, 1)
         for voice, manuscript in page.layers.items()
         if voice.hand == name
@@ -272,7 +272,8 @@ def _doubts(name: str, reader: Rereader | None, pages: Sequence[LetterPage]) -> 
     }
     for word in reader.words:
         if word.verdict is not None and word.wrong >= SETTINGS.told and word.at in lines:
-            yield Doubt(word.text, *lines[word.at], word.verdict.reads_as, 1.0 - word.wrong)
+            place, line = lines[word.at]
+            yield Doubt(word.text, *place, word.verdict.reads_as, 1.0 - word.wrong), line
 
 
 def _told(page: LetterPage, number: int, doubts: Sequence[Facts], borrowed: Sequence[Facts]) -> LetterPage:

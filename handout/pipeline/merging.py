@@ -31,8 +31,7 @@ from handout.pipeline.results import Listener, Tally
 from handout.pipeline.writing import INK, WritingTask, program, words
 from handout.printing import countries, envelope, journal
 from handout.printing.address_table import Addresses, read_addresses, read_rows
-from handout.printing.batch import BACK
-from handout.printing.journal import ENVELOPE, Batch, Journal
+from handout.printing.journal import BACK, ENVELOPE, Batch, Journal
 from handout.printing.prepared import BatchPage
 from handout.printing.queue import Say
 from handout.printing.rows import Row, named, select
@@ -43,6 +42,7 @@ from handout.writing.layout import Layout
 # that change nothing on paper, and so make no other batch
 _NOT_OF_THE_BATCH = {
     *("dry_run", "resume", "again", "afresh", "page", "letter", "skip_bad", "given", "approved", "alone"),
+    *("queue", "envelopes_to"),
     *("jobs", "cluster"),
 }
 # the head of a letter file, as `letters.letter_file` finds it
@@ -124,6 +124,12 @@ def _letter(path: Path, listener: Listener) -> tuple[Letter, str | None]:
         return Letter(text, path.name), None
     head = ((match := _HEAD.match(text)) and match.group()) or ""
     return Letter(text[len(head) :], path.name, markdown=True, first_line=1 + head.count("\n")), head
+
+
+def check_apart(merge: Merge, envelopes_to: Sequence[str]) -> None:
+    """Refuse devices for envelopes where there are not letters and envelopes."""
+    if envelopes_to and not (merge.with_letters and merge.options.with_envelopes):
+        raise InputError("--envelopes-to is for letters with envelopes: give it with --letter and --with-envelopes.")
 
 
 def _abroad(table: Addresses, home: str) -> Addresses:

@@ -253,7 +253,10 @@ class PrintOptions(TableOptions):
     """What is printed of a table, on which printer, and how it is fed."""
 
     printer: str = "pdf"  # its profile, its queue, or an address ipp://…
-    queue: str = ""  # where the pages go instead of the profile's queue: a CUPS queue, ipp://…, or file:FOLDER
+    queue: (
+        str | tuple[str, ...]
+    ) = ()  # where they go instead of the profile's queue: a CUPS queue, ipp://…, file:FOLDER
+    envelopes_to: tuple[str, ...] = ()  # where envelopes go, if not where letters do: likewise, or a profile
     dry_run: str | Path | None = None  # a .pdf, .png or .svg that is written instead of printing
     page: str | None = None  # the letter's, or without one the envelope's: a name or WxHmm; None: A4, or DL
     tray: str = ""  # as the printer calls it

@@ -36,7 +36,7 @@ from handout.values import Page
 SIMULATED = {"sim:": "simulated, at once", "sim:?realtime=1": "simulated, at true speed"}
 _OFTEN = 0.1  # s of the clock between two places that are told: a screen shows no more of a pen
 _LOOK = 0.25  # s that a paused plot waits for a word before it looks at the plotter's button
-_STOPPED = "it was stopped at the page"
+_STOPS = {"stop": "it was stopped at the page", "gone": "the studio was closed"}
 Move = Literal["up", "down", "home", "jog", "release"]
 
 
@@ -47,7 +47,7 @@ class Wire(Listener, Protocol):
         """Hear what is so at this moment: what is asked, whether the plot pauses, where the pen is; never waits."""
 
     def word(self, seconds: float = 0.0) -> str:
-        """What the page says next, waited for so long: "pause", "on" or "stop"; "" for nothing."""
+        """What the page says next, waited for so long: "pause", "on" or "stop"; "gone" where it is; "" for nothing."""
 
 
 class Attendant:
@@ -80,8 +80,8 @@ class Attendant:
     def _asked(self, question: str, answered: Callable[[], bool] = lambda: False) -> None:
         self._wire.live({"question": question})
         while (word := self._wire.word(_LOOK)) != "on" and not answered():
-            if word == "stop":
-                raise KeyboardInterrupt(_STOPPED)
+            if word in _STOPS:
+                raise KeyboardInterrupt(_STOPS[word])
         self._wire.live({})
 
     @contextlib.contextmanager
@@ -91,8 +91,8 @@ class Attendant:
 
     def _progress(self, share: float, left: float) -> None:
         word = self._wire.word()
-        if word == "stop":
-            raise KeyboardInterrupt(_STOPPED)
+        if word in _STOPS:
+            raise KeyboardInterrupt(_STOPS[word])
         if word == "pause":
             raise ButtonPressed
         if (now := time.monotonic()) - self._told >= _OFTEN or share >= 1.0:
@@ -119,8 +119,8 @@ class Attendant:
 
     def progress(self, share: float, stage: str) -> None:
         """The page hears it, too."""
-        if self._wire.word() == "stop":
-            raise KeyboardInterrupt(_STOPPED)
+        if (word := self._wire.word()) in _STOPS:
+            raise KeyboardInterrupt(_STOPS[word])
         self._wire.progress(share, stage)
 
 

@@ -30,6 +30,7 @@ class PlotOptions:
     copies : of all pages; pause_every : ink after which a pen is looked at, or None.
     overlap : ink that may be drawn twice after a break; None: `usual_overlap`.
     pen_up, pen_down : heights of the pen instead of the profile's: servo values, or of a Z axis lengths.
+    envelopes_to : ports at which the envelopes of a table are plotted, if not where its letters are.
     grid, gap : of the pages of a table, how many lie side by side on the bed, "2x3" is two across, and how far apart.
     """
 
@@ -41,6 +42,7 @@ class PlotOptions:
     overlap: Length | None = None
     pen_up: str | None = None
     pen_down: str | None = None
+    envelopes_to: tuple[str, ...] = ()
     grid: str = ""
     gap: Length = 0.0
 

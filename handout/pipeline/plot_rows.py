@@ -9,19 +9,31 @@ from __future__ import annotations
 import contextlib
 import gzip
 import itertools
-from collections.abc import Collection, Iterable, Iterator, Sequence
+import threading
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 
-from handout.errors import DoesNotFit
+from handout.errors import DeviceError, DoesNotFit, InputError
 from handout.merging.sheets import Grid, grid
 from handout.pipeline import merging
 from handout.pipeline.merging import Merge, RowPages
 from handout.pipeline.options import MergeOptions, TableOptions, seed_of
 from handout.pipeline.plot_request import AttendanceOptions, Operator, PlotOptions, PlotRequest
-from handout.pipeline.plotting import ReportFile, Unattended, asked_machine, draw_job, job_options, port_to, stretched
+from handout.pipeline.plotting import (
+    ReportFile,
+    Unattended,
+    asked_machine,
+    draw_job,
+    is_simulated,
+    job_options,
+    port_to,
+    stretched,
+)
 from handout.pipeline.printing import Printed, make_all
 from handout.pipeline.results import SILENT, Facts, Listener
 from handout.pipeline.writing import STROKES
@@ -33,11 +45,12 @@ from handout.plotting.jobs.job import Job, Options
 from handout.plotting.jobs.pages import laid_out
 from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
-from handout.printing.batch import BACK, BatchOptions, Folder, chosen_rows
-from handout.printing.journal import ENVELOPE, Journal, Piece
-from handout.printing.prepared import NOTHING, BatchPage, PreparedPage
+from handout.printing.batch import BatchOptions, chosen_rows
+from handout.printing.journal import BACK, ENVELOPE, Journal, Piece
+from handout.printing.prepared import NOTHING, BatchPage, Folder, PreparedPage
 from handout.printing.queue import Outcome
 from handout.printing.rows import named
+from handout.printing.several import Several
 from handout.profiles import Plotter
 from handout.sinks import Look, check_outputs, write_drawings
 from handout.sinks.drawing_json import to_json
@@ -79,7 +92,7 @@ class PlottedRows(Printed):
 def plot_rows(
     table: str | Path,
     request: PlotRequest,
-    port: str | None,
+    port: str | Sequence[str] | None,
     batch: tuple[TableOptions, MergeOptions] = (TableOptions(), MergeOptions()),
     attendance: AttendanceOptions = AttendanceOptions(),
     *,
@@ -92,7 +105,7 @@ def plot_rows(
     Parameters
     ----------
     request : how it is written and plotted; its source is not looked at.
-    port : see `plotting.open_port`.
+    port : see `plotting.open_port`; of several plotters each makes the next row that no other has.
     batch : the options of the table, and those of its letters.
 
     Raises
@@ -107,23 +120,24 @@ def plot_rows(
     (rows, merge), plotting, paths = batch, request.plotting, [Path(name) for name in outputs]
     account = ReportFile(attendance.report)
     check_outputs(paths)
-    profile = asked_machine(plotting, port)
+    ports = [port] if isinstance(port, str) else list(port or ())
+    profile = asked_machine(plotting, ports[0] if ports else None)
     pages = _pages(merging.read(Path(table), rows, merge, listener), request)
     task, merged, shared = pages.look(), pages.merge, grid(plotting.grid, plotting.gap)
     _check_grid(shared, task.layout.page, profile)
+    merging.check_apart(merged, plotting.envelopes_to)
     pages.seed = merging.approved_seed(pages, rows)
     record = _journal(pages, rows, request, profile, bool(paths))
     pages.seed = record.seed
     options = BatchOptions(rows.rows, plotting.copies, rows.again, None, merging.all_or_none(merged))
     chosen_rows(merged.table, options, record.resumed)
-    place: PlotFiles | PlotSpool
+    place: PlotFiles | PlotSpool | Several
     if paths:
         place = PlotFiles(shared, profile, paths, task.look, plotting)
     else:
-        assert port is not None
         how = job_options(replace(plotting, copies=1), profile, task.fast)
-        attended, opened = operator or Unattended(port, listener), port_to(port, profile)
-        place = PlotSpool(shared, profile, PlotterQueue(profile, port, how, attended, attendance, account, opened))
+        queue = partial(PlotterQueue, profile, options=how, attendance=attendance, account=account)
+        place = _plotters(shared, ports, plotting, queue, operator or Unattended(ports[0], listener))
     with record, place:
         report, written = make_all(pages, place, options, (rows, record), drawn=True, listener=listener)
     if isinstance(place, PlotFiles):
@@ -133,13 +147,110 @@ def plot_rows(
         written.tally,
         pages.seed,
         task.hand.name,
-        port or "",
+        ", ".join([*ports, *plotting.envelopes_to]),
         {**merged.table.facts()},
         letters=merged.with_letters,
-        reports=tuple(place.queue.reports) if isinstance(place, PlotSpool) else (),
+        reports=() if isinstance(place, PlotFiles) else _reports(place),
         planned_s=place.planned_s if isinstance(place, PlotFiles) else None,
         notes=(*task.paper_notes, *written.dropped, *([_PENS] if merged.fields.says("pen") else [])),
     )
+
+
+def _plotters(
+    shared: Grid, ports: Sequence[str], plotting: PlotOptions, queue: Callable[..., PlotterQueue], operator: Operator
+) -> PlotSpool | Several:
+    """The plotters at these ports, opened now; of several, each is asked for by its name."""
+    addresses = [*ports, *plotting.envelopes_to]
+    if len(addresses) == 1:
+        only = queue(address=ports[0], operator=operator)
+        return PlotSpool(shared, only.profile, only.opened())
+    names = list[str]()
+    for address in addresses:
+        if address in addresses[: len(names)] and not is_simulated(address):
+            raise InputError(f"{address} is named twice: each plotter makes its own pages.")
+        names.append(f"{address}{len(names) + 1}" if addresses.count(address) > 1 else address)
+    spools, queues, crew = list[PlotSpool](), list[PlotterQueue](), _Crew(operator)
+    try:
+        for name, address in zip(names, addresses, strict=True):
+            queues.append(queue(address=address, operator=_OneOfSeveral(name, address, crew), name=name).opened())
+            spools.append(PlotSpool(shared, queues[-1].profile, queues[-1]))
+    except BaseException:
+        for each in queues:
+            each.close()
+        raise
+    return Several(spools[: len(ports)], spools[len(ports) :])
+
+
+@dataclass
+class _Crew:
+    """Who stands at several plotters that plot at once, and hears of all of them as of one."""
+
+    operator: Operator
+    asking: threading.Lock = field(default_factory=threading.Lock)
+    _entered: contextlib.ExitStack = field(default_factory=contextlib.ExitStack)
+    _drawing: int = 0
+    _lock: threading.Lock = field(default_factory=threading.Lock)
+
+    @contextlib.contextmanager
+    def plotting(self) -> Iterator[None]:
+        """A sheet is drawn; several at once are one block to the operator, who is shown no share."""
+        with self._lock:
+            if self._drawing == 0:
+                self._entered.enter_context(self.operator.plotting())
+            self._drawing += 1
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._drawing -= 1
+                if self._drawing == 0:
+                    self._entered.close()
+
+
+@dataclass
+class _OneOfSeveral:
+    """The operator at one of several plotters: it is named, and questions come one by one."""
+
+    name: str
+    address: str
+    crew: _Crew
+
+    @property
+    def watches(self) -> bool:
+        """See `Operator`, as for the rest."""
+        return self.crew.operator.watches
+
+    def plotting(self) -> contextlib.AbstractContextManager[None]:
+        """See there."""
+        return self.crew.plotting()
+
+    def say(self, sentence: str) -> None:
+        """See there."""
+        self.crew.operator.say(f"{self.name}: {sentence}")
+
+    def do(self, request: str) -> None:
+        """See there."""
+        if not is_simulated(self.address):
+            with self.crew.asking:
+                self.crew.operator.do(f"{request} at {self.name}")
+
+    def try_again(self, error: DeviceError) -> bool:
+        """See there."""
+        if is_simulated(self.address):
+            return False
+        with self.crew.asking:
+            return self.crew.operator.try_again(DeviceError(f"{self.name}: {error}"))
+
+    def paused(self, pressed: Callable[[], bool]) -> None:
+        """See there."""
+        self.say("it is paused.")
+        self.crew.operator.paused(pressed)
+
+
+def _reports(place: PlotSpool | Several) -> tuple[Report, ...]:
+    """Of every part that was plotted."""
+    spools = [station.spool for station in place.stations] if isinstance(place, Several) else [place]
+    return tuple(report for spool in spools if isinstance(spool, PlotSpool) for report in spool.queue.reports)
 
 
 def _pages(merged: Merge, request: PlotRequest) -> RowPages:
@@ -311,7 +422,7 @@ def _called(sheet: Sequence[Piece]) -> str:
 class PlotterQueue:
     """A plotter as a device of a batch: a sheet is a job that is kept until it is drawn.
 
-    reports : of every part that was plotted.
+    name : what to call it, its address if it is the only one there; reports : of every part that was plotted.
     """
 
     profile: Plotter
@@ -321,14 +432,23 @@ class PlotterQueue:
     attendance: AttendanceOptions
     account: ReportFile
     port: Port | None = None
+    name: str = ""
     reports: list[Report] = field(default_factory=list)
     keeps: bool = False
     _sheets: int = 0
 
-    @property
-    def name(self) -> str:
-        """Where it is."""
-        return self.address
+    def __post_init__(self) -> None:
+        self.name = self.name or self.address
+
+    def opened(self) -> Self:
+        """With its port open, before any work is done for it."""
+        self.port = port_to(self.address, self.profile)
+        return self
+
+    def close(self) -> None:
+        """Close the port, if nothing was plotted over it."""
+        if self.port is not None:
+            self.port.close()
 
     def feed(self, sheet: str) -> None:
         """Put a sheet in, by the machine's feeder or by asking for it; the first lies there already."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import math
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -416,6 +417,7 @@ class ReportFile:
 
     def __init__(self, path: str | Path | None) -> None:
         self.path, self.rows = None if path is None else Path(path), list[dict[str, Any]]()
+        self._lock = threading.Lock()  # several plotters may tell of their sheets at once
         if self.path is not None:
             atomic.check_writable(self.path)
 
@@ -427,8 +429,9 @@ class ReportFile:
     def plotted(self, report: Report, port: Port) -> None:
         """Write what is to be said of all parts up to the one that has just been plotted."""
         if self.path is not None:
-            self.rows.append(plot_report.plotted(report, port, len(self.rows) + 1))
-            plot_report.write(self.path, self.rows)
+            with self._lock:
+                self.rows.append(plot_report.plotted(report, port, len(self.rows) + 1))
+                plot_report.write(self.path, self.rows)
 
 
 def _run(

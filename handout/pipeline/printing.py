@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -29,14 +29,16 @@ from handout.pipeline.options import (
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.pipeline.writing import WritingTask
 from handout.printing import envelope, media, printers
-from handout.printing.batch import BatchOptions, Destination, Way, chosen_rows, destination, make_rows
+from handout.printing.batch import BatchOptions, Destination, Way, chosen_rows, destinations, make_rows
 from handout.printing.batch import RowsRefused as RowsRefused
 from handout.printing.journal import Journal
 from handout.printing.queue import Say
+from handout.printing.rows import named
 from handout.printing.sending import Listener as BatchListener
 from handout.printing.sending import PrintingStopped as PrintingStopped
 from handout.printing.sending import Report as Report
-from handout.profiles import Length, Nudge, Printer
+from handout.profiles import Length, Nudge, Printer, full
+from handout.profiles import names as find_names
 from handout.values import Page
 
 # said once before printing on a printer that no chart has been measured on
@@ -67,6 +69,12 @@ class Printed(Result):
     calibration_note: str = ""
     letters: bool = False
 
+    @property
+    def shared(self) -> str:
+        """Which rows each of several devices made; "" of one."""
+        devices = self.report.devices
+        return ", ".join(f"{name}: {named(rows)}" for name, rows in devices.items()) if len(devices) > 1 else ""
+
     def facts(self) -> Facts:
         report = self.report
         return {
@@ -74,6 +82,7 @@ class Printed(Result):
             "rows": len(report.rows),
             "failed": [asdict(failure) for failure in report.failed],
             "jobs": [job.name for job in report.jobs],
+            **({"devices": report.devices} if len(report.devices) > 1 else {}),
             "warnings": list(report.warnings),
             "before": list(report.before),
             "unknown": [asdict(row) for row in report.unknown],
@@ -110,13 +119,12 @@ def print_(
     PrinterError, PrintingStopped
         There is no such printer, or it failed in the middle of the batch.
     """
-    profile = _printer(printing, writing_options, merge)
+    profiles = _printers(printing, writing_options, merge)
+    profile, apart = profiles[0], _apart(profiles[0], printing)
     merged = merging.read(Path(table), printing, merge, listener)
     sheet = SheetOptions(printing.page, merge.margin, merge.pages, "A4" if merged.with_letters else "DL")
-    pages, fed = (
-        RowPages(merged, writing_options, sheet, picture),
-        partial(_fed, profile, printing, merged.with_letters),
-    )
+    pages = RowPages(merged, writing_options, sheet, picture)
+    fed = partial(_fed, profile, apart[0] if apart else profile, printing, merged.with_letters)
     pages.seed, pages.margins = seed_of(writing_options.seed), partial(_margins, fed)
     task = pages.look()
     notes = writing.not_followed(task, picture, ink_shown=True)
@@ -129,20 +137,21 @@ def print_(
     out = None if printing.dry_run is None else Path(printing.dry_run)
     options = BatchOptions(printing.rows, printing.copies, printing.again, out, merging.all_or_none(merged))
     chosen_rows(merged.table, options, record.resumed)
-    if merged.with_envelopes:
-        envelope.address_layout(
-            pages.envelope_page, 1, 1, pages.address_x_height
-        )  # what is wrong for every row is said once
+    if merged.with_envelopes:  # what is wrong for every row is said once
+        envelope.address_layout(pages.envelope_page, 1, 1, pages.address_x_height)
+    merging.check_apart(merged, printing.envelopes_to)
     about = {"seed": pages.seed, "hand": task.hand.name}
-    way = Way(fed(task.layout.page), fed, about, None, record.resumed, listener.say, change or listener.say)
-    with record, destination(way, options, pages.sheets()) as place:
+    way = Way(profile, fed, about, None, record.resumed, listener.say, change or listener.say)
+    ways = [_at(way, task.layout.page, each) for each in profiles], [_at(way, pages.envelope_page, a) for a in apart]
+    calibrations.say_whose(ways[1], listener)
+    with record, destinations(*ways, options, pages.sheets()) as place:
         report, account = make_all(pages, place, options, (printing, record), listener=listener)
     printed = Printed(
         report,
         account.tally,
         pages.seed,
         task.hand.name,
-        profile.queue or printing.printer,
+        ", ".join(each.queue or each.title for each in [*profiles, *apart]),
         {**merged.table.facts()},
         letters=merged.with_letters,
         notes=(*notes, *account.dropped),
@@ -157,22 +166,46 @@ def _told(printed: Printed, calibration: CalibratedInk | None) -> Printed:
     return replace(printed, calibration=cast("Facts", calibration.facts()), calibration_note=calibration.said())
 
 
-def _printer(printing: PrintOptions, writing_options: WritingOptions, merge: MergeOptions) -> Printer:
-    """The printer that is asked for; slips and a missing file are refused before the table is read."""
+def _printers(printing: PrintOptions, writing_options: WritingOptions, merge: MergeOptions) -> list[Printer]:
+    """The printer that is asked for, at every queue; slips and a missing file are refused before the table is read."""
     if writing_options.slips and merge.letter is None:
         raise InputError("slips: an envelope has to arrive, so addresses are written without slips; leave --slips out.")
-    profile = printers.resolve(printing.printer, printing.queue)
-    if profile.file and not profile.simulated and printing.dry_run is None:
+    queues = [printing.queue] if isinstance(printing.queue, str) else list(printing.queue)
+    found = [printers.resolve(printing.printer, queue) for queue in queues or [""]]
+    if found[0].file and not found[0].simulated and printing.dry_run is None:
         raise InputError(
             f"{printing.printer} writes a file: name it with --dry-run out.pdf, or name a printer with --printer."
         )
-    return profile
+    return found
 
 
-def _fed(profile: Printer, printing: PrintOptions, with_letters: bool, page: Page) -> Printer:
-    """The printer as it is fed with a page, with what the options say otherwise than its profile.
+def _apart(profile: Printer, printing: PrintOptions) -> list[Printer]:
+    """The printers that envelopes go to: profiles with queues of their own, or further queues of this profile."""
+    names = find_names("printer")
+    own = [
+        name.endswith(".toml") or full(name) in names or f"printer-{name}" in names for name in printing.envelopes_to
+    ]
+    found = [
+        printers.resolve(name) if profiled else printers.resolve(printing.printer, name)
+        for name, profiled in zip(printing.envelopes_to, own, strict=True)
+    ]
+    if len({(each.title, each.dpi, each.margins) for each in found}) > 1:
+        raise InputError("--envelopes-to: the printers of envelopes have to be of one make: name one, or its queues.")
+    return found
 
-    Where there are letters, `--tray` and `--feed` are theirs: an envelope is fed as the profile says.
+
+def _at(way: Way, page: Page, where: Printer) -> Way:
+    """The way to one of several printers, as it is fed with a page."""
+    changes = {"queue": where.queue, "file": where.file, "simulated": where.simulated}
+    fed = msgspec.structs.replace(way.fed(page), **changes)
+    return replace(way, profile=fed, calibrated=where.title == way.profile.title)
+
+
+def _fed(profile: Printer, apart: Printer, printing: PrintOptions, with_letters: bool, page: Page) -> Printer:
+    """The printer, for envelopes beside letters the one that is set apart for them, as it is fed with a page.
+
+    What the options say wins over its profile.  Where there are letters, `--tray` and `--feed` are theirs: an envelope
+    is fed as the profile says.
     """
     alone, envelope_page = not with_letters, media.is_envelope(page)
     changes: dict[str, str | Nudge | None] = {
@@ -189,7 +222,7 @@ def _fed(profile: Printer, printing: PrintOptions, with_letters: bool, page: Pag
         if max(abs(x), abs(y)) > _MOST_NUDGE:
             raise InputError(f"nudge: {printing.nudge} moves the writing by more than {_MOST_NUDGE:g} mm.")
         changes["nudge"] = Nudge(x=Length(x), y=Length(y))
-    fed = media.printer_for(page, profile)
+    fed = media.printer_for(page, apart if with_letters and envelope_page else profile)
     return msgspec.structs.replace(fed, **{name: value for name, value in changes.items() if value})
 
 
@@ -200,7 +233,7 @@ def _margins(fed: Callable[[Page], Printer], page: Page) -> tuple[float, float, 
 
 def _journal(printing: PrintOptions, pages: RowPages) -> Journal:
     """The journal of this batch; a simulated printer prints into the folder that a dry run names."""
-    simulated = printers.resolve(printing.printer, printing.queue).simulated
+    simulated = not printing.queue and printers.resolve(printing.printer).simulated
     dry_run = printing.dry_run is not None and not (simulated and Path(printing.dry_run).suffix == "")
     return merging.journal_of(pages, printing, {"page_name": pages.sheet.page_name}, dry_run)
 
@@ -210,6 +243,11 @@ class _Calibrations:
     """The printer's calibration, if there is one and it is wanted, for each hand of a batch."""
 
     calibration: Calibration | None
+
+    def say_whose(self, ways: Sequence[Way], listener: Listener) -> None:
+        """Say to which printers pages go without a calibration."""
+        titles = dict.fromkeys(way.profile.title for way in ways if self.calibration and not way.calibrated)
+        listener.say(*(f"Pages for {title} are not corrected: the calibration is another's." for title in titles))
 
     def of(self, task: WritingTask, hand: str, say: Say = lambda sentence: None) -> CalibratedInk | None:
         """How the ink of a hand goes to the printer."""

@@ -32,8 +32,7 @@ from handout.pipeline.options import (
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.plotting import plan
 from handout.printing import media, printers
-from handout.printing.batch import BACK
-from handout.printing.journal import ENVELOPE
+from handout.printing.journal import BACK, ENVELOPE
 from handout.printing.prepared import BatchPage, margin_warning
 from handout.printing.rows import Row, select
 from handout.profiles import Plotter, Prices, Printer, find

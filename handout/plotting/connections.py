@@ -15,6 +15,8 @@ import msgspec
 
 from handout.errors import DeviceError, InputError, PortError
 from handout.plotting.dialects import DIALECTS, dialect
+from handout.plotting.greetings import Firmware, recognise
+from handout.plotting.network_ports import is_network, open_network
 from handout.plotting.ports import Port, SerialDevice, SerialPort, serial_devices
 from handout.profiles import Plotter
 
@@ -28,23 +30,27 @@ def open_port(url: str, profile: Plotter) -> Port:
 
     Parameters
     ----------
-    url : ``/dev/ttyUSB0``, ``COM3``, ``socket://host:port`` or another address of pyserial's; ``auto``: the only serial
-        port that the machine can be at; ``sim:`` for the simulated plotter, with options such as
-        ``sim:?fault=alarm&after=40&buffer=64&realtime=1``.
+    url : ``/dev/ttyUSB0``, ``COM3``; ``tcp://host:23``, ``ws://host:81`` (see `network_ports`); another address of
+        pyserial's; ``auto``: the only serial port that the machine can be at; ``sim:`` for the simulated plotter, with
+        options such as ``sim:?fault=alarm&after=40&buffer=64&realtime=1``.
 
     Raises
     ------
     PortError
         It cannot be opened; the message says what to check and which serial ports there are.
     InputError
-        Options the simulated plotter does not know.
+        Options the simulated plotter does not know, or no address.
     """
     if is_simulated(url):
         rest = url[4:]
         if rest and not rest.startswith("?"):
             raise InputError(f"{url}: options of the simulated plotter begin with a question mark: sim:?fault=jam")
         return cast(Port, _simulated().plotter(profile, rest[1:]))
-    return SerialPort(find_port(profile) if url == "auto" else url, profile.port.baud)
+    return _open_at(find_port(profile) if url == "auto" else url, profile.port.baud)
+
+
+def _open_at(url: str, baud: int) -> Port:
+    return open_network(url) if is_network(url) else SerialPort(url, baud)
 
 
 def surroundings(url: str) -> AbstractContextManager[None]:
@@ -64,10 +70,11 @@ def _simulated() -> Any:
 
 
 class Answer(NamedTuple):
-    """Who answered: a dialect, and what the machine says it is."""
+    """Who answered: a dialect ("": none of ours), what the machine says it is, and the firmware if it is known."""
 
     dialect: str
     firmware: str
+    known: Firmware | None = None
 
 
 def ask(port: Port, dialects: Sequence[str], wakes: float = _WAKES) -> Answer | None:
@@ -84,9 +91,20 @@ def ask(port: Port, dialects: Sequence[str], wakes: float = _WAKES) -> Answer | 
     for name in (name for name in DIALECTS if name in dialects):
         question = dialect(name).question
         port.write(question.asked)
-        if (answer := question.answer.search(_listen(port))) is not None:
+        data += b"\n" + (said := _listen(port))
+        known = recognise(data.decode("ascii", "replace"))
+        answer = question.answer.search(said)
+        if known is not None and known.dialect in ("", *dialects):
+            words = answer.group(1) if answer else _first_words(data)
+            return Answer(known.dialect, words.decode("ascii", "replace").strip(" :"), known)
+        if known is None and answer is not None:
             return Answer(name, answer.group(1).decode("ascii", "replace").strip(" :"))
     return None
+
+
+def _first_words(data: bytes) -> bytes:
+    """The first line that says anything."""
+    return next((line.strip() for line in data.splitlines() if len(line.strip()) > 2), b"")
 
 
 def _listen(port: Port) -> bytes:
@@ -101,7 +119,7 @@ def _listen(port: Port) -> bytes:
     return data
 
 
-def identify(url: str, open_at: Callable[[str, int], Port] = SerialPort) -> Answer | None:
+def identify(url: str, open_at: Callable[[str, int], Port] = _open_at) -> Answer | None:
     """Find out who is at a port, of all dialects and at their usual speeds; None: nobody who answers.
 
     Raises
@@ -110,6 +128,8 @@ def identify(url: str, open_at: Callable[[str, int], Port] = SerialPort) -> Answ
         The port cannot be opened.
     """
     speeds = {name: dialect(name).question.bauds for name in DIALECTS}
+    if is_network(url):  # which has no speeds
+        speeds = dict.fromkeys(DIALECTS, (115200,))
     bauds = sorted({baud for bauds in speeds.values() for baud in bauds}, key=lambda baud: baud != 115200)
     for baud in bauds:
         port = open_at(url, baud)
@@ -123,7 +143,7 @@ def identify(url: str, open_at: Callable[[str, int], Port] = SerialPort) -> Answ
 
 
 def find_port(
-    profile: Plotter, ports: Sequence[SerialDevice] | None = None, open_at: Callable[[str, int], Port] = SerialPort
+    profile: Plotter, ports: Sequence[SerialDevice] | None = None, open_at: Callable[[str, int], Port] = _open_at
 ) -> str:
     """The name of the only serial port that a machine can be at: by its USB id, or else by who answers.
 
@@ -181,7 +201,8 @@ def _speaks(url: str, profile: Plotter, open_at: Callable[[str, int], Port]) -> 
     except PortError:  # in use, or not ours
         return False
     try:
-        return ask(port, [profile.dialect], float(profile.port.start_up)) is not None
+        answer = ask(port, [profile.dialect], float(profile.port.start_up))
+        return answer is not None and answer.dialect == profile.dialect
     except DeviceError:
         return False
     finally:

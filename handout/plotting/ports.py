@@ -54,7 +54,7 @@ class InstrumentedPort(Port):
 
 
 class SerialPort:
-    """A port of pyserial's: a device, or an address such as ``socket://host:port``."""
+    """A port of pyserial's: a device, or one of its addresses."""
 
     def __init__(self, url: str, baud: int) -> None:
         import serial

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-import tempfile
+import itertools
+import threading
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from types import TracebackType
-from typing import Protocol, Self, runtime_checkable
+from typing import Protocol, Self, cast, runtime_checkable
 
 from handout import atomic, units
 from handout.errors import InputError
 from handout.inking.device_pixels import Calibrate
+from handout.printing import media
 from handout.printing.envelope import address_layout, address_text
-from handout.printing.journal import ENVELOPE, Journal, Piece
+from handout.printing.journal import BACK, ENVELOPE, Journal, Piece
 from handout.printing.prepared import (
     BatchPage,
     Document,
+    Folder,
     MakeRows,
     PdfPage,
     Picture,
@@ -28,7 +31,7 @@ from handout.printing.prepared import (
     RowMaker,
 )
 from handout.printing.printers import open_queue, ticket
-from handout.printing.queue import Queue, Say, SimulatedQueue
+from handout.printing.queue import Device, Queue, Say, SimulatedQueue
 from handout.printing.rows import Row, select
 from handout.printing.sending import (
     SILENT,
@@ -43,13 +46,13 @@ from handout.printing.sending import (
     remaining,
     send,
 )
+from handout.printing.several import Several, send_to_several
 from handout.profiles import Printer
 from handout.sinks import drawing_file, picture_pdf
 from handout.values import Drawing, Page, Raster
 from handout.writing.layout import Layout
 
 MOST_COPIES = 100  # of a row; set by eye, against a slip of the keyboard
-BACK = "back"  # the part of a row that is the back of its envelope
 
 # text, layout, number of the row → the page as it is written; the row's own random stream is the caller's matter
 Write = Callable[[str, Layout, int], Drawing]
@@ -188,16 +191,15 @@ def make_rows(
     chosen, again = chosen_rows(rows, options, journal.resumed)
     copies = {row.number: options.copies * row.copies for row in chosen}
     todo = Remaining([row.number for row in chosen if not row.problem])
-    if isinstance(place, Spool):
-        todo = remaining(journal, place.queue, todo.fresh, copies, again)
+    if devices := _devices(place):
+        todo = remaining(journal, devices, todo.fresh, copies, again)
         chosen = [row for row in chosen if row.problem or row.number in todo.rows]
     checked = Checked(wanted=[row.number for row in chosen if not row.problem])
-    if options.all_or_none and isinstance(place, Spool):
+    if options.all_or_none and devices:
         _refuse((check or make)(chosen), len(chosen), listener)
-    taken = _taken(make(chosen), place, copies, checked)
-    jobs: tuple[Job, ...] = ()
-    if isinstance(place, Spool):
-        jobs = send(place, taken, checked, todo, _makeable(rows), journal, listener)
+    taken, jobs = _taken(make(chosen), place, copies, checked), tuple[Job, ...]()
+    if devices:
+        jobs = _sender(place)(taken, checked, todo, _makeable(rows), journal, listener)
     else:
         _made(taken, checked, options, len(chosen), listener)
     place.finish()
@@ -206,8 +208,18 @@ def make_rows(
     return Report(done, tuple(checked.failed), place.files(), jobs, tuple(checked.warnings), before, unknown)
 
 
+def _sender(place: Destination) -> Callable[..., tuple[Job, ...]]:
+    """What sends the pages of a destination that has devices."""
+    return partial(send_to_several, place) if isinstance(place, Several) else partial(send, cast("Spool", place))
+
+
 def _makeable(rows: Sequence[Row]) -> list[int]:
     return [row.number for row in rows if not row.problem]
+
+
+def _devices(place: Destination) -> list[Device]:
+    """That a destination sends pages to; none where it writes files."""
+    return place.devices if isinstance(place, Several) else [place.queue] if isinstance(place, Spool) else []
 
 
 def _taken(
@@ -277,7 +289,8 @@ class Way:
     fed : page → the printer as it is fed with that.
     about : stored in every PDF.
     queue : that pages go to, if it is not the profile's own; resumed : whether a batch is gone on with.
-    change : asks somebody to put in other paper, in words.
+    change : asks somebody to put in other paper, in words; shared : whether there are other printers, too, so that
+    this one has to be named; calibrated : whether the calibration of pages is this printer's.
     """
 
     profile: Printer
@@ -287,6 +300,8 @@ class Way:
     resumed: bool = False
     say: Say = lambda sentence: None
     change: Callable[[str], object] = lambda request: None
+    shared: bool = False
+    calibrated: bool = True
 
 
 class Destination(Protocol):
@@ -358,31 +373,6 @@ class PdfFile:
         return (self._path,) if self._writer is not None else ()
 
 
-class Folder:
-    """A temporary folder for pages that wait."""
-
-    def __init__(self) -> None:
-        self._stack = ExitStack()
-
-    def __enter__(self) -> Self:
-        self._folder = Path(self._stack.enter_context(tempfile.TemporaryDirectory(prefix="handout-")))
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._stack.close()
-
-    def keep(self, name: str, data: bytes) -> Path:
-        """Keep a page under a name; where."""
-        path = self._folder / name
-        try:
-            path.write_bytes(data)
-        except OSError as error:
-            raise InputError(f"Cannot keep a page in {self._folder}: {error.strerror or error}.") from error
-        return path
-
-
 class PictureFiles(Folder):
     """A file a page: ``cards.png`` becomes ``cards-002.png``, ``cards-003.png`` …, numbered as the table's rows.
 
@@ -428,7 +418,8 @@ class PrintSpool(Folder):
         self._apart = len({way.fed(sheet).source for sheet in sheets}) < len(set(sheets))
         self._pages: dict[tuple[int, str], tuple[Path, Page, int]] = {}
         self._last: int | None = None
-        self.prepare = Document(way.fed, queue.format, queue.resolution(way.profile.dpi), way.about)
+        dpi = queue.resolution(way.profile.dpi)
+        self.prepare = Document(way.fed, queue.format, dpi, way.about, way.calibrated)
 
     def take(self, number: int, pages: Sequence[PreparedPage], copies: int) -> None:
         """Keep the row's pages until they are sent."""
@@ -457,7 +448,8 @@ class PrintSpool(Folder):
         if self._last is not None and number != self._last:
             name = page.name or f"{page.width:g} x {page.height:g} mm"
             back = " again, with their backs to the print side and in the same order" if piece.part == BACK else ""
-            self._way.change(f"Put in the envelopes ({name}){back}")
+            where = f" at {self.queue.name}" if self._way.shared else ""
+            self._way.change(f"Put in the envelopes ({name}){back}{where}")
         self._last = number
 
     def send(self, sheet: Sequence[Piece], title: str) -> str:
@@ -504,3 +496,44 @@ def destination(way: Way, options: BatchOptions, sheets: Collection[Page]) -> De
     for page in sheets:
         queue.check(ticket(way.fed(page), page, "handout"))
     return PrintSpool(queue, way, sheets)
+
+
+def destinations(
+    ways: Sequence[Way], apart: Sequence[Way], options: BatchOptions, sheets: Collection[Page]
+) -> Destination:
+    """Where the pages go when there may be several printers: rows are shared by those of `ways`.
+
+    apart : the ways to printers that make the envelopes, if there are such.
+
+    Raises
+    ------
+    InputError
+        Two are one, or they take pages in different ways.
+    """
+    if options.out is not None or len(ways) + len(apart) == 1:
+        return destination(ways[0], options, sheets)
+    asking = threading.Lock()
+
+    def change(request: str) -> None:
+        with asking:
+            ways[0].change(request)
+
+    def spools(ways: Sequence[Way], envelopes: Collection[bool]) -> list[PrintSpool]:
+        wanted = [sheet for sheet in sheets if media.is_envelope(sheet) in envelopes]
+        places = (destination(replace(way, change=change, shared=True), options, wanted) for way in ways)
+        return [place for place in places if isinstance(place, PrintSpool)]
+
+    rows, others = spools(ways, [False] if apart else [False, True]), spools(apart, [True])
+    _check_alike(rows, others)
+    return Several(rows, others)
+
+
+def _check_alike(*kinds: Sequence[PrintSpool]) -> None:
+    """Refuse printers that are one, and printers of the same pages that take them in different ways."""
+    names = [spool.queue.name for spools in kinds for spool in spools]
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise InputError(f"{twice[0]} is named twice: each device makes its own pages.")
+    for one, other in (pair for spools in kinds for pair in itertools.pairwise(spools)):
+        if (one.prepare.format, one.prepare.dpi) != (other.prepare.format, other.prepare.dpi):
+            told = " and ".join(f"{s.queue.name} {s.prepare.format} at {s.prepare.dpi} dpi" for s in (one, other))
+            raise InputError(f"The printers take pages otherwise ({told}): say --format, or leave one out.")

@@ -3,10 +3,10 @@
 Every batch, identified by its table, letter, hand and options, has a file in the user's state folder.  A run first
 writes ``{"begun": "2026-03-01T09:30:00", "run": "4f2a9c", "table": "…", "facts": {…}, "seed": 7}``, a resumed one
 ``{"resumed": …, "run": …}``; then a line for each step of each page: ``{"row": 5, "copy": 1, "state": "sending",
-"title": "handout 4f2a9c row 5"}``, ``"sent"`` with the job's name, and ``"completed"``, ``"failed"`` or ``"doubtful"``.
-A page that is no envelope has a ``"part"`` (``"letter 2"``), and a row that has such pages is first written with all of
-its ``"parts"``: from then on it is known what it consists of.  Lines are only added, and each is on the disk before the
-next step; a line cut off by a crash is ignored.
+"title": "handout 4f2a9c row 5", "device": "epson"}``, ``"sent"`` with the job's name, and ``"completed"``, ``"failed"``
+or ``"doubtful"``.  A page that is no envelope has a ``"part"`` (``"letter 2"``), and a row that has such pages is first
+written with all of its ``"parts"``: from then on it is known what it consists of.  Lines are only added, and each is on
+the disk before the next step; a line cut off by a crash is ignored.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import itertools
 import json
 import os
 import secrets
+import threading
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
@@ -31,8 +32,9 @@ from handout.printing.rows import Row
 
 State = Literal["sending", "sent", "completed", "failed", "doubtful"]
 _TABLE, _HAND = "content of the table", "content of the hand's file"
-_TOLD = ("title", "job", "why")
+_TOLD = ("title", "device", "job", "why")
 ENVELOPE = ""  # the part of a row that is its envelope
+BACK = "back"  # and the back of that
 _ALONE = (ENVELOPE,)
 
 
@@ -50,6 +52,7 @@ class Step:
 
     state: State
     title: str = ""
+    device: str = ""
     job: str = ""
     why: str = ""
 
@@ -57,7 +60,8 @@ class Step:
 def _add(steps: dict[Piece, Step], piece: Piece, state: State, more: Mapping[str, str]) -> None:
     """Add a step.  Pieces keep the order in which they were begun, and their job until they are sent again."""
     before = steps.pop(piece, None) if state == "sending" else steps.get(piece)
-    ticket = {"title": before.title, "job": before.job} if before is not None and state != "sending" else {}
+    kept = before if state != "sending" else None
+    ticket = {"title": kept.title, "device": kept.device, "job": kept.job} if kept is not None else {}
     steps[piece] = Step(state, **{**ticket, **more})
 
 
@@ -99,7 +103,7 @@ def folder() -> Path:
 
 @dataclass
 class Journal:
-    """The journal of one run; without a stream it is kept in memory only.
+    """The journal of one run; without a stream it is kept in memory only.  Threads may write it.
 
     run : a random token in the titles of its jobs, which tells them from all others.
     parts : number of a row of which something was sent → what it consists of, in order.
@@ -113,6 +117,7 @@ class Journal:
     parts: dict[int, tuple[str, ...]] = field(default_factory=dict)
     _stream: TextIO | None = None
     _head: Mapping[str, Any] | None = None  # written before the first step: a run that sends nothing leaves no trace
+    _lock: threading.RLock = field(default_factory=threading.RLock)
 
     def title(self, piece: Piece) -> str:
         """Title of a piece's job at its device; it holds nobody's name."""
@@ -121,20 +126,23 @@ class Journal:
 
     def earlier(self, piece: Piece) -> frozenset[str]:
         """Titles of the pieces that were begun before this one and are completed."""
-        before = itertools.takewhile(lambda step: step[0] != piece, self.steps.items())
+        with self._lock:
+            before = list(itertools.takewhile(lambda step: step[0] != piece, self.steps.items()))
         return frozenset(step.title for _, step in before if step.state == "completed")
 
     def note(self, piece: Piece, state: State, **more: str) -> None:
         """Add a step of a piece; it is on the disk when this returns."""
-        _add(self.steps, piece, state, more)
         part = {"part": piece.part} if piece.part else {}
-        self._write({"row": piece.row, "copy": piece.copy, **part, "state": state, **more})
+        with self._lock:
+            _add(self.steps, piece, state, more)
+            self._write({"row": piece.row, "copy": piece.copy, **part, "state": state, **more})
 
     def consists(self, row: int, parts: Sequence[str]) -> None:
         """Note of what a row consists, before anything of it is sent; of its envelope alone goes without saying."""
-        if self.parts.get(row, _ALONE) != tuple(parts):
-            self._write({"row": row, "parts": list(parts)})
-        self.parts[row] = tuple(parts)
+        with self._lock:
+            if self.parts.get(row, _ALONE) != tuple(parts):
+                self._write({"row": row, "parts": list(parts)})
+            self.parts[row] = tuple(parts)
 
     def __enter__(self) -> Journal:
         return self

@@ -6,10 +6,13 @@ plotter) depends on the row and the destination's settings alone; it is made by 
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Protocol
+from types import TracebackType
+from typing import Protocol, Self
 
 from handout.errors import InputError
 from handout.inking.device_pixels import Calibrate, DevicePixels, device_pixels
@@ -69,6 +72,31 @@ class PreparedRow:
     pages: tuple[PreparedPage, ...] = ()
     warnings: tuple[str, ...] = ()
     problem: str = ""
+
+
+class Folder:
+    """A temporary folder for pages that wait."""
+
+    def __init__(self) -> None:
+        self._stack = ExitStack()
+
+    def __enter__(self) -> Self:
+        self._folder = Path(self._stack.enter_context(tempfile.TemporaryDirectory(prefix="handout-")))
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._stack.close()
+
+    def keep(self, name: str, data: bytes) -> Path:
+        """Keep a page under a name; where."""
+        path = self._folder / name
+        try:
+            path.write_bytes(data)
+        except OSError as error:
+            raise InputError(f"Cannot keep a page in {self._folder}: {error.strerror or error}.") from error
+        return path
 
 
 WriteRow = Callable[[Row], Sequence[BatchPage]]  # InputError where the row cannot be made
@@ -133,15 +161,20 @@ class _ForPrinter:
 
 @dataclass(frozen=True)
 class Document(_ForPrinter):
-    """Pages as documents in the direction of feed, of a format of `documents.WRITERS`; about : stored in every PDF."""
+    """Pages as documents in the direction of feed, of a format of `documents.WRITERS`.
+
+    about : stored in every PDF; calibrated : whether the calibration of pages is this printer's.
+    """
 
     format: str
     dpi: int
     about: Mapping[str, object]
+    calibrated: bool = True
 
     def __call__(self, number: int, page: BatchPage) -> PreparedPage:
         """See `Prepare`."""
         feeding = Feeding.of(page.drawing.page, self.fed(page.drawing.page))
+        page = page if self.calibrated else replace(page, calibrate=None)
         pixels = feeding.pixels(page.pixels(self.dpi))
         return self._prepared(page, WRITERS[self.format](feeding.sheet, pixels, {**self.about, "row": number}))
 

@@ -6,6 +6,8 @@ and what became of a page whose end was not seen is asked of the device by the t
 
 from __future__ import annotations
 
+import itertools
+import threading
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -13,7 +15,7 @@ from pathlib import Path
 from typing import Protocol
 
 from handout.errors import HandoutError, PrinterError
-from handout.printing.journal import Journal, Piece
+from handout.printing.journal import Journal, Piece, Step
 from handout.printing.queue import Device, Outcome, OutcomeUnknown, Say
 from handout.printing.rows import ranges
 
@@ -28,10 +30,11 @@ class Failed:
 
 @dataclass(frozen=True)
 class Job:
-    """A row that went to the queue, and the name of its job there."""
+    """A row that went to a device, and the name of its job there."""
 
     row: int
     name: str
+    device: str = ""
 
 
 @dataclass(frozen=True)
@@ -50,6 +53,14 @@ class Report:
     warnings: tuple[str, ...] = ()
     before: tuple[int, ...] = ()
     unknown: tuple[Failed, ...] = ()
+
+    @property
+    def devices(self) -> dict[str, list[int]]:
+        """Which rows went to each device, in the order in which it made them."""
+        made: dict[str, dict[int, None]] = {}
+        for job in self.jobs:
+            made.setdefault(job.device, {})[job.row] = None
+        return {name: list(rows) for name, rows in made.items()}
 
     @property
     def exit_code(self) -> int:
@@ -129,9 +140,9 @@ class Pages(Protocol):
 
 
 def remaining(
-    journal: Journal, queue: Device, rows: Sequence[int], copies: Mapping[int, int], again: Collection[int]
+    journal: Journal, devices: Sequence[Device], rows: Sequence[int], copies: Mapping[int, int], again: Collection[int]
 ) -> Remaining:
-    """Work out what is left to do, from the journal and, where that does not tell, from the device.
+    """Work out what is left to do, from the journal and, where that does not tell, from the device that has it.
 
     Parameters
     ----------
@@ -143,7 +154,7 @@ def remaining(
         if row not in journal.parts:
             todo.fresh.append(row)
             continue
-        outcomes = {piece: _outcome(journal, queue, piece) for piece in pieces(row, copies[row], journal.parts[row])}
+        outcomes = {piece: _outcome(journal, devices, piece) for piece in pieces(row, copies[row], journal.parts[row])}
         for piece, outcome in outcomes.items():
             if outcome.state == "waiting":
                 todo.wait.append(piece)
@@ -161,7 +172,13 @@ def pieces(row: int, copies: int, parts: Sequence[str]) -> list[Piece]:
     return [Piece(row, copy, part) for copy in range(1, copies + 1) for part in parts]
 
 
-def _outcome(journal: Journal, queue: Device, piece: Piece) -> Outcome:
+def device_of(step: Step, devices: Sequence[Device]) -> Device | None:
+    """The device that has a page: the only one, whatever it is called now; None if it is not among several."""
+    named = (device for device in devices if step.device in ("", device.name))
+    return devices[0] if len(devices) == 1 else next(named, None)
+
+
+def _outcome(journal: Journal, devices: Sequence[Device], piece: Piece) -> Outcome:
     """Find out what became of a piece, asking the device if need be; "failed" if it was never sent."""
     step = journal.steps.get(piece)
     if step is None or step.state == "failed":
@@ -171,11 +188,17 @@ def _outcome(journal: Journal, queue: Device, piece: Piece) -> Outcome:
     sent = f"it was sent as job {step.job}" if step.job else "it was being sent when the batch broke off"
     if step.state == "doubtful":
         return Outcome("unknown", f"{sent}, and {step.why}")
-    outcome = queue.outcome(step.job, step.title, journal.earlier(piece))
+    device = device_of(step, devices)
+    # a plotter knows of the plots of all; of what is not finished only the device itself can tell
+    asked = devices if device is None else [device]
+    outcomes = [each.outcome(step.job, step.title, journal.earlier(piece)) for each in asked]
+    outcome = next((each for each in outcomes if each.state == "completed"), outcomes[0])
+    if device is None and outcome.state != "completed":
+        return Outcome("unknown", f"{sent} to {step.device}, which is not among the devices now: name it, too")
     if outcome.job:
         journal.note(piece, "sent", job=outcome.job)
     if outcome.state in ("completed", "failed"):
-        _note(journal, [piece], outcome)
+        note_outcome(journal, [piece], outcome)
     return Outcome("unknown", f"{sent}, and {outcome.why}") if outcome.state == "unknown" else outcome
 
 
@@ -201,34 +224,39 @@ def send(
     PrintingStopped
         The queue refused a page, or did not print it.
     """
-    run = _Run(pages, checked, table, journal, set(todo.fresh))
+    run = Run(checked, table, journal, set(todo.fresh))
     for piece in (*todo.send, *todo.wait):
         run.left.setdefault(piece.row, set()).add(piece)
-    waiting: dict[str, list[Piece]] = {}
-    for piece in todo.wait:
-        waiting.setdefault(journal.steps[piece].job, []).append(piece)
-    for job, begun in waiting.items():
-        with run.stoppable(begun):
-            _follow(pages.queue, journal, begun, job)
+    for job, begun in jobs_of(todo.wait, journal).items():
+        with run.stoppable(pages.queue, begun):
+            follow(pages.queue, journal, begun, job)
         run.gone(begun)
     total = len(checked.wanted)
     sheets = iter(pages.sheets(run.unsent(taken)))
     while True:
-        with run.stoppable():
+        with run.stoppable(pages.queue):
             sheet = next(sheets, None)
         if sheet is None:
             break
         listener.progress(run.begun_rows, total, "send")
-        with run.stoppable(sheet):
-            run.send(sheet)
+        with run.stoppable(pages.queue, sheet):
+            run.send(pages, sheet)
     listener.progress(total, total, "send")
     return tuple(run.jobs)
 
 
-def _follow(queue: Device, journal: Journal, sheet: Sequence[Piece], job: str) -> None:
+def jobs_of(waiting: Iterable[Piece], journal: Journal) -> dict[str, list[Piece]]:
+    """The pieces of each job that a device has."""
+    jobs: dict[str, list[Piece]] = {}
+    for piece in waiting:
+        jobs.setdefault(journal.steps[piece].job, []).append(piece)
+    return jobs
+
+
+def follow(queue: Device, journal: Journal, sheet: Sequence[Piece], job: str) -> None:
     """Wait for the job of a sheet; PrinterError unless it is completed."""
     outcome = queue.follow(job)
-    _note(journal, sheet, outcome)
+    note_outcome(journal, sheet, outcome)
     if outcome.state == "failed":
         raise PrinterError(f"job {job} was not printed: {outcome.why}.")
     if outcome.state == "unknown":
@@ -237,7 +265,7 @@ def _follow(queue: Device, journal: Journal, sheet: Sequence[Piece], job: str) -
         raise PrinterError(f"job {job} is not printed yet: {outcome.why}. Let it go on at the printer.")
 
 
-def _note(journal: Journal, sheet: Sequence[Piece], outcome: Outcome) -> None:
+def note_outcome(journal: Journal, sheet: Sequence[Piece], outcome: Outcome) -> None:
     for piece in sheet:
         if outcome.state == "completed":
             journal.note(piece, "completed")
@@ -248,14 +276,13 @@ def _note(journal: Journal, sheet: Sequence[Piece], outcome: Outcome) -> None:
 
 
 @dataclass
-class _Run:
+class Run:
     """A batch that is being sent.
 
     table : the rows of its table that can be made, as far as was known; fresh : rows of which nothing was sent before.
     left : of every row what has not gone yet; made : all pieces of the rows that are made; jobs : what has gone.
     """
 
-    pages: Pages
     checked: Checked
     table: Sequence[int]
     journal: Journal
@@ -264,6 +291,7 @@ class _Run:
     made: dict[int, Sequence[Piece]] = field(default_factory=dict)
     jobs: list[Job] = field(default_factory=list)
     begun: dict[int, int] = field(default_factory=dict)  # row → how many pieces of it have gone
+    lock: threading.RLock = field(default_factory=threading.RLock)
 
     @property
     def begun_rows(self) -> int:
@@ -271,13 +299,17 @@ class _Run:
 
     def unsent(self, taken: Iterable[Sequence[Piece]]) -> Iterator[Piece]:
         """Of rows as they are taken, what is to be sent."""
-        for every in taken:
-            if every:
-                row = every[0].row
-                self.made[row] = every
-                if row in self.fresh:
-                    self.left[row] = set(every)
-                yield from (piece for piece in every if piece in self.left[row])
+        return itertools.chain.from_iterable(map(self.begin, taken))
+
+    def begin(self, every: Sequence[Piece]) -> list[Piece]:
+        """Of a row that is taken, all of whose pieces these are, what is to be sent."""
+        if not every:
+            return []
+        row = every[0].row
+        self.made[row] = every
+        if row in self.fresh:
+            self.left[row] = set(every)
+        return [piece for piece in every if piece in self.left[row]]
 
     @property
     def whole(self) -> list[int]:
@@ -287,33 +319,34 @@ class _Run:
 
     def gone(self, sheet: Sequence[Piece]) -> None:
         """These need no more."""
-        for piece in sheet:
-            self.left[piece.row].discard(piece)
-            self.begun[piece.row] = self.begun.get(piece.row, 0) + 1
+        with self.lock:
+            for piece in sheet:
+                self.left[piece.row].discard(piece)
+                self.begun[piece.row] = self.begun.get(piece.row, 0) + 1
 
-    def send(self, sheet: Sequence[Piece]) -> None:
+    def send(self, pages: Pages, sheet: Sequence[Piece]) -> None:
         """Send one sheet; note it before it is sent, when it is sent, and when it is made."""
-        self.pages.ready(sheet)
-        title = self.journal.title(sheet[0])
+        pages.ready(sheet)
+        device, title = pages.queue.name, self.journal.title(sheet[0])
         for row in dict.fromkeys(piece.row for piece in sheet):
             self.journal.consists(row, list(dict.fromkeys(piece.part for piece in self.made[row])))
         for piece in sheet:
-            self.journal.note(piece, "sending", title=title)
+            self.journal.note(piece, "sending", title=title, device=device)
         try:
-            job = self.pages.send(sheet, title)
+            job = pages.send(sheet, title)
         except OutcomeUnknown:
             raise
         except PrinterError as error:
-            _note(self.journal, sheet, Outcome("failed", str(error)))
+            note_outcome(self.journal, sheet, Outcome("failed", str(error)))
             raise
         for piece in sheet:
             self.journal.note(piece, "sent", job=job)
-            self.jobs.append(Job(piece.row, job))
+            self.jobs.append(Job(piece.row, job, device))
         self.gone(sheet)
-        _follow(self.pages.queue, self.journal, sheet, job)
+        follow(pages.queue, self.journal, sheet, job)
 
     @contextmanager
-    def stoppable(self, sheet: Sequence[Piece] = ()) -> Iterator[None]:
+    def stoppable(self, device: Device, sheet: Sequence[Piece] = ()) -> Iterator[None]:
         """Add to a failure of the device, or to an interruption, which rows were sent and how to go on.
 
         sheet : that is being sent; none while the next is being made.
@@ -322,21 +355,21 @@ class _Run:
             yield
         except KeyboardInterrupt as interruption:
             if sheet:
-                self._cancel(sheet)
-            sent, rest = self._parted(sheet)
-            interruption.add_note(f"Stopped{self._where(sheet, rest, ' at row')}. {self._way_out(sheet, sent, rest)}")
+                self.cancel(device, sheet)
+            sent, rest = self.parted(sheet)
+            interruption.add_note(f"Stopped{self._where(sheet, rest, ' at row')}. {self.way_out(sheet, sent, rest)}")
             raise
         except HandoutError as error:
-            sent, rest = self._parted(sheet)
+            sent, rest = self.parted(sheet)
             in_doubt = bool(sheet) and (self.begun.get(sheet[0].row) or self._in_doubt(sheet[0]))
             failed = tuple(Failed(n, str(error) if in_doubt and n == sheet[0].row else "not sent") for n in rest)
             told = (*self.checked.failed, *failed)
             report = Report(sent, told, (), tuple(self.jobs), tuple(self.checked.warnings))
             where = self._where(sheet, rest, "Row")
-            message = f"{where}{': ' if where else ''}{error} {self._way_out(sheet, sent, rest)}"
+            message = f"{where}{': ' if where else ''}{error} {self.way_out(sheet, sent, rest)}"
             raise PrintingStopped(message, report, ranges(rest, self.whole)) from error
 
-    def _parted(self, sheet: Sequence[Piece]) -> tuple[tuple[int, ...], list[int]]:
+    def parted(self, sheet: Sequence[Piece] = ()) -> tuple[tuple[int, ...], list[int]]:
         """The rows that are sent, and those that are not when this sheet fails."""
         here, failed = {piece.row for piece in sheet}, {failure.row for failure in self.checked.failed}
         sent = tuple(n for n in self.checked.done if n in self.made and n not in here and not self.left.get(n))
@@ -348,10 +381,15 @@ class _Run:
         number = sheet[0].row if sheet else next((n for n in rest if n not in self.made), 0)
         return f"{word} {number}" if number else ""
 
-    def _way_out(self, sheet: Sequence[Piece], sent: Sequence[int], rest: Sequence[int]) -> str:
+    def way_out(self, sheet: Sequence[Piece], sent: Sequence[int], rest: Sequence[int]) -> str:
         rows = ranges(rest, self.whole)
         how = "the same command and --resume" if self.journal.path is not None else f"--rows {rows}"
         return f"{self._what_went(sent, sheet)}; go on with {how}."
+
+    def is_begun(self, piece: Piece) -> bool:
+        """Whether a piece was made, or may have come out, as far as is known."""
+        step = self.journal.steps.get(piece)
+        return step is not None and step.state != "failed"
 
     def _in_doubt(self, piece: Piece) -> bool:
         """Whether a piece may have come out, as far as is known."""
@@ -382,13 +420,13 @@ class _Run:
             return [f"row {row} was sent as job {job}" if job else f"whether row {row} was sent is not known"]
         return []
 
-    def _cancel(self, sheet: Sequence[Piece]) -> None:
+    def cancel(self, device: Device, sheet: Sequence[Piece]) -> None:
         """Cancel the job in flight, if there is one, and note what became of it."""
         step = self.journal.steps.get(sheet[0])
         if step is not None and step.state in ("sending", "sent"):
-            outcome = self.pages.queue.cancel(step.job, step.title)
+            outcome = device.cancel(step.job, step.title)
             if outcome.state in ("completed", "failed"):
-                _note(self.journal, sheet, outcome)
+                note_outcome(self.journal, sheet, outcome)
 
 
 def _rows(numbers: Sequence[int], whole: Sequence[int]) -> str:

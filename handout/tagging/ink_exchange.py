@@ -22,9 +22,10 @@ Source: own method.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from types import MappingProxyType
 
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
@@ -33,7 +34,7 @@ from scipy.spatial import cKDTree
 
 from handout.hand import outlier_score
 from handout.hand.author_reader import Reader, author_reader, reads_alone, surprises, usual_surprise
-from handout.hand.glyph_features import features_of
+from handout.hand.glyph_features import COUNT, features_of
 from handout.hand.outlier_score import Siblings
 from handout.hand.scanned import ScannedHand, ScannedPage
 from handout.hand.word_pictures import picture_of_vertices
@@ -89,6 +90,7 @@ class InkExchange:
     names, lines : of all letters, in the order of writing.
     reader : that knows the author.
     held : letters whose ink is known: they neither give nor take, and their neighbours alone begin.
+    seen : how oddly some letters read, as `odd` told of the same ink.
     """
 
     def __init__(
@@ -99,8 +101,10 @@ class InkExchange:
         lines: Indices,
         reader: Reader,
         held: frozenset[int] = frozenset(),
+        *,
+        seen: Mapping[int, float] = MappingProxyType({}),
     ) -> None:
-        self.letter, self._sheet, self._lines, self._held = letter.copy(), sheet, lines, held
+        self.letter, self._sheet, self._lines, self._held = letter.copy(), sheet, lines.copy(), held
         self._names, self._reader = names, reader
         graph, count = sheet.graph, len(sheet.graph)
         a, b = graph.edges.T
@@ -110,29 +114,84 @@ class InkExchange:
         self._length = (np.bincount(a, self._step, count) + np.bincount(b, self._step, count)) / 2
         self._simple = np.bincount(graph.edges.ravel(), minlength=count) <= 2
         self._place = graph.xy / sheet.x_height
-        self._sets = {i: v for i in range(len(names)) if len(v := np.flatnonzero(letter == i))}
-        self._known = np.array(list(self._sets), dtype=np.intp)
-        self._row = {number: row for row, number in enumerate(self._sets)}
-        features = features_of(sheet, lines[self._known], list(self._sets.values()))
-        known = [names[i] for i in self._known]
+        order = np.argsort(letter, kind="stable")
+        ends = np.searchsorted(letter[order], np.arange(len(names) + 1)).tolist()
+        self._sets = {i: order[a:b] for i, (a, b) in enumerate(pairwise(ends)) if a < b}
+        self._readable = np.array([reads_alone(name) for name in names], dtype=bool)
+        numbers, sets = np.array(list(self._sets), dtype=np.intp), list(self._sets.values())
+        self._features, self._odd = np.zeros((len(names), COUNT)), np.zeros(len(names))
+        self._features[numbers] = features_of(sheet, self._lines[numbers], sets)
+        self._odd[list(seen)] = list(seen.values())
+        unread = np.array([k for k, number in enumerate(numbers.tolist()) if number not in seen], dtype=np.intp)
+        self._odd[numbers[unread]] = self._surprises(numbers[unread], [sets[k] for k in unread.tolist()])
+        self._compare()
+
+    def _compare(self) -> None:
+        """Compare every letter with its siblings anew."""
+        self._known = np.array(sorted(self._sets), dtype=np.intp)
+        self._row = {number: row for row, number in enumerate(self._known.tolist())}
+        features, known = self._features[self._known], [self._names[i] for i in self._known]
         self._siblings = Siblings(outlier_score.shipped(), features, known)
-        self._alone = np.array([reads_alone(name) for name in known], dtype=bool)
-        self._seen = self._surprises(self._known, list(self._sets.values()))
-        self._usual = usual_surprise(self._seen, known, self._alone)
+        self._seen = self._odd[self._known]
+        self._usual = usual_surprise(self._seen, known, self._readable[self._known])
         self._right = self._siblings.right(np.arange(len(features)), features, self._seen - self._usual)
+
+    def odd(self) -> dict[int, float]:
+        """Letter → how oddly it reads, of all that are there."""
+        return dict(zip(self._known.tolist(), self._seen.tolist(), strict=True))
+
+    def strange(self) -> dict[int, float]:
+        """Letter → how unlike its siblings it is, in shape and as it reads alone (`vetting.strange_score`)."""
+        model = outlier_score.shipped()
+        shapes = (self._siblings.evidence() @ model.weights + model.bias) * self._siblings.trust
+        score = shapes + outlier_score.READING * (self._seen - self._usual)
+        return dict(zip(self._known.tolist(), score.tolist(), strict=True))
+
+    def ink(self, letter: int) -> Indices:
+        """(k,) the vertices of a letter, rising; none of one that is not there."""
+        return self._sets.get(letter, np.zeros(0, dtype=np.intp))
+
+    def corrected(self, changed: Mapping[int, tuple[int, Indices]], held: frozenset[int], begin: set[int]) -> set[int]:
+        """Take letters as a person corrected them, and let their neighbours exchange ink; which letters did.
+
+        changed : letter → its line, and its vertices, none where it is not there any more.
+        held : letters whose ink is known now.
+        begin : those of them whose neighbours begin.
+        """
+        for number in changed:
+            self.letter[self._sets.pop(number, self.letter[:0].astype(np.intp))] = NOBODY
+        for number, (line, vertices) in changed.items():
+            self._lines[number] = line
+            if len(vertices):
+                self._sets[number] = np.sort(vertices)
+                self.letter[vertices] = number
+        there = np.array([number for number in changed if number in self._sets], dtype=np.intp)
+        sets = [self._sets[number] for number in there.tolist()]
+        self._sets, self._held = dict(sorted(self._sets.items())), held
+        self._features[there] = features_of(self._sheet, self._lines[there], sets)
+        self._odd[there] = self._surprises(there, sets)
+        self._compare()
+        if len(self._names) < SETTINGS.least or not begin:
+            return set()
+        gave = self._settled({one for pair in pairwise(self._sets) if begin & set(pair) for one in pair})
+        if gave:
+            self._odd[self._known] = self._seen
+            self._compare()
+        return gave
 
     def settle(self) -> int:
         """Exchange ink until nothing gains enough; how often any was."""
-        exchanges, touched = 0, self._beside_held() if self._held else set(self._sets)
+        beside = {one for pair in pairwise(self._sets) if self._held & set(pair) for one in pair}
+        return len(self._settled(beside if self._held else set(self._sets)))
+
+    def _settled(self, touched: set[int]) -> set[int]:
+        every: set[int] = set()
         for _ in range(SETTINGS.rounds):
             touched = self._round(touched)
-            exchanges += len(touched) // 2
+            every |= touched
             if not touched:
                 break
-        return exchanges
-
-    def _beside_held(self) -> set[int]:
-        return {one for pair in pairwise(self._sets) if self._held & set(pair) for one in pair}
+        return every
 
     def _round(self, letters: set[int]) -> set[int]:
         """Make the best exchanges that some letters take part in, one for each letter; which letters did."""
@@ -163,14 +222,15 @@ class InkExchange:
             self._sets[number] = np.flatnonzero(self.letter == number)
         both = [offer.giver, offer.taker]
         features = features_of(self._sheet, self._lines[both], [self._sets[number] for number in both])
+        self._features[both] = features
         rows = np.array([self._row[number] for number in both])
         self._seen[rows] = self._credited(np.array(both), [self._sets[number] for number in both])
         self._right[rows] = self._siblings.right(rows, features, self._seen[rows] - self._usual[rows])
 
     def _surprises(self, numbers: Indices, sets: Sequence[Indices]) -> Array:
         """(k,): how oddly some vertices would read as letters."""
-        found, alone = np.zeros(len(numbers)), np.array([self._alone[self._row[number]] for number in numbers.tolist()])
-        read = np.flatnonzero(alone).tolist()
+        found = np.zeros(len(numbers))
+        read = np.flatnonzero(self._readable[numbers]).tolist()
         seen = [picture_of_vertices(self._sheet, int(self._lines[numbers[k]]), sets[k]) for k in read]
         found[read] = surprises(self._reader, seen, [self._names[numbers[k]] for k in read])
         return found

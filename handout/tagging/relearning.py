@@ -146,14 +146,17 @@ class _Ink:
 
 
 def _unmoved(before: ScannedHand, after: ScannedHand) -> set[tuple[int, int]]:
-    """Page and number in its text of the glyphs that have the same vertices of the same graph."""
+    """Page and number in its text of the glyphs whose vertices lie where they lay."""
     old = {(glyph.page, glyph.at): glyph.vertices for glyph in before.glyphs}
-    same = [was.graph is is_.graph for was, is_ in zip(before.pages, after.pages, strict=True)]
-    return {
-        key
-        for glyph in after.glyphs
-        if same[glyph.page] and (key := (glyph.page, glyph.at)) in old and np.array_equal(old[key], glyph.vertices)
-    }
+    pages = [(was.graph.uv, is_.graph.uv) for was, is_ in zip(before.pages, after.pages, strict=True)]
+    unmoved = set()
+    for glyph in after.glyphs:
+        key, (was, is_) = (glyph.page, glyph.at), pages[glyph.page]
+        if key in old and len(old[key]) == len(glyph.vertices):
+            same = np.array_equal(old[key], glyph.vertices) if was is is_ else False
+            if same or np.array_equal(was[old[key]], is_[glyph.vertices]):
+                unmoved.add(key)
+    return unmoved
 
 
 def _inks(hand: ScannedHand, unmoved: set[tuple[int, int]]) -> dict[tuple[int, int], _Ink]:
@@ -193,34 +196,34 @@ def realigned(hand: ScannedHand, number: int, *, rng: np.random.Generator, tell:
     own = [glyph for glyph in hand.glyphs if glyph.page == number]
     if page.moments is not None or not len(page.baselines) or not any(glyph.at >= 0 for glyph in own):
         return hand
-    dismissed = np.isin(np.arange(len(page.graph)), page.dismissed)
     ink = page_ink(page)
-    if dismissed.any():
-        ink &= ~line_alone(page.graph, dismissed, page.shape, page.pixel)
-    lines = strips(ink, _frames(page))
-    texts = _line_texts(page, own)
-    held = [_held(page, lines[i], texts[i], own, i) for i in range(len(lines))]
+    lines = strips(ink, line_frames(page))
+    texts = line_texts(page, own)
+    held = [held_letters(page, lines[i], texts[i], own, i) for i in range(len(lines))]
     alignment = _aligned(lines, texts, held, rng, tell)
     owner = lines_at(line_owners(ink, [line.frame for line in lines]), page.graph.uv)
     glyphs = _glyphs(page, own, alignment, _stayed(alignment, texts, held), owner)
-    return _with_page(hand, number, glyphs)
+    return with_page(hand, number, glyphs)
 
 
 def page_ink(page: ScannedPage) -> NDArray[np.bool_]:
     """(h, w) where a page has ink that may be a letter's, as far as a hand keeps it: its opacity tells."""
     x, y = page.texture.corner
     height, width = page.texture.shape
-    alpha = page.texture.rgba[:, :, 3]
+    alpha = page.texture.alpha
     column, row = np.rint(page.graph.uv - (x, y)).astype(np.intp).T
     inside = (column >= 0) & (row >= 0) & (column < width) & (row < height)
     middle = alpha[row[inside], column[inside]]
     usual = float(np.median(middle[middle > 0])) if (middle > 0).any() else 255.0
     ink = np.zeros(page.shape, dtype=bool)
     ink[y : y + height, x : x + width] = alpha >= _SETTINGS.edge * usual
+    if len(page.dismissed):
+        dismissed = np.isin(np.arange(len(page.graph)), page.dismissed)
+        ink &= ~line_alone(page.graph, dismissed, page.shape, page.pixel)
     return ink
 
 
-def _frames(page: ScannedPage) -> list[Frame]:
+def line_frames(page: ScannedPage) -> list[Frame]:
     unit = page.x_height / page.pixel
     return [
         Frame(baseline=(c0, c1, c2), x_height=unit, slant=page.slant, middle=middle, reach=reach)
@@ -228,7 +231,7 @@ def _frames(page: ScannedPage) -> list[Frame]:
     ]
 
 
-def _line_texts(page: ScannedPage, glyphs: Sequence[ScannedGlyph]) -> list[TranscriptLine]:
+def line_texts(page: ScannedPage, glyphs: Sequence[ScannedGlyph]) -> list[TranscriptLine]:
     """What is written on each line of a page, from the letters that were found there.
 
     Letters that were not found, between two lines, go with the line of the transcript that they stand in.
@@ -263,7 +266,7 @@ def _line_texts(page: ScannedPage, glyphs: Sequence[ScannedGlyph]) -> list[Trans
     return parts
 
 
-def _held(
+def held_letters(
     page: ScannedPage, strip: Strip, text: TranscriptLine, glyphs: Sequence[ScannedGlyph], line: int
 ) -> dict[int, Held]:
     """Where the letters of a line are now, by their number in its text."""
@@ -377,7 +380,7 @@ def _marked(alignment: Alignment, present: Mapping[int, bool]) -> Alignment:
     return replace(alignment, lines=lines)
 
 
-def _with_page(hand: ScannedHand, number: int, glyphs: Sequence[ScannedGlyph]) -> ScannedHand:
+def with_page(hand: ScannedHand, number: int, glyphs: Sequence[ScannedGlyph]) -> ScannedHand:
     """The hand with other glyphs on one page; `glyphs` are numbered from 0."""
     parts: list[list[ScannedGlyph]] = []
     for page in range(len(hand.pages)):
@@ -386,15 +389,11 @@ def _with_page(hand: ScannedHand, number: int, glyphs: Sequence[ScannedGlyph]) -
         parts.append(
             [replace(glyph, page=page) for glyph in glyphs]
             if page == number
-            else [replace(glyph, before=order[glyph.before], after=order[glyph.after]) for _, glyph in own]
+            else [glyph.beside(order) for _, glyph in own]
         )
     together: list[ScannedGlyph] = []
     for part in parts:
         first = len(together)
-        together += [
-            replace(
-                glyph, **{name: n + first if (n := getattr(glyph, name)) >= 0 else n for name in ("before", "after")}
-            )
-            for glyph in part
-        ]
+        numbers = {NOBODY: NOBODY} | {n: n + first for n in range(len(part))}
+        together += [glyph.beside(numbers) for glyph in part]
     return replace(hand, glyphs=tuple(together))

@@ -112,9 +112,16 @@ class PageReader:
 
     def widths(self, lines: Sequence[TranscriptLine]) -> dict[str, float]:
         """Letter → usual width on this page, pixels of line space, given what is written on its lines."""
-        mean = np.mean([network.widths for network in self.networks], axis=0).astype(np.float64)
-        usual = np.maximum(mean * page_scale(self.images, lines, mean) * X_HEIGHT, 3.0)
-        return dict(zip(LETTERS, usual.tolist(), strict=True))
+        return usual_widths(self.images, lines, self.networks)
+
+
+def usual_widths(
+    images: Sequence[Image], lines: Sequence[TranscriptLine], networks: Sequence[Network]
+) -> dict[str, float]:
+    """Letter → usual width on a page, pixels of line space, given its lines and what is written on each."""
+    mean = np.mean([network.widths for network in networks], axis=0).astype(np.float64)
+    usual = np.maximum(mean * page_scale(images, lines, mean) * X_HEIGHT, 3.0)
+    return dict(zip(LETTERS, usual.tolist(), strict=True))
 
 
 def page_reader(images: Sequence[Image], networks: Sequence[Network]) -> PageReader:

@@ -43,6 +43,7 @@ async def sample(studio: Studio, request: Request, body: None) -> Response:
     name, folder = name_of(request), studio.folder()
     writing = WritingOptions(studio.hand(name), seed=1, fit=True, fallback=True)
     drawn = name in studio.drawn
+    await studio.settled(studio.hand(name))
     options = (writing, _SAMPLE_SHEET, PictureOptions(_SAMPLE_DPI))
     call = Call("writing.write", (_SAMPLE, [folder / f"line.{'svg' if drawn else 'png'}"], *options), listens=True)
     kind = "image/svg+xml" if drawn else "image/png"
@@ -52,6 +53,7 @@ async def sample(studio: Studio, request: Request, body: None) -> Response:
 async def sheet(studio: Studio, request: Request, body: None) -> Response:
     """All letters of a hand."""
     name, folder = name_of(request), studio.folder()
+    await studio.settled(studio.hand(name))
     call = Call("kept_hands.show_hand", (studio.hand(name), [folder / f"{name}.png"]))
     return await followed(request, studio.begin(studio.long, "showing the letters", call, folder), "image/png")
 
@@ -96,6 +98,7 @@ async def copy(studio: Studio, request: Request, body: None) -> Response:
 async def give(studio: Studio, request: Request, body: None) -> Response:
     """A hand as a file."""
     name, folder = name_of(request), studio.folder()
+    await studio.settled(studio.hand(name))
     await studio.answer("copying a hand", Call("kept_hands.export_hand", (studio.hand(name), folder / f"{name}.hand")))
     return FileResponse(folder / f"{name}.hand", media_type="application/zip", filename=f"{name}.hand")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import os
 import secrets
 import tempfile
@@ -20,6 +21,7 @@ TABLES = (".csv", ".tsv", ".txt", ".xlsx")
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".pdf", ".webp", ".bmp", ".hand", *TABLES)  # of uploads
 _MOST_UPLOADS, _MOST_BYTES = 40, 1 << 30  # kept at once; a hand of ten pages at 600 dpi is a third of that
 _MOST_TASKS = 60  # that have ended and whose files are kept
+_QUIET, _AGAIN, _LAST = 2.0, 15.0, 10.0  # s: without a correction, then they are kept; tried again; at the end
 _MOST_MACHINES = 16
 _WAITING = 12  # tasks that may wait in a lane
 
@@ -52,6 +54,9 @@ class Studio:
     uploads: dict[str, Upload] = field(default_factory=dict)
     tasks: dict[str, Task] = field(default_factory=dict)
     drawn: frozenset[str] = frozenset()  # hands that are quick to write in; known once hands were listed
+    unkept: dict[str, asyncio.Task[None]] = field(default_factory=dict)  # hands whose corrections wait for their file
+    troubles: dict[str, str] = field(default_factory=dict)  # why those of a hand could not be put there
+    running: set[asyncio.Task[None]] = field(default_factory=set)
     _keys: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -129,6 +134,31 @@ class Studio:
         refused(task)
         return task.facts
 
+    def keep_soon(self, hand: str, after: float = _QUIET) -> None:
+        """Have the corrections of a hand taken into its file, once there were no more of them for a while."""
+        if hand in self.unkept:
+            self.unkept[hand].cancel()
+        self.unkept[hand] = asyncio.ensure_future(self._keep(hand, after))
+
+    async def _keep(self, hand: str, after: float) -> None:
+        await asyncio.sleep(after)
+        try:
+            await self.answer("keeping corrections", Call("letter_desk.keep_letters", (hand,)), self.desk)
+            self.troubles.pop(hand, None)
+        except HTTPException as error:
+            self.troubles[hand] = str(error.detail)
+            self.unkept.pop(hand, None)
+            self.keep_soon(hand, _AGAIN)
+            return
+        self.unkept.pop(hand, None)
+
+    async def settled(self, hand: str) -> None:
+        """Wait until the file of a hand has all its corrections, before somebody else reads it."""
+        waiting = self.unkept.pop(hand, None)
+        if waiting is not None:
+            waiting.cancel()
+            await self._keep(hand, 0.0)
+
     def room(self, size: int) -> None:
         """Make sure that there is room for an upload, or for more of one.
 
@@ -171,6 +201,10 @@ class Studio:
 
     async def close(self) -> None:
         """End all work, and delete what was made."""
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(asyncio.gather(*map(self.settled, list(self.unkept))), _LAST)
+        for waiting in (*self.unkept.values(), *self.running):
+            waiting.cancel()
         lanes = (self.quick, self.long, self.desk, self.bench, *self._machines.values())
         await asyncio.gather(*(lane.close() for lane in lanes))
         self._folder.cleanup()

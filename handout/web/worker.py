@@ -132,7 +132,7 @@ class _Desk:
     def word(self, seconds: float = 0.0) -> str:
         """See `pipeline.plot_desk.Wire`; words to earlier calls are passed over."""
         if self._lost or self._number in self._unwanted:
-            return "stop"
+            return "gone" if self._lost else "stop"
         with contextlib.suppress(queue.Empty):
             number, word = self._words.get(timeout=seconds) if seconds else self._words.get_nowait()
             return word if number == self._number else ""

@@ -22,6 +22,7 @@ async def choices(studio: Studio, request: Request, body: None) -> Response:
 async def write(studio: Studio, request: Request, body: Write) -> Response:
     """A text becomes files."""
     folder = studio.folder()
+    await studio.settled(studio.hand(body.hand))
     options = body.writing(studio.hand(body.hand)), body.sheet(), body.picture()
     arguments = body.text, body.letter, [folder / f"page.{body.format}"], options
     call = Call("letters.write_sent", arguments, {"device": body.device}, listens=True)

@@ -46,6 +46,21 @@ def test_every_row_has_its_letter_and_its_envelope(call):
     assert "these columns" not in err and "not used: 'Note'" in err
 
 
+@pytest.mark.slow
+def test_several_queues_share_the_rows_and_envelopes_go_elsewhere(call):
+    command = ("print", "people.csv", "--letter", "letter.txt", *SMALL, "--with-envelopes", "--printer", "small.toml")
+    out, _ = call(*command, "--queue", "file:a", "--queue", "file:b", "--envelopes-to", "file:c", "--json")
+    assert sorted(json.loads(out)["devices"]["c"]) == [2, 3, 4]
+    letters = sorted(path.name for folder in ("a", "b") for path in Path(folder).glob("*.pdf"))
+    assert letters == [f"row-00{n}-letter-1.pdf" for n in (2, 3, 4)] and len(list(Path("c").glob("*.pdf"))) == 3
+    for more, words in (
+        (("--queue", "file:a", "--queue", "file:a"), "a is named twice"),
+        (("--queue", "file:a", "--envelopes-to", "epson", "--envelopes-to", "file:b"), "have to be of one make"),
+    ):
+        _, err = call(*command, *more, "--afresh", code=2)
+        assert words in err
+
+
 def test_a_cell_of_ten_megabytes_is_one_sentence(call):
     Path("people.csv").write_text("First name,Gift\nAnna,tea\nBen," + "x" * 10_000_000 + "\n", encoding="utf-8")
     _, err = call("print", "people.csv", "--letter", "letter.txt", *SMALL, "--dry-run", "out.svg", code=2)

@@ -88,6 +88,45 @@ def test_a_batch_that_breaks_off_is_gone_on_with_where_it_was(call):
 
 
 @pytest.mark.slow
+def test_several_plotters_share_the_rows_and_one_that_stops_does_not_stop_the_others(call):
+    command = ("plot", "people.csv", *CARD, *QUICK, "--with-envelopes", "--envelope", "80x60mm")
+    _, err = call(*command, "--port", "sim:", "--port", "sim:?fault=unplugged&after=40", code=3)
+    assert re.search(r"sim:\?fault=unplugged&after=40: The connection .* go on with the same command and --resume", err)
+    titles = [job.title.split(" ", 2)[2] for job in store.every() if job.standing().finished]
+    assert 6 <= len(titles) == len(set(titles)) < 10, titles
+    _, err = call(*command, "--port", "sim:", "--port", "sim:?latency=1ms", "--resume", code=4)
+    assert "which is not among the devices now" in err and len(store.every()) == 10
+    out, _ = call(*command, "--port", "sim:", "--resume", "--json")
+    assert json.loads(out)["unknown"] == [] and all(job.standing().finished for job in store.every())
+    assert len({job.title.split(" ", 2)[2] for job in store.every()}) == len(store.every()) == 10
+
+
+@pytest.mark.slow
+def test_envelopes_are_plotted_elsewhere(call):
+    command = ("plot", "people.csv", *CARD, *QUICK, "--with-envelopes", "--envelope", "80x60mm", "--rows", "2-3")
+    out, _ = call(*command, "--port", "sim:", "--envelopes-to", "sim:?latency=1ms", "--json")
+    assert json.loads(out)["devices"] == {"sim:": [2, 3], "sim:?latency=1ms": [2, 3]}
+
+
+@pytest.mark.parametrize(
+    ("more", "words", "code"),
+    [
+        (("--port", "sim:", "--envelopes-to", "sim:"), "--envelopes-to is for letters with envelopes", 2),
+        (("--port", "/dev/none", "--port", "/dev/none"), "/dev/none is named twice", 2),
+        (("--port", "sim:", "--port", "/dev/none"), "No job was begun", 3),
+    ],
+)
+def test_wrong_ports_are_one_sentence(call, more, words, code):
+    _, err = call("plot", "people.csv", *CARD, *QUICK, *more, code=code)
+    assert words in err and not store.every()
+
+
+def test_a_text_has_one_plotter(call):
+    _, err = call("plot", "Hello", "--port", "sim:", "--port", "sim:", code=2)
+    assert "Several plotters share the rows of a table" in err
+
+
+@pytest.mark.slow
 def test_a_feeder_puts_in_the_sheets(call, monkeypatch):
     usual = (ROOT / "devices/plotter-simulated.toml").read_text(encoding="utf-8")
     Path("fed.toml").write_text(usual + '\n[feeder]\ncommand = ["G4P0.125"]\n', encoding="utf-8")

@@ -120,3 +120,9 @@ def test_a_ligature_goes_on_as_the_stroke_that_it_leaves():
     first = led[1] - led[0]
     assert first[1] / np.hypot(*first) < -0.8, "downwards, as the stroke"
     assert np.array_equal(_led_on(-stroke, line, 0.4), line), "it does not turn back to do so"
+
+
+def test_a_t_rises_further_over_small_letters_than_it_is_drawn():
+    for number in range(ways.count("t")):
+        drawn = max(stroke[:, 1].max() for stroke in ways._forms()["t"][number][1].strokes)
+        assert ways.way("t", number).xy[:, 1].max() - 1 == pytest.approx(1.8 * (drawn - 1), abs=0.05)

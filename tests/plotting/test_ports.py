@@ -129,7 +129,7 @@ def test_a_plot_through_a_socket_and_a_broken_connection():
         assert fidelity.compare(drawing, plotter.executed()).deviation < 0.1
         end.set()
         ended.wait(5)
-        with pytest.raises(PortError, match="is lost: is the plotter still plugged in"):
+        with pytest.raises(PortError, match="is lost: is the plotter still switched on"):
             for _ in range(100):
                 port.write(b"?")
                 port.read(0.05)

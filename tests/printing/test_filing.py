@@ -23,7 +23,7 @@ def test_headers_with_plurals_and_several_meanings_lose_nothing(tmp_path):
     text += 'Ada & Bob Byron,12 Elm St,4B,"Boston, MA 02138"\nCy,2 Oak,,NYC NY 2138\n'
     found = read(tmp_path, text)
     assert lines_of(found) == [
-        ("Ada & Bob Byron", "12 Elm St", "4B", "Boston MA 02138"), ("Cy", "2 Oak", "NYC NY 2138"),
+        ("Ada & Bob Byron", "12 Elm St", "4B", "Boston, MA 02138"), ("Cy", "2 Oak", "NYC, NY 2138"),
     ]  # fmt: skip
     assert found.unused == () and found.notes == () and "02138" in found[1].warnings[0]
 
@@ -125,7 +125,7 @@ GOOGLE = (
 def test_contacts_of_google(tmp_path):
     found = read(tmp_path, GOOGLE)
     assert lines_of(found) == [
-        ("Dr. Ada Fox", "1 Elm St", "Apt 2", "Boston MA 02138"), ("Bob", "Weg 1", "89073 Ulm"),
+        ("Dr. Ada Fox", "1 Elm St", "Apt 2", "Boston, MA 02138"), ("Bob", "Weg 1", "89073 Ulm"),
     ]  # fmt: skip
     assert set(found.unused) == {"Organization 1 - Title", "Phone 1 - Value"}
     newer = "First Name,Last Name,Labels,Address 1 - Label,Address 1 - Formatted,Address 1 - Street,Address 1 - City\n"

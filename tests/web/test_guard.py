@@ -89,6 +89,15 @@ def test_names_are_no_paths(visitor, name):
         assert answer.status_code == 422 and answer.json()["error"].startswith(field), field
     assert visitor.post("/api/hands", headers=visitor.key, json={"name": name, "scans": ["x" * 22]}).status_code == 422
     assert not visitor.studio.tasks
+    draft = {"name": "x", "values": {}}
+    for change in ({"name": name}, {"base": name}, {"values": {"brush.kind": {}}}):
+        body = {"plan": {"targets": [[1, 2]]}, "style": {**draft, **change}}
+        assert visitor.post("/api/movements", headers=visitor.key, json=body).status_code == 422
+        assert visitor.post("/api/styles", headers=visitor.key, json={"style": {**draft, **change}}).status_code == 422
+    for field in ("printer", "paper", "hand"):
+        body = {"printer": "sim", field: name}
+        assert visitor.post("/api/calibration/state", headers=visitor.key, json=body).status_code == 422, field
+    assert not visitor.studio.tasks
 
 
 def test_paths_do_not_lead_out_of_the_page_s_folder(visitor):

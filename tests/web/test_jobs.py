@@ -211,4 +211,4 @@ def test_a_killed_server_leaves_a_lifted_pen_and_a_plot_to_go_on_with(program):
     broken = until(program, task, lambda snapshot: snapshot["state"] != "running")
     assert broken["state"] in ("done", "failed")  # what it says last may not come over any more
     left = program.get(f"/api/plots/{plot['job']}").json()
-    assert left["stopped"] and 0 < left["drawn_mm"] < left["pen_down_mm"]  # it ended in good order, and wrote so
+    assert left["stopped"] == "the studio was closed" and 0 < left["drawn_mm"] < left["pen_down_mm"]

@@ -1,13 +1,18 @@
 """Letters of a hand corrected one after another, as the page Letters does it, and what two windows do to each other."""
 
+from functools import partial
 from pathlib import Path
 
 import msgspec
 import pytest
 
+from handout import atomic
 from handout.errors import InputError
 from handout.hand import file
 from handout.pipeline import letter_desk as desk
+from handout.pipeline.page_tiles import TILE
+from handout.tagging import relearning
+from handout.tagging.segmentation import by_segments
 
 pytestmark = pytest.mark.slow
 
@@ -101,11 +106,88 @@ def test_tiles_are_the_page(hand):
 
     whole = file.load(Path(hand)).pages[0].on_paper()
     tile = cv2.imdecode(np.frombuffer(desk.page_tile(hand, 0, 0, 1, 0), np.uint8), 1)[:, :, ::-1]
-    part = whole[: desk.TILE, desk.TILE : 2 * desk.TILE]
+    part = whole[:TILE, TILE : 2 * TILE]
     assert tile.shape == part.shape and np.abs(tile.astype(int) - part).mean() < 3
 
 
-def test_the_others_learn_when_they_are_asked_to(hand):
+def log(hand):
+    return Path(hand + ".log")
+
+
+def test_what_was_not_in_the_file_yet_is_made_again_after_a_break(hand):
+    made(hand, {"do": "confirm", "at": letters(hand)[2]["spot"]})
+    made(hand, {"do": "confirm", "at": letters(hand)[5]["spot"]})
+    desk.rewind_letters(hand, desk.open_letters(hand)["revision"], 1)
+    assert file.journal(Path(hand)).made == 0 and log(hand).exists()
+    with log(hand).open("ab") as stream:
+        stream.write(b'{"corrections": [{"do": "rem')  # it was being written, and nobody was told that it is kept
+    desk._DESKS.clear()
+    assert [one["verdict"] == "confirmed" for one in letters(hand)[2:6]] == [True, False, False, False]
+    desk.keep_letters(hand)
+    assert file.journal(Path(hand)).made == 1 and not log(hand).exists()
+    assert file.load(Path(hand)).glyphs[2].confirmed
+
+
+def test_a_log_that_the_file_has_already_is_not_made_twice(hand):
+    made(hand, {"do": "confirm", "at": letters(hand)[2]["spot"]})
+    before = log(hand).read_bytes()
+    desk.keep_letters(hand)
+    log(hand).write_bytes(before)  # as if the break had come before it was deleted
+    desk._DESKS.clear()
+    assert desk.open_letters(hand)["made"] == 1 and not log(hand).exists()
+
+
+def test_on_a_full_disk_a_correction_is_refused_and_nothing_is_changed(hand, monkeypatch):
+    made(hand, {"do": "confirm", "at": letters(hand)[2]["spot"]})
+    state, before, kept = desk.open_letters(hand), letters(hand), log(hand).read_bytes()
+
+    def full(_):
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("os.fsync", full)
+        with pytest.raises(InputError, match="No space left on device; it was not made"):
+            made(hand, {"do": "confirm", "at": letters(hand)[5]["spot"]})
+    assert log(hand).read_bytes() == kept and letters(hand) == before
+    assert desk.open_letters(hand)["made"] == state["made"]
+    with monkeypatch.context() as patch:
+        patch.setattr(atomic, "write", lambda *_: (_ for _ in ()).throw(InputError("No space left.")))
+        with pytest.raises(InputError, match=r"safe in mine\.hand\.log"):
+            desk.keep_letters(hand)
+    desk.keep_letters(hand)
+    assert file.journal(Path(hand)).made == 1
+
+
+def test_a_stroke_is_reversed_and_stays_so(hand):
+    one = letters(hand)[4]
+    strokes = [each for each in desk.letter_strokes(hand, 0, tuple(one["spot"]))["strokes"] if each["id"] == one["id"]]
+    turned = [each["xy"][::-1] for each in strokes]
+    made(hand, {"do": "strokes", "at": one["spot"], "ways": turned})
+    desk.keep_letters(hand)
+    desk._DESKS.clear()
+    again = [each for each in desk.letter_strokes(hand, 0, tuple(one["spot"]))["strokes"] if each["id"] == one["id"]]
+    assert [each["xy"] for each in again] == turned and all(each["own"] for each in again)
+
+
+def test_a_baseline_is_dragged(hand):
+    first = desk.open_letters(hand)["pages"][0]["baselines"][0]
+    lower = [[x, y + 3.0] for x, y in first]
+    state = made(hand, {"do": "baseline", "line": 0, "a": lower[0], "b": lower[1]})
+    for place, wanted in zip(state["pages"][0]["baselines"][0], lower, strict=True):
+        assert place == pytest.approx(wanted, abs=0.11)
+    assert [one["letter"] for one in letters(hand)] == [glyph.letter for glyph in file.load(Path(hand)).glyphs]
+
+
+def test_the_others_learn_while_more_is_corrected(hand, tmp_path, monkeypatch):
+    monkeypatch.setattr(relearning, "by_segments", partial(by_segments, adapting=False))
     state = made(hand, {"do": "confirm", "at": letters(hand)[0]["spot"]})
-    learnt = desk.learn_letters(hand, state["revision"])
-    assert learnt["made"] in (1, 2) and letters(hand)[0]["verdict"] == "confirmed"
+    copy = str(tmp_path / "copy.hand")
+    begun = desk.begin_learning(hand, state["revision"], copy)
+    made(hand, {"do": "confirm", "at": letters(hand)[7]["spot"]})
+    desk.learn_apart(copy)
+    taken = desk.take_learnt(hand, copy, begun["made"])
+    assert taken["made"] >= 2 and taken["revision"] != state["revision"]
+    assert [letters(hand)[i]["verdict"] for i in (0, 7)] == ["confirmed"] * 2
+    desk.rewind_letters(hand, taken["revision"], taken["made"])
+    with pytest.raises(desk.StaleHand, match="undone"):
+        desk.take_learnt(hand, copy, begun["made"])

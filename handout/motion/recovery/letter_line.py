@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -90,6 +91,46 @@ class Candidate:
     def letter_strokes(self) -> LetterStrokes:
         """The letter written so."""
         return LetterStrokes(self.strokes, *self.flags())
+
+
+def as_said(candidates: Sequence[Candidate], said: Sequence[Sequence[int]]) -> Candidate:
+    """Of some ways in which a letter may have been written that which a person's is most like, turned and put in order
+    as that is.
+
+    said : vertices of the letter's line along each stroke, in order.
+    """
+    pairs = [pair for way in said for pair in pairwise(way) if pair[0] != pair[1]]
+    best = max(candidates, key=lambda candidate: _agreement(candidate.strokes, said, pairs))
+    turned = [stroke[::-1] if _way([stroke], pairs) < 0 else stroke for stroke in best.strokes]
+    when = {vertex: number for number, vertex in reversed([*enumerate(v for way in said for v in way)])}
+    order = sorted(range(len(turned)), key=lambda i: _began(turned[i], when))
+
+    def flags() -> tuple[tuple[bool, ...], tuple[bool, ...]]:
+        delayed, bars = best.flags()
+        return tuple(delayed[i] for i in order), tuple((bars or delayed)[i] for i in order)
+
+    return Candidate(tuple(turned[i] for i in order), best.cost, flags)
+
+
+def _began(stroke: Indices, when: Mapping[int, int]) -> float:
+    """When a stroke was written, as the middle of its vertices has it; last where nothing was said of it."""
+    times = [when[v] for v in stroke.tolist() if v in when]
+    return float(np.median(times)) if times else float(len(when))
+
+
+def _agreement(
+    strokes: Sequence[Indices], said: Sequence[Sequence[int]], pairs: Sequence[tuple[int, int]]
+) -> tuple[float, float, float]:
+    """How much of what a person said is one stroke is so, how much of it runs one way, and how much the same way."""
+    of = {int(v): k for k, stroke in enumerate(strokes) for v in stroke.tolist()}
+    parted = sum(len({of[v] for v in way if v in of}) - 1 for way in said) + abs(len(strokes) - len(said))
+    return -float(parted), sum(abs(_way([stroke], pairs)) for stroke in strokes), _way(strokes, pairs)
+
+
+def _way(strokes: Sequence[Indices], pairs: Sequence[tuple[int, int]]) -> float:
+    """How many more of some steps are made forwards than backwards."""
+    steps = {step for stroke in strokes for step in pairwise(stroke.tolist())}
+    return float(sum((pair in steps) - (pair[::-1] in steps) for pair in pairs))
 
 
 def has_dots(letter: str) -> bool:

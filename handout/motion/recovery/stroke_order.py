@@ -15,7 +15,7 @@ from handout.hand import measures
 from handout.hand.scanned import NOBODY, ScannedHand
 from handout.motion.recovery.crossbars import WordCrossbars
 from handout.motion.recovery.ink_gaps import Endpoint, endpoints, log_odds, prior_log_odds
-from handout.motion.recovery.letter_line import Candidate, LetterLine, LetterStrokes
+from handout.motion.recovery.letter_line import Candidate, LetterLine, LetterStrokes, as_said
 from handout.motion.recovery.letter_tracing import candidates
 from handout.motion.recovery.writer_habits import (
     CANDIDATES,
@@ -67,6 +67,18 @@ class StrokeOrderModel:
             strokes = self._strokes[number] = self._choose(number, instance).letter_strokes
         return strokes, sections
 
+    def ways_of(self, number: int) -> list[tuple[Indices, bool]]:
+        """The strokes of a glyph along the vertices of its page, and of each whether it comes after the word."""
+        found, sections = self.strokes_of(number)
+        there = {place: vertex for vertex, place in self._places_on_page(number, sections).items()}
+        own = set(self._hand.glyphs[number].vertices.tolist())
+        ways = []
+        for stroke, late in zip(found.strokes, found.delayed, strict=True):
+            way = [there[place] for place in stroke.tolist() if there.get(place) in own]
+            if way:
+                ways.append((np.array(way, dtype=np.intp), bool(late)))
+        return ways
+
     def _choose(self, number: int, instance: Instance) -> Candidate:
         """Of the candidates of a glyph that which its writer has the habit of."""
         if len(instance.candidates) == 1 or self.forms.marks[number]:
@@ -82,7 +94,9 @@ class StrokeOrderModel:
 
     def _pool(self, letter: str) -> tuple[int, ...]:
         """The first instances of a letter."""
-        return tuple(self._hand.of(letter)[:POOL].tolist())
+        numbers = self._hand.of(letter).tolist()
+        # those of which a person said how they were written tell most
+        return tuple(sorted(numbers, key=lambda number: not self._hand.glyphs[number].ways)[:POOL])
 
     def _instance(self, number: int) -> tuple[Instance, tuple[Indices, ...]]:
         """A glyph with its candidates, and the vertices of its ligatures."""
@@ -90,7 +104,12 @@ class StrokeOrderModel:
         if entry is None:
             line, sections = _letter_line(self.forms[number], self._x_height)
             line = self._with_neighbours(number, line, sections)
-            instance = instance_of(self._candidates(number, line), line, len(self.forms[number].xy))
+            found = self._candidates(number, line)
+            if self._hand.glyphs[number].ways:
+                place = self._places_on_page(number, sections)
+                said = [[place[v] for v in way.tolist() if v in place] for way in self._hand.glyphs[number].ways]
+                found = [as_said(found, said)]
+            instance = instance_of(found, line, len(self.forms[number].xy))
             entry = self._instances[number] = (instance, sections)
         return entry
 

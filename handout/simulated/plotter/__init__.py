@@ -3,8 +3,9 @@
 It reads bytes as the controller of its dialect does, plans and steps by itself, and shares no planning with the host:
 what the host announces is measured against it.
 
-- `port`: the plotter as a port, with its clock; `options`: what can be asked of it, and faults; `wire`: bytes on their
-  way to it; `paper`: carriage, pen, and what is drawn; `surroundings`: a slow disk, a busy processor.
+- `port`: the plotter as a port, with its clock; `network`: the same behind a real socket; `options`: what can be asked
+  of it, and faults; `wire`: bytes on their way to it; `paper`: carriage, pen, and what is drawn; `surroundings`: a slow
+  disk, a busy processor.
 - `firmware`: what every controller has in common; `grbl`, `marlin`, `ebb`, `hpgl`: the controllers; `queue`, `stepper`:
   the planner and the steps of those that plan.
 - `ink_comparison`: whether the ink on the paper is the ink that was intended.
@@ -14,12 +15,14 @@ To add a controller: a package with a `Firmware`, named by its dialect; a fault:
 
 from handout.profiles import Plotter
 from handout.simulated.plotter import options
+from handout.simulated.plotter.network import NetworkedPlotter
 from handout.simulated.plotter.port import SimulatedPlotter
 from handout.simulated.plotter.surroundings import disturbed
 
-__all__ = ["SimulatedPlotter", "disturbed", "plotter"]
+__all__ = ["NetworkedPlotter", "SimulatedPlotter", "disturbed", "plotter"]
 
 
 def plotter(profile: Plotter, query: str) -> SimulatedPlotter:
     """The machine that an address asks for with what follows ``sim:?``; InputError if it has no such option."""
-    return SimulatedPlotter(profile, options.parse(query))
+    asked = options.parse(query)
+    return (NetworkedPlotter if asked.network else SimulatedPlotter)(profile, asked)

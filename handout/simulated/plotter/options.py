@@ -36,6 +36,7 @@ FAULTS = {
     "view": "someone presses VIEW on its panel, and again after a while (HP-GL)",
     "button": "someone presses its button, and again after a while (EBB)",
     "reset": "it starts again, as after a break in its power",
+    "stall": "nothing is carried either way for three seconds, then all of it at once",
     "unplugged": "the connection is gone; it goes on with what it has received",
     "power-cut": "it has no power any more: it stands, its pen where it is, and is silent",
 }
@@ -65,6 +66,7 @@ class Options(msgspec.Struct, frozen=True, kw_only=True):
         busy (see `surroundings`).
     firmware : its version, such as 2.6.5, of a dialect in which that makes a difference (EBB); "": a usual one.
     motors : whether its motors have power.
+    network : how it is reached, over a real socket of this computer: "tcp" or "ws", a WebSocket; "": not so (GRBL).
     """
 
     fault: str = ""
@@ -86,6 +88,7 @@ class Options(msgspec.Struct, frozen=True, kw_only=True):
     blank: bool = False
     firmware: str = ""
     motors: bool = True
+    network: str = ""
 
 
 def parse(query: str) -> Options:
@@ -104,6 +107,8 @@ def parse(query: str) -> Options:
             values[name] = units.parse(text, _QUANTITIES[name], name)
         elif name == "variant":
             values[name] = _one_of(text, ["grblhal", "fluidnc"], "variant")
+        elif name == "network":
+            values[name] = _one_of(text, ["tcp", "ws"], "network")
         elif re.fullmatch(r"\$\d{1,3}", name):
             values["settings"].append((int(name[1:]), _number(name, text)))
         elif name in _NUMBERS:
@@ -111,7 +116,7 @@ def parse(query: str) -> Options:
         elif name == "firmware":
             values[name] = _version(text)
         else:
-            names = ["fault", "variant", "firmware", *_NUMBERS, *_QUANTITIES, "$20 and so on"]
+            names = ["fault", "variant", "network", "firmware", *_NUMBERS, *_QUANTITIES, "$20 and so on"]
             _one_of(name, names, "option")
     for name, usual in (("realtime", False), ("blank", False), ("motors", True)):
         values[name] = bool(values.get(name, usual))

@@ -24,6 +24,7 @@ from handout.simulated.plotter.wire import Wire
 from handout.values import Drawing, Page
 
 _Z_STEPS = 250.0  # of a Z axis; no profile says how fine it is, this is GRBL's default ($102)
+_STALL = 3.0  # s; less than any machine's time-out, as a radio that loses its network for a moment
 _HANDS = 5.0  # s a person takes to push the carriage somewhere
 
 
@@ -65,6 +66,7 @@ class SimulatedPlotter(InstrumentedPort):
         self._began: float | None = None
         self._ended = 0.0
         self._dies = self._begins = math.inf  # when its power is cut, when it starts anew
+        self._stalls = 0.0  # until then nothing is carried
         self._clock: Clock | None = clock or (time if self.options.realtime else None)
         self._epoch = 0.0 if self._clock is None else self._clock.monotonic()  # on the real clock
         self.faults = Faults(self.options)
@@ -109,7 +111,7 @@ class SimulatedPlotter(InstrumentedPort):
         self._catch_up()
         self._check_open()
         comes, cut = self.faults.damaged(data, self._wire.framing.ends)
-        arrives = self._wire.put(comes, self.now + self.options.latency)
+        arrives = self._wire.put(comes, max(self.now, self._stalls) + self.options.latency)
         if cut == "unplugged":
             self._gone = True
         elif cut == "power-cut":
@@ -225,7 +227,7 @@ class SimulatedPlotter(InstrumentedPort):
         if self._silent or (ok and self.faults.strikes("lost-ok")):
             return
         late = self.options.late if ok and self.faults.past("late") else 0.0
-        soonest = self.now + self.options.latency + len(data) * self._wire.byte + late
+        soonest = max(self.now, self._stalls) + self.options.latency + len(data) * self._wire.byte + late
         self._out.append((max(soonest, self._out[-1][0] if self._out else 0.0), self.faults.answered(data)))
 
     def _receive(self) -> None:
@@ -291,15 +293,19 @@ class SimulatedPlotter(InstrumentedPort):
             "alarm": self.firmware.alarm,
             "reset": self._begin_anew,
             "hold": self.firmware.hold,
+            "stall": self._stall,
         }
         for fault, strike in strikes.items():
             if self.faults.strikes(fault):
                 strike()
-                return fault not in ("unplugged", "hold")  # what it has, it does
+                return fault not in ("unplugged", "hold", "stall")  # what it has, it does
         return False
 
     def _fall_silent(self) -> None:
         self._silent = True
+
+    def _stall(self) -> None:
+        self._stalls = self.now + _STALL
 
     def _unplug(self) -> None:
         self._gone = True

@@ -104,6 +104,7 @@ async function opened(name, devices, changed) {
     } finally {
       running = null;
     }
+    told.textContent = '';
     if (last?.error) refusal.textContent = last.error;
     shown(await request('GET', `/api/batches/${name}`));
     changed();

@@ -51,6 +51,7 @@ async function penned(done, pen, number) {
 }
 
 export async function show(main, shared, [printerWanted, paperWanted]) {
+  main.append(h('h1', { class: 'hidden' }, 'Calibration'), h('p', { class: 'middle quiet' }, 'Looking at what is calibrated …'));
   const known = await request('GET', '/api/calibrations');
   let state = null, own = null;
 
@@ -199,7 +200,7 @@ export async function show(main, shared, [printerWanted, paperWanted]) {
     history.replaceChildren(h('h2', {}, 'What is calibrated'), ...(groups.size ? [] : [h('p', { class: 'quiet' }, 'Nothing yet.')]), ...[...groups].map(([name, list]) => h(
       'details', { open: groups.size < 3 }, h('summary', {}, h('strong', {}, name), ` ${list.length > 1 ? `${list.length} times, ` : ''}${list[0].age_days ? `${list[0].age_days} days ago` : 'today'}`),
       list.map((one, at) => h('article', {}, h('div', { class: 'row between' }, h('span', {}, `${one.made.slice(0, 16).replace('T', ' ')}${at ? '' : ', used now'}`), one.report ? h('button', { type: 'button', onclick: () => report(one, one.made) }, 'Report') : ''),
-        h('p', { class: 'quiet' }, one.verified ? difference(one.verified) : 'Not verified.', one.pen.hand ? ` The pen in its frame: ${one.pen.hand}.` : '', one.scanner ? ` Scanner: ${one.scanner}.` : ''),
+        h('p', { class: 'quiet' }, one.verified ? `${difference(one.verified)}.` : 'Not verified.', one.pen.hand ? ` The pen in its frame: ${one.pen.hand}.` : '', one.scanner ? ` Scanner: ${one.scanner}.` : ''),
         at ? '' : one.shades.map(swatches))),
     )));
   }
@@ -210,7 +211,7 @@ export async function show(main, shared, [printerWanted, paperWanted]) {
   const offered = () => papers.replaceChildren(...[...new Set([...(printer.value === 'simulated' ? known.simulated.papers : ['plain']), ...known.stored.filter((one) => one.printer === printer.value).map((one) => one.paper)])].map((one) => h('option', { value: one })));
   printer.addEventListener('change', offered);
   offered(); past();
-  main.append(h('div', { class: 'calibration' }, h('h1', {}, 'Calibration'), h('div', { class: 'columns' },
+  main.replaceChildren(h('div', { class: 'calibration' }, h('h1', {}, 'Calibration'), h('div', { class: 'columns' },
     h('div', {}, h('section', { class: 'panel' }, form), h('section', { class: 'panel', 'aria-label': 'The step' }, steps, refusal, work, panel), history), seen)));
   seen.replaceChildren(h('p', { class: 'quiet' }, 'Print a chart, scan it with the scanner of the handwriting, and pages for this printer have the colours that were wanted.'));
   panel.replaceChildren(h('p', { class: 'quiet' }, 'Choose a printer and what the paper in it is called.'));

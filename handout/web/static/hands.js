@@ -161,7 +161,7 @@ function reader(redraw, own) {
   }
 
   const nameField = field('Name', name);
-  into.addEventListener('change', () => { nameField.hidden = Boolean(into.value); name.required = !into.value; });
+  into.addEventListener('change', () => { button.textContent = into.value ? 'Read the pages' : 'Read the hand'; nameField.hidden = Boolean(into.value); name.required = !into.value; });
   input.addEventListener('change', () => add(input.files));
   for (const kind of ['dragover', 'dragleave', 'drop']) {
     drop.addEventListener(kind, (event) => { event.preventDefault(); drop.classList.toggle('over', kind === 'dragover'); });

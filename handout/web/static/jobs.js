@@ -181,7 +181,7 @@ export async function show(main, shared, [chosen, batch]) {
     view.forget();
     if (!plot.finished) devices.device.value = plot.device;
     const machineName = shared.choices.plotters.find((one) => one.name === plot.device)?.title || plot.device;
-    sentences(`${named(plot)}, for ${machineName}: ${plot.sheets} ${plot.sheets === 1 ? 'sheet' : 'sheets'}, ${metres(plot.pen_down_mm)} of ink.`,
+    sentences(`“${named(plot)}” for ${machineName}: ${plot.sheets} ${plot.sheets === 1 ? 'sheet' : 'sheets'}, ${metres(plot.pen_down_mm)} of ink.`,
       plot.outlook && plot.runs.length ? plot.outlook : '', plot.lies?.turned ? 'The sheet lies with its top edge to the left.' : '',
       plot.stopped && !plot.finished ? `It ended: ${plot.stopped}.` : '');
     controls();

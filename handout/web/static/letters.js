@@ -2,142 +2,13 @@
 
 import { blob, fileOf, request, task } from './api.js';
 import { choice, field, h, s, say } from './dom.js';
+import { apart, middle, stage, strokesOf } from './stage.js';
 
 const VERDICTS = { sure: 'sure', doubtful: 'doubtful', refused: 'probably wrong', unnamed: 'without a name', confirmed: 'confirmed' };
-const NEAR = 6; // x-heights of a letter that fit into the height of the view when it is looked at
-const MOST_TILES = 60;
-
-const middle = ({ box: [x, y, right, low] }) => [(x + right) / 2, (y + low) / 2];
-const apart = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1]);
-
-/** The picture of a page and its letters, to be moved and enlarged. */
-function stage(url, facts, picked, cut, outlined) {
-  const tiles = s('g', {}), inks = s('g', {}), frame = s('rect', { class: 'frame', rx: 4 }), name = s('text', { 'aria-hidden': 'true' });
-  const line = s('line', { class: 'cutline' }), loop = s('polygon', { class: 'cutline' });
-  const svg = s('svg', { class: 'scan-view', tabindex: 0, role: 'application', 'aria-label': 'The page; keys correct the letter in the frame' }, tiles, inks, frame, name, line, loop);
-  const view = { x: 0, y: 0, w: facts.width, h: facts.height };
-  const there = new Map();
-  let drawing = null, cutting = null, looping = false, pointers = new Map(), moved = 0;
-  line.setAttribute('visibility', 'hidden');
-
-  function fetchTiles() {
-    const { width: wide } = svg.getBoundingClientRect();
-    const level = Math.max(0, Math.min(4, Math.floor(Math.log2(view.w / Math.max(wide * devicePixelRatio, 1)) + 0.2)));
-    const side = facts.tile * 2 ** level;
-    const last = [Math.ceil(facts.width / side) - 1, Math.ceil(facts.height / side) - 1];
-    const from = [Math.max(0, Math.floor(view.x / side)), Math.max(0, Math.floor(view.y / side))];
-    const to = [Math.min(last[0], Math.floor((view.x + view.w) / side)), Math.min(last[1], Math.floor((view.y + view.h) / side))];
-    for (let row = from[1]; row <= to[1]; row += 1) {
-      for (let column = from[0]; column <= to[0]; column += 1) {
-        const key = `${level}/${column}/${row}`;
-        if (there.has(key)) continue;
-        const image = s('image', { x: column * side, y: row * side });
-        there.set(key, image);
-        blob(`${url}/tiles/${facts.page}/${key}`).then(async (part) => {
-          const bitmap = await createImageBitmap(part);
-          image.setAttribute('width', bitmap.width * 2 ** level + 0.5); image.setAttribute('height', bitmap.height * 2 ** level + 0.5);
-          image.setAttribute('href', URL.createObjectURL(part));
-          tiles.append(image);
-        }).catch(() => there.delete(key));
-      }
-    }
-    for (const [key, image] of [...there].slice(0, Math.max(0, there.size - MOST_TILES))) {
-      URL.revokeObjectURL(image.getAttribute('href')); image.remove(); there.delete(key);
-    }
-  }
-
-  let waiting = 0;
-  function show() {
-    svg.setAttribute('viewBox', `${view.x} ${view.y} ${view.w} ${view.h}`);
-    clearTimeout(waiting);
-    waiting = setTimeout(fetchTiles, 60);
-  }
-  function shape() { const { width, height } = svg.getBoundingClientRect(); return height ? width / height : 1.4; }
-  function look([x, y], high = view.h) {
-    view.h = Math.max(40, Math.min(high, facts.height * 1.5)); view.w = view.h * shape();
-    view.x = x - view.w / 2; view.y = y - view.h / 2;
-    show();
-  }
-  function place(event) {
-    const point = new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
-    return [point.x, point.y];
-  }
-  function zoom(factor, at = [view.x + view.w / 2, view.y + view.h / 2]) {
-    const high = Math.max(40, Math.min(view.h * factor, facts.height * 1.5)), by = high / view.h;
-    view.x = at[0] - (at[0] - view.x) * by; view.y = at[1] - (at[1] - view.y) * by; view.w *= by; view.h = high;
-    show();
-  }
-
-  svg.addEventListener('wheel', (event) => { event.preventDefault(); zoom(1.0015 ** event.deltaY, place(event)); }, { passive: false });
-  svg.addEventListener('pointerdown', (event) => {
-    svg.setPointerCapture(event.pointerId);
-    pointers.set(event.pointerId, [event.clientX, event.clientY]); moved = 0;
-    if (cutting) drawing = [place(event), place(event)];
-    else if (looping) drawing = [place(event)];
-  });
-  svg.addEventListener('pointermove', (event) => {
-    const before = pointers.get(event.pointerId);
-    if (!before) return;
-    const now = [event.clientX, event.clientY], scale = view.w / svg.getBoundingClientRect().width;
-    if (drawing && looping) {
-      drawing.push(place(event));
-      loop.setAttribute('points', drawing.join(' '));
-    } else if (drawing) {
-      drawing[1] = place(event);
-      drawLine(...drawing);
-    } else if (pointers.size === 2) {
-      const other = [...pointers].find(([id]) => id !== event.pointerId)[1];
-      zoom(apart(before, other) / Math.max(apart(now, other), 1), place({ clientX: (now[0] + other[0]) / 2, clientY: (now[1] + other[1]) / 2 }));
-    } else {
-      view.x -= (now[0] - before[0]) * scale; view.y -= (now[1] - before[1]) * scale;
-      show();
-    }
-    moved += apart(before, now);
-    pointers.set(event.pointerId, now);
-  });
-  const up = (event) => {
-    if (!pointers.delete(event.pointerId)) return;
-    const way = drawing;
-    drawing = null;
-    if (looping && way) { if (way.length > 2) outlined(way); } else if (way && apart(...way) > 3) cut(...way);
-    else if (moved < 5 && event.type === 'pointerup') picked(place(event));
-  };
-  svg.addEventListener('pointerup', up);
-  svg.addEventListener('pointercancel', up);
-
-  function drawLine(a, b) {
-    line.setAttribute('visibility', 'visible');
-    for (const [key, value] of Object.entries({ x1: a[0], y1: a[1], x2: b[0], y2: b[1] })) line.setAttribute(key, value);
-  }
-  return {
-    svg, look, zoom,
-    draw(letters) {
-      inks.replaceChildren(...letters.map((letter, index) => s('path', { class: `ink ${letter.verdict}${index % 2 ? ' odd' : ''}`, d: letter.ink || `M${letter.spot}h.1`, 'stroke-width': facts.x_height * 0.09 })));
-    },
-    frame(letter, index) {
-      for (const [at, path] of [...inks.children].entries()) path.classList.toggle('here', at === index);
-      frame.toggleAttribute('visibility', false);
-      if (!letter) { frame.setAttribute('visibility', 'hidden'); name.textContent = ''; return; }
-      const [x, y, right, low] = letter.box, room = facts.x_height * 0.2;
-      for (const [key, value] of Object.entries({ x: x - room, y: y - room, width: right - x + 2 * room, height: low - y + 2 * room })) frame.setAttribute(key, value);
-      name.textContent = letter.letter || '?';
-      for (const [key, value] of Object.entries({ x: (x + right) / 2, y: y - room * 1.5, 'font-size': facts.x_height * 0.8, 'stroke-width': facts.x_height * 0.12 })) name.setAttribute(key, value);
-      const [cx, cy] = middle(letter);
-      if (cx < view.x + view.w * 0.1 || cx > view.x + view.w * 0.9 || cy < view.y + view.h * 0.15 || cy > view.y + view.h * 0.85) look([cx, cy], Math.min(view.h, facts.x_height * NEAR * 2));
-    },
-    cutting(way) {
-      cutting = way;
-      svg.classList.toggle('cutting', Boolean(way));
-      if (way) drawLine(...way); else line.setAttribute('visibility', 'hidden');
-    },
-    looping(on) {
-      looping = on;
-      svg.classList.toggle('cutting', on);
-      loop.setAttribute('points', '');
-    },
-    forget() { clearTimeout(waiting); for (const image of there.values()) URL.revokeObjectURL(image.getAttribute('href')); },
-  };
-}
+const NEAR = 12; // x-heights that fit into the height of the view when a letter is looked at
+const LEARN_AFTER = 12, QUIET = 8000; // corrections, and ms without one, after which the page is learned from
+const HINT = 'Enter confirms, a key names the letter anew, ↓ goes to the next doubtful one, ← and → to the letters beside.';
+const BY_KEYS = 'With keys: arrows move the cross, Space puts the pen down, Enter ends; Esc leaves it.';
 
 function chooser(hands, name) {
   const select = choice(['', ...hands.map((hand) => hand.name)], { '': 'Choose a hand' });
@@ -173,26 +44,30 @@ export async function show(main, shared, [name, number = '0']) {
   const url = `/api/hands/${name}`, page = Number(number) || 0;
   let facts = await request('GET', `${url}/letters`);
   let { letters } = await request('GET', `${url}/letters/${page}`);
-  let at = 0, way = null, encircling = false, chain = Promise.resolve(), pending = 0;
+  const sheet = { ...facts.pages[page], page, tile: facts.tile }, unit = sheet.x_height;
+  let at = 0, mode = null, chain = Promise.resolve(), pending = 0, since = 0, learning = null, quiet = 0, left_ = false;
   const skipped = new Set();
 
   const title = h('p', { class: 'big', 'aria-live': 'polite' }), about = h('p', { class: 'quiet' });
   const left = h('p', {}), refusal = h('p', { class: 'bad', role: 'alert' }), kept = h('p', { class: 'quiet', 'aria-live': 'polite' });
   const input = h('input', { autocomplete: 'off', autocapitalize: 'off', spellcheck: 'false', maxlength: 8 });
-  const view = stage(url, { ...facts.pages[page], page, tile: facts.tile }, pick, (a, b) => cutAt(a, b), (within) => outline(within));
+  const hint = h('p', { class: 'quiet' }, HINT);
+  const view = stage(url, sheet, pressed);
 
-  const spot = () => letters[at].spot;
-  const doubts = () => letters.map((letter, index) => [letter, index]).filter(([letter]) => !['sure', 'confirmed'].includes(letter.verdict)).sort(([a], [b]) => a.probability - b.probability);
+  const here = () => letters[at];
+  const doubtful = (letter) => letter.gain > 0;
+  const doubts = () => letters.filter(doubtful).sort((a, b) => b.gain - a.gain);
+  const indexOf = (id) => letters.findIndex((letter) => letter.id === id);
 
   function choose(index) {
     at = Math.max(0, Math.min(index, letters.length - 1));
-    const letter = letters[at];
-    view.frame(letter, at);
+    const letter = here();
+    view.frame(letter);
     if (!letter) return;
     title.textContent = letter.letter || '?';
     input.value = letter.letter;
     const sure = letter.verdict === 'confirmed' || letter.verdict === 'unnamed' ? '' : ` (${Math.round(letter.probability * 100)} %)`;
-    about.textContent = `${VERDICTS[letter.verdict]}${sure}; ${letter.word ? `in “${letter.word}”, ` : ''}line ${letter.line + 1}${letter.joined ? ', joined to the next' : letter.linked ? ', next to another' : ''}`;
+    about.textContent = `${VERDICTS[letter.verdict]}${sure}; ${letter.word ? `in “${letter.word}”, ` : ''}line ${letter.line + 1}${letter.joined ? ', joined to the next' : letter.linked ? ', next to another' : ''}${letter.ordered ? ', strokes told' : ''}`;
     tell();
   }
 
@@ -201,142 +76,276 @@ export async function show(main, shared, [name, number = '0']) {
     left.textContent = count ? `${count} of ${letters.length} letters are doubtful.` : `None of ${letters.length} letters is doubtful.`;
     pages.options[page].textContent = `${page + 1}: ${count} doubtful of ${letters.length}`;
     undo.disabled = !facts.made; redo.disabled = facts.made >= facts.entries;
-    link.firstChild.textContent = letters[at]?.joined ? 'Unlink' : 'Link';
-    kept.textContent = pending ? 'Keeping …' : facts.made ? `${facts.made} ${facts.made === 1 ? 'correction is' : 'corrections are'} kept.` : '';
+    link.firstChild.textContent = here()?.joined ? 'Unlink' : 'Link';
+    kept.textContent = facts.trouble || (pending ? 'Keeping …' : facts.made ? `${facts.made} ${facts.made === 1 ? 'correction is' : 'corrections are'} kept.` : '');
   }
 
   function nextDoubt() {
-    skipped.add(String(spot()));
-    const others = doubts().filter(([letter]) => !skipped.has(String(letter.spot)));
-    if (others.length) choose(others[0][1]);
-    else { skipped.clear(); const again = doubts(); if (again.length) choose(again[0][1]); else tell(); }
+    if (here()) skipped.add(here().id);
+    const next = doubts().find((letter) => !skipped.has(letter.id));
+    if (next) choose(indexOf(next.id));
+    else { skipped.clear(); const [again] = doubts(); if (again) choose(indexOf(again.id)); else tell(); }
   }
 
-  function pick([x, y]) {
+  function pressed([x, y], on) {
+    const stroke = on.closest?.('[data-stroke]');
+    if (mode?.strokes && stroke) { turn(Number(stroke.dataset.stroke)); return; }
     const inside = ({ box: [l, t, r, b] }) => x > l - 3 && x < r + 3 && y > t - 3 && y < b + 3;
     const order = letters.map((letter, index) => [inside(letter) ? 0 : 1e4, apart(middle(letter), [x, y]), index]).sort((a, b) => a[0] + a[1] - b[0] - b[1]);
-    if (order.length && order[0][0] + order[0][1] < 1e4 + 3 * facts.pages[page].x_height) choose(order[0][2]);
+    if (order.length && order[0][0] + order[0][1] < 1e4 + 3 * unit) {
+      const strokes = mode?.strokes;
+      choose(order[0][2]);
+      if (strokes) beginStrokes();
+    }
     view.svg.focus();
   }
 
-  function renewed(answer, found, near) {
-    facts = answer; letters = found;
-    const best = letters.map((letter, index) => [apart(letter.spot, near), index]).sort((a, b) => a[0] - b[0])[0];
-    view.draw(letters);
-    choose(best ? best[1] : 0);
+  /** What an answer says of this page's letters. */
+  function renew(answer) {
+    facts = answer;
+    const told = answer.changed?.[page];
+    if (!told) return;
+    const known = new Map(letters.map((letter) => [letter.id, letter])), id = here()?.id, spot = here()?.spot;
+    for (const letter of told.letters) known.set(letter.id, letter);
+    letters = told.order.map((one) => known.get(one)).filter(Boolean);
+    view.letters(letters, told.letters);
+    const still = indexOf(id);
+    if (still >= 0) choose(still);
+    else choose(spot && letters.length ? letters.map((letter, index) => [apart(letter.spot, spot), index]).sort((a, b) => a[0] - b[0])[0][1] : 0);
+  }
+  async function reload() {
+    facts = await request('GET', `${url}/letters`);
+    const answer = await request('GET', `${url}/letters/${page}`);
+    renew({ ...facts, changed: { [page]: { order: answer.letters.map((letter) => letter.id), letters: answer.letters } } });
   }
 
   /** Changes are sent one after the other; what is looked at meanwhile may be another letter already. */
-  function change(path, body, unnamed = false) {
+  function change(path, body, { unnamed = false, painted = false } = {}) {
     pending += 1; tell();
     refusal.textContent = '';
     chain = chain.then(async () => {
       try {
-        const answer = await request('POST', `${url}/${path}`, { revision: facts.revision, ...body() });
-        const found = (await request('GET', `${url}/letters/${page}`)).letters;
+        const send = () => request('POST', `${url}/${path}`, { revision: facts.revision, ...body });
+        // what was learned may just have taken the hand's place: the correction is for what is there now
+        const answer = await send().catch(async (error) => { if (error.status !== 409 || !learning) throw error; await reload(); return send(); });
         pending -= 1;
-        const near = spot();
-        renewed(answer, found, near);
+        renew(answer);
+        if (painted) view.repaint();
         if (unnamed) {
-          const blank = letters.map((letter, index) => [letter.verdict === 'unnamed' ? apart(letter.spot, near) : Infinity, index]).sort((a, b) => a[0] - b[0])[0];
+          const blank = letters.map((letter, index) => [letter.verdict === 'unnamed' ? apart(letter.spot, here().spot) : Infinity, index]).sort((a, b) => a[0] - b[0])[0];
           if (blank && blank[0] < Infinity) choose(blank[1]);
         }
         for (const note of answer.notes || []) say(note);
+        since += 1; soonLearn();
+        return answer;
       } catch (error) {
         pending -= 1;
+        await reload();
         refusal.textContent = error.message;
-        const near = spot();
-        renewed(await request('GET', `${url}/letters`), (await request('GET', `${url}/letters/${page}`)).letters, near);
+        tell();
+        return null;
       }
     }).catch((error) => { refusal.textContent = error.message; });
     return chain;
   }
-
-  const correct = (...corrections) => {
-    const fixed = corrections.map((one) => ({ page, ...one }));
-    return change('corrections', () => ({ corrections: fixed }), corrections[0].do === 'split');
-  };
+  const correct = (corrections, how) => change('corrections', { corrections: [corrections].flat().map((one) => ({ page, ...one })) }, how);
+  const back = (count) => change('history', { back: count }, { painted: true });
 
   function confirmLetter() {
-    if (!letters[at].letter) { refusal.textContent = 'This has no name yet: type its letter.'; return; }
-    correct({ do: 'confirm', at: spot() });
-    letters[at] = { ...letters[at], verdict: 'confirmed', probability: 1 };
+    if (!here()?.letter) { refusal.textContent = 'This has no name yet: type its letter.'; return; }
+    correct({ do: 'confirm', at: here().spot });
+    letters[at] = { ...here(), verdict: 'confirmed', probability: 1, gain: 0 };
     nextDoubt();
   }
   function label(text) {
-    if (!text.trim()) return;
-    correct({ do: 'label', at: spot(), text: text.trim() });
-    letters[at] = { ...letters[at], letter: text.trim(), verdict: 'confirmed', probability: 1 };
+    if (!text.trim() || !here()) return;
+    correct({ do: 'label', at: here().spot, text: text.trim() });
+    letters[at] = { ...here(), letter: text.trim(), verdict: 'confirmed', probability: 1, gain: 0 };
     nextDoubt();
   }
-  function removeLetter() { correct({ do: 'remove', at: spot() }); }
-  function joinNext() {
-    const next = letters[at + 1];
-    if (!next || next.line !== letters[at].line) { refusal.textContent = 'There is no letter after it on its line.'; return; }
-    correct({ do: 'merge', at: spot(), other: next.spot });
+  const removeLetter = () => correct({ do: 'remove', at: here().spot });
+  function beside(step) {
+    const other = letters[at + step];
+    if (other && other.line === here().line) return other;
+    refusal.textContent = `There is no letter ${step > 0 ? 'after' : 'before'} it on its line.`;
+    return null;
   }
+  function joinNext() { const other = beside(1); if (other) correct({ do: 'merge', at: here().spot, other: other.spot }); }
   function linkNext() {
-    const next = letters[at + 1];
-    if (letters[at].joined) correct({ do: 'unlink', at: spot() });
-    else if (next) correct({ do: 'link', at: spot(), other: next.spot });
+    if (here().joined) correct({ do: 'unlink', at: here().spot });
+    else { const other = beside(1); if (other) correct({ do: 'link', at: here().spot, other: other.spot }); }
   }
-  function cutAt(a, b) { stopCut(); correct({ do: 'split', a, b }); }
-  function stopCut() { way = null; encircling = false; view.cutting(null); view.looping(false); hint.textContent = HINT; }
-  function beginOutline() {
-    encircling = true;
-    view.looping(true);
-    hint.textContent = `Draw around all ink of “${letters[at].letter}” and of nothing else; Esc leaves it.`;
-  }
-  function outline(within) {
-    const { letter } = letters[at], step = Math.ceil(within.length / 60);
-    stopCut();
-    if (letter) correct({ do: 'outline', within: within.filter((_, index) => index % step === 0).map(([x, y]) => [Math.round(x), Math.round(y)]), text: letter });
-    else refusal.textContent = 'This has no name yet: type its letter.';
-  }
-  function beginCut() {
-    const { box: [x, y, right, low] } = letters[at], lean = facts.pages[page].slant * (low - y) / 2, over = facts.pages[page].x_height * 0.2;
-    const cx = (x + right) / 2;
-    way = [[cx + lean, y - over], [cx - lean, low + over]];
-    view.cutting(way);
-    hint.textContent = 'Draw the cut, or move it with ← and →, tilt it with ↑ and ↓; Enter cuts, Esc leaves it.';
+
+  const rounded = (points) => points.map(([x, y]) => [Math.round(x * 10) / 10, Math.round(y * 10) / 10]);
+  const thinned = (points, most) => { const step = Math.ceil(points.length / most); return points.filter((_, index) => index % step === 0 || index === points.length - 1); };
+  function stop() {
+    mode = null;
+    view.draw(null); view.bases.replaceChildren(); view.written.replaceChildren();
+    hint.textContent = HINT;
+    for (const button of tools.values()) button.removeAttribute('aria-pressed');
     view.svg.focus();
+  }
+  function begin(id, what, said, from = here() ? middle(here()) : [view.view.x + view.view.w / 2, view.view.y + view.view.h / 2]) {
+    const again = mode?.id === id;
+    stop();
+    if (again) return false;
+    mode = { id };
+    tools.get(id)?.setAttribute('aria-pressed', 'true');
+    hint.textContent = `${said} ${what ? BY_KEYS : ''}`;
+    if (what) view.draw(what, from);
+    return true;
+  }
+
+  function beginCut() {
+    if (!here()) return;
+    const { box: [x, y, right, low] } = here(), lean = sheet.slant * (low - y) / 2, over = unit * 0.2, cx = (x + right) / 2;
+    const cut = { kind: 'line', done: ([a, b]) => { stop(); correct({ do: 'split', a, b }, { unnamed: true }); } };
+    if (begin('cut', cut, 'Draw the cut; or move it with ← and →, tilt it with ↑ and ↓, Enter cuts.')) {
+      mode.way = [[cx + lean, y - over], [cx - lean, low + over]];
+      view.draw({ ...cut, start: mode.way });
+      hint.textContent = 'Draw the cut; or move it with ← and →, tilt it with ↑ and ↓; Enter cuts, Esc leaves it.';
+    }
   }
   function moveCut(key, step) {
     const by = { ArrowLeft: [-step, -step], ArrowRight: [step, step], ArrowUp: [step, -step], ArrowDown: [-step, step] }[key];
-    way = way.map(([x, y], end) => [x + by[end], y]);
-    view.cutting(way);
+    mode.way = mode.way.map(([x, y], end) => [x + by[end], y]);
+    view.draw({ kind: 'line', start: mode.way, done: ([a, b]) => { stop(); correct({ do: 'split', a, b }, { unnamed: true }); } });
   }
-  const back = (count) => change('history', () => ({ back: count }));
+  function beginOutline() {
+    if (!here()?.letter) { refusal.textContent = 'This has no name yet: type its letter.'; return; }
+    const { letter } = here();
+    begin('outline', { kind: 'path', closed: true, done: (points) => { stop(); correct({ do: 'outline', within: rounded(thinned(points, 60)), text: letter }); } }, `Draw around all ink of “${letter}” and of nothing else.`);
+  }
+  function beginPaint(to) {
+    const wide = Math.max(2, Number(brush.value) * unit / 100);
+    const said = to === 'paper' ? 'Paint over what is no ink.' : 'Paint ink where there is some that was not found.';
+    begin(to, { kind: 'path', width: wide, to, done: (points) => { view.draw(null); correct({ do: 'paint', to, stroke: rounded(thinned(points, 200)), width: wide }, { painted: true }).then(() => { if (mode?.id === to) { mode = null; beginPaint(to); } }); } }, said);
+  }
+  function beginPrinted() {
+    begin('printed', { kind: 'line', done: ([a, b]) => { stop(); correct({ do: 'rule', a, b, width: Math.max(2, unit * 0.2) }, { painted: true }); } }, 'Draw along a printed rule that was taken for ink; those like it go, too.');
+  }
+
+  function beginBase() {
+    const row = facts.pages[page].baselines?.[here()?.line ?? 0];
+    if (!row || !begin('base', null, 'Drag the baseline by its ends or its middle; or ↑ and ↓ move it, with Shift the right end alone. Enter keeps it, Esc leaves it.')) return;
+    mode.base = { line: here()?.line ?? 0, a: [...row[0]], b: [...row[1]] };
+    drawBase();
+  }
+  function drawBase() {
+    const { a, b } = mode.base, mid = [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2];
+    view.bases.replaceChildren(
+      s('path', { d: `M${a}L${b}`, class: 'base' }), s('path', { d: `M${a}L${b}`, class: 'grip', 'data-handle': 'both', 'stroke-width': unit * 0.4 }),
+      ...[['a', a], ['both', mid], ['b', b]].map(([handle, [cx, cy]]) => s('circle', { cx, cy, r: unit * 0.22, 'data-handle': handle })),
+    );
+  }
+  view.bases.addEventListener('drag', ({ detail: { handle, place } }) => {
+    if (!mode?.base) return;
+    const { a, b } = mode.base;
+    if (handle === 'both') { const by = place[1] - (a[1] + (b[1] - a[1]) * (place[0] - a[0]) / (b[0] - a[0])); a[1] += by; b[1] += by; } else mode.base[handle][1] = place[1];
+    drawBase();
+  });
+  view.bases.addEventListener('dropped', () => { if (mode?.base) keepBase(); });
+  function keepBase() {
+    const { line, a, b } = mode.base;
+    stop();
+    correct({ do: 'baseline', line, a: rounded([a])[0], b: rounded([b])[0] });
+  }
+
+  async function beginStrokes() {
+    if (!here() || !begin('strokes', null, 'Reading how the word is written …')) { if (mode?.strokes) stop(); return; }
+    const mine = mode;
+    const [x, y] = here().spot;
+    await chain;
+    const { strokes } = await request('GET', `${url}/strokes/${page}/${Math.max(0, Math.round(x))}/${Math.max(0, Math.round(y))}`);
+    if (mode !== mine) return;
+    mode.strokes = strokes; mode.chosen = Math.max(0, strokes.findIndex((stroke) => stroke.id === here().id));
+    hint.textContent = 'A click reverses a stroke. With keys: ← and → choose one, Enter reverses it, ↑ and ↓ write it earlier or later, Space shows it again; Esc leaves it.';
+    drawStrokes();
+  }
+  function drawStrokes(calm = matchMedia('(prefers-reduced-motion: reduce)').matches) {
+    view.written.replaceChildren(...strokesOf(mode.strokes, mode.chosen, unit, calm));
+  }
+  function keepStrokes(id) {
+    const own = mode.strokes.filter((stroke) => stroke.id === id);
+    drawStrokes(true);
+    const letter = letters[indexOf(id)];
+    if (letter) correct({ do: 'strokes', at: own[0].xy[0], ways: own.map((stroke) => stroke.xy) });
+  }
+  function turn(index) {
+    const stroke = mode.strokes[index];
+    if (!stroke) return;
+    mode.chosen = index;
+    stroke.xy = [...stroke.xy].reverse();
+    keepStrokes(stroke.id);
+  }
+  function reorder(step) {
+    const { strokes, chosen } = mode, other = chosen + step;
+    if (!strokes[other] || strokes[other].id !== strokes[chosen].id) return;
+    [strokes[chosen], strokes[other]] = [strokes[other], strokes[chosen]];
+    mode.chosen = other;
+    keepStrokes(strokes[other].id);
+  }
+  function beginWriting() {
+    if (!here()) return;
+    const { id, spot, letter } = here();
+    const ways = mode?.id === 'write' ? mode.ways : [];
+    const pen = { kind: 'path', done: (points) => { ways.push(rounded(thinned(points, 120))); view.written.append(s('path', { d: `M${points.join('L')}`, class: 'stroke', 'stroke-width': unit * 0.07 })); hint.textContent = `${ways.length} drawn: draw the next stroke, or Enter keeps them.`; view.draw(pen, middle(here())); } };
+    if (begin('write', pen, `Draw the strokes of “${letter || '?'}” over its ink, in their order; Enter keeps them.`)) Object.assign(mode, { ways, of: id, spot });
+  }
+  function keepWriting() {
+    const { ways, spot } = mode;
+    stop();
+    if (ways.length) correct({ do: 'strokes', at: spot, ways });
+  }
 
   const key = (text) => h('kbd', {}, text);
   const act = (text, keys, work) => h('button', { type: 'button', onclick: () => { work(); view.svg.focus(); } }, h('span', {}, text), key(keys));
   const undo = act('Undo', 'Ctrl+Z', () => back(1)), redo = act('Redo', 'Ctrl+Y', () => back(-1));
   const link = act('Link', 'Alt+L', linkNext);
-  const HINT = 'Enter confirms, a key names the letter anew, ↓ goes to the next doubtful one, ← and → to the letters beside.';
-  const hint = h('p', { class: 'quiet' }, HINT);
+  const tools = new Map([
+    ['cut', act('Cut', 'Alt+C', beginCut)], ['outline', act('Outline', 'Alt+O', beginOutline)], ['strokes', act('Strokes', 'Alt+S', beginStrokes)], ['write', act('Redraw', 'Alt+W', beginWriting)],
+    ['paper', act('Paint paper', 'Alt+P', () => beginPaint('paper'))], ['ink', act('Paint ink', 'Alt+I', () => beginPaint('ink'))], ['printed', act('Printed rule', 'Alt+R', beginPrinted)], ['base', act('Baseline', 'Alt+B', beginBase)],
+  ]);
+  const BY_CODE = { KeyC: beginCut, KeyJ: joinNext, KeyL: linkNext, KeyO: beginOutline, KeyS: beginStrokes, KeyW: beginWriting, KeyP: () => beginPaint('paper'), KeyI: () => beginPaint('ink'), KeyR: beginPrinted, KeyB: beginBase };
+
+  function modal(pressedKey, event) {
+    const arrow = pressedKey.startsWith('Arrow');
+    if (pressedKey === 'Escape') stop();
+    else if (mode.way && arrow) moveCut(pressedKey, (event.shiftKey ? 8 : 2));
+    else if (mode.way && pressedKey === 'Enter') { const [a, b] = mode.way; stop(); correct({ do: 'split', a, b }, { unnamed: true }); } else if (mode.base && (pressedKey === 'ArrowUp' || pressedKey === 'ArrowDown')) {
+      const by = (pressedKey === 'ArrowUp' ? -1 : 1) * unit * 0.05;
+      if (!event.shiftKey) mode.base.a[1] += by;
+      mode.base.b[1] += by;
+      drawBase();
+    } else if (mode.base && pressedKey === 'Enter') keepBase();
+    else if (mode.strokes && (pressedKey === 'ArrowLeft' || pressedKey === 'ArrowRight')) {
+      mode.chosen = (mode.chosen + (pressedKey === 'ArrowRight' ? 1 : mode.strokes.length - 1)) % mode.strokes.length;
+      drawStrokes(true);
+    } else if (mode.strokes && arrow) reorder(pressedKey === 'ArrowUp' ? -1 : 1);
+    else if (mode.strokes && pressedKey === 'Enter') turn(mode.chosen);
+    else if (mode.strokes && pressedKey === ' ') drawStrokes();
+    else if (view.keyed(event)) return true;
+    else if (mode.id === 'write' && pressedKey === 'Enter') keepWriting();
+    else return false;
+    return true;
+  }
 
   view.svg.addEventListener('keydown', (event) => {
-    const { key: pressed } = event;
+    const { key: pressedKey } = event;
     const done = () => { event.preventDefault(); return true; };
-    if (way) {
-      if (pressed === 'Escape' && done()) stopCut();
-      else if (pressed === 'Enter' && done()) cutAt(...way);
-      else if (pressed.startsWith('Arrow') && done()) moveCut(pressed, event.shiftKey ? 8 : 2);
-      return;
-    }
-    if (encircling && pressed === 'Escape' && done()) stopCut();
-    else if (event.altKey) {
-      const work = { KeyC: beginCut, KeyJ: joinNext, KeyL: linkNext, KeyO: beginOutline }[event.code];
+    if (event.altKey) {
+      const work = BY_CODE[event.code];
       if (work && done()) work();
     } else if (event.ctrlKey || event.metaKey) {
-      if (pressed.toLowerCase() === 'z' && done()) back(event.shiftKey ? -1 : 1);
-      else if (pressed.toLowerCase() === 'y' && done()) back(-1);
-    } else if (pressed === 'Enter' && done()) confirmLetter();
-    else if ((pressed === 'Delete' || pressed === 'Backspace') && done()) removeLetter();
-    else if (pressed === 'ArrowRight' && done()) choose(at + 1);
-    else if (pressed === 'ArrowLeft' && done()) choose(at - 1);
-    else if (pressed === 'ArrowDown' && done()) nextDoubt();
-    else if ([...pressed].length === 1 && pressed !== ' ' && done()) label(pressed);
+      if (pressedKey.toLowerCase() === 'z' && done()) back(event.shiftKey ? -1 : 1);
+      else if (pressedKey.toLowerCase() === 'y' && done()) back(-1);
+    } else if (mode) { if (modal(pressedKey, event)) done(); } else if (pressedKey === 'Enter' && done()) confirmLetter();
+    else if ((pressedKey === 'Delete' || pressedKey === 'Backspace') && done()) removeLetter();
+    else if (pressedKey === 'ArrowRight' && done()) choose(at + 1);
+    else if (pressedKey === 'ArrowLeft' && done()) choose(at - 1);
+    else if (pressedKey === 'ArrowDown' && done()) nextDoubt();
+    else if ((pressedKey === 'PageUp' || pressedKey === 'PageDown') && done()) view.zoom(pressedKey === 'PageUp' ? 0.7 : 1.4);
+    else if ([...pressedKey].length === 1 && pressedKey !== ' ' && done()) label(pressedKey);
   });
 
   const pages = choice(facts.pages.map((_, index) => String(index)), Object.fromEntries(facts.pages.map((one, index) => [index, `${index + 1}: ${one.doubtful} doubtful of ${one.letters}`])));
@@ -346,18 +355,27 @@ export async function show(main, shared, [name, number = '0']) {
   const bar = h('progress', { max: 1, value: 0, 'aria-label': 'Progress' }), step = h('span', { class: 'quiet' });
   const work = h('div', { class: 'work', hidden: true }, step, bar);
   const heard = (snapshot) => { work.hidden = false; bar.value = snapshot.share; step.textContent = snapshot.state === 'waiting' ? 'waiting' : snapshot.stage; };
-  const learning = h('button', {
-    type: 'button',
-    async onclick() {
-      learning.disabled = true;
+  const learn = h('button', { type: 'button', onclick: () => beginLearning(true) }, 'Learn from the corrections');
+  async function beginLearning(asked) {
+    if (learning || left_) return;
+    learn.disabled = true; since = 0;
+    learning = new AbortController();
+    await chain;
+    try {
+      const { facts: learnt } = await task(`${url}/learning`, { revision: facts.revision }, heard, learning.signal);
+      // what was sent while it went on waits for this, and comes after it
+      chain = chain.then(() => { renew(learnt); });
       await chain;
-      try {
-        const { facts: learnt } = await task(`${url}/learning`, { revision: facts.revision }, heard);
-        renewed(learnt, (await request('GET', `${url}/letters/${page}`)).letters, spot());
-        say(learnt.changed ? `${learnt.changed} other letters were found anew.` : 'All other letters stay as they were.');
-      } catch (error) { refusal.textContent = error.message; } finally { learning.disabled = false; work.hidden = true; }
-    },
-  }, 'Learn from the corrections');
+      if (asked || learnt.changed) say(learnt.changed ? `${learnt.changed} other letters were found anew.` : 'All other letters stay as they were.');
+    } catch (error) {
+      if (error.name !== 'AbortError' && asked) refusal.textContent = error.message;
+      if (error.name !== 'AbortError') await reload().catch(() => {});
+    } finally { learning = null; learn.disabled = false; work.hidden = true; }
+  }
+  function soonLearn() {
+    clearTimeout(quiet);
+    if (since >= LEARN_AFTER) quiet = setTimeout(() => beginLearning(false), QUIET);
+  }
 
   const line = h('input', { value: 'a quick look at it', maxlength: 80 }), written = h('figure', { class: 'sheet' });
   const trying = h('form', {
@@ -367,12 +385,12 @@ export async function show(main, shared, [name, number = '0']) {
       await chain;
       try {
         const done = await task('/api/write', { text: line.value, hand: name, page: '100x20mm', margin: '4mm', format: 'png', dpi: 150, fit: true, fallback: true, seed: 1 }, heard);
-        const source = URL.createObjectURL(await blob(fileOf(done)));
-        written.replaceChildren(h('img', { src: source, alt: line.value }));
+        written.replaceChildren(h('img', { src: URL.createObjectURL(await blob(fileOf(done))), alt: line.value }));
       } catch (error) { refusal.textContent = error.message; } finally { work.hidden = true; }
     },
   }, field('A line in the hand as it is now', line), h('div', { class: 'row after' }, h('button', {}, 'Write it')), written);
 
+  const brush = h('input', { type: 'range', min: 5, max: 80, value: 20 });
   const naming = h('form', { 'aria-label': 'Name the letter', onsubmit(event) { event.preventDefault(); label(input.value); view.svg.focus(); } },
     h('div', { class: 'row' }, h('div', { class: 'wide' }, field('Its letter', input)), h('button', {}, 'Name it')));
   main.append(h('div', { class: 'letters' },
@@ -380,13 +398,14 @@ export async function show(main, shared, [name, number = '0']) {
     h('section', { class: 'stage', 'aria-label': 'The page' },
       h('div', { class: 'tools' }, hint, h('span', { class: 'joined push' }, h('button', { type: 'button', class: 'icon', 'aria-label': 'Larger', onclick: () => view.zoom(0.7) }, '+'), h('button', { type: 'button', class: 'icon', 'aria-label': 'Smaller', onclick: () => view.zoom(1.4) }, '−'))),
       view.svg),
-    h('aside', { class: 'side', 'aria-label': 'The letter' }, chooser(hands, name), field('Page', pages), left, h('div', {}, title, about), refusal, naming,
-      h('div', { class: 'keys' }, act('Confirm', 'Enter', confirmLetter), act('Next', '↓', nextDoubt), act('Cut', 'Alt+C', beginCut), act('Outline', 'Alt+O', beginOutline), act('Join', 'Alt+J', joinNext), act('No letter', 'Del', removeLetter), link, undo, redo),
-      kept, learning, work, trying)));
-  view.draw(letters);
-  const first = doubts()[0];
-  view.look(first ? middle(first[0]) : [facts.pages[page].width / 2, facts.pages[page].height / 4], facts.pages[page].x_height * NEAR * 2);
-  choose(first ? first[1] : 0);
+    h('aside', { class: 'side', 'aria-label': 'The letter' }, left, h('div', {}, title, about), refusal, naming,
+      h('div', { class: 'keys' }, act('Confirm', 'Enter', confirmLetter), act('Next', '↓', nextDoubt), undo, redo, act('Join', 'Alt+J', joinNext), link, tools.get('cut'), tools.get('outline'), act('No letter', 'Del', removeLetter), tools.get('strokes'), tools.get('write'), tools.get('base')),
+      h('details', {}, h('summary', {}, 'Ink and paper'), h('div', { class: 'keys' }, tools.get('paper'), tools.get('ink'), tools.get('printed')), field('Width of the brush', brush)),
+      kept, learn, work, trying, chooser(hands, name), field('Page', pages))));
+  view.letters(letters);
+  const [first] = doubts();
+  view.look(first ? middle(first) : [sheet.width / 2, sheet.height / 4], unit * NEAR);
+  choose(first ? indexOf(first.id) : 0);
   view.svg.focus();
-  return () => view.forget();
+  return () => { left_ = true; clearTimeout(quiet); learning?.abort(); view.forget(); };
 }

@@ -15,7 +15,7 @@ const PAGES = {
 };
 const main = document.querySelector('#main');
 const shared = { choices: null, async refresh() { this.choices = await request('GET', '/api/choices'); } };
-let leave = null;
+let leave = null, shown = 0;
 
 async function show() {
   const [name, ...rest] = (location.hash.slice(1) || 'write').split('/');
@@ -23,10 +23,15 @@ async function show() {
   document.querySelector('#pages').replaceChildren(...Object.entries(PAGES).map(([id, [label]]) => h(
     'a', { href: `#${id}`, 'aria-current': label === title ? 'page' : undefined }, label,
   )));
+  document.querySelector('#pages [aria-current]').scrollIntoView({ block: 'nearest', inline: 'nearest' });
   document.title = `${title} – handout studio`;
   leave?.();
-  main.replaceChildren();
-  leave = await page.show(main, shared, rest.map(decodeURIComponent));
+  leave = null;
+  // each in a place of its own: one that is left while it is still coming writes into nothing
+  const own = shown += 1, place = h('div', { class: 'page' });
+  main.replaceChildren(place);
+  const left = await page.show(place, shared, rest.map(decodeURIComponent));
+  if (own === shown) leave = left; else left?.();
 }
 
 try {

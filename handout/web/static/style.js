@@ -59,10 +59,12 @@ function surface(label, paint) {
   const again = () => {
     const { width, height } = canvas.getBoundingClientRect();
     if (!width || !height) return;
-    const fine = devicePixelRatio;
-    canvas.width = Math.round(width * fine); canvas.height = Math.round(height * fine);
+    const fine = devicePixelRatio, [wide, high] = [Math.round(width * fine), Math.round(height * fine)];
+    if (canvas.width !== wide || canvas.height !== high) { canvas.width = wide; canvas.height = high; } // makes it anew
     const context = canvas.getContext('2d');
-    context.scale(fine, fine);
+    context.setTransform(fine, 0, 0, fine, 0, 0);
+    context.globalAlpha = 1;
+    context.clearRect(0, 0, width, height);
     paint(context, width, height);
   };
   return { canvas, again };
@@ -114,7 +116,7 @@ export async function show(main, shared, [wanted]) {
   const before = kept();
   let plan = before.plan || copy(FIRST), style = null, facts = null, seed = before.seed || 1, unsaved = false;
   let picked = 0, view = null, fitted = true, adding = false, moving = false, photo = null, dragged = null;
-  let answer = { strokes: [], samples: [], ellipses: [] }, past = [], future = [], clean = '', playing = 0;
+  let answer = { strokes: [], samples: [], ellipses: [] }, past = [], future = [], clean = '', opened = '', playing = 0;
 
   const refusal = h('p', { class: 'bad', role: 'alert' });
   const told = h('p', { class: 'quiet', 'aria-live': 'polite' });
@@ -237,7 +239,7 @@ export async function show(main, shared, [wanted]) {
   };
   const draft = () => ({ name: style.name, values: style.values, ...(style.base ? { base: style.base } : {}) });
 
-  let asking = false, again = false, waiting = 0, words = null;
+  let asking = false, again = false, waiting = 0, words = null, written = '';
   /** The path anew: one question at a time, the newest state in it. */
   async function solve() {
     paintTargets();
@@ -263,6 +265,9 @@ export async function show(main, shared, [wanted]) {
   }
 
   function soonWord() {
+    const now = JSON.stringify([word.value, hand.value, style, seed]);
+    if (now === written) return; // targets do not change it
+    written = now;
     clearTimeout(waiting);
     waiting = setTimeout(async () => {
       words?.abort();
@@ -272,7 +277,7 @@ export async function show(main, shared, [wanted]) {
         wordNote.textContent = shown.notes.join(' ');
       } catch (error) {
         if (error.name === 'AbortError') return;
-        shown = null; wordNote.textContent = error.message;
+        shown = null; written = ''; wordNote.textContent = error.message;
       }
       line.again();
     }, 120);
@@ -528,7 +533,10 @@ export async function show(main, shared, [wanted]) {
   name.addEventListener('change', () => { if (name.value && name.checkValidity()) { style.name = name.value; done(); } else name.value = style.name; });
   const known = [...new Set([...shared.choices.styles, ...(wanted ? [wanted] : [])])];
   const chooser = choice(known);
-  chooser.addEventListener('change', () => { unsaved = false; localStorage.setItem(KEPT, JSON.stringify({ plan, seed })); location.hash = `style/${encodeURIComponent(chooser.value)}`; });
+  chooser.addEventListener('change', () => {
+    if (unsaved && JSON.stringify(style.values) !== opened && !confirm(`Leave the changes of ${style.name}? They are not kept.`)) { chooser.value = facts.name; return; }
+    unsaved = false; localStorage.setItem(KEPT, JSON.stringify({ plan, seed })); location.hash = `style/${encodeURIComponent(chooser.value)}`;
+  });
   async function keepIt() {
     const own = facts.own && style.name === facts.name;
     if (own && !confirm(`Write this style into its file? Comments in the file are not kept.`)) return;
@@ -654,6 +662,7 @@ export async function show(main, shared, [wanted]) {
     if (wanted) throw error;
     facts = await request('GET', '/api/styles/calm');
   }
+  opened = JSON.stringify(facts.values);
   style = { name: facts.name, base: facts.learned ? facts.name : '', values: facts.values };
   if (before.unsaved && before.style && before.style.name === (wanted || before.style.name) && Boolean(before.style.base) === facts.learned) {
     ({ style } = before);

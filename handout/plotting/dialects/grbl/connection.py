@@ -86,13 +86,16 @@ def connect(port: Port, profile: Plotter, log: Log) -> tuple[GrblConversation, P
 
 
 def _wake(conversation: GrblConversation, profile: Plotter) -> bool:
-    """Wait for a greeting, or for the status of a controller that is awake already; whether it has just started."""
+    """Wait for a greeting, or for the status of a controller that is awake already; whether it has just started.
+
+    On a network a greeting may be for the one who has connected.
+    """
     waited, garbage = 0.0, False
     while waited < profile.port.start_up:
         replies = conversation.replies(GLANCE)
         if any(isinstance(reply, Banner) for reply in replies):
             conversation.hear_out()
-            return True
+            return not getattr(conversation.port, "greets", False)
         if states := [reply for reply in replies if isinstance(reply, Status)]:
             _let_finish(conversation, states[-1])
             return False
@@ -130,6 +133,9 @@ def _questions(conversation: GrblConversation) -> ControllerInfo:
         with contextlib.suppress(DeviceAlarm):
             info.note(conversation.ask(b"$I\n"))
             break
+    if "FluidNC" in info.version:  # which reports by itself where it was told to, on a WebSocket always
+        with contextlib.suppress(DeviceAlarm):
+            conversation.ask(b"$RI=0\n")
     info.note(conversation.ask(b"$$\n"))
     info.note(conversation.ask(b"$G\n") + conversation.ask(b"$#\n"))
     return info

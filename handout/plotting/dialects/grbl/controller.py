@@ -37,6 +37,7 @@ class GrblController(BaseController):
         self._knows = self.info.uninterrupted and not self.info.locked  # its place, as far as it can tell
         self._offset = self.info.offset
         self._tracking: PositionTracking | None = None
+        self._heard = 0  # commands that it had acknowledged when it was asked while nothing could be sent
         self._looks: deque[int] = deque()  # commands of the program that the machine is asked after where it is
         self.conversation.on_status = self._look
 
@@ -58,7 +59,10 @@ class GrblController(BaseController):
         return self._proven if self._tracking is not None else self.executed
 
     def wait(self) -> None:
-        """Hear the next reply; a silent machine is asked for its status, which tells place and queue."""
+        """Hear the next reply; one that only acknowledges, or is silent, is asked for its status: place and queue."""
+        if self.taken >= self._heard + _OFTEN:
+            self._heard = self.taken
+            self.conversation.ask_status()
         self.conversation.hear(self._acknowledged, _SOON)
 
     def finish(self) -> None:

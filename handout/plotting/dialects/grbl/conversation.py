@@ -205,9 +205,9 @@ class GrblConversation(Conversation[Reply]):
         self.forget()
         greeted = False
         for replies in self.listen(patience):
-            greeted |= any(isinstance(reply, Banner) for reply in replies)
-            if greeted and not replies:
+            if greeted and _only_reports(replies):
                 return
+            greeted |= any(isinstance(reply, Banner) for reply in replies)
             garbage |= bool(replies)
         raise never_answered("GRBL", patience, garbage)
 
@@ -217,7 +217,14 @@ class GrblConversation(Conversation[Reply]):
         self.ask(b"$H\n", _HOMING)
 
     def hear_out(self) -> None:
-        """Listen until it is silent; one that reports by itself never is."""
+        """Listen until it is silent, or only reports, as some do by themselves."""
+        reports = 0
         for _ in range(_REPORTS):
-            if not self.replies(GLANCE):
+            replies = self.replies(GLANCE)
+            reports = reports + 1 if _only_reports(replies) else 0
+            if not replies or reports == 2:
                 return
+
+
+def _only_reports(replies: list[Reply]) -> bool:
+    return all(isinstance(reply, Status) for reply in replies)

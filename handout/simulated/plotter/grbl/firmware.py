@@ -53,6 +53,7 @@ class GrblFirmware(Firmware):
         self.modes = Modes()
         self._output = 0.0  # of the spindle
         self._untold = 0  # answers to ? until one tells the offset
+        self.reports_itself = False  # its state while it moves (FluidNC)
         self.at = (0.0, 0.0, profile.pen.up if profile.pen.lift == "z" else 0.0)
         self.queue.clear(self._steps())
         self.stepper = Stepper(self.queue, paper.moved)
@@ -356,6 +357,8 @@ class GrblFirmware(Firmware):
             self.say("[MSG:Sleeping]")
         elif line == "$$":
             self._tell_settings()
+        elif line == "$RI=0" and self.variant == "fluidnc":
+            self.reports_itself = False
         elif line == "$G":
             self.say(f"[GC:{self.modes.words()}]")
         elif line == "$#":

@@ -1,0 +1,109 @@
+"""The picture of a page in squares, at any size: of a hundred megapixels no more is worked out than is seen."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.errors import InputError
+from handout.hand.scanned import ScannedPage
+
+TILE = 512  # pixels of a side of a tile
+_LEVELS = 6  # the coarsest: an A3 page at 1200 dpi is one tile
+_QUALITY = 88  # of tiles as JPEG, set by eye
+_ROWS = 1024  # of a page that are made smaller at a time
+
+Pixels = NDArray[np.uint8]
+
+
+class Tiles:
+    """The squares of one page.  Smaller sizes of its ink are made when they are first asked for, and kept."""
+
+    def __init__(self, page: ScannedPage) -> None:
+        self._texture, self._paper, self._shape = page.texture, page.paper, page.shape
+        self._smaller: list[Pixels] = []
+        self._tile = lru_cache(maxsize=64)(self._drawn)
+
+    def shows(self, page: ScannedPage) -> bool:
+        """Whether it is that page's picture."""
+        return page.texture is self._texture
+
+    def tile(self, level: int, column: int, row: int) -> bytes:
+        """A square as JPEG; at `level` 1 it shows twice as much each way as at 0, and so on.
+
+        Raises
+        ------
+        InputError
+            There is no such level, or the square is off the page.
+        """
+        if not 0 <= level <= _LEVELS:
+            raise InputError(f"level: {level} is outside 0 to {_LEVELS}.")
+        height, width = (-(-side // 2**level) for side in self._shape)
+        if not (0 <= column * TILE < width and 0 <= row * TILE < height):
+            raise InputError("That square is off the page.")
+        return self._tile(level, column, row)
+
+    def _drawn(self, level: int, column: int, row: int) -> bytes:
+        import cv2
+
+        height, width = (-(-side // 2**level) for side in self._shape)
+        left, top = column * TILE, row * TILE
+        right, low = min(left + TILE, width), min(top + TILE, height)
+        picture = self._ground(level, (left, top, right, low))
+        ink = self._ink(level)
+        x, y = (at // 2**level for at in self._texture.corner)
+        # of the ink's own pixels those within the square
+        a, b = max(left, x), min(right, x + ink.shape[1])
+        c, d = max(top, y), min(low, y + ink.shape[0])
+        if a < b and c < d:
+            part = ink[c - y : d - y, a - x : b - x].astype(np.float32)
+            if not level:
+                part[:, :, :3] *= part[:, :, 3:] / 255
+            under = picture[c - top : d - top, a - left : b - left]
+            picture[c - top : d - top, a - left : b - left] = under * (1 - part[:, :, 3:] / 255) + part[:, :, :3]
+        made, data = cv2.imencode(".jpg", np.rint(picture).astype(np.uint8), [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
+        assert made
+        return bytes(data)
+
+    def _ground(self, level: int, box: tuple[int, int, int, int]) -> NDArray[np.float32]:
+        """(h, w, 3) the paper of a square, blue first."""
+        import cv2
+
+        left, top, right, low = box
+        high, wide = self._paper.shape[:2]
+        x = ((np.arange(left, right) + 0.5) * 2**level / self._shape[1] * wide - 0.5).astype(np.float32)
+        y = ((np.arange(top, low) + 0.5) * 2**level / self._shape[0] * high - 0.5).astype(np.float32)
+        paper = self._paper[:, :, ::-1].astype(np.float32)
+        across, down = np.meshgrid(x, y)
+        return np.asarray(cv2.remap(paper, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
+
+    def _ink(self, level: int) -> Pixels:
+        """(h, w, 4) the ink, blue first; smaller than it is: its colours times its opacity."""
+        if not level:
+            pixels = self._texture.pixels
+            return pixels if self._texture.blue_first else pixels[:, :, [2, 1, 0, 3]]
+        while len(self._smaller) < level:
+            finer = self._smaller[-1] if self._smaller else self._texture.pixels
+            self._smaller.append(_halved(finer, not self._smaller, self._texture.blue_first))
+        return self._smaller[level - 1]
+
+
+def _halved(finer: Pixels, straight: bool, blue_first: bool) -> Pixels:
+    """Half as large each way; `straight` colours are first multiplied by their opacity, and blue comes first then."""
+    import cv2
+
+    height, width = finer.shape[:2]
+    half = np.zeros((-(-height // 2), -(-width // 2), 4), dtype=np.uint8)
+    for top in range(0, height, _ROWS):
+        part = finer[top : top + _ROWS]
+        if straight:
+            part = part if blue_first else part[:, :, [2, 1, 0, 3]]
+            opacity = part[:, :, 3:].astype(np.uint16)
+            part = np.concatenate([(part[:, :, :3] * opacity + 127) // 255, opacity], axis=2).astype(np.uint8)
+        if part.shape[0] % 2 or part.shape[1] % 2:
+            part = np.pad(part, ((0, part.shape[0] % 2), (0, part.shape[1] % 2), (0, 0)), mode="edge")
+        size = (part.shape[1] // 2, part.shape[0] // 2)
+        half[top // 2 : top // 2 + size[1]] = cv2.resize(part, size, interpolation=cv2.INTER_AREA)
+    return half

@@ -1,0 +1,182 @@
+"""Ports over the network: TCP as it is (telnet of FluidNC and grblHAL, ESP3D, ser2net), and WebSocket.
+
+Neither holds the sender back in time: what a machine has not answered is bounded by counting characters, as on a serial
+line (`dialects.grbl.conversation`).  A connection is always aborted, never shut: what lies in this computer's buffers
+after a break must not reach the machine when the network is back and the plot has been gone on with.
+
+Sources: FluidNC, WebUI (TelnetClient, WSChannel: whole lines in binary frames, words for its page in text frames);
+grblHAL, Plugin_networking (telnetd: one client, greeted; websocketd: binary frames for the subprotocol "arduino", a
+ping after 3 s without traffic, of which four must not stay unanswered).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import re
+import socket
+import struct
+import time
+from typing import Any
+from urllib.parse import urlsplit
+
+from handout.errors import InputError, PortError
+from handout.plotting.ports import Port
+
+_PORTS = {"tcp": 23, "telnet": 23, "socket": 0, "ws": 81}  # what a machine uses that was told nothing else; 0: none
+_CONNECTS = 5.0  # s
+_SENDS = 10.0  # s that what is sent may wait for the network
+_MISSING = "needs the library websockets: pip install 'handout-driver[network]'; or use the machine's telnet, tcp://{}."
+# what FluidNC tells its own page in the browser; not lines of the conversation
+_FOR_BROWSERS = re.compile(r"(CURRENT_ID|ACTIVE_ID|currentID|activeID):|PING\b")
+
+
+def is_network(url: str) -> bool:
+    """Whether an address is one of this module."""
+    return url.partition("://")[0] in _PORTS and "://" in url
+
+
+def open_network(url: str) -> Port:
+    """Open ``tcp://host:port`` (or ``telnet://``, ``socket://``; port 23) or ``ws://host:port/path`` (port 81).
+
+    Raises
+    ------
+    InputError
+        It is no such address.
+    PortError
+        Nobody takes the connection, or websockets is not installed.
+    """
+    return WebSocketPort(url) if url.startswith("ws:") else TcpPort(url)
+
+
+class TcpPort:
+    """Bytes as they are over TCP.
+
+    greets : whoever connects may be greeted as after a start: a greeting tells nothing of one.
+    """
+
+    greets = True
+
+    def __init__(self, url: str) -> None:
+        self.url, self._socket = url, _connected(url)
+
+    def write(self, data: bytes) -> None:
+        """Send bytes."""
+        try:
+            self._socket.settimeout(_SENDS)
+            self._socket.sendall(data)
+        except OSError as error:
+            raise lost(self.url) from error
+
+    def read(self, timeout: float) -> bytes:
+        """What has come in; waits up to `timeout` seconds for a first byte."""
+        try:
+            self._socket.settimeout(timeout)
+            data = self._socket.recv(65536)
+        except (TimeoutError, BlockingIOError):
+            return b""
+        except OSError as error:
+            raise lost(self.url) from error
+        if not data:
+            raise lost(self.url)
+        return data
+
+    def close(self) -> None:
+        """Abort the connection."""
+        self._socket.close()
+
+
+class WebSocketPort:
+    """The lines of a machine over WebSocket; its pings are answered while nobody reads.
+
+    greets : as of `TcpPort`.
+    """
+
+    greets = True
+
+    def __init__(self, url: str) -> None:
+        try:
+            from websockets.exceptions import WebSocketException
+            from websockets.sync.client import connect
+        except ImportError as error:
+            raise PortError(f"{url} {_MISSING.format(urlsplit(url).hostname)}") from error
+        self.url, self._socket = url, _connected(url)
+        arduino: Any = ["arduino"]
+        try:  # no pings of ours: older grblHAL answers them with a broken frame
+            self._connection = connect(
+                url,
+                sock=self._socket,
+                subprotocols=arduino,
+                compression=None,
+                open_timeout=_CONNECTS,
+                ping_interval=None,
+                max_queue=None,
+            ).__enter__()  # left by closing the socket, without the farewells of its own way out
+        except (OSError, WebSocketException) as error:
+            self._socket.close()
+            raise PortError(
+                f"{url} answers, but not as a WebSocket does: the port is 81 on most FluidNC and grblHAL machines."
+            ) from error
+
+    def write(self, data: bytes) -> None:
+        """Send bytes."""
+        from websockets.exceptions import ConnectionClosed
+
+        try:
+            self._connection.send(data)
+        except (OSError, ConnectionClosed) as error:
+            raise lost(self.url) from error
+
+    def read(self, timeout: float) -> bytes:
+        """What has come in; waits up to `timeout` seconds for a first byte."""
+        from websockets.exceptions import ConnectionClosed
+
+        data, end = b"", time.monotonic() + timeout
+        with contextlib.suppress(TimeoutError):
+            while True:
+                try:
+                    message = self._connection.recv(timeout=0.0 if data else max(end - time.monotonic(), 0.0))
+                except (OSError, ConnectionClosed) as error:
+                    if isinstance(error, TimeoutError) or data:
+                        break
+                    raise lost(self.url) from error
+                if isinstance(message, bytes):
+                    data += message
+                elif not _FOR_BROWSERS.match(message):
+                    data += message.encode()
+        return data
+
+    def close(self) -> None:
+        """Abort the connection."""
+        self._connection.close_socket()
+
+
+def lost(url: str) -> PortError:
+    """The error of a connection that was there."""
+    return PortError(f"The connection to {url} is lost: is the plotter still switched on, and on the network?")
+
+
+def _connected(url: str) -> socket.socket:
+    """A connection to the place that an address names."""
+    try:
+        parts = urlsplit(url)
+        host, port = parts.hostname, parts.port or _PORTS[parts.scheme]
+    except ValueError:
+        host, port = None, 0
+    if not host or not port:
+        raise InputError(f"{url} is no address of a plotter: write tcp://host:23 or ws://host:81.")
+    try:
+        made = socket.create_connection((host, port), _CONNECTS)
+    except OSError as error:
+        reason = f"nobody on this network is called {host}" if isinstance(error, socket.gaierror) else _reason(error)
+        raise PortError(
+            f"{url} cannot be opened ({reason}): check the address, that the machine is switched on and on the "
+            "network, and that no other program is connected to it."
+        ) from error
+    made.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    made.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))  # closing aborts
+    made.settimeout(None)
+    return made
+
+
+def _reason(error: OSError) -> str:
+    return "it does not answer" if isinstance(error, TimeoutError) else (error.strerror or str(error)).lower()
