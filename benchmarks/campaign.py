@@ -3,7 +3,7 @@
 Every row has a letter of its own, four to a bed on plotters, and an envelope.  A program is killed at a random line of
 the batch's journal (before or after it is written), at a random byte to or from the plotter, or within a printer's
 taking of a page, and begun again with --resume until nothing is left; a plot's journal keeps then what was on the disk.
-Two batches, one on a GRBL, a Marlin and an EBB at once, one on two printers at once: 500 rows, 1000 pages, 200 kills;
+Seven batches: on a GRBL, a Marlin, an EBB and two printers, on the three plotters at once, on the two printers at once;
 every page is made once, and the letter and the envelope of a row by one machine.
 """
 
@@ -42,6 +42,7 @@ from handout.values import Drawing, Page, Raster, Stroke
 
 MACHINES = (EVERY[0], EVERY[5], EVERY[8])  # a GRBL, a Marlin and an EBB
 PRINTERS = 2
+ROWS, KILLS = 100, 40  # of each batch
 _CARD, _ENVELOPE = Page(60.0, 40.0), Page(80.0, 50.0)
 _STEPS = 0.2  # mm by which a place may be known too early, as in `faults`
 _ENDLESS = 1800.0  # s of a sheet: whatever takes longer would never end
@@ -355,15 +356,15 @@ def _state(folder: Path) -> Iterator[None]:
 
 
 def main() -> None:
-    """Print what became of two batches on several machines each."""
+    """Print what became of every batch."""
     import time
 
     begun = time.process_time()
     kills = runs = made = 0
-    for number, count, name in ((5, 300, "three plotters at once"), (6, 200, "two printers at once")):
-        (tally,) = campaign(count, count * 2 // 5, 1, [number])
-        print(
-            f"{name:24} {count} rows, {sum(tally.made.values())} pages, {tally.kills} kills, {tally.runs} runs: right"
-        )
-        kills, runs, made = kills + tally.kills, runs + tally.runs, made + sum(tally.made.values())
-    print(f"500 rows, {made} pages, {kills} kills, {runs} runs, {time.process_time() - begun:.0f} s of CPU")
+    for number, (make, machines) in enumerate(BATCHES):
+        (tally,) = campaign(ROWS, KILLS, 1, [number])
+        kind = "plotter" if make is plotted else "printer"
+        name, pages = f"{kind} {', '.join(str(n + 1) for n in machines)}", sum(tally.made.values())
+        print(f"{name:16} {ROWS} rows, {pages} pages, {tally.kills} kills, {tally.runs} runs: right", flush=True)
+        kills, runs, made = kills + tally.kills, runs + tally.runs, made + pages
+    print(f"{made} pages, {kills} kills, {runs} runs, {time.process_time() - begun:.0f} s of CPU")
