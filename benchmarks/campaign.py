@@ -5,6 +5,7 @@ the batch's journal (before or after it is written), at a random byte to or from
 taking of a page, and begun again with --resume until nothing is left; a plot's journal keeps then what was on the disk.
 Seven batches: on a GRBL, a Marlin, an EBB and two printers, on the three plotters at once, on the two printers at once;
 every page is made once, and the letter and the envelope of a row by one machine.
+What many rows cost, and workers that are killed: `benchmarks.scale`, which follows.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from benchmarks import scale
 from benchmarks.faults import MACHINES as EVERY
 from benchmarks.faults import OVERLAP, Crash, Desk, Somebody, journals, profile_of
 from handout.merging.sheets import Grid
@@ -368,3 +370,4 @@ def main() -> None:
         print(f"{name:16} {ROWS} rows, {pages} pages, {tally.kills} kills, {tally.runs} runs: right", flush=True)
         kills, runs, made = kills + tally.kills, runs + tally.runs, made + pages
     print(f"{made} pages, {kills} kills, {runs} runs, {time.process_time() - begun:.0f} s of CPU")
+    scale.main()

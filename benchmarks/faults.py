@@ -6,6 +6,10 @@ refuses, an EBB that hits a limit switch); at most 9.4 mm are drawn twice, but 2
 instruction.  Of 117 runs with damaged commands: EBB 26 right, 10 spoilt and noticed; GRBL 42 right, 3 spoilt and
 noticed; HP-GL 25 right, 11 spoilt and noticed; none unnoticed.  Power cut at every byte of a job of one letter: GRBL
 893, Marlin 1529, EBB 3219, HP-GL 624 runs, all right.
+
+136 random runs of GRBL over a network (FluidNC and grblHAL, TCP and WebSocket, 10 ms each way): of the 112 without
+damaged bytes all are right to 0.04 mm, at most 9.9 mm drawn twice; of 24 with damaged commands 21 right, 3 spoilt and
+noticed.
 """
 
 from __future__ import annotations
@@ -87,9 +91,9 @@ FAULTS = (
 
 NETWORK_FAULTS = (*FAULTS, "stall")
 DAMAGES = ("lost-byte", "flipped-byte", "doubled-byte")
-RUNS, NETWORK_RUNS = 720, 272
+RUNS, NETWORK_RUNS = 720, 136
 SHORT = "i"
-SHORTLY = (MACHINES[0], MACHINES[5], MACHINES[8], MACHINES[12], NETWORK[0], NETWORK[2])
+SHORTLY = (MACHINES[0], MACHINES[5], MACHINES[8], MACHINES[12])
 _STEPS = 0.2  # mm by which a place may be known too early: steps, and points of what is compared
 
 

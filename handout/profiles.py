@@ -65,8 +65,8 @@ class Pen(Table, frozen=True):
     up, down: servo values, or heights in mm for ``lift = "z"``; pressed: the same at full pressure, to which a Z axis
     or the servo of an EBB follows the pressure of a stroke (no number: it does not); up_time, down_time: how long to
     wait for the pen after the command; ramp: how long the pen is on its way down; up_command, down_command: lines for
-    ``lift = "command"``; z: whether the Z axis counts upwards; z_speed, z_acceleration: of the Z axis; width: of the
-    pen's line.
+    ``lift = "command"``; servo: of an EBB, the standard one, or a brushless one on a pin of its own; z: whether the Z
+    axis counts upwards; z_speed, z_acceleration: of the Z axis; width: of the pen's line.
     """
 
     lift: Literal["servo", "z", "command", "own"]
@@ -78,6 +78,7 @@ class Pen(Table, frozen=True):
     ramp: Time = Time(0.0)
     up_command: tuple[str, ...] = ()
     down_command: tuple[str, ...] = ()
+    servo: Literal["standard", "brushless"] = "standard"
     z: Literal["up", "down"] = "up"
     z_speed: Speed = Speed(20.0)
     z_acceleration: Acceleration = Acceleration(200.0)

@@ -24,13 +24,14 @@ class Firmware(NamedTuple):
     advice: str = ""
 
 
-_EBB_FRAMES = ("axidraw-v3", "axidraw-se-a3", "axidraw-v3-a3", "axidraw-minikit", "idraw-1")
+_EBB_FRAMES = ("axidraw-v3", "axidraw-se-a3", "axidraw-v3-brushless", "axidraw-minikit", "idraw-h-se-a3", "idraw-1")
+_NEXTDRAWS = ("nextdraw-8511", "nextdraw-1117", "nextdraw-2234")
 _GRBL_FRAMES = ("grbl-servo", "grbl-z", "grbl-corexy")
 
 # the first row that is found counts: relatives stand before those whose words they share
 _KNOWN: tuple[tuple[str, Firmware], ...] = (
-    (r"DrawCore V?[2-9]", Firmware("DrawCore 2 (iDraw 2.0 and H, UUNA TEK)", "grbl", ("idraw-2",))),
-    (r"EBB\S* .*Version [3-9]\.", Firmware("EiBotBoard, firmware 3", "ebb", _EBB_FRAMES)),
+    (r"DrawCore V?[2-9]", Firmware("DrawCore 2 (iDraw 2.0 and H, UUNA TEK)", "grbl", ("idraw-2", "uuna-tek-a3"))),
+    (r"EBB\S* .*Version [3-9]\.", Firmware("EiBotBoard, firmware 3", "ebb", (*_NEXTDRAWS, *_EBB_FRAMES))),
     (r"EBB", Firmware("EiBotBoard, firmware 2 or older", "ebb", _EBB_FRAMES)),
     (r"FluidNC", Firmware("FluidNC", "grbl", _GRBL_FRAMES)),
     (r"GrblHAL|FIRMWARE:grblHAL", Firmware("grblHAL", "grbl", _GRBL_FRAMES)),

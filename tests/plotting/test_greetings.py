@@ -33,8 +33,8 @@ RECORDED = [
     ("EBBv13_and_above EB Firmware Version 2.5.3", "ebb", EBB, "saxi, README"),
     ("EBBv13_and_above EB Firmware Version 2.4.2", "ebb", EBB, "an owner's Processing sketch"),
     ("EBBv13_and_above EB Firmware Version 2.8.1", "ebb", EBB, "evil-mad.github.io/EggBot/ebb.html, V"),
-    ("EBBv13_and_above EB Firmware Version 3.0.3", "ebb", EBB, "alexrudd2/saxi issue 340, NextDraw 2234"),
-    ("V,EBB Firmware Version 3.0.1", "ebb", EBB, "EBB 3 with CU,10,1"),
+    ("EBBv13_and_above EB Firmware Version 3.0.3", "ebb", "nextdraw-8511", "alexrudd2/saxi issue 340, NextDraw 2234"),
+    ("V,EBB Firmware Version 3.0.1", "ebb", "nextdraw-8511", "EBB 3 with CU,10,1"),
     (
         "FIRMWARE_NAME:Marlin 2.0.9.3 (Nov 10 2021) SOURCE_CODE_URL:x MACHINE_TYPE:Ender-3 EXTRUDER_COUNT:1",
         "marlin",

@@ -132,7 +132,7 @@ def test_other_heights_of_the_pen():
     pen = pen_heights.replaced(follows, None, z.pen.down - 0.2).pen
     assert pen.pressed == pytest.approx(z.pen.down - 0.7)
     for profile, up, down, says in (
-        (servo, 50.0, None, "outside 7500"),
+        (servo, 50.0, None, "outside 5400"),
         (servo, 14000.0, 14000.0, "would not be lifted"),
         (z, z.pen.down, z.pen.up, "would not be lifted"),
         (z, 1e6, None, "outside"),

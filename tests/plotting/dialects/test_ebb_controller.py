@@ -9,6 +9,7 @@ from handout import profiles
 from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent, PortError
 from handout.plotting import open_port, plan, run
 from handout.plotting.dialects.ebb import DIALECT as ebb
+from handout.plotting.dialects.ebb import protocol
 from handout.plotting.driving import fidelity
 from handout.plotting.driving.driver import Monitor, connect, draw
 
@@ -220,3 +221,16 @@ def test_what_was_left_of_a_command_moves_nothing():
     ebb.connect(port, PROFILE, lambda _: None)
     port.read(2)
     assert port.paper.at[:2] == (0, 0)
+
+
+@pytest.mark.parametrize("firmware", ["2.8.1", "3.0.3"])
+def test_a_brushless_pen_lift_has_a_pin_and_pulses_of_its_own(firmware):
+    """Told by another pin it would not move, and nothing would be drawn."""
+    brushless = profiles.find("nextdraw-8511", "plotter")
+    made, port = plan(DRAWING, brushless), open_port(f"sim:?firmware={firmware}", brushless)
+    run(made, port, brushless)
+    assert fidelity.compare(DRAWING, port.executed()).deviation < 0.1
+    assert protocol.pen(True, brushless.pen).endswith(b",2\r") and b"SC,8,1\r" in protocol.reach(brushless.pen)
+    swing = next(data for data in protocol.reach(brushless.pen) if data.startswith(b"SC,11,"))
+    pulses = (9720 - 8280) / int(swing[6:]) * 0.003
+    assert pulses == pytest.approx(0.7 * brushless.pen.up_time, rel=0.05)

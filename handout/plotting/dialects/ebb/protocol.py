@@ -20,6 +20,8 @@ from handout.profiles import Pen as PenProfile
 from handout.profiles import Plotter
 
 SERVO_PERIOD = 0.024  # s between two pulses to the servo, of which each may change its place by the rate (SC,11 SC,12)
+_BRUSHLESS_PERIOD = 0.003  # s, of one channel (SC,8,1) in the place of eight
+_BRUSHLESS_PORT, _BRUSHLESS_PIN = 2, 5  # RB2, which is RP5: of SP, of S2
 _SWEEP = 0.7  # share of the time allowed for the pen in which the servo goes all its way, if nothing slower is asked
 _SERVO_PIN = 4  # RP4, the output B1 of the pen's servo, which S2 moves between two moves of the motors at no delay
 _HOME_SPEED = 15.0  # mm/s, slow enough to be begun and ended at once: HM knows no acceleration
@@ -115,7 +117,10 @@ def seconds(data: bytes) -> float:
 
 def pen(down: bool, profile: PenProfile) -> bytes:
     """Lower or lift the pen, and wait for it."""
-    return command("SP", 0 if down else 1, *_milliseconds(pen_lift.wait(profile, down, 0.0)))
+    wait = _milliseconds(pen_lift.wait(profile, down, 0.0))
+    if profile.servo == "brushless":
+        return command("SP", 0 if down else 1, *(wait or [1]), _BRUSHLESS_PORT)
+    return command("SP", 0 if down else 1, *wait)
 
 
 def _milliseconds(seconds: float) -> list[int]:
@@ -124,9 +129,9 @@ def _milliseconds(seconds: float) -> list[int]:
     return [whole] if whole > 0 else []
 
 
-def _rate(way: float, seconds: float) -> int:
+def _rate(way: float, seconds: float, period: float) -> int:
     """What the servo's place changes by with every pulse, so that it goes all its way in that time."""
-    return max(1, min(65535, math.ceil(abs(way) * SERVO_PERIOD / max(seconds, SERVO_PERIOD))))
+    return max(1, min(65535, math.ceil(abs(way) * period / max(seconds, period))))
 
 
 def set_pen(profile: PenProfile, value: float) -> list[bytes]:
@@ -142,12 +147,14 @@ def lifted(profile: PenProfile) -> list[bytes]:
 
 def reach(profile: PenProfile) -> list[bytes]:
     """How high the pen goes, and how fast."""
-    way = profile.down - profile.up
+    way, brushless = profile.down - profile.up, profile.servo == "brushless"
+    period = _BRUSHLESS_PERIOD if brushless else SERVO_PERIOD
     return [
+        *([command("SC", 8, 1)] if brushless else []),
         command("SC", 4, round(profile.up)),
         command("SC", 5, round(profile.down)),
-        command("SC", 11, _rate(way, _SWEEP * profile.up_time)),
-        command("SC", 12, _rate(way, profile.ramp or _SWEEP * profile.down_time)),
+        command("SC", 11, _rate(way, _SWEEP * profile.up_time, period)),
+        command("SC", 12, _rate(way, profile.ramp or _SWEEP * profile.down_time, period)),
     ]
 
 
@@ -181,6 +188,7 @@ def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
         yield Command(data, 0)
     down = False  # the opening has lifted it
     motors = Motors(profile)
+    pin = _BRUSHLESS_PIN if profile.pen.servo == "brushless" else _SERVO_PIN
     index = 0
     while index < len(blocks):
         block = blocks[index]
@@ -188,7 +196,7 @@ def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
             run = _run(blocks, index)
             for offset, data in motors.run(run):
                 if (value := run[offset].servo) is not None:
-                    yield Command(command("S2", round(value), _SERVO_PIN, 0, 0), index + offset)
+                    yield Command(command("S2", round(value), pin, 0, 0), index + offset)
                 yield Command(data, index + offset + 1)
             index += len(run)
             continue

@@ -119,7 +119,7 @@ def _held(track: Counts, length: int) -> Counts:
     return np.concatenate([track, np.full(length - len(track), last, dtype=np.int64)])
 
 
-_PULSE = 0.024  # s between two pulses to the servo: eight channels of 3 ms
+_CHANNEL = 0.003  # s of a channel; as many as are on lie between two pulses to the servo
 _SHOWN = 25  # ticks between two places that the paper is told
 
 _SLIP = 40  # steps lost in a dead stop; set by eye, half a millimetre at 80 steps/mm
@@ -164,7 +164,7 @@ class Engine:
         self.finished = 0  # jobs, ever
         self.steps = [0, 0]  # since the counters were cleared
         self.enabled = [False, False]
-        self.servo = 0  # where it was told to go
+        self.servo, self.channels = 0, 8  # where it was told to go; how many servos share its time
         self.pen_up = self.told_up = True
         self._move: Move | None = None
         self._began = 0.0
@@ -294,7 +294,7 @@ class Engine:
     def _swing(self, place: int, rate: int, now: float) -> None:
         """The pen's servo goes to a place, by so much with every pulse; it arrives later than the profile allows it."""
         pen = self.profile.pen
-        sweep = abs(place - self.servo) / rate * _PULSE if rate else 0.0
+        sweep = abs(place - self.servo) / rate * _CHANNEL * self.channels if rate else 0.0
         self.servo = place
         self.pen_up = abs(place - pen.up) < abs(place - pen.down)
         allowed = pen.up_time if self.pen_up else pen.down_time

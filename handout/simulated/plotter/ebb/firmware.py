@@ -72,7 +72,8 @@ class EbbFirmware(Firmware):
         """Power comes on."""
         self.engine.begin(self.now)
         self.engine.depth, self.uniform, self._mode = 1, False, 1
-        self._settings = {4: 12000, 5: 16000, 11: 0, 12: 0}
+        self._settings = {4: 12000, 5: 16000, 8: 8, 11: 0, 12: 0}
+        self.engine.channels = 8
         self.engine.servo = 12000
 
     def stop(self) -> None:
@@ -197,6 +198,7 @@ class EbbFirmware(Firmware):
             raise Refused("!4 Err: Missing parameter(s)")
         if name == "SC":
             self._settings[numbers[0]] = numbers[1]
+            self.engine.channels = self._settings[8]
             if numbers[0] == 10:
                 self._settings[11] = self._settings[12] = numbers[1]
         elif name == "CU" and numbers[0] == 10 and self.version >= (3, 0, 0):
@@ -249,7 +251,9 @@ class EbbFirmware(Firmware):
             raise Refused("!4 Err: Missing parameter(s)")
         up = numbers[0] != 0
         place, rate = self._settings[4 if up else 5], self._settings[11 if up else 12]
-        return Job(ticks=25 * (numbers[1] if len(numbers) > 1 else 0), servo=(place, rate), lifts=up)
+        port = numbers[2] if len(numbers) > 2 else 1
+        moves = port == (2 if self.profile.pen.servo == "brushless" else 1)
+        return Job(ticks=25 * (numbers[1] if len(numbers) > 1 else 0), servo=(place, rate) if moves else None, lifts=up)
 
     def _s2(self, numbers: list[int]) -> Job:
         if len(numbers) < 2:
@@ -257,8 +261,8 @@ class EbbFirmware(Firmware):
         place, pin, rate, delay = (*numbers, 0, 0)[:4]
         if not 0 <= pin <= 24:
             raise Refused("!6 Err: Invalid parameter value")
-        # another servo than the pen's moves nothing here
-        return Job(ticks=25 * delay, servo=(place, rate) if pin == 4 else None, lifts=self.engine.told_up)
+        pen = 5 if self.profile.pen.servo == "brushless" else 4  # another servo than the pen's moves nothing here
+        return Job(ticks=25 * delay, servo=(place, rate) if pin == pen else None, lifts=self.engine.told_up)
 
     def _sm(self, numbers: list[int]) -> Job:
         if len(numbers) < 2:
