@@ -280,11 +280,15 @@ def test_in_a_browser_travel_shows_only_when_asked(tmp_path: Path) -> None:
     from PIL import Image
 
     (tmp_path / "loops.svg").write_bytes(to_svg(loops()))
-    red = {}
-    for part in ("", "#travel"):
-        shot = tmp_path / f"shot{part[1:]}.png"
-        _browse([f"--screenshot={shot}", "--window-size=400,200", (tmp_path / "loops.svg").as_uri() + part])
-        pixels = np.asarray(Image.open(shot).convert("RGB")).astype(int)
-        red[part] = int((pixels[..., 0] > pixels[..., 2] + 40).sum())
-        assert (pixels.sum(axis=2) < 200).sum() > 200  # the writing itself
-    assert red[""] == 0 and red["#travel"] > 50
+    frames = [
+        f'<iframe src="loops.svg{part}" style="float:left;border:0;width:400px;height:200px">'
+        for part in ("", "#travel")
+    ]
+    (tmp_path / "both.html").write_text("<body style='margin:0'>" + "</iframe>".join(frames), encoding="utf-8")
+    shot = tmp_path / "shot.png"
+    _browse([f"--screenshot={shot}", "--window-size=800,200", (tmp_path / "both.html").as_uri()])
+    pixels = np.asarray(Image.open(shot).convert("RGB")).astype(int)
+    for half in (pixels[:, :400], pixels[:, 400:]):
+        assert (half.sum(axis=2) < 200).sum() > 200  # the writing itself
+    red = pixels[..., 0] > pixels[..., 2] + 40
+    assert red[:, :400].sum() == 0 and red[:, 400:].sum() > 50
