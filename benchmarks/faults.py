@@ -9,9 +9,9 @@ noticed; HP-GL 25 right, 11 spoilt and noticed; none unnoticed.  Power cut at ev
 
 136 random runs of GRBL over a network (FluidNC and grblHAL, TCP and WebSocket, 10 ms each way): of the 112 without
 damaged bytes all are right to 0.04 mm, at most 9.9 mm drawn twice; of 24 with damaged commands 21 right, 3 spoilt and
-noticed.  64 of the newest profiles (NextDraw, iDraw H SE, UUNA TEK, Bachin): of the 52 without damaged bytes all are right
-to 0.07 mm, at most 8.3 mm drawn twice (14.3 mm where an EBB refused an instruction); of 12 with damaged commands 10
-right, 2 spoilt and noticed.
+noticed.  64 of the newest profiles (NextDraw, iDraw H SE, UUNA TEK, Bachin): of the 52 without damaged bytes all are
+right to 0.07 mm, at most 8.3 mm drawn twice (14.3 mm where an EBB refused an instruction); of 12 with damaged commands
+10 right, 2 spoilt and noticed.
 """
 
 from __future__ import annotations
