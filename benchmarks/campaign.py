@@ -4,6 +4,7 @@ Every row has a letter of its own, four to a bed on plotters, and an envelope.  
 the batch's journal (before or after it is written), at a random byte to or from the plotter, or within a printer's
 taking of a page, and begun again with --resume until nothing is left; a plot's journal keeps then what was on the disk.
 Five batches, on a GRBL, a Marlin, an EBB and two printers: 500 rows, 1000 pages, 200 kills; every page is made once.
+What many rows cost, and workers that are killed: `benchmarks.scale`, which follows.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks import scale
 from benchmarks.faults import MACHINES as EVERY
 from benchmarks.faults import OVERLAP, Crash, Desk, Somebody, journals, profile_of
 from handout.merging.sheets import Grid
@@ -311,3 +313,4 @@ def main() -> None:
         print(f"{name:24} {ROWS} rows, {sum(tally.made.values())} pages, {tally.kills} kills, {tally.runs} runs: right")
         kills, runs, made = kills + tally.kills, runs + tally.runs, made + sum(tally.made.values())
     print(f"{ROWS * 5} rows, {made} pages, {kills} kills, {runs} runs, {time.process_time() - begun:.0f} s of CPU")
+    scale.main()
