@@ -3,7 +3,9 @@
 Every row has a letter of its own, four to a bed on plotters, and an envelope.  A program is killed at a random line of
 the batch's journal (before or after it is written), at a random byte to or from the plotter, or within a printer's
 taking of a page, and begun again with --resume until nothing is left; a plot's journal keeps then what was on the disk.
-Five batches, on a GRBL, a Marlin, an EBB and two printers: 500 rows, 1000 pages, 200 kills; every page is made once.
+Seven batches: on a GRBL, a Marlin, an EBB and two printers, on the three plotters at once, on the two printers at once;
+every page is made once, and the letter and the envelope of a row by one machine.
+What many rows cost, and workers that are killed: `benchmarks.scale`, which follows.
 """
 
 from __future__ import annotations
@@ -12,13 +14,14 @@ import contextlib
 import os
 import tempfile
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
+from benchmarks import scale
 from benchmarks.faults import MACHINES as EVERY
 from benchmarks.faults import OVERLAP, Crash, Desk, Somebody, journals, profile_of
 from handout.merging.sheets import Grid
@@ -33,6 +36,7 @@ from handout.printing.journal import ENVELOPE, Journal, Piece
 from handout.printing.prepared import BatchPage, RowMaker
 from handout.printing.queue import Outcome, SimulatedQueue, Ticket
 from handout.printing.rows import Row
+from handout.printing.several import Several
 from handout.profiles import Printer
 from handout.simulated.plotter.ink_comparison import SLACK, compare
 from handout.simulated.plotter.options import Options as Simulated
@@ -40,7 +44,7 @@ from handout.values import Drawing, Page, Raster, Stroke
 
 MACHINES = (EVERY[0], EVERY[5], EVERY[8])  # a GRBL, a Marlin and an EBB
 PRINTERS = 2
-ROWS, KILLS = 100, 40  # of each of the five
+ROWS, KILLS = 100, 40  # of each batch
 _CARD, _ENVELOPE = Page(60.0, 40.0), Page(80.0, 50.0)
 _STEPS = 0.2  # mm by which a place may be known too early, as in `faults`
 _ENDLESS = 1800.0  # s of a sheet: whatever takes longer would never end
@@ -53,6 +57,7 @@ class Tally:
 
     made: Counter[Piece] = field(default_factory=Counter)
     wrong: list[str] = field(default_factory=list)
+    machines: set[tuple[int, int]] = field(default_factory=set)  # row, machine that made something of it
     kills: int = 0
     runs: int = 0
 
@@ -63,7 +68,12 @@ class Tally:
             return f"{len(missing)} missing"
         if twice := [piece for piece, count in self.made.items() if count > 1]:
             return f"{len(twice)} made twice, such as {twice[0]}"
+        if len(self.machines) != len(rows):
+            return f"{len(self.machines) - len(rows)} rows whose letter and envelope are parted"
         return self.wrong[0] if self.wrong else "right"
+
+
+Batch = tuple[Tally, list[Row]]
 
 
 def rows(count: int) -> list[Row]:
@@ -83,9 +93,9 @@ def _blank(dpi: int) -> Raster:
 
 
 def _line(number: float, page: Page) -> Drawing:
-    """A bent line of a length and at a height that no other of a hundred rows has."""
-    x = np.linspace(8.0, 18.0 + 0.3 * number, 12)
-    y = 8.0 + number * 1.7 % (page.height - 16.0) + np.sin(x)
+    """A bent line of a length and at a height that no other of three hundred rows has."""
+    x = np.linspace(8.0, 18.0 + 0.3 * (number % 100), 12)
+    y = 8.0 + (number * 1.7 + 3.0 * (number // 100)) % (page.height - 16.0) + np.sin(x)
     return Drawing((Stroke(np.linspace(0.0, 1.5, 12), np.column_stack([x, y]), word=0),), page, {"words": ["row"]})
 
 
@@ -96,6 +106,7 @@ class Fate:
     rng: np.random.Generator
     lines: int = -1
     written: bool = False
+    dead: bool = False  # the program is: no thread of it does anything more
 
     @contextlib.contextmanager
     def over(self, kept: Journal) -> Iterator[None]:
@@ -103,19 +114,38 @@ class Fate:
         real = kept._write
 
         def counted(entry: Any) -> None:
-            if self.lines == 0 and not self.written:
-                raise Crash
+            if self.dead or (self.lines == 0 and not self.written):
+                self.die()
             real(entry)
             if self.lines == 0:
-                raise Crash
+                self.die()
             self.lines -= 1
 
         kept._write = counted  # type: ignore[method-assign]
         yield
 
+    def die(self) -> NoReturn:
+        """The program is killed, with all of its threads."""
+        self.dead = True
+        raise Crash
+
 
 class CountingDesk(Desk):
     """A desk that keeps what was drawn on every sheet."""
+
+    fate: Fate | None = None
+
+    def _count(self) -> None:
+        dead = self.fate is not None and self.fate.dead
+        try:
+            if dead:
+                raise Crash
+            super()._count()
+        except Crash:
+            self.crashed = True
+            if self.fate is not None:
+                self.fate.dead = True
+            raise
 
     def __init__(self, profile: Any, options: Simulated) -> None:
         self.sheets: list[Drawing] = []
@@ -166,42 +196,56 @@ class FallibleQueue(SimulatedQueue):
     def send(self, pdf: Path, ticket: Ticket) -> str:
         """Take a page."""
         self.kill_at -= 1
-        if self.kill_at == 0 and not self.fate.written:
-            raise Crash
+        if self.fate.dead or (self.kill_at == 0 and not self.fate.written):
+            self.fate.die()
         job = super().send(pdf, ticket)
         if self.kill_at == 0:
-            raise Crash
+            self.fate.die()
         return job
 
 
-def plotted(machine: int, count: int, kills: int, seed: int, folder: Path) -> tuple[Tally, list[Row]]:
-    """A batch on a plotter, killed so many times."""
-    rng, table, tally = np.random.default_rng([seed, machine]), rows(count), Tally()
-    profile = profile_of(MACHINES[machine])
-    desk = CountingDesk(profile, Simulated(**dict(MACHINES[machine].options)))
+def plotted(machines: Sequence[int], count: int, kills: int, seed: int) -> Batch:
+    """A batch on plotters, killed so many times."""
+    rng, table, tally = np.random.default_rng([seed, *machines]), rows(count), Tally()
+    desks = [CountingDesk(profile_of(MACHINES[n]), Simulated(**dict(MACHINES[n].options))) for n in machines]
     jobs: dict[str, tuple[Drawing, tuple[Piece, ...]]] = {}
-    options = Options(overlap=OVERLAP)
-    with journals(desk) as safe:
+    folder = store.folder().parent
+    with journals(desks) as safe:
         for _ in range(_MOST_RUNS):
             fate = Fate(rng)
+            for desk in desks:
+                desk.fate, desk.crash, desk.crashed = fate, -1, False
             if tally.kills < kills:
                 if rng.random() < 0.5:
                     fate.lines, fate.written = int(rng.integers(1, 8 * count // kills + 2)), bool(rng.integers(2))
                 else:
-                    desk.crash = desk.calls + int(rng.integers(1, 120 * count // kills))
-            queue = DeskQueue(profile, "sim:", options, Unattended("sim:"), AttendanceOptions(), ReportFile(None))
-            queue.desk = desk
-            place = DeskSpool(queue, jobs)
-            if _ran(lambda kept, place=place: _made(table, place, kept), folder, fate, tally):
+                    desk = desks[rng.integers(len(desks))]
+                    desk.crash = desk.calls + int(rng.integers(1, 120 * count // kills // len(desks) + 2))
+            spools = [DeskSpool(_queue(desk, n), jobs) for n, desk in enumerate(desks)]
+            if _ran(_work(table, spools), folder, fate, tally):
                 break
-            desk.crash, desk.crashed = -1, False
             for job in store.every():
                 path = job.folder / "journal"
                 if not job.standing().finished and path.stat().st_ino in safe:
                     os.truncate(path, safe[path.stat().st_ino])
-            desk.replug(60.0)
-    _judge(desk, jobs, tally)
+            for desk in desks:
+                desk.replug(60.0)
+    for number, desk in enumerate(desks):
+        desk.fate = None
+        _judge(desk, jobs, tally, number)
     return tally, table
+
+
+def _queue(desk: CountingDesk, number: int) -> DeskQueue:
+    how, nobody = Options(overlap=OVERLAP), Unattended("sim:")
+    queue = DeskQueue(desk.profile, "sim:", how, nobody, AttendanceOptions(), ReportFile(None), name=f"desk {number}")
+    queue.desk = desk
+    return queue
+
+
+def _work(table: Sequence[Row], spools: Sequence[Any]) -> Callable[[Journal], None]:
+    place = Several(spools) if len(spools) > 1 else spools[0]
+    return lambda kept: _made(table, place, kept)
 
 
 def _made(table: Sequence[Row], place: Any, kept: Journal) -> None:
@@ -232,8 +276,10 @@ def _ran(work: Any, folder: Path, fate: Fate, tally: Tally) -> bool:
     return True
 
 
-def _judge(desk: CountingDesk, jobs: dict[str, tuple[Drawing, tuple[Piece, ...]]], tally: Tally) -> None:
-    """Find every job on one sheet, and look whether all of its ink is there, and once."""
+def _judge(
+    desk: CountingDesk, jobs: dict[str, tuple[Drawing, tuple[Piece, ...]]], tally: Tally, number: int = 0
+) -> None:
+    """Find on which sheets of a desk jobs lie, and look whether all of their ink is there, and once."""
     sheets = [sheet for sheet in (*desk.sheets, desk.executed()) if sheet.strokes]
     used = set[int]()
     for whole, pieces in jobs.values():
@@ -248,40 +294,52 @@ def _judge(desk: CountingDesk, jobs: dict[str, tuple[Drawing, tuple[Piece, ...]]
                     tally.wrong.append(f"{ink.doubled:.1f} mm drawn twice")
         used |= set(found)
         tally.made.update(piece for piece in pieces for _ in found)
+        tally.machines.update({(piece.row, number) for piece in pieces if found})
     tally.wrong += [f"sheet {number} has other ink" for number in range(len(sheets)) if number not in used]
 
 
-def printed(number: int, count: int, kills: int, seed: int, folder: Path) -> tuple[Tally, list[Row]]:
-    """A batch on a printer, killed so many times."""
-    rng, table, tally = np.random.default_rng([seed, 100 + number]), rows(count), Tally()
+def printed(printers: Sequence[int], count: int, kills: int, seed: int) -> Batch:
+    """A batch on printers, killed so many times."""
+    rng, table, tally = np.random.default_rng([seed, 100, *printers]), rows(count), Tally()
     profile = Printer(kind="printer", title="Simulated", dpi=36, simulated=True)
+    folder = store.folder().parent
     for _ in range(_MOST_RUNS):
         fate = Fate(rng, written=bool(rng.integers(2)))
-        queue = FallibleQueue(folder / "printed", go_on=True)
-        queue.fate = fate
+        queues = [FallibleQueue(folder / f"printed-{n}", go_on=True) for n in printers]
+        for queue in queues:
+            queue.fate = fate
         if tally.kills < kills:
             if rng.random() < 0.5:
                 fate.lines = int(rng.integers(1, 8 * count // kills + 2))
             else:
-                queue.kill_at = int(rng.integers(1, 2 * count // kills + 2))
-        place = PrintSpool(queue, Way(profile, lambda page: profile, {}, queue))
-        if _ran(lambda kept, place=place: _made(table, place, kept), folder, fate, tally):
+                queues[rng.integers(len(queues))].kill_at = int(rng.integers(1, 2 * count // kills // len(queues) + 2))
+        spools = [PrintSpool(queue, Way(profile, lambda page: profile, {}, queue)) for queue in queues]
+        if _ran(_work(table, spools), folder, fate, tally):
             break
-    for entry in queue._log:
-        words = entry.split('"title": "')[1].split('"')[0].split()
-        tally.made[Piece(int(words[3]), 1, " ".join(words[4:]))] += 1
+    for number, queue in enumerate(queues):
+        for entry in queue._log:
+            words = entry.split('"title": "')[1].split('"')[0].split()
+            tally.made[Piece(int(words[3]), 1, " ".join(words[4:]))] += 1
+            tally.machines.add((int(words[3]), number))
     return tally, table
 
 
-def campaign(count: int, kills: int, seed: int, only: Sequence[int] = range(len(MACHINES) + PRINTERS)) -> list[Tally]:
-    """Batches on every machine; raises AssertionError where a row was not made exactly once."""
+# number of a batch → what makes it, and on which of the machines
+BATCHES: Sequence[tuple[Callable[..., Batch], Sequence[int]]] = (
+    *((plotted, [n]) for n in range(len(MACHINES))),
+    *((printed, [n]) for n in range(PRINTERS)),
+    (plotted, range(len(MACHINES))),
+    (printed, range(PRINTERS)),
+)
+
+
+def campaign(count: int, kills: int, seed: int, only: Sequence[int]) -> list[Tally]:
+    """Batches by their numbers in `BATCHES`; AssertionError where a page was not made once, or a row's were parted."""
     tallies = []
     for number in only:
+        make, machines = BATCHES[number]
         with tempfile.TemporaryDirectory() as name, _state(Path(name)):
-            if number < len(MACHINES):
-                tally, table = plotted(number, count, kills, seed, Path(name))
-            else:
-                tally, table = printed(number - len(MACHINES), count, kills, seed, Path(name))
+            tally, table = make(machines, count, kills, seed)
             tallies.append(tally)
             assert tally.verdict(table) == "right", tally.verdict(table)
     return tallies
@@ -300,14 +358,16 @@ def _state(folder: Path) -> Iterator[None]:
 
 
 def main() -> None:
-    """Print what became of five batches."""
+    """Print what became of every batch."""
     import time
 
     begun = time.process_time()
     kills = runs = made = 0
-    for number in range(len(MACHINES) + PRINTERS):
+    for number, (make, machines) in enumerate(BATCHES):
         (tally,) = campaign(ROWS, KILLS, 1, [number])
-        name = MACHINES[number].title if number < len(MACHINES) else f"printer {number - len(MACHINES) + 1}"
-        print(f"{name:24} {ROWS} rows, {sum(tally.made.values())} pages, {tally.kills} kills, {tally.runs} runs: right")
-        kills, runs, made = kills + tally.kills, runs + tally.runs, made + sum(tally.made.values())
-    print(f"{ROWS * 5} rows, {made} pages, {kills} kills, {runs} runs, {time.process_time() - begun:.0f} s of CPU")
+        kind = "plotter" if make is plotted else "printer"
+        name, pages = f"{kind} {', '.join(str(n + 1) for n in machines)}", sum(tally.made.values())
+        print(f"{name:16} {ROWS} rows, {pages} pages, {tally.kills} kills, {tally.runs} runs: right", flush=True)
+        kills, runs, made = kills + tally.kills, runs + tally.runs, made + pages
+    print(f"{made} pages, {kills} kills, {runs} runs, {time.process_time() - begun:.0f} s of CPU")
+    scale.main()

@@ -66,7 +66,7 @@ def probe(port: str = "auto", device: str | None = None, listener: Listener = SI
         Nobody answers in a language that is known.
     """
     if device is None and not is_simulated(port):
-        return _identified(connections.only_port() if port == "auto" else port)
+        return _identified(*(connections.only_port() if port == "auto" else (port, connections.identify(port))))
     profile = machine(device or "simulated", port)
     opened = open_port(port, profile)
     try:
@@ -79,9 +79,8 @@ def probe(port: str = "auto", device: str | None = None, listener: Listener = SI
     return Probe(getattr(opened, "url", port), profile.dialect, firmware, connections.limits(machine_profile))
 
 
-def _identified(port: str) -> Probe:
-    """Who is there, of all dialects."""
-    answer = connections.identify(port)
+def _identified(port: str, answer: connections.Answer | None) -> Probe:
+    """What is told of who is there."""
     if answer is None:
         raise DeviceSilent(
             f"Nobody at {port} answers in a language handout knows (GRBL, EBB, Marlin, HP-GL): is the plotter switched "

@@ -179,20 +179,31 @@ def _candidates(profile: Plotter, devices: Sequence[SerialDevice]) -> list[str]:
     return [device.name for device in devices if device.usb is not None and claimed.get(device.usb) == claims]
 
 
-def only_port(ports: Sequence[SerialDevice] | None = None) -> str:
-    """The name of the only serial port with a USB id, without asking who is there.
+def only_port(
+    ports: Sequence[SerialDevice] | None = None, open_at: Callable[[str, int], Port] = _open_at
+) -> tuple[str, Answer | None]:
+    """The only serial port with a USB id, and who is there; of several, the only one at which anybody answers.
 
     Raises
     ------
     PortError
-        None, or several.
+        None, or several; a single one cannot be opened.
     """
     names = [port.name for port in _usb_devices(ports)]
     if not names:
         raise PortError("Nothing with a serial port is plugged in: is the plotter, and is it switched on?")
-    if len(names) > 1:
-        raise PortError(f"Several serial ports are there: choose one of {', '.join(names)} with --port.")
-    return names[0]
+    if len(names) == 1:
+        return names[0], identify(names[0], open_at)
+    answers: dict[str, Answer] = {}
+    for name in names:
+        with contextlib.suppress(DeviceError):  # in use, or gone
+            if (answer := identify(name, open_at)) is not None:
+                answers[name] = answer
+    if len(answers) == 1:
+        return next(iter(answers.items()))
+    who = "; ".join(f"{name} ({answer.firmware})" for name, answer in answers.items()) or ", ".join(names)
+    reason = "Several answer" if answers else "Several serial ports are there and none answers"
+    raise PortError(f"{reason}: choose one of {who} with --port.")
 
 
 def _speaks(url: str, profile: Plotter, open_at: Callable[[str, int], Port]) -> bool:

@@ -193,7 +193,8 @@ def make_rows(
     todo = Remaining([row.number for row in chosen if not row.problem])
     if devices := _devices(place):
         todo = remaining(journal, devices, todo.fresh, copies, again)
-        chosen = [row for row in chosen if row.problem or row.number in todo.rows]
+        left = todo.rows  # worked out once: a table may have 100,000
+        chosen = [row for row in chosen if row.problem or row.number in left]
     checked = Checked(wanted=[row.number for row in chosen if not row.problem])
     if options.all_or_none and devices:
         _refuse((check or make)(chosen), len(chosen), listener)

@@ -150,8 +150,13 @@ def test_every_dialect_is_told_from_the_others(name, spoken):
 
 def test_the_only_port_is_asked_whoever_is_there():
     rows = [Device("/dev/ttyS0", "", None), Device(NAMES[0], "", CH340)]
-    assert connections.only_port(rows) == NAMES[0]
+    name, answer = connections.only_port(rows, at(ttyUSB0=grbl()))
+    assert name == NAMES[0] and answer.dialect == "grbl"
     with pytest.raises(PortError, match="Nothing with a serial port is plugged in"):
         connections.only_port(rows[:1])
-    with pytest.raises(PortError, match=r"choose one of .* with --port"):
-        connections.only_port([*rows, Device(NAMES[1], "", FTDI)])
+    several = [*rows, Device(NAMES[1], "", FTDI), Device(NAMES[2], "", CH340)]
+    assert connections.only_port(several, at(ttyUSB0=Nobody, ttyACM0=grbl()))[0] == NAMES[2]  # the third is in use
+    with pytest.raises(PortError, match=r"Several answer: choose one of /dev/ttyUSB0 \(1.1h.*/dev/ttyACM0 \(1.1f"):
+        connections.only_port(several, at(ttyUSB0=grbl(), ttyACM0=grbl("variant=grblhal")))
+    with pytest.raises(PortError, match=r"none answers: choose one of .* with --port"):
+        connections.only_port(several, at(ttyUSB0=Nobody, ttyUSB1=Nobody))
