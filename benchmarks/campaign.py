@@ -28,6 +28,7 @@ from handout.merging.sheets import Grid
 from handout.pipeline.plot_request import AttendanceOptions
 from handout.pipeline.plot_rows import PlotSpool, PlotterQueue
 from handout.pipeline.plotting import ReportFile, Unattended
+from handout.plotting import bed
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.job import Options
 from handout.printing import journal
@@ -131,9 +132,13 @@ class Fate:
 
 
 class CountingDesk(Desk):
-    """A desk that keeps what was drawn on every sheet."""
+    """A desk that keeps what was drawn on every sheet.
+
+    job : that is drawn; laid : jobs whose sheet was put in.
+    """
 
     fate: Fate | None = None
+    job = ""
 
     def _count(self) -> None:
         dead = self.fate is not None and self.fate.dead
@@ -149,11 +154,13 @@ class CountingDesk(Desk):
 
     def __init__(self, profile: Any, options: Simulated) -> None:
         self.sheets: list[Drawing] = []
+        self.laid: set[str] = set()
         super().__init__(profile, options)
 
     def lay(self, page: Page, placement: Any) -> None:
         """A fresh sheet; the last is put away."""
         self.sheets.append(self.executed())
+        self.laid.add(self.job)
         super().lay(page, placement)
 
 
@@ -168,6 +175,12 @@ class DeskQueue(PlotterQueue):
         if not kept.standing().finished:
             self.desk.replug(1.0)  # the connection for the sheet before is closed
             self.desk.until = self.desk.now + _ENDLESS
+            self.desk.job = job
+            if (
+                kept.standing().begun and job not in self.desk.laid
+            ):  # killed between a sheet's being put in and its line
+                page = kept.drawing(kept.standing().part).page
+                self.desk.lay(page, bed.place(page, kept.profile))
             runner.run_job(kept, lambda: self.desk, Somebody(self.desk), runner.RunOptions(patience=60.0))
         return Outcome("completed")
 
@@ -225,9 +238,9 @@ def plotted(machines: Sequence[int], count: int, kills: int, seed: int) -> Batch
             if _ran(_work(table, spools), folder, fate, tally):
                 break
             for job in store.every():
-                path = job.folder / "journal"
-                if not job.standing().finished and path.stat().st_ino in safe:
-                    os.truncate(path, safe[path.stat().st_ino])
+                path = (job.folder / "journal").resolve()
+                if not job.standing().finished and path in safe:
+                    os.truncate(path, safe[path])
             for desk in desks:
                 desk.replug(60.0)
     for number, desk in enumerate(desks):

@@ -211,15 +211,18 @@ def drawing(words: str = "it's me") -> Drawing:
 
 
 @contextlib.contextmanager
-def journals(desks: Desk | Sequence[Desk]) -> Iterator[dict[int, int]]:
-    """Without waiting for the disk; how much of every journal was on it when it was waited for last."""
+def journals(desks: Desk | Sequence[Desk]) -> Iterator[dict[Path, int]]:
+    """Without waiting for the disk; how much of every journal was on it when it was waited for last.
+
+    Files are told apart by their paths (Linux): the number of a file that is deleted soon is another's.
+    """
     every = [desks] if isinstance(desks, Desk) else desks
-    safe: dict[int, int] = {}
+    safe: dict[Path, int] = {}
     real = os.fsync
 
     def noted(handle: int) -> None:
         if not any(desk.crashed for desk in every):
-            safe[os.fstat(handle).st_ino] = os.fstat(handle).st_size
+            safe[Path(f"/proc/self/fd/{handle}").resolve()] = os.fstat(handle).st_size
 
     os.fsync = noted  # type: ignore[assignment]  # the store gives a handle, never a file
     try:
@@ -298,7 +301,7 @@ def perform(run: Run, plotter: Desk, whole: Drawing) -> None:
                 run.stops.append("crash")
                 plotter.crash, plotter.crashed = -1, False
                 path = job.folder / "journal"
-                os.truncate(path, safe.get(path.stat().st_ino, 0))
+                os.truncate(path, safe.get(path.resolve(), 0))
                 plotter.replug(_WAITS)
             if job.standing().finished:
                 break

@@ -17,6 +17,7 @@ from pathlib import Path
 import msgspec
 
 from handout.errors import InputError
+from handout.hand import library
 from handout.hand.corrections import AnyCorrection, Entry, Journal
 
 _SUFFIX = ".log"
@@ -101,6 +102,17 @@ class PendingLog:
     def forget(self) -> None:
         """Delete it: the .hand file has all that it held."""
         self.path.unlink(missing_ok=True)
+
+
+def untaken(hand: str) -> tuple[str, ...]:
+    """What has to be said of a hand by name or path whose file lacks corrections that its log holds; mostly nothing."""
+    path = Path(hand) if hand.endswith(".hand") else library.own_scanned().get(hand)
+    if path is None or not (log := PendingLog(path)).there():
+        return ()
+    return (
+        f"{log.path.name} holds corrections that {path.name} lacks, as after a break: open it with `handout hand tag "
+        f"{hand}` to have them taken in.",
+    )
 
 
 def _holds(journal: Journal, made: int, done: Sequence[tuple[AnyCorrection, ...]]) -> bool:

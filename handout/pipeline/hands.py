@@ -12,8 +12,10 @@ from handout import atomic
 from handout.errors import InputError
 from handout.hand import file, library, report, svg_font
 from handout.hand.learnt import remember
+from handout.hand.pending import PendingLog
 from handout.pipeline.inputs import decoded, hand_path
 from handout.pipeline.kept_hands import learn, own_place
+from handout.pipeline.letter_desk import keep_letters
 from handout.pipeline.options import ReadingOptions
 from handout.pipeline.results import SILENT, Fact, Facts, Listener, Result
 from handout.progress import within
@@ -163,6 +165,8 @@ def read_more(
     if path is None:
         raise InputError(f"There is no hand {name!r} among your own: copy it first, or read one.")
     file.check(path)
+    if PendingLog(path).there():
+        keep_letters(str(path))
     more = _read_texts(file.load(path).name, scans, texts, None, options, listener)
     hand, corrected = file.load(path), file.journal(path).made
     first, pages = len(hand.glyphs), len(hand.pages)

@@ -479,7 +479,7 @@ def write_letter(
     pages, drawings = draw_letter(task, wanted=wanted, tell=within(listener.progress, 0.0, _WRITTEN))
     files = write_drawings(drawings, paths, task.main.look, extra=extra, tell=within(listener.progress, _WRITTEN, 1.0))
     asked = replace(_headed(letter, picture, given), ink=None)  # which scanned ink follows here
-    notes = (*task.notes(), *texts.not_followed(task.main, asked, wanted >= INK), *task.main.paper_notes)
+    notes = (*task.notes(), *texts.not_followed(task.main, asked, wanted >= INK), *task.main.given_notes)
     notes = (*notes, *texts.style_notes(task.main, drawings), *_unshown(drawings, paths))
     return texts.written(Tally.of(pages, drawings), task.main, files, notes)
 

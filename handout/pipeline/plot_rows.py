@@ -152,7 +152,7 @@ def plot_rows(
         letters=merged.with_letters,
         reports=() if isinstance(place, PlotFiles) else _reports(place),
         planned_s=place.planned_s if isinstance(place, PlotFiles) else None,
-        notes=(*task.paper_notes, *written.dropped, *([_PENS] if merged.fields.says("pen") else [])),
+        notes=(*task.given_notes, *written.dropped, *([_PENS] if merged.fields.says("pen") else [])),
     )
 
 

@@ -233,7 +233,7 @@ def preview(
 def _notes(task: WritingTask, profile: Plotter) -> tuple[str, ...]:
     """What is said of a plot: of its paper, and that a pose does not press the pen."""
     even = None if task.pose.pose is None else pressed_evenly(profile)
-    return (*task.paper_notes, even) if even else task.paper_notes
+    return (*task.given_notes, even) if even else task.given_notes
 
 
 def resume(

@@ -16,6 +16,7 @@ from handout.completion.completed_hand import complete_hand
 from handout.errors import DoesNotFit, InputError
 from handout.hand import file, library
 from handout.hand.measures import ink_colours
+from handout.hand.pending import untaken
 from handout.inking.pen import is_brush
 from handout.page_sizes import margins, page
 from handout.pipeline import programs
@@ -68,6 +69,7 @@ class WritingTask:
     strict : whether words that read as others are an error.
     pose : how the pen is held.
     style : the handstyle in which the strokes are moved through.
+    untaken : that the hand's file lacks corrections, if it does.
     """
 
     hand: Hand | ScannedHand
@@ -88,10 +90,12 @@ class WritingTask:
     pose: PoseOptions = field(default_factory=PoseOptions)
     style: Style | None = None
 
+    untaken: tuple[str, ...] = ()
+
     @property
-    def paper_notes(self) -> tuple[str, ...]:
-        """What the user is told of the lined paper."""
-        return () if self.paper is None else self.paper.notes
+    def given_notes(self) -> tuple[str, ...]:
+        """What the user is told of the hand's file and of the lined paper."""
+        return self.untaken if self.paper is None else (*self.untaken, *self.paper.notes)
 
 
 @dataclass(frozen=True)
@@ -154,7 +158,7 @@ def write(
     files = write_drawings(drawings, paths, task.look, extra=extra, tell=within(listener.progress, _WRITTEN, 1.0))
     unshown = (*not_followed(task, picture, wanted >= INK), *_unpainted(picture, paths), *style_notes(task, drawings))
     even = machines.pressed_evenly() if task.pose.pose is not None else []
-    notes = (*unshown, *even, *task.paper_notes)
+    notes = (*unshown, *even, *task.given_notes)
     result = written(Tally.of(pages, drawings), task, files, notes)
     return replace(result, words=tuple(word_places(pages))) if places else result
 
@@ -212,6 +216,7 @@ def prepare(
         strict=writing.strict,
         pose=_pose(writing),
         style=_style(writing),
+        untaken=untaken(writing.hand) if isinstance(writing.hand, str) else (),
     )
 
 

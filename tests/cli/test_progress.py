@@ -91,4 +91,4 @@ def test_pages_and_plots_tell_how_far_they_are(call, told):
 def test_a_batch_tells_how_far_it_is(call, told, tmp_path):
     (tmp_path / "a.csv").write_text("name,street,city\nAda,1 Lane,Town\nBob,2 Lane,Town\n", encoding="utf-8")
     call("print", "a.csv", "--printer", "epson", "--dry-run", "a.pdf", "--seed", 1, "-q")
-    assert (0.5, "check 1/2") in told
+    assert (0.5, "make 1/2") in told

@@ -6,6 +6,7 @@ import pytest
 
 from handout.errors import InputError
 from handout.hand import file
+from handout.hand.pending import untaken
 from handout.pipeline import hands
 from handout.pipeline import letter_desk as desk
 
@@ -19,10 +20,12 @@ def test_pages_are_added_and_what_was_corrected_stays(small_hand, small_hand_fil
     spot = desk.page_letters(str(path), 0)["letters"][2]["spot"]
     confirm = b'[{"do": "confirm", "page": 0, "at": [%f, %f]}]' % tuple(spot)
     desk.correct_letters(str(path), state["revision"], confirm)
+    assert "corrections that mine.hand lacks" in untaken(str(path))[0]
     # reading is tested where it is done: here the pages are there already
     read = SimpleNamespace(hand=small_hand, pages=())
     monkeypatch.setattr(hands, "_read_texts", lambda *given: read)
     more = hands.read_more(str(path), ["page.png"], ["an even line"])
+    assert untaken(str(path)) == ()
     joined, count = file.load(path), len(before.glyphs)
     assert len(joined.pages) == 2 and len(joined.glyphs) == 2 * count and joined.glyphs[2].confirmed
     for old, new in zip(before.glyphs, joined.glyphs[count:], strict=True):

@@ -78,7 +78,7 @@ def test_the_opening_sets_the_pen_and_goes_to_zero():
 
 def test_the_servo_has_arrived_before_the_pen_is_taken_for_down():
     for time in (0.0, 0.05, 0.2, 1.0):
-        rate = protocol._rate(5393, time)
+        rate = protocol._rate(5393, time, protocol.SERVO_PERIOD)
         assert 5393 / rate * protocol.SERVO_PERIOD <= max(time, 0.024) and 1 <= rate <= 65535
 
 
