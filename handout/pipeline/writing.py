@@ -216,7 +216,7 @@ def prepare(
         strict=writing.strict,
         pose=_pose(writing),
         style=_style(writing),
-        untaken=untaken(writing.hand) if isinstance(writing.hand, str) else (),
+        untaken=untaken(writing.hand) if hand.pages is not None and isinstance(writing.hand, str) else (),
     )
 
 
