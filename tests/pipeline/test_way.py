@@ -50,8 +50,9 @@ def test_stays_are_counted():
     assert stays([("a", "f"), ("a", "g"), ("b", "h"), ("a", "i")]) == [("a", ["f", "g"]), ("b", ["h"]), ("a", ["i"])]
 
 
-@pytest.mark.parametrize(("hand", "files", "returns"), [("house-joined", 28, 44)])
+@pytest.mark.parametrize(("hand", "files", "returns"), [("house-joined", 28, 40)])
 def test_the_way_of_a_text_is_no_longer_than_it_was(hand, files, returns, tmp_path):
+    way(hand, tmp_path)  # what is worked out once for a hand is no part of the way of the next text
     found = stays(way(hand, tmp_path))
     seen = {file for file, _ in found}
     assert len(seen) <= files and len(found) - len(seen) <= returns
