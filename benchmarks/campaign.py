@@ -94,7 +94,7 @@ def _blank(dpi: int) -> Raster:
 
 
 def _line(number: float, page: Page) -> Drawing:
-    """A bent line of a length and at a height that no other of three hundred rows has."""
+    """A bent line of a length and at a height that no other of five hundred rows has."""
     x = np.linspace(8.0, 18.0 + 0.3 * (number % 100), 12)
     y = 8.0 + (number * 1.7 + 3.0 * (number // 100)) % (page.height - 16.0) + np.sin(x)
     return Drawing((Stroke(np.linspace(0.0, 1.5, 12), np.column_stack([x, y]), word=0),), page, {"words": ["row"]})
@@ -297,12 +297,12 @@ def _judge(
     used = set[int]()
     for whole, pieces in jobs.values():
         found = []
-        for number, sheet in enumerate(sheets):
+        for at, sheet in enumerate(sheets):
             if not np.allclose(sheet.bounds or np.inf, whole.bounds or 0.0, atol=1.0):
                 continue
             ink = compare(whole, sheet.strokes)
             if not (ink.missing or ink.gap > SLACK or ink.dots or ink.stray or ink.deviation > SLACK):
-                found.append(number)
+                found.append(at)
                 if ink.doubled > (OVERLAP + _STEPS) * (1 + tally.kills):
                     tally.wrong.append(f"{ink.doubled:.1f} mm drawn twice")
         used |= set(found)

@@ -117,5 +117,5 @@ def untaken(hand: str) -> tuple[str, ...]:
 
 def _holds(journal: Journal, made: int, done: Sequence[tuple[AnyCorrection, ...]]) -> bool:
     """Whether a journal has some steps already, after its first `made` entries."""
-    entries: Sequence[Entry] = journal.entries[made : made + len(done)]
+    entries: Sequence[Entry] = journal.entries[: journal.made][made : made + len(done)]
     return len(entries) == len(done) and all(a.corrections == b for a, b in zip(entries, done, strict=True))

@@ -7,8 +7,8 @@ cross sections are laid side by side in the frame of the way, blended where one 
 onto it.  So stems are as dark, turns as wide and ends as pointed as the writer's, and the ink goes on without a seam.
 Where a way crosses or meets itself, what covers more is seen.
 
-Source: own method; strokes made of stretches of other strokes: Lu, Yu, Finkelstein & DiVerdi 2012, HelpingHand;
-Lu, Barnes, DiVerdi & Finkelstein 2013, RealBrush.
+Source: own method; strokes made of stretches of other strokes: seed 001; Lu, Barnes, DiVerdi &
+Finkelstein 2013, RealBrush.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 _Pixels = NDArray[np.float32]
 
+# set by eye on letters made for csafe w0154 and cvl 0002 and 0013, unless said otherwise
 _JUNCTION = 1.5  # radii from a junction, within which the width of a line is none of its own
 _WIDEST = 1.5  # radii: what is wider is a blot, or two lines side by side
 _FEWEST = 200  # pixels of clear line that ink can be taken from
@@ -45,21 +46,16 @@ _STRIDE = 2  # pixels from one place that is looked for to the next
 _LIKE, _BEAM = 12, 24  # places looked at for each; rows that are gone on with
 _JUMP = 1.5  # cost of a place that does not follow the one before
 _WIDTH, _DARK = 2.0, 3.0  # cost of a jump by relative width, by darkness
-_AGAIN, _LATELY, _FORGOTTEN = (
-    0.4,
-    0.8,
-    1000,
-)  # cost of a place just used, left of that after each stroke; strokes to none
+_AGAIN = 0.4  # cost of a place just used
+_LATELY, _FORGOTTEN = 0.8, 1000  # share of that left after each stroke; strokes after which there is none
 _BLEND = 1.2  # radii on either side of a jump over which two stretches are blended
 _ACROSS = 2.0  # radii on either side of a line that its cross sections show, and two pixels
 _RIM = 1.5  # pixels beyond its radius over which a line fades, at most
 _FAINT = 0.12  # opacity at which a stroke is at its end
 _END_AT = 1.0  # radii from its line's end, within which a place ends a way as that line ends
 _FINE = 2  # cross sections a pixel, and their samples
-_ARM, _CUSP = (
-    1.5,
-    2.2,
-)  # radii before and after a place, whose directions are so far apart, rad, where the way turns back
+_ARM = 1.5  # radii before and after a place, between which its turn is measured
+_CUSP = 2.2  # rad of turn, from which on the way turns back there
 _TURN = 1.6  # rad by which the way may turn in what is bent at once
 
 

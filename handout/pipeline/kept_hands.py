@@ -21,6 +21,7 @@ from handout.hand.corrections import Change as Change
 from handout.hand.corrections import Entry, Journal, read_corrections
 from handout.hand.drawn import Hand
 from handout.hand.learnt import known
+from handout.hand.pending import PendingLog
 from handout.hand.report import LEAST as LEAST
 from handout.pipeline import writing
 from handout.pipeline.inputs import hand_path
@@ -314,6 +315,7 @@ def import_hand(source: str | Path, name: str | None = None, *, replaced: bool =
     name = name or Path(source).stem
     path = own_place(name, replaced=replaced)
     atomic.write(path, Path(source).read_bytes())
+    PendingLog(path).forget()  # of the hand that had the name before
     return KeptHand(path, name, letters=len(hand.glyphs))
 
 
@@ -348,6 +350,7 @@ def remove_hand(name: str) -> KeptHand:
         raise InputError(f"Among your own hands there is none called {name!r}{others}.")
     try:
         own_hands[name].unlink()
+        PendingLog(own_hands[name]).forget()
     except OSError as error:
         raise InputError(f"Cannot delete {own_hands[name]}: {error.strerror or error}.") from error
     return KeptHand(own_hands[name], name)

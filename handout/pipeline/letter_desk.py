@@ -11,6 +11,7 @@ other's.
 
 from __future__ import annotations
 
+import os
 import secrets
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -307,15 +308,23 @@ def correct_letters(name: str, revision: str, corrections: bytes) -> Facts:
     """
     desk = _changed(name, revision)
     new = read_corrections(corrections, "the corrections")
-    before, steps = desk.state, list(desk.steps)
-    notes = _make(desk, new)
-    try:
-        desk.log.add(desk.journal.made, new)
-    except InputError:
-        desk.state, desk.steps = before, steps
-        raise
+    notes = _made_and_kept(desk, new, new)
     desk.undone.clear()
     return {**_opened(desk), **_told(desk, {one.page for one in new}), "notes": list(notes)}
+
+
+def _made_and_kept(
+    desk: _Desk, new: tuple[AnyCorrection, ...], step: Sequence[AnyCorrection] = (), back: int = 0
+) -> tuple[str, ...]:
+    """Make corrections, and keep the step in the log; nothing is made where it cannot be kept."""
+    before, steps, journal = desk.state, list(desk.steps), desk.journal
+    notes = _make(desk, new)
+    try:
+        desk.log.add(desk.journal.made, step, back)
+    except InputError:
+        desk.state, desk.steps, desk.journal = before, steps, journal
+        raise
+    return notes
 
 
 def _make(desk: _Desk, new: tuple[AnyCorrection, ...]) -> tuple[str, ...]:
@@ -333,6 +342,7 @@ def _make(desk: _Desk, new: tuple[AnyCorrection, ...]) -> tuple[str, ...]:
             hand = renewed.hand
             judged |= {(page, at): sure for at, sure in renewed.probability.items()}
     desk.steps.append((Entry(new, changes(before.hand, hand, made.removed)), before))
+    desk.journal = Journal(desk.journal.entries[: desk.journal.made], desk.journal.made)  # what was undone is over
     desk.turn(_State(hand, _carried(before, hand, judged)))
     return made.notes
 
@@ -375,8 +385,7 @@ def _redo(desk: _Desk) -> set[int]:
     if desk.journal.made < len(desk.journal.entries) and not desk.steps:
         return _rewound(desk, desk.journal.made + 1)
     again = desk.undone[-1]
-    _make(desk, again)
-    desk.log.add(desk.journal.made, back=-1)
+    _made_and_kept(desk, again, back=-1)
     desk.undone.pop()
     return {one.page for one in again}
 
@@ -410,6 +419,8 @@ def keep_letters(name: str) -> Facts:
             raise InputError(f"{error} The corrections are safe in {desk.log.path.name} beside it.") from error
         desk.steps.clear()
         desk.on_disk = _state_of(desk.path)
+        with desk.path.open("rb+") as stream:
+            os.fsync(stream.fileno())  # before its log goes: a power cut may not take both
     desk.log.forget()
     return {"made": desk.made}
 
@@ -465,22 +476,10 @@ def take_learnt(name: str, copy: str, made: int) -> Facts:
     notes: list[str] = []
     for entry in later:
         try:
-            _make(desk, entry.corrections)
-            desk.log.add(desk.journal.made, entry.corrections)
+            _made_and_kept(desk, entry.corrections, entry.corrections)
         except InputError as error:
             notes.append(f"Once more after learning: {error}")
     return {**_opened(desk), **_told(desk, set(range(len(hand.pages)))), "notes": notes}
-
-
-def learn_letters(name: str, revision: str, listener: Listener = SILENT) -> Facts:
-    """Learn from the corrections of a hand, and wait for it; else as `correct_letters`."""
-    import tempfile
-
-    with tempfile.TemporaryDirectory() as folder:
-        copy = str(Path(folder) / "copy.hand")
-        begun = begin_learning(name, revision, copy)
-        found = learn_apart(copy, listener)
-        return {**take_learnt(name, copy, int(begun["made"])), **found}  # type: ignore[arg-type]
 
 
 def letter_strokes(name: str, page: int, spot: tuple[float, float]) -> Facts:

@@ -41,7 +41,6 @@ from handout.values import Drawing
 _DPI = 96  # of the small pictures
 _WIDE = 300  # pixels across a picture, on the screen
 _EDGE = 4.0  # mm from the edge of the paper: what comes nearer is said; set by eye
-_INCH = 72.0  # points of a PDF
 _FIRST = 200  # rows that are named at the top
 
 

@@ -149,7 +149,7 @@ class Remote:
                     waiting[at] = row, self.submit(row, check)
         raise WorkersLost(
             f"The processes that make row {waiting[0][0].number} ended {_MOST_LOST} times, perhaps for want of memory: "
-            "use fewer --jobs."
+            "use fewer --jobs, or on a cluster fewer workers a machine."
         )
 
 

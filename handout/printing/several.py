@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import threading
+import time
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -162,8 +163,12 @@ def send_to_several(
     stopped = [station for station in place.stations if station.error is not None]
     halted = [piece for station in stopped for piece in station.sheet]
     sent, rest = run.parted(halted)
+    left = {*rest, *(piece.row for piece in todo.wait if piece in run.left[piece.row])}
+    rest = [number for number in table if number in left]
     if interrupt := sharing.interrupted:
-        interrupt.add_note(f"Stopped. {run.way_out((), sent, rest)}")
+        going = [station.name for station in place.stations if not station.ended]
+        look = f" {' and '.join(going)} did not answer: look whether the pen is up and nothing runs." if going else ""
+        interrupt.add_note(f"Stopped.{look} {run.way_out((), sent, rest)}")
         raise interrupt
     told = [f"{station.name}: {station.error}" for station in stopped]
     if rest or halted:
@@ -209,8 +214,9 @@ class _Sharing:
                 self._changed.notify_all()
             for thread in threads:
                 _interrupt(thread)
+            end = time.monotonic() + _PATIENCE  # of all together
             for thread in threads:
-                thread.join(_PATIENCE)
+                thread.join(max(end - time.monotonic(), 0.0))
 
     def _work(self, station: Station, waiting: Sequence[Piece]) -> None:
         """One device, until nothing is left for it."""

@@ -106,6 +106,9 @@ async def give(studio: Studio, request: Request, body: None) -> Response:
 async def remove(studio: Studio, request: Request, body: None) -> Response:
     """A hand of the user's own is deleted."""
     facts = await studio.answer("deleting a hand", Call("kept_hands.remove_hand", (name_of(request),)), studio.desk)
+    if (waiting := studio.unkept.pop(name_of(request), None)) is not None:
+        waiting.cancel()
+    studio.troubles.pop(name_of(request), None)
     return json_answer({"name": facts["name"]})
 
 

@@ -143,14 +143,18 @@ class Studio:
     async def _keep(self, hand: str, after: float) -> None:
         await asyncio.sleep(after)
         try:
-            await self.answer("keeping corrections", Call("letter_desk.keep_letters", (hand,)), self.desk)
+            # whoever comes meanwhile waits for the next: a call that is cancelled ends its process
+            await asyncio.shield(
+                self.answer("keeping corrections", Call("letter_desk.keep_letters", (hand,)), self.desk)
+            )
             self.troubles.pop(hand, None)
         except HTTPException as error:
             self.troubles[hand] = str(error.detail)
             self.unkept.pop(hand, None)
             self.keep_soon(hand, _AGAIN)
             return
-        self.unkept.pop(hand, None)
+        if self.unkept.get(hand) is asyncio.current_task():
+            del self.unkept[hand]
 
     async def settled(self, hand: str) -> None:
         """Wait until the file of a hand has all its corrections, before somebody else reads it."""

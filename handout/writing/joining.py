@@ -104,7 +104,12 @@ def _direct(ours: Array, theirs: Array, t: Array) -> Array:
     k = max(int(np.searchsorted(t, _TANGENT)), 1)
     leaving, coming = ours[k] - start, end - theirs[-1 - k]
     leaving, coming = (reach * way / max(float(np.hypot(*way)), 1e-9) for way in (leaving, coming))
-    u = t[:, None]
+    return cubic(start, leaving, end, coming, t)
+
+
+def cubic(start: Array, leaving: Array, end: Array, coming: Array, at: Array) -> Array:
+    """(n, 2): the cubic between two places (2,) with these directions (2,) at its ends; at : (n,), 0–1."""
+    u = at[:, None]
     return np.asarray(
         (2 * u**3 - 3 * u**2 + 1) * start
         + (u**3 - 2 * u**2 + u) * leaving

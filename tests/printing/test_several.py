@@ -174,6 +174,18 @@ def test_a_device_that_is_not_named_again_keeps_what_it_began(tmp_path):
     assert made(log) == wanted(4)
 
 
+def test_what_a_device_had_begun_and_then_failed_is_said_to_be_left(tmp_path):
+    log = []
+    what = journal.Batch(Path("table.csv"), {"a": 1})
+    broken = Machine("a", log, 2, "breaks")
+    with pytest.raises(PrintingStopped):
+        run([broken, Machine("b", log)], journal.begin(what, 1, tmp_path / "state"), 1)
+    broken.follow = lambda job: Outcome("failed", "the sheet jammed")
+    with pytest.raises(PrintingStopped, match="the sheet jammed") as stopped:
+        run([broken, Machine("b", log)], journal.resume(what, tmp_path / "state"), 1)
+    assert [row.row for row in stopped.value.report.failed] == [2]
+
+
 FAILURES = st.tuples(st.integers(0, 9), st.sampled_from(["refuses", "lost", "breaks"]))
 
 

@@ -192,3 +192,19 @@ def test_the_others_learn_while_more_is_corrected(hand, tmp_path, monkeypatch):
     desk.rewind_letters(hand, taken["revision"], taken["made"])
     with pytest.raises(desk.StaleHand, match="undone"):
         desk.take_learnt(hand, copy, begun["made"])
+
+
+def test_what_was_undone_in_the_file_is_neither_made_again_nor_taken_for_what_was_made_anew(hand):
+    first, second = (one["spot"] for one in letters(hand)[3:5])
+    made(hand, {"do": "confirm", "at": first})
+    desk.keep_letters(hand)
+    desk.rewind_letters(hand, desk.open_letters(hand)["revision"], 1)
+    state = made(hand, {"do": "confirm", "at": first})
+    desk._DESKS.clear()  # as after a server was killed
+    assert letters(hand)[3]["verdict"] == "confirmed"
+    desk.rewind_letters(hand, desk.open_letters(hand)["revision"], 1)
+    desk.keep_letters(hand)
+    state = made(hand, {"do": "confirm", "at": second})
+    assert state["made"] == state["entries"] == 1
+    with pytest.raises(InputError, match="made again"):
+        desk.rewind_letters(hand, state["revision"], -1)
