@@ -163,12 +163,9 @@ def send_to_several(
     stopped = [station for station in place.stations if station.error is not None]
     halted = [piece for station in stopped for piece in station.sheet]
     sent, rest = run.parted(halted)
-    left = {*rest, *(piece.row for piece in todo.wait if piece in run.left[piece.row])}
-    rest = [number for number in table if number in left]
+    rest = _left(rest, todo, run, table)
     if interrupt := sharing.interrupted:
-        going = [station.name for station in place.stations if not station.ended]
-        look = f" {' and '.join(going)} did not answer: look whether the pen is up and nothing runs." if going else ""
-        interrupt.add_note(f"Stopped.{look} {run.way_out((), sent, rest)}")
+        interrupt.add_note(f"Stopped.{_running(place)} {run.way_out((), sent, rest)}")
         raise interrupt
     told = [f"{station.name}: {station.error}" for station in stopped]
     if rest or halted:
@@ -178,6 +175,18 @@ def send_to_several(
         raise PrintingStopped(message, report, ranges(rest, run.whole)) from stopped[0].error
     checked.warnings += [f"{words} The other devices made its rows." for words in told]
     return tuple(run.jobs)
+
+
+def _left(rest: Sequence[int], todo: Remaining, run: Run, table: Sequence[int]) -> list[int]:
+    """The rows that are left, in the order of the table: also those that a device had begun before and then failed."""
+    left = {*rest, *(piece.row for piece in todo.wait if piece in run.left[piece.row])}
+    return [number for number in table if number in left]
+
+
+def _running(place: Several) -> str:
+    """What has to be said of devices that did not stop when they were told to."""
+    going = [station.name for station in place.stations if not station.ended]
+    return f" {' and '.join(going)} did not answer: look whether the pen is up and nothing runs." if going else ""
 
 
 class _Sharing:
