@@ -14,7 +14,7 @@ from __future__ import annotations
 import os
 import secrets
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -410,19 +410,27 @@ def keep_letters(name: str) -> Facts:
     """
     desk = _desk(name)
     if desk.steps:
-        first = desk.steps[0][1].hand
-        states = [*(before for _, before in desk.steps[1:]), desk.state]
-        steps = [(state.hand, entry) for state, (entry, _) in zip(states, desk.steps, strict=True)]
         try:
-            desk.journal = file.record_all(desk.path, desk.path, first, steps)
+            _recorded(desk, desk.path)
         except InputError as error:
             raise InputError(f"{error} The corrections are safe in {desk.log.path.name} beside it.") from error
-        desk.steps.clear()
-        desk.on_disk = _state_of(desk.path)
-        with desk.path.open("rb+") as stream:
-            os.fsync(stream.fileno())  # before its log goes: a power cut may not take both
     desk.log.forget()
     return {"made": desk.made}
+
+
+def _recorded(desk: _Desk, source: Path) -> None:
+    """Write the .hand file, with the steps of a desk after what `source` holds; whole or not at all."""
+    if desk.steps:
+        entries, states = zip(*desk.steps, strict=True)
+        hands = [state.hand for state in (*states, desk.state)]
+        made = list(zip(hands[1:], entries, strict=True))
+        desk.journal = file.record_all(source, desk.path, hands[0], made)
+    else:
+        atomic.write(desk.path, source.read_bytes())
+    desk.steps.clear()
+    desk.on_disk = _state_of(desk.path)
+    with desk.path.open("rb+") as stream:
+        os.fsync(stream.fileno())  # before its log goes: a power cut may not take both
 
 
 def begin_learning(name: str, revision: str, copy: str) -> Facts:
@@ -460,6 +468,8 @@ def take_learnt(name: str, copy: str, made: int) -> Facts:
     ------
     StaleHand
         Some of those corrections were undone meanwhile.
+    InputError
+        The file cannot be written: the hand stays as it is.
     """
     keep_letters(name)
     desk = _desk(name)
@@ -467,19 +477,21 @@ def take_learnt(name: str, copy: str, made: int) -> Facts:
     kept = desk.journal.entries[: desk.journal.made]
     if kept[:made] != learnt.entries[:made]:
         raise StaleHand("Corrections were undone while the page was learned from: what was learned is left out.")
-    later = kept[made:]
     hand = file.load(Path(copy))
-    atomic.write(desk.path, Path(copy).read_bytes())
-    desk.journal, desk.on_disk = learnt, _state_of(desk.path)
-    desk.undone.clear()
-    desk.turn(_State(hand, vet(hand).probability))
+    renewed = replace(desk, journal=learnt, steps=[], undone=[])
+    renewed.turn(_State(hand, vet(hand).probability))
     notes: list[str] = []
-    for entry in later:
+    for entry in kept[made:]:
         try:
-            _made_and_kept(desk, entry.corrections, entry.corrections)
+            _make(renewed, entry.corrections)
         except InputError as error:
             notes.append(f"Once more after learning: {error}")
-    return {**_opened(desk), **_told(desk, set(range(len(hand.pages)))), "notes": notes}
+    try:
+        _recorded(renewed, Path(copy))  # once, and with all of them: a break leaves the hand as it was, or as it is now
+    except InputError as error:
+        raise InputError(f"{error} What was learned is left out; the corrections are in the hand.") from error
+    _DESKS[desk.path] = renewed
+    return {**_opened(renewed), **_told(renewed, set(range(len(hand.pages)))), "notes": notes}
 
 
 def letter_strokes(name: str, page: int, spot: tuple[float, float]) -> Facts:

@@ -2,8 +2,10 @@
 
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import msgspec
+import numpy as np
 import pytest
 
 from handout import atomic
@@ -102,7 +104,6 @@ def test_what_cannot_be_corrected_changes_nothing(hand):
 
 def test_tiles_are_the_page(hand):
     import cv2
-    import numpy as np
 
     whole = file.load(Path(hand)).pages[0].on_paper()
     tile = cv2.imdecode(np.frombuffer(desk.page_tile(hand, 0, 0, 1, 0), np.uint8), 1)[:, :, ::-1]
@@ -192,6 +193,38 @@ def test_the_others_learn_while_more_is_corrected(hand, tmp_path, monkeypatch):
     desk.rewind_letters(hand, taken["revision"], taken["made"])
     with pytest.raises(desk.StaleHand, match="undone"):
         desk.take_learnt(hand, copy, begun["made"])
+
+
+class Killed(BaseException):
+    """Nothing runs after it, as after SIGKILL."""
+
+
+@pytest.mark.parametrize("alive", [1, 2, 3])
+def test_a_kill_while_what_was_learned_is_taken_loses_no_correction(hand, tmp_path, monkeypatch, alive):
+    monkeypatch.setattr(desk._Desk, "aligner", lambda *_: None)
+    monkeypatch.setattr(desk, "vet", lambda hand: SimpleNamespace(probability=np.full(len(hand.glyphs), 0.9)))
+    spots, copy = [letters(hand)[i]["spot"] for i in (0, 7)], str(tmp_path / "copy.hand")
+    state = made(hand, {"do": "confirm", "at": spots[0]})
+    begun = desk.begin_learning(hand, state["revision"], copy)
+    made(hand, {"do": "confirm", "at": spots[1]})
+    desk.keep_letters(hand)
+    touched = []
+
+    def counted(real):
+        def touching(*arguments):
+            touched.append(real.__name__)
+            if len(touched) == alive:
+                raise Killed
+            return real(*arguments)
+
+        return touching
+
+    for owner, name in ((atomic, "write"), (desk.PendingLog, "add"), (desk.PendingLog, "forget"), (desk.os, "fsync")):
+        monkeypatch.setattr(owner, name, counted(getattr(owner, name)))
+    with pytest.raises(Killed):
+        desk.take_learnt(hand, copy, begun["made"])
+    desk._DESKS.clear()
+    assert [letters(hand)[i]["verdict"] for i in (0, 7)] == ["confirmed"] * 2, touched
 
 
 def test_what_was_undone_in_the_file_is_neither_made_again_nor_taken_for_what_was_made_anew(hand):
