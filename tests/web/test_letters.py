@@ -170,6 +170,22 @@ def test_a_stroke_is_reversed_and_stays_so(hand):
     assert [each["xy"] for each in again] == turned and all(each["own"] for each in again)
 
 
+def test_the_words_around_a_correction_follow_it(hand):
+    state, (x, y) = desk.open_letters(hand), letters(hand)[6]["spot"]
+    one = {"page": 0, "do": "paint", "to": "paper", "stroke": [[x, y], [x + 9, y]], "width": 6}
+    said = desk.correct_letters(hand, state["revision"], msgspec.json.encode([one]), later=True)
+    assert said["behind"] and log(hand).exists()
+    rest = desk.align_letters(hand)
+    assert rest["revision"] == said["revision"]
+    told = {one["id"]: one for part in (said, rest) for one in part["told"]["0"]["letters"]}
+    after = letters(hand)
+    desk.rewind_letters(hand, said["revision"], 1)
+    made(hand, {name: value for name, value in one.items() if name != "page"})
+    assert letters(hand) == after and all(told[one["id"]] == one for one in after if one["id"] in told)
+    desk._DESKS.clear()  # as after a server was killed
+    assert [one["ink"] for one in letters(hand)] == [one["ink"] for one in after]
+
+
 def test_a_baseline_is_dragged(hand):
     first = desk.open_letters(hand)["pages"][0]["baselines"][0]
     lower = [[x, y + 3.0] for x, y in first]
