@@ -174,23 +174,31 @@ def _owners(key: str) -> tuple[str, list[tuple[str, click.Option]]]:
     InputError
         No option is called so.
     """
-    name, found, choices = _plain(key), [], list[str]()
-    for path, verb in configuration.all_verbs(_root()).items():
-        for option in configuration.options_of(verb):
-            own, *shared = configuration.keys_of(path, option)
-            aliases = {text.lstrip("-") for text in option.opts}
-            prefix, _, last = name.rpartition(".")
-            if last in aliases and (prefix == path or (shared and not prefix)):
-                found.append((path, option))
-            choices += [own, *shared]
+    name, found = _plain(key), []
+    prefix, _, last = name.rpartition(".")
+    for path, option in _options():
+        bare = not prefix and len(configuration.keys_of(path, option)) > 1
+        if (bare or prefix == path) and last in {text.lstrip("-") for text in option.opts}:
+            found.append((path, option))
     if not found:
-        verbs = sorted(each for each in choices if each.endswith(f".{name}"))
-        if verbs:
-            raise InputError(f"{name} is not the same in every verb: set it for one, such as {verbs[0]}.")
-        near = [choice for choice in dict.fromkeys(choices) if ("." in choice) == ("." in name)]
-        raise configuration.unknown_key("", name, near or choices)
+        raise _unknown(name)
     path, option = found[0]
     return (f"{path}." if "." in name else "") + configuration.key_of(option), found
+
+
+def _options() -> Iterator[tuple[str, click.Option]]:
+    """Every option of every verb, with the verb's path."""
+    for path, verb in sorted(configuration.all_verbs(_root()).items()):
+        yield from ((path, option) for option in configuration.options_of(verb))
+
+
+def _unknown(name: str) -> InputError:
+    """The error that no option is called so, or that only options of single verbs are."""
+    keys = dict.fromkeys(key for path, option in _options() for key in configuration.keys_of(path, option))
+    verbs = sorted(key for key in keys if key.endswith(f".{name}"))
+    if verbs:
+        return InputError(f"{name} is not the same in every verb: set it for one, such as {verbs[0]}.")
+    return configuration.unknown_key("", name, [key for key in keys if ("." in key) == ("." in name)] or [*keys])
 
 
 def _file(project: bool) -> Path:
@@ -212,24 +220,27 @@ def _value(name: str, owners: Sequence[tuple[str, click.Option]], words: Sequenc
         No such value; the message says what it may be.
     """
     values = [_absolute(word, file) for word in words]
-    option = owners[0][1]
     single = [path for path, option in owners if not option.multiple]
     if len(values) > 1 and single:
         several = [f"{path}.{configuration.key_of(option)}" for path, option in owners if option.multiple]
         way_out = f"set it for one verb, such as {several[0]}" if several else "put quotes around words of one value"
         raise InputError(f"{name} takes one value in {single[0]}, not {len(values)}: {way_out}.")
-    typed = [_typed(option, value) for value in values]
+    typed = [_typed(owners[0][1], value) for value in values]
     value: Value = typed if len(typed) > 1 else typed[0]
-    for path, option in owners:
-        setting = Setting(f"{path}.{configuration.key_of(option)}", value, Layer("user", None))
-        context = click.Context(click.Command(path))
-        try:
-            option.process_value(context, [value] if option.multiple and not isinstance(value, list) else value)
-            configuration.check(str(option.name), setting)
-        except (click.BadParameter, InputError) as error:
-            said = error.message if isinstance(error, click.BadParameter) else str(error.__cause__ or error)
-            raise InputError(f"{name}: {said}") from error
+    for _, option in owners:
+        _check(name, option, value)
     return value
+
+
+def _check(name: str, option: click.Option, value: Value) -> None:
+    """Raise InputError where an option does not take a value."""
+    several = [value] if option.multiple and not isinstance(value, list) else value
+    try:
+        option.process_value(click.Context(click.Command(name)), several)
+        configuration.check(str(option.name), Setting(name, value, Layer("user")))
+    except (click.BadParameter, InputError) as error:
+        said = error.message if isinstance(error, click.BadParameter) else str(error.__cause__ or error)
+        raise InputError(f"{name}: {said}") from error
 
 
 def _typed(option: click.Option, word: str) -> str | int | float | bool:
@@ -256,11 +267,7 @@ def _problems() -> list[str]:
     notes, project = [], configuration.project_file()
     if project is not None and configuration.strangers(project):
         notes.append(f"{project} belongs to another user and is not read; --config {project} reads it all the same.")
-    verbs = configuration.all_verbs(_root())
-    known = {
-        key for path, verb in verbs.items() for each in configuration.options_of(verb)
-        for key in configuration.keys_of(path, each)
-    }  # fmt: skip
+    known = {key for path, option in _options() for key in configuration.keys_of(path, option)}
     variables = {configuration.variable(key) for key in known} | {"HANDOUT_CONFIG"}
     for layer in _layers():
         names = variables if layer.file is None else known
@@ -272,18 +279,17 @@ def _problems() -> list[str]:
 def _configured(every: bool) -> Iterator[_Row]:
     """What is set, by keys; what a nearer place hides is told beside it."""
     layers, told = _layers(), set()
-    for path, verb in sorted(configuration.all_verbs(_root()).items()):
-        for option in configuration.options_of(verb):
-            for key in configuration.keys_of(path, option)[::-1]:
-                places = [found for layer in layers if (found := layer.find([key]))]
-                if key not in told and places:
-                    told.add(key)
-                    hidden = [f"{found.layer.kind}: {found.text}" for found in places[1:]]
-                    row = _row(places[0])
-                    yield _Row(key, row.value, row.place + (f" (over {', '.join(hidden)})" if hidden else ""))
-                elif key not in told and every and key == configuration.keys_of(path, option)[-1]:
-                    told.add(key)
-                    yield _Row(key, _built_in(option), "built-in")
+    for path, option in _options():
+        own, *shared = configuration.keys_of(path, option)
+        for key in (each for each in (*shared, own) if each not in told):
+            places = [found for layer in layers if (found := layer.find([key]))]
+            if places:
+                hidden = [f"{found.layer.kind}: {found.text}" for found in places[1:]]
+                row = _row(places[0])
+                yield _Row(key, row.value, row.place + (f" (over {', '.join(hidden)})" if hidden else ""))
+            elif every and (key in shared or not shared):
+                yield _Row(key, _built_in(option), "built-in")
+            told.add(key)
 
 
 def _of_command(words: Sequence[str]) -> Iterator[_Row]:

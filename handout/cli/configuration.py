@@ -1,6 +1,6 @@
 """Defaults of options from the environment and from files: `HANDOUT_…`, the project's `handout.toml`, the user's.
 
-A key is what an option is called: ``hand`` for every verb in which it means the same (`options.Shared`), ``plot.port``
+A key is what an option is called: ``hand`` for every verb in which it means the same (`Shared`), ``plot.port``
 or ``hand.prompt.page`` for one verb.  Nearer places win, and in one place a verb's key wins over a bare one.
 click takes the values as its own defaults (`Context.default_map`), so every option checks them as if they were typed.
 """
@@ -12,7 +12,7 @@ import json
 import os
 import re
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeGuard
@@ -21,12 +21,54 @@ import click
 from click.core import ParameterSource
 
 from handout import atomic, shipped
-from handout.cli import options
 from handout.errors import InputError
 from handout.pipeline.names import CHECKS
 
 PROJECT = "handout.toml"
 Value = str | int | float | bool | list[str | int | float]
+Option = Callable[[Callable[..., object]], Callable[..., object]]
+Verb = Callable[..., object]
+SHARED: set[str] = set()  # what options are called that a bare key of the configuration sets
+
+
+class Shared(click.Option):
+    """An option that means the same in every verb that has it, so that one key of the configuration sets it for all.
+
+    unless : names of parameters; where one of them is given on the command line, what is configured is left aside.
+    """
+
+    unless: Sequence[str] = ()
+
+    def consume_value(self, ctx: click.Context, opts: Mapping[str, click.Parameter]) -> tuple[object, ParameterSource]:
+        """As click's; what is configured yields to what is asked for now, and to a plot that goes on as it began."""
+        value, source = super().consume_value(ctx, opts)
+        if source is not ParameterSource.DEFAULT_MAP:
+            return value, source
+        resumed = _typed(ctx, "resume") and ctx.params.get("text") == ()
+        if resumed or any(_typed(ctx, name) for name in self.unless):
+            assert ctx.default_map is not None
+            ctx.default_map.pop(str(self.name))
+            return super().consume_value(ctx, opts)
+        return value, source
+
+
+def _typed(context: click.Context, name: str) -> bool:
+    return context.get_parameter_source(name) is ParameterSource.COMMANDLINE
+
+
+def shared(*names: str, unless: Sequence[str] = (), **settings: object) -> Option:
+    """`click.option` of a `Shared` option."""
+    SHARED.add(names[0].removeprefix("--"))
+    option = click.option(*names, cls=Shared, **settings)
+
+    def decorate(verb: Verb) -> Verb:
+        result: Verb = option(verb)
+        vars(result)["__click_params__"][-1].unless = unless
+        return result
+
+    return decorate
+
+
 _META = "handout.configured"  # in `Context.meta`: (verb, parameter) → Setting
 
 
@@ -175,7 +217,7 @@ def options_of(command: click.Command) -> list[click.Option]:
 def keys_of(path: str, option: click.Option) -> list[str]:
     """The keys that an option of a verb listens to, the verb's own first."""
     key = key_of(option)
-    return [f"{path}.{key}", *([key] if isinstance(option, options.Shared) else [])]
+    return [f"{path}.{key}", *([key] if isinstance(option, Shared) else [])]
 
 
 def find(path: str, option: click.Option, places: Sequence[Layer]) -> Setting | None:
@@ -245,11 +287,11 @@ def _check_keys(layer: Layer, context: click.Context, command: click.Command, na
     verbs = _leaves(command, name)
     for key in layer.values:
         path, _, last = key.rpartition(".")
-        if not path and last not in options.SHARED:
+        if not path and last not in SHARED:
             assert isinstance(context.command, click.Group)
             all_verbs(context.command)  # which makes the set whole
-        if not path and last not in options.SHARED:
-            raise unknown_key(f"{layer.file}: ", key, sorted(options.SHARED))
+        if not path and last not in SHARED:
+            raise unknown_key(f"{layer.file}: ", key, sorted(SHARED))
         if path == name or path.startswith(f"{name}."):
             choices = [key_of(option) for option in options_of(verbs[path])] if path in verbs else []
             if last not in choices:
@@ -346,18 +388,7 @@ def changed(text: str, key: str, value: Value | None) -> str:
     lines = text.splitlines(keepends=True)
     if lines and not lines[-1].endswith("\n"):
         lines[-1] += "\n"
-    begin, end = _section(lines, table)
-    old = _statement(lines, begin, end, name)
-    new = [] if value is None else [f"{name} = {_toml(value)}\n"]
-    if old is not None:
-        lines[old] = new
-    elif begin is None and new:
-        head = table if re.fullmatch(r"[\w-]+", table) else json.dumps(table)
-        lines += [*(["\n"] if lines else []), f"[{head}]\n", *new]
-    elif new:
-        while end > (begin or 0) and not lines[end - 1].strip():
-            end -= 1
-        lines[end:end] = new + (["\n"] if end < len(lines) and lines[end].strip() else [])
+    _replace(lines, table, name, [] if value is None else [f"{name} = {_toml(value)}\n"])
     result = "".join(lines)
     wanted = {name: each for name, each in _flat(tomllib.loads(text), "") if name != key}
     try:
@@ -367,6 +398,21 @@ def changed(text: str, key: str, value: Value | None) -> str:
     if done != wanted | ({} if value is None else {key: value}):
         raise InputError(f"{key} stands in the file in a way that only an editor can change.")
     return result
+
+
+def _replace(lines: list[str], table: str, name: str, new: list[str]) -> None:
+    """Put new lines where a key of a table is set, or at the end of its table; without new lines take it out."""
+    begin, end = _section(lines, table)
+    old = _statement(lines, begin, end, name)
+    if old is not None:
+        lines[old] = new
+    elif begin is None and new:
+        head = table if re.fullmatch(r"[\w-]+", table) else json.dumps(table)
+        lines += [*(["\n"] if lines else []), f"[{head}]\n", *new]
+    elif new:
+        while end > (begin or 0) and not lines[end - 1].strip():
+            end -= 1
+        lines[end:end] = new + (["\n"] if end < len(lines) and lines[end].strip() else [])
 
 
 def _section(lines: Sequence[str], table: str) -> tuple[int | None, int]:

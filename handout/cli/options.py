@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import fields
 from functools import partial, wraps
 from pathlib import Path
@@ -11,6 +11,9 @@ import click
 from click.core import ParameterSource
 
 from handout import page_sizes
+from handout.cli import configuration
+from handout.cli.configuration import Option, Verb
+from handout.cli.configuration import shared as shared
 from handout.cli.console import Console
 from handout.pipeline.options import (
     ALIGNMENTS,
@@ -26,49 +29,6 @@ from handout.pipeline.options import (
     WritingOptions,
     slip_rate,
 )
-
-Option = Callable[[Callable[..., object]], Callable[..., object]]
-Verb = Callable[..., object]
-SHARED: set[str] = set()  # what options are called that a bare key of the configuration sets
-
-
-class Shared(click.Option):
-    """An option that means the same in every verb that has it, so that one key of the configuration sets it for all.
-
-    unless : names of parameters; where one of them is given on the command line, what is configured is left aside.
-    """
-
-    unless: Sequence[str] = ()
-
-    def consume_value(self, ctx: click.Context, opts: Mapping[str, click.Parameter]) -> tuple[object, ParameterSource]:
-        """As click's; what is configured yields to what is asked for now, and to a plot that goes on as it began."""
-        value, source = super().consume_value(ctx, opts)
-        if source is not ParameterSource.DEFAULT_MAP:
-            return value, source
-        resumed = _typed(ctx, "resume") and ctx.params.get("text") == ()
-        if resumed or any(_typed(ctx, name) for name in self.unless):
-            assert ctx.default_map is not None
-            ctx.default_map.pop(str(self.name))
-            return super().consume_value(ctx, opts)
-        return value, source
-
-
-def _typed(context: click.Context, name: str) -> bool:
-    return context.get_parameter_source(name) is ParameterSource.COMMANDLINE
-
-
-def shared(*names: str, unless: Sequence[str] = (), **settings: object) -> Option:
-    """`click.option` of a `Shared` option."""
-    SHARED.add(names[0].removeprefix("--"))
-    option = click.option(*names, cls=Shared, **settings)
-
-    def decorate(verb: Verb) -> Verb:
-        result: Verb = option(verb)
-        vars(result)["__click_params__"][-1].unless = unless
-        return result
-
-    return decorate
-
 
 SIDES = "e.g. 15mm, or 20mm,15mm (vertical, horizontal), or four from the top clockwise."
 
@@ -261,10 +221,8 @@ picture = bind("picture", PictureOptions, *_PICTURE)
 
 def _console(as_json: bool, quiet: bool) -> Console:
     """The terminal, which first says what the verb takes from a configuration."""
-    from handout.cli.configuration import sentences
-
     result = Console(as_json, quiet)
-    result.note(*sentences(click.get_current_context()))
+    result.note(*configuration.sentences(click.get_current_context()))
     return result
 
 

@@ -51,6 +51,11 @@ class _Mode:
         return self.ports[0] if self.ports else None
 
     @property
+    def plots_anyway(self) -> bool:
+        """Whether what is typed asks for a plot, whatever its text is."""
+        return self.file is not None or bool(self.dry_run) or "ports" in options.given()
+
+    @property
     def attendance(self) -> AttendanceOptions:
         return AttendanceOptions(self.at_zero, self.home_after, self.hold_limit, self.report)
 
@@ -155,7 +160,7 @@ def command(
         return None
     if mode.at_zero:
         raise InputError("--at-zero says where the pen of a plot stands that is resumed: give it with --resume.")
-    if text and text[0] in _JOB_WORDS and mode.file is None and not mode.dry_run and "ports" not in options.given():
+    if text and text[0] in _JOB_WORDS and not mode.plots_anyway:
         _manage(text[0], text[1:], console)
         return None
     if mode.port is None and not mode.dry_run:
