@@ -212,8 +212,8 @@ def _too_few(count: int, wanted: int, inside: bool) -> str:
     half = room // 4 * 2  # even numbers of both kinds
     ask = f"ask less (--singles {half} --pairs {half}) or give " if half else "give "
     return (
-        f"The scans hold about {count} snippets, {so}, and each person is to see {wanted}: {ask}more pages, best such as "
-        "the hand was not read from (--real)."
+        f"The scans hold about {count} snippets, {so}, and each person is to see {wanted}: {ask}more pages, best "
+        "such as the hand was not read from (--real)."
     )
 
 
