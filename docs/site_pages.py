@@ -47,10 +47,16 @@ def pages() -> dict[str, str]:
 
 def verbs() -> dict[str, click.Command]:
     """Every verb of `handout`, in the order of its help."""
+    context = program()
+    cli = context.command
+    assert isinstance(cli, click.Group)
+    return {name: verb for name in cli.list_commands(context) if (verb := cli.get_command(context, name)) is not None}
+
+
+def program() -> click.Context:
     from handout.cli import cli
 
-    context = click.Context(cli, info_name="handout")
-    return {name: verb for name in cli.list_commands(context) if (verb := cli.get_command(context, name)) is not None}
+    return click.Context(cli, info_name="handout")
 
 
 def leaves(name: str, verb: click.Command) -> Iterator[tuple[str, click.Command]]:
@@ -65,19 +71,17 @@ def leaves(name: str, verb: click.Command) -> Iterator[tuple[str, click.Command]
 
 
 def verbs_page() -> str:
-    lines = [
-        "# Every command",
-        "",
-        "Made from the program itself. `handout VERB --help` says the same in the terminal.",
-        "",
-    ]
+    top, lines = program(), ["# Every command", ""]
+    lines += ["Made from the program itself. `handout VERB --help` says the same in the terminal.", ""]
     for name, verb in verbs().items():
         said = (verb.get_short_help_str(200) if not verb.help else verb.help.partition("\n\n")[0]).replace("\n", " ")
-        below = [word for word, _ in leaves(name, verb)][1:]
+        below = [word for word, leaf in leaves(name, verb) if word != name and not isinstance(leaf, click.Group)]
         more = (
             ": " + ", ".join(f"[{word.partition(' ')[2]}]({name}.md#{anchor(word)})" for word in below) if below else ""
         )
         lines += [f"- [`handout {name}`]({name}.md){more}. {said}"]
+    lines += ["", "## Options of handout itself", "", "Before the verb, as in `handout --config none write …`:", ""]
+    lines += ["\n\n".join(parameter(given, top) for given in top.command.get_params(top))]
     lines += ["", "## Exit codes", "", "| code | meaning |", "|---|---|", "| 0 | done |", "| 2 | bad input |"]
     lines += ["| 3 | device fault |", "| 4 | some rows of a batch failed; they are named |"]
     lines += ["| 130, 143, 129 | ended by Ctrl-C, SIGTERM, SIGHUP: no half file, the pen lifted, the job kept |"]
@@ -94,14 +98,16 @@ def verb_page(name: str, verb: click.Command) -> str:
     shown = worked().get(name, "")
     parts += [f"## Worked example\n\n{shown}"] if shown else []
     for words, command in leaves(name, verb):
-        if words != name:
-            parts += [f"## handout {words} {{#{anchor(words)}}}", said(command.help or "")]
-        elif isinstance(command, click.Group):
+        if isinstance(command, click.Group):
             continue
-        else:
-            parts += ["## Arguments and options"]
         context = click.Context(command, info_name=f"handout {words}")
-        parts += ["    " + " ".join(command.get_usage(context).removeprefix("Usage: ").split())]
+        usage = "    " + " ".join(command.get_usage(context).removeprefix("Usage: ").split())
+        parts += (
+            ["## Arguments and options", usage]
+            if words == name
+            else [f"## handout {words} {{#{anchor(words)}}}", usage]
+        )
+        parts += [said(command.help or "")] if words != name else []
         parts += [parameter(p, context) for p in command.get_params(context)]
     parts += used(name)
     return "\n\n".join(parts) + "\n"
