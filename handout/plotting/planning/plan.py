@@ -11,9 +11,10 @@ import numpy as np
 
 from handout.plotting.bed import Placement
 from handout.plotting.planning.blocks import Block
+from handout.plotting.planning.hooking import NONE, Hooking
 from handout.plotting.planning.lookahead import Motion
 from handout.plotting.planning.segments import Trajectory
-from handout.plotting.planning.toolpath import TRAVEL, Toolpath
+from handout.plotting.planning.toolpath import TRAVEL, Span, Toolpath
 from handout.profiles import Plotter
 from handout.summary import one_line
 from handout.values import Array, Drawing, Stroke, readonly
@@ -29,6 +30,7 @@ class Request:
 
     drawing : its strokes in the order in which they are drawn; profile : the machine; speed, order : as asked for.
     placement : of the page on the bed; path : the strokes in machine coordinates, on the clock of the drawing.
+    whole : whether the page begins with the drawing, and ends with it; hooked : what is done besides.
     """
 
     drawing: Drawing
@@ -37,6 +39,8 @@ class Request:
     order: Order
     placement: Placement
     path: Trajectory
+    whole: tuple[bool, bool] = (True, True)
+    hooked: Hooking = NONE
 
     @property
     def factor(self) -> float:
@@ -48,7 +52,7 @@ class Request:
 class Plan:
     """What a machine will do to draw a drawing; previews, time estimates and drivers read the same object.
 
-    drawing, profile, speed, order, placement : as in the `Request`.
+    drawing, profile, speed, order, placement, whole : as in the `Request`.
     blocks : what the machine is told; begins : (blocks,) float, s, when it begins each.
     starts : (n + 1,) float, s, when each move of the toolpath begins, and when all is done.
     target_time : (n,) float, s, what drawn moves take in the drawing (at the best, if it has no time); else 0.
@@ -65,6 +69,7 @@ class Plan:
     blocks: tuple[Block, ...]
     begins: Array
     target_time: Array
+    whole: tuple[bool, bool]
 
     __repr__ = one_line
 
@@ -81,12 +86,55 @@ class Plan:
         """The plan of a request; the other fields as above."""
         asked = request.drawing, request.profile, request.speed, request.order, request.placement
         begins = toolpath.block_starts(starts, motion)
-        return cls(*asked, toolpath, motion, starts, blocks, begins, readonly(target_time, None))
+        return cls(*asked, toolpath, motion, starts, blocks, begins, readonly(target_time, None), request.whole)
 
     @property
     def duration(self) -> float:
         """Announced time, s: from the first move to standing at zero again, all travel and lifting included."""
         return float(self.starts[-1])
+
+    @property
+    def dips(self) -> int:
+        """How often the pen is dipped."""
+        return sum(span.name == "dip" for span in self.toolpath.hooks)
+
+    @cached_property
+    def hooked(self) -> float:
+        """Of the announced time what hooks take, s, with the ways to and from them."""
+        begins = np.append(self.begins, self.duration)
+        return float(sum(begins[span.stop] - begins[span.first] for span in self.toolpath.hooks))
+
+    @property
+    def opened(self) -> int:
+        """How many blocks are done when what comes before the page is done."""
+        return next((span.stop for span in self.toolpath.hooks if span.name == "before_page"), 0)
+
+    def after_page(self) -> Plan | None:
+        """What is done after the page alone, begun at zero, with the drawing of its last stroke; None: nothing is."""
+        span = self.toolpath.hooks[-1] if self.toolpath.hooks else None
+        if span is None or span.name != "after_page":
+            return None
+        path, told = self.toolpath, self.toolpath.instructions[span.first :]
+        row = min(told[0][1], len(path.kind) - 1)
+        moves = slice(row, None)
+        toolpath = dataclasses.replace(
+            path,
+            points=path.points[moves],
+            kind=path.kind[moves],
+            stroke=path.stroke[moves],
+            requested_time=path.requested_time[moves],
+            stands=path.stands[moves],
+            pause=path.pause[moves],
+            first=path.first[:0],
+            instructions=tuple((block, at - row) for block, at in told),
+            hooks=(Span("after_page", 0, len(told)),),
+        )
+        motion = Motion(*(getattr(self.motion, field.name)[moves] for field in dataclasses.fields(Motion)))
+        blocks, starts = self.blocks[span.first :], self.starts[moves] - self.starts[row]
+        begins = toolpath.block_starts(starts, motion)
+        drawing = dataclasses.replace(self.drawing, strokes=self.drawing.strokes[-1:])
+        parts = {"toolpath": toolpath, "motion": motion, "starts": starts, "blocks": blocks, "begins": begins}
+        return dataclasses.replace(self, drawing=drawing, target_time=self.target_time[moves], **parts)
 
     @cached_property
     def stretched(self) -> float:

@@ -15,7 +15,7 @@ from handout.plotting import pen_lift
 from handout.plotting.dialect import Command
 from handout.plotting.dialects.ebb.firmware import HOME, Version
 from handout.plotting.dialects.ebb.stepping import Motors
-from handout.plotting.planning.blocks import Block, Move, Pause, Pen, Timed
+from handout.plotting.planning.blocks import Block, Lines, Move, Pause, Pen, Timed
 from handout.profiles import Pen as PenProfile
 from handout.profiles import Plotter
 
@@ -104,6 +104,11 @@ QUEUED = frozenset({"SM", "LM", "LT", "HM", "SP", "S2"})  # commands that wait f
 _LONGEST_WAY = 60.0  # s that a board may take to go back to its zero
 
 
+def is_own(data: bytes) -> bool:
+    """Whether a command is of the kind that programs here are made of: it waits for its turn, or may come at once."""
+    return data.split(b",")[0].strip().decode("ascii") in QUEUED | {"SC", "CS", "EM"}
+
+
 def seconds(data: bytes) -> float:
     """How long a command keeps the board, s; nothing for what it does at once."""
     name, *fields = data.decode("ascii").strip().split(",")
@@ -186,7 +191,7 @@ def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
     """
     for data in opening(profile):
         yield Command(data, 0)
-    down = False  # the opening has lifted it
+    down, lowest = False, profile.pen.down  # the opening has lifted it, and set that
     motors = Motors(profile)
     pin = _BRUSHLESS_PIN if profile.pen.servo == "brushless" else _SERVO_PIN
     index = 0
@@ -202,9 +207,17 @@ def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
             continue
         index += 1
         if isinstance(block, Pen):
+            lower = profile.pen.down if block.value is None else block.value
+            if block.down and lower != lowest:
+                lowest = lower
+                yield Command(command("SC", 5, round(lower)), index - 1)
             if block.down != down:
                 yield Command(pen(block.down, profile.pen), index)
             down = block.down
+        elif isinstance(block, Lines):
+            *first, last = (f"{line}\r".encode("ascii") for line in block.lines)
+            yield from (Command(data, index - 1) for data in first)
+            yield Command(last, index)
         elif isinstance(block, Pause):
             yield from (Command(data, index) for data in pause(block.seconds))
         elif isinstance(block, Move):
