@@ -5,12 +5,12 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from handout.plotting.bed import Placement
-from handout.plotting.planning.blocks import Block
+from handout.plotting.planning.blocks import Block, Pen
 from handout.plotting.planning.hooking import NONE, Hooking
 from handout.plotting.planning.lookahead import Motion
 from handout.plotting.planning.segments import Trajectory
@@ -103,6 +103,22 @@ class Plan:
         """Of the announced time what hooks take, s, with the ways to and from them."""
         begins = np.append(self.begins, self.duration)
         return float(sum(begins[span.stop] - begins[span.first] for span in self.toolpath.hooks))
+
+    def hook_ways(self) -> list[dict[str, Any]]:
+        """What is done besides drawing, for previews: name, the stroke that comes after it, places on the page, mm.
+
+        way : where the pen goes; down : where it is lowered.
+        """
+        ways, path = [], self.toolpath
+        xy = np.round(self._on_page(path.points), 3)
+        for name, first, stop in path.hooks:
+            told = path.instructions[first:stop]
+            rows = [row for block, row in told if block is None]
+            down = [xy[row].tolist() for block, row in told if isinstance(block, Pen) and block.down]
+            way = xy[rows[0] : rows[-1] + 2] if rows else xy[told[0][1] : told[0][1] + 1]
+            stroke = int(np.searchsorted(path.first, told[-1][1]))
+            ways.append({"name": name, "stroke": stroke, "way": _turns(way).tolist(), "down": down})
+        return ways
 
     @property
     def opened(self) -> int:
@@ -216,3 +232,14 @@ class Plan:
             t = np.append(0.0, np.cumsum(self.target_time[row : row + many]))
             strokes.append(Stroke(t, self._on_page(toolpath.points[row : row + many + 1]), word=stroke.word))
         return Drawing(tuple(strokes), self.drawing.page, self.drawing.about, timed=False)
+
+
+def _turns(way: Array) -> Array:
+    """(m, 2) the places of a way at which it turns, and both its ends."""
+    if len(way) < 3:
+        return way
+    step = np.diff(way, axis=0)
+    across = np.abs(step[:-1, 0] * step[1:, 1] - step[:-1, 1] * step[1:, 0])
+    long = np.hypot(*step[:-1].T) * np.hypot(*step[1:].T)
+    back = (step[:-1] * step[1:]).sum(axis=1) < 0
+    return way[np.concatenate([[True], (across > 1e-3 * long + 1e-9) | back, [True]])]

@@ -176,9 +176,10 @@ class _Stroke:
         return (PEN_DOWN if down else PEN_UP) * (1 if self.absolute else 2)
 
     def told(self, block: Lines) -> bytes:
-        """Instructions of the user's own, which may change velocity and place."""
-        self._unit, self._speed = None, ""
-        return "".join(f"{line.rstrip(';')};" for line in block.lines).encode("ascii")
+        """Instructions of the user's own, which may change velocity and place; and back to where it stood."""
+        self._speed = ""
+        there = [] if self._unit is None else ["PA{},{}".format(*self._unit)]
+        return "".join(f"{line.rstrip(';')};" for line in (*block.lines, *there)).encode("ascii")
 
     def change_speed(self, block: Move) -> list[bytes]:
         """The instruction for a velocity that differs from the last one told, if it does."""
