@@ -86,7 +86,7 @@ def _step(text: str, places: Mapping[str, str], what: str) -> Step:
     if word == "down":
         return Lower(units.length(rest, f"{what}, {text!r}") if rest else None)
     if word == "send":
-        return Send((line(rest, f"{what}, {text!r}"),))
+        return Send((line(rest, what),))
     if word == "up" and not rest:
         return Lift()
     raise InputError(f"{what}: {text!r} is none of: go X Y, go NAME, down, down VALUE, up, wait TIME, send LINE.")
@@ -101,7 +101,9 @@ def line(text: str, what: str) -> str:
         It is empty, too long, not ASCII, or has one of GRBL's real-time commands in it.
     """
     if not text.strip() or len(text) > _LONGEST or not text.isascii() or not text.isprintable() or set("?!~") & {*text}:
-        raise InputError(f"{what}: not a line of 1 to {_LONGEST} printable ASCII characters other than ? ! ~.")
+        raise InputError(
+            f"{what} has {text!r}, which is not a line of 1 to {_LONGEST} printable ASCII characters other than ? ! ~."
+        )
     return text
 
 

@@ -397,7 +397,7 @@ def _check_commands(pen: Pen, path: Path) -> None:
             raise ProfileError(f'{path}: pen.{name} and lift = "command" belong together.')
         for line in lines:
             try:
-                hooks.line(line, f"pen.{name}, {line!r}")
+                hooks.line(line, f"pen.{name}")
             except InputError as error:
                 raise ProfileError(f"{path}: {error}") from error
 

@@ -196,8 +196,9 @@ def bind_hooked(name: str, kind: Callable[..., object], *options: Option) -> Cal
     """As `bind`, with the options of hooks, which are a value of their own: the field `hooks` of the kind."""
 
     def whole(**values: object) -> object:
-        own: dict[str, str | None] = {field.name: values.pop(field.name) for field in fields(HookOptions)}
-        return kind(**values, hooks=HookOptions(**own))
+        hooks: Callable[..., HookOptions] = HookOptions
+        own = {field.name: values.pop(field.name) for field in fields(HookOptions)}
+        return kind(**values, hooks=hooks(**own))
 
     return bind(name, whole, *options, *_HOOKS)
 

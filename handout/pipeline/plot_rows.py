@@ -31,9 +31,9 @@ from handout.pipeline.plotting import (
     draw_job,
     is_simulated,
     job_options,
-    with_hooks,
     port_to,
     stretched,
+    with_hooks,
 )
 from handout.pipeline.printing import Printed, make_all
 from handout.pipeline.results import SILENT, Facts, Listener

@@ -211,22 +211,16 @@ def preview(
     paths = [Path(name) for name in outputs]
     check_outputs(paths)
     account = ReportFile(report)
-    profile, source = asked_machine(request.plotting, port), request.source
+    profile = asked_machine(request.plotting, port)
     letter = _letter(request)
     task = _task(request) if letter is None else letter.main
-    if letter is not None:
-        pages, drawings = draw_letter(letter, wanted=STROKES, tell=listener.progress)
-    elif source.drawing is None:
-        pages, drawings = draw_pages(source.text, task, wanted=STROKES, tell=listener.progress)
-    else:
-        pages, drawings = [_unwritten(source.drawing)], [source.drawing]
+    pages, drawings = _all_pages(request, letter or task, listener)
     if request.writing.fit:
         drawings = [fit_to_bed(drawing, profile) for drawing in drawings]
     drawings = [laid_out(drawing, profile, request.plotting.layers, request.plotting.order) for drawing in drawings]
     plans = [plan(drawing, profile, speed="fast" if task.fast else 1.0) for drawing in drawings]
     told = () if letter is None else letter.notes(apart=request.plotting.layers == "colour")
-    besides = dict.fromkeys(sentence for drawing in drawings for sentence in said(drawing, profile))
-    notes = (*told, *_notes(task, profile), *style_notes(task, drawings), *besides)
+    notes = (*told, *_notes(task, profile), *style_notes(task, drawings), *said(drawings, profile))
     listener.note(*notes)
     look = dataclasses.replace(task.look, show_travel=show_travel)
     files = write_drawings([with_hooks(planned) for planned in plans], paths, look)
@@ -235,6 +229,17 @@ def preview(
     planned_s, hooks_s = (sum(planned.duration for planned in plans), sum(planned.hooked for planned in plans))
     facts = result.facts(), result.files, planned_s, stretched(plans), result.tally, task.seed
     return Previewed(*facts, sum(planned.dips for planned in plans), hooks_s, notes=notes)
+
+
+def _all_pages(
+    request: PlotRequest, task: WritingTask | LetterTask, listener: Listener
+) -> tuple[Sequence[Manuscript], Sequence[Drawing]]:
+    """What a request writes, or the drawing that it has."""
+    if isinstance(task, LetterTask):
+        return draw_letter(task, wanted=STROKES, tell=listener.progress)
+    if request.source.drawing is None:
+        return draw_pages(request.source.text, task, wanted=STROKES, tell=listener.progress)
+    return [_unwritten(request.source.drawing)], [request.source.drawing]
 
 
 def with_hooks(planned: Plan) -> Drawing:

@@ -39,13 +39,14 @@ class Programs:
         fast: bool = False,
         fit: bool = False,
         order: Literal["writing", "travel"] = "writing",
-        hooks: HookOptions = HookOptions(),
+        hooks: HookOptions | None = None,
     ) -> None:
         self.sinks: dict[str, Callable[[Drawing], bytes]] = {suffix: self._sink(suffix) for suffix in SUFFIXES}
         self.seconds: dict[str, float] = {}
         self._fast, self._fit, self._order = fast, fit, order
         wanted = {path.suffix.lower(): path for path in paths if path.suffix.lower() in SUFFIXES}
-        self._plotters = {suffix: hooked(_plotter(device, path), hooks) for suffix, path in wanted.items()}
+        own = hooks or HookOptions()
+        self._plotters = {suffix: hooked(_plotter(device, path), own) for suffix, path in wanted.items()}
         self.dips: dict[str, int] = {}
         self.hooks_s: dict[str, float] = {}
 

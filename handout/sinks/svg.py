@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Iterator
-from itertools import pairwise, zip_longest
+from itertools import pairwise
 
 import numpy as np
 
@@ -237,9 +237,11 @@ def _travel(drawing: Drawing, shown: bool) -> list[str]:
     hidden = "" if shown else ' display="none"'
     look = f'stroke="{paths.TRAVEL_COLOUR}" stroke-width="{_mm(paths.TRAVEL_WIDTH)}"'
     group = f'<g id="travel" class="travel"{hidden} fill="none" {look}>'
+    ways = paths.travel_moves(drawing)
     times = [f' data-t0="{_mm(float(a.t[-1]))}" data-t1="{_mm(float(b.t[0]))}"' for a, b in pairwise(drawing.strokes)]
-    moves = zip_longest(paths.travel_moves(drawing), times, fillvalue="")
-    return [group, *(_move(way, when) for way, when in moves), *_dips(drawing), "</g>"]
+    times += [""] * (len(ways) - len(times))
+    moves = [_move(way, when) for way, when in zip(ways, times, strict=True)]
+    return [group, *moves, *_dips(drawing), "</g>"]
 
 
 def _move(way: Array, when: str) -> str:

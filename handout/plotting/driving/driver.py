@@ -196,7 +196,7 @@ def _warn_of_the_sheet(plan: Plan, monitor: Monitor) -> None:
         monitor.log("The page is turned to fit the bed: its top edge lies to the left.")
     if (warning := bed.beyond_paper(plan.drawing)) is not None:
         monitor.log(warning)
-    for sentence in hooking.said(plan.drawing, plan.profile):
+    for sentence in hooking.said([plan.drawing], plan.profile):
         monitor.log(sentence)
 
 

@@ -4,7 +4,7 @@ A file of short lines, only ever added to, each with a check sum of its own (CRC
 
     5d3ae2f1 run 2026-03-01T09:30:00            a program took the job up
     1c0f55b0 part 0                             the person has done what was asked; the part begins
-    88f1c2aa opened                             what comes before the page is done (hooks of the machine)
+    ad56275b opened                             what comes before the page is done (hooks of the machine)
     90a1be17 drawn 0 17 12.345                  of part 0 certainly all before stroke 17 is drawn, and of that one what
                                                 lies before 12.345 s of the drawing's clock
     4e6f3d10 drawn 0 17 14.101 unproven         the same, but whether all came over right since the last such line

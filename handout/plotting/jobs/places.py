@@ -190,7 +190,7 @@ def _travels(
     place: Place, begin: Array, end: Array, detours: Sequence[Array]
 ) -> Iterator[tuple[Place, Array, Array, float]]:
     """The ways of the lifted pen from one place to another: straight, or by a detour."""
-    for detour in ((), *detours):
+    for detour in (np.zeros((0, 2)), *detours):
         for a, b in itertools.pairwise([begin, *detour, end]):
             yield place, a, b, np.inf
 

@@ -45,7 +45,7 @@ class Pause(NamedTuple):
 
 
 class Lines(NamedTuple):
-    """Lines of the user's own, in the machine's words, begun when it stands; what they may have changed is forgotten."""
+    """Lines of the user's own, begun when the machine stands; what they may have changed is told anew."""
 
     lines: tuple[str, ...]
 

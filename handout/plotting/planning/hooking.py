@@ -27,7 +27,7 @@ from handout.values import Array, Drawing, Stroke
 
 # what a dip costs, each more than all that there can be of the next on a page of thousands of strokes
 _WITHIN_STROKE, _WITHIN_WORD, _DIP, _UNEVEN = 1e9, 1e5, 1.0, 1e-5
-_ROOM = 6.0  # mm, a letter or two: in less there need not be a slow place to part a stroke at; set by eye
+_ROOM = 4.0  # mm, about a letter, within which a place is looked for to part a stroke at; set by eye
 _NAMED = 12  # words that are named
 _TOUCH = 1e-6  # mm between the parts of a stroke
 _POT = 1.0  # mm around the ways of a pen in its pot: steps, and a place that is not quite where it should be
@@ -120,56 +120,56 @@ def parted(drawing: Drawing, every: float) -> Drawing:
     return dataclasses.replace(drawing, strokes=strokes)
 
 
-def said(drawing: Drawing, profile: Plotter) -> list[str]:
-    """What is to be said of the hooks on a drawing of `parted` strokes, in sentences."""
-    sentences, every = [], float(profile.hooks.dip_every)
+def said(drawings: Sequence[Drawing], profile: Plotter) -> list[str]:
+    """What is to be said of the hooks on pages of `parted` strokes, in sentences."""
+    sentences = [sentence for drawing in drawings for sentence in _said(drawing, profile)]
+    return list(dict.fromkeys(sentences))
+
+
+def _said(drawing: Drawing, profile: Plotter) -> Iterator[str]:
+    every = float(profile.hooks.dip_every)
     within = [at for at in sorted(dips(drawing.strokes, every)) if is_join(drawing.strokes, at)] if every else []
     if within:
         words = drawing.about.get("words") or []
         named = dict.fromkeys(str(words[word]) for at in within if 0 <= (word := drawing.strokes[at].word) < len(words))
         where = f", in: {', '.join([*named][:_NAMED])}" if named else ""
-        sentences.append(
+        yield (
             f"{'A stroke is' if len(within) == 1 else 'Some strokes are'} longer than the {every:g} mm between two "
             f"dips: the pen is lifted within, where it is slowest, {units.count(len(within), 'time')}{where}."
         )
     size = np.array([drawing.page.width, drawing.page.height])
     placed = bed.place(drawing.page, profile)
     for name in HOOKS:
-        for place in hooks.goes(profile.hooks.steps(name)):
-            if ((0 < (at := placed.to_page(np.array([place]))[0])) & (at < size)).all():
-                sentences.append(f"hooks.{name} goes to {place[0]:g}, {place[1]:g} mm, which lies on the sheet.")
-    return list(dict.fromkeys(sentences))
+        places = np.array(hooks.goes(profile.hooks.steps(name))).reshape(-1, 2)
+        at = placed.to_page(places)
+        for x, y in places[((at > 0) & (at < size)).all(axis=1)]:
+            yield f"hooks.{name} goes to {x:g}, {y:g} mm, which lies on the sheet."
 
 
 def _pieces(stroke: Stroke, every: float) -> Iterator[Stroke]:
-    """The stroke in parts of at most `every` mm, few and joined where it is slowest.
-
-    The sizes of the parts leave no two that could be one, unless there is hardly a choice of places then.
-    """
+    """The stroke in parts of at most `every` mm, about equal, each but the first begun where it is slowest nearby."""
     length = stroke.length
     if length <= every + _TOUCH:
         yield stroke
         return
     along = np.append(0.0, np.cumsum(np.hypot(*np.diff(stroke.xy, axis=0).T)))
-    many = math.ceil(length / every - 1e-9)
-    many += many * every - length < _ROOM
-    at, begin = 0.0, float(stroke.t[0])
-    for left in range(many - 1, 0, -1):
-        least, most = max(length - left * every, at + 0.5 * every), min(at + every, length - _TOUCH)
-        at, end = _slowest(stroke, along, min(least, most), most)
+    many = math.ceil(length / (every - min(_ROOM, 0.2 * every)))
+    reach = 0.5 * (every - length / many)  # two that are as far apart as can be leave no part too long
+    begin = float(stroke.t[0])
+    for number in range(1, many):
+        end = _slowest(stroke, along, number * length / many, reach)
         yield piece(stroke, begin, end)
         begin = end
     yield piece(stroke, begin, float(stroke.t[-1]))
 
 
-def _slowest(stroke: Stroke, along: Array, least: float, most: float) -> tuple[float, float]:
-    """The slowest place between two lengths of the path, mm, and its time, s; of equal ones the last."""
-    inside = np.flatnonzero((along >= least) & (along <= most))
+def _slowest(stroke: Stroke, along: Array, about: float, reach: float) -> float:
+    """When a stroke is slowest near a length of its path, s; of equally slow places the nearest."""
+    inside = np.flatnonzero(np.abs(along - about) <= reach)
     if not len(inside):
-        return most, float(np.interp(most, along, stroke.t))
-    slow = np.round(stroke.speed[inside], 3)
-    chosen = int(inside[len(inside) - 1 - int(np.argmin(slow[::-1]))])
-    return float(along[chosen]), float(stroke.t[chosen])
+        return float(np.interp(about, along, stroke.t))
+    best = np.lexsort((np.abs(along[inside] - about), np.round(stroke.speed[inside], 3)))[0]
+    return float(stroke.t[inside[best]])
 
 
 _CHANNELS = ("pressure", "tilt", "azimuth", "rotation", "width")
@@ -203,11 +203,7 @@ def detours(profile: Plotter) -> list[Array]:
 def without_pots(drawing: Drawing, profile: Plotter) -> Drawing:
     """What was executed, without what a pen did in its pot: strokes that stay near the ways of hooks."""
     to_page = bed.place(drawing.page, profile).to_page
-    ways = [
-        to_page(np.array(places))
-        for name in HOOKS
-        if (places := hooks.goes(profile.hooks.steps(name)))
-    ]
+    ways = [to_page(np.array(places)) for name in HOOKS if (places := hooks.goes(profile.hooks.steps(name)))]
     kept = tuple(stroke for stroke in drawing.strokes if not any(_is_near(stroke.xy, way) for way in ways))
     return dataclasses.replace(drawing, strokes=kept)
 

@@ -242,4 +242,4 @@ def _turns(way: Array) -> Array:
     across = np.abs(step[:-1, 0] * step[1:, 1] - step[:-1, 1] * step[1:, 0])
     long = np.hypot(*step[:-1].T) * np.hypot(*step[1:].T)
     back = (step[:-1] * step[1:]).sum(axis=1) < 0
-    return way[np.concatenate([[True], (across > 1e-3 * long + 1e-9) | back, [True]])]
+    return np.asarray(way[np.concatenate([[True], (across > 1e-3 * long + 1e-9) | back, [True]])])

@@ -170,13 +170,13 @@ class _Run:
     speed: Array
 
 
-def _travel(begin: Array, end: Array, profile: Plotter, speed: float) -> _Run:
+def _travel(begin: Array, end: Array, profile: Plotter, fastest: float) -> _Run:
     length = float(np.hypot(*(end - begin)))
     if length == 0.0:
         return _Run(np.zeros((0, 2)), np.zeros(0), np.zeros(1))
     machine, unit = motion_limits(profile), (end - begin) / length
     motor = machine.motor / float(np.abs(machine.mix @ unit).max())
-    most = min(speed, motor, (machine.acceleration * length) ** 0.5)
+    most = min(fastest, motor, (machine.acceleration * length) ** 0.5)
     up = max(int(np.ceil(most / machine.acceleration * _MS - 1e-6)), round(_SHORTEST * _MS))
     level = max(int(np.ceil(length / most * _MS - up - 1e-6)), 0)
     level = max(level, round(_SHORTEST * _MS)) if level else 0
@@ -196,9 +196,9 @@ def _travel(begin: Array, end: Array, profile: Plotter, speed: float) -> _Run:
 
 def _motion(toolpath: Toolpath, profile: Plotter) -> tuple[Toolpath, Motion]:
     """The toolpath with its travels in slices, and how it runs: drawn slices at their mean speeds."""
-    speeds = {TRAVEL: float(profile.limits.travel_speed), WIPE: float(profile.limits.draw_speed)}
+    fastest = {TRAVEL: float(profile.limits.travel_speed), WIPE: float(profile.limits.draw_speed)}
     runs = {
-        row: _travel(toolpath.points[row, :2], toolpath.points[row + 1, :2], profile, speeds[int(toolpath.kind[row])])
+        row: _travel(toolpath.points[row, :2], toolpath.points[row + 1, :2], profile, fastest[int(toolpath.kind[row])])
         for row in np.flatnonzero(np.isin(toolpath.kind, FREE)).tolist()
     }
     toolpath = _sliced(toolpath, runs)

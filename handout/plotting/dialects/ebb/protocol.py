@@ -191,7 +191,7 @@ def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
     """
     for data in opening(profile):
         yield Command(data, 0)
-    down, lowest = False, profile.pen.down  # the opening has lifted it, and set that
+    lift = _Lift(profile.pen)
     motors = Motors(profile)
     pin = _BRUSHLESS_PIN if profile.pen.servo == "brushless" else _SERVO_PIN
     index = 0
@@ -207,21 +207,36 @@ def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
             continue
         index += 1
         if isinstance(block, Pen):
-            lower = profile.pen.down if block.value is None else block.value
-            if block.down and lower != lowest:
-                lowest = lower
-                yield Command(command("SC", 5, round(lower)), index - 1)
-            if block.down != down:
-                yield Command(pen(block.down, profile.pen), index)
-            down = block.down
+            yield from _ending(lift.move(block), index)
         elif isinstance(block, Lines):
-            *first, last = (f"{line}\r".encode("ascii") for line in block.lines)
-            yield from (Command(data, index - 1) for data in first)
-            yield Command(last, index)
+            yield from _ending([f"{line}\r".encode("ascii") for line in block.lines], index)
         elif isinstance(block, Pause):
             yield from (Command(data, index) for data in pause(block.seconds))
         elif isinstance(block, Move):
             raise InputError("This plan was made for another machine: plan the drawing for the EBB that will draw it.")
+
+
+class _Lift:
+    """The pen as it was told last: the opening has lifted it, and set how low it goes."""
+
+    def __init__(self, profile: PenProfile) -> None:
+        self.profile, self.down, self.low = profile, False, profile.down
+
+    def move(self, block: Pen) -> list[bytes]:
+        """Commands that lift or lower it, to a value of a hook's too; none if it is there."""
+        told, low = [], self.profile.down if block.value is None else block.value
+        if block.down and low != self.low:
+            self.low = low
+            told.append(command("SC", 5, round(low)))
+        if block.down != self.down:
+            told.append(pen(block.down, self.profile))
+        self.down = block.down
+        return told
+
+
+def _ending(told: Sequence[bytes], done: int) -> Iterator[Command]:
+    """The commands of a block, after the last of which so many blocks are done."""
+    yield from (Command(data, done if data is told[-1] else done - 1) for data in told)
 
 
 def _run(blocks: Sequence[Block], first: int) -> list[Timed]:
