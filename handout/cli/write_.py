@@ -16,7 +16,7 @@ from handout.pipeline.options import PictureOptions, SheetOptions, WritingOption
 @click.option(
     "--output", "-o", multiple=True, required=True, help=".svg .png .pdf .inkml .json .gcode .hpgl …; may be repeated."
 )
-@click.option("--device", help="The plotter that a .gcode, .hpgl or .ebb file is for; default: a common one.")
+@options.shared("--device", help="The plotter that a .gcode, .hpgl or .ebb file is for; default: a common one.")
 @options.sheet("A4")
 @options.writing
 @options.picture
