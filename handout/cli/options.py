@@ -15,6 +15,7 @@ from handout.cli.console import Console
 from handout.pipeline.options import (
     ALIGNMENTS,
     ENGINES,
+    LAYERS,
     PENS,
     POSE_METHODS,
     MergeOptions,
@@ -147,6 +148,13 @@ _PICTURE = (
         "all.",
     ),
     click.option("--transparent", is_flag=True, help="PNG files without any paper."),
+    click.option(
+        "--layer-by",
+        type=click.Choice(LAYERS),
+        default=LAYERS[0],
+        show_default=True,
+        help="What each layer of SVG and DXF files is.",
+    ),
 )
 
 
