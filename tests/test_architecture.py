@@ -56,6 +56,7 @@ MAY = {
     "score": {"scanning"},
     "prompting": {"hand"},
     "pdf_forms": {"hand", "writing"},
+    "study": {"hand", "prompting"},
     "tagging": {"hand", "writing", "motion", "inking", "scanning", "prompting"},
     "pipeline": {
         "completion",
@@ -73,6 +74,7 @@ MAY = {
         "prompting",
         "reading",
         "scanning",
+        "study",
         "tagging",
         "colour",
         "calibrating",

@@ -23,7 +23,7 @@ from handout.pipeline.programs import SUFFIXES
 @options.bind(
     "export",
     ExportOptions,
-    click.option("--device", help="The plotter it is for; default: a common one that reads such files."),
+    options.shared("--device", help="The plotter it is for; default: a common one that reads such files."),
     click.option(
         "--order", type=click.Choice(["writing", "travel"]), default="writing", show_default=True, help="Of words."
     ),

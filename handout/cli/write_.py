@@ -20,7 +20,7 @@ from handout.pipeline.options import PictureOptions, SheetOptions, WritingOption
     required=True,
     help=".svg .png .pdf .eps .dxf .inkml .json .gcode …; repeatable.",
 )
-@click.option("--device", help="The plotter that a .gcode, .hpgl or .ebb file is for; default: a common one.")
+@options.shared("--device", help="The plotter that a .gcode, .hpgl or .ebb file is for; default: a common one.")
 @options.sheet("A4")
 @options.writing
 @options.picture
