@@ -284,13 +284,24 @@ def _travel(drawing: Drawing, shown: bool) -> list[str]:
     look = f'stroke="{paths.TRAVEL_COLOUR}" stroke-width="{_mm(paths.TRAVEL_WIDTH)}"'
     # AxiDraw's programs never plot a layer whose name begins so
     group = f'<g id="travel" class="travel"{hidden} {_layer("% travel of the lifted pen")} fill="none" {look}>'
-    return [group, *(_move(a, b) for a, b in pairwise(drawing.strokes)), "</g>"]
+    ways = paths.travel_moves(drawing)
+    times = [f' data-t0="{_mm(float(a.t[-1]))}" data-t1="{_mm(float(b.t[0]))}"' for a, b in pairwise(drawing.strokes)]
+    times += [""] * (len(ways) - len(times))
+    moves = [_move(way, when) for way, when in zip(ways, times, strict=True)]
+    return [group, *moves, *_dips(drawing), "</g>"]
 
 
-def _move(a: Stroke, b: Stroke) -> str:
-    line = np.rint(np.concatenate([a.xy[-1], b.xy[0]]) * 1000).astype(np.int64).tolist()
-    times = f'data-t0="{_mm(float(a.t[-1]))}" data-t1="{_mm(float(b.t[0]))}"'
-    return f'<path {times} d="M{paths.joined(line[:2])}L{paths.joined(line[2:])}"/>'
+def _move(way: Array, when: str) -> str:
+    line = np.rint(way * 1000).astype(np.int64)
+    return f'<path{when} d="M{paths.joined(line[0].tolist())}L{paths.joined(line[1:].ravel().tolist())}"/>'
+
+
+def _dips(drawing: Drawing) -> Iterator[str]:
+    """A ring where the pen begins to write after it was dipped, and where it was."""
+    dips = [way for way in paths.hook_ways(drawing) if way["name"] == "dip"]
+    for number, way in enumerate(dips, 1):
+        for x, y in (way["way"][-1], *way["down"]):
+            yield f'<circle class="dip" cx="{_mm(x)}" cy="{_mm(y)}" r="1"><title>dip {number}</title></circle>'
 
 
 def _mm(value: float) -> str:
