@@ -32,9 +32,10 @@ _VERBS = {
     "devices": "List, show and check machines.",
     "studio": "Open a page in the browser: write, make hands, correct their letters.",
     "score": "Measure how far page images look written by a person.",
+    "doctor": "Look at what the program needs of this computer, and say what to do about what is missing.",
     "config": "Keep defaults of options for all verbs, and say where each comes from.",
 }
-_WITHOUT_DEFAULTS = {"config"}  # verbs that work whatever a configuration says
+_WITHOUT_DEFAULTS = {"config", "doctor"}  # verbs that work whatever a configuration says
 _HELP = {"-h", "--help"}
 
 
@@ -114,6 +115,11 @@ def _run(args: list[str] | None) -> int:
         with contextlib.suppress(OSError):  # the terminal may be gone
             click.echo(message, err=True)
         return code
+    except ImportError as error:
+        if error.name is None or error.name.partition(".")[0] == "handout":
+            raise
+        click.echo(f"handout: A package cannot be loaded ({error}): `handout doctor` says what to do.", err=True)
+        return 2
     except HandoutError as error:
         click.echo(f"handout: {error}", err=True)
         return error.exit_code
