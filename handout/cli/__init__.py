@@ -31,6 +31,7 @@ _VERBS = {
     "asemic": "Invent letters that mean nothing, and write them as a tag.",
     "devices": "List, show and check machines.",
     "studio": "Open a page in the browser: write, make hands, correct their letters.",
+    "study": "Make, read and score a study: can people tell made writing from real?",
     "score": "Measure how far page images look written by a person.",
     "doctor": "Look at what the program needs of this computer, and say what to do about what is missing.",
     "config": "Keep defaults of options for all verbs, and say where each comes from.",
