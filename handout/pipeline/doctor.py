@@ -59,6 +59,7 @@ _NO_ROUTE = (("192.0.2.1", socket.AF_INET), ("2001:db8::1", socket.AF_INET6))  #
 _BRAILLE = re.compile(r"^(?!\s*#).*(1a86.{0,40}7523|10c4.{0,40}ea60|0403.{0,40}6001)", re.I | re.M)
 
 
+_FOLDERS = ("devices", "styles", "poses", "brushes", "calibration")  # of data beside the code
 # what sets a folder of `folders` elsewhere, where that is not the same on all systems
 _VARIABLES = {"settings": "XDG_CONFIG_HOME", "jobs": "XDG_STATE_HOME", "calibrations": "XDG_DATA_HOME"}
 
@@ -211,20 +212,9 @@ def _pip() -> str:
 
 def shipped_files() -> Iterator[Finding]:
     """The files of the program against what its installer noted, or in a checkout that they are there."""
-    try:
-        files = metadata.files(_DISTRIBUTION) or []
-    except metadata.PackageNotFoundError:
-        files = []
-    hashes = {Path(str(file.locate())).resolve(): file.hash for file in files if file.hash is not None}
-    noted = {path: known.value for path, known in hashes.items() if path.is_relative_to(_PACKAGE)}
+    noted = _noted()
     if not noted:
-        from handout import shipped
-
-        folders = ("devices", "styles", "poses", "brushes", "calibration")
-        lost = [name for name in folders if not any(shipped.folder(name).glob("*"))]
-        state: State = "broken" if lost else "fine"
-        words = f"run from {_PACKAGE.parent}" + (f", where {', '.join(lost)} is empty" if lost else ", whole")
-        yield Finding("Files", "shipped", state, words, "check it out again" if lost else "")
+        yield _checkout()
         return
     wrong = [path.name for path, known in noted.items() if _hash(path) != known]
     again = f'{_pip()} install --force-reinstall --no-deps "{_DISTRIBUTION}"'
@@ -233,6 +223,24 @@ def shipped_files() -> Iterator[Finding]:
         yield Finding("Files", "shipped", "broken", words, again)
     else:
         yield Finding("Files", "shipped", "fine", f"{len(noted)} files in {_PACKAGE}, as they were installed")
+
+
+def _noted() -> dict[Path, str]:
+    """File → hash of what the installer noted of this program; nothing in a checkout."""
+    try:
+        files = metadata.files(_DISTRIBUTION) or []
+    except metadata.PackageNotFoundError:
+        return {}
+    hashes = {Path(str(file.locate())).resolve(): file.hash for file in files if file.hash is not None}
+    return {path: known.value for path, known in hashes.items() if path.is_relative_to(_PACKAGE)}
+
+
+def _checkout() -> Finding:
+    from handout import shipped
+
+    lost = [name for name in _FOLDERS if not any(shipped.folder(name).glob("*"))]
+    words = f"run from {_PACKAGE.parent}" + (f", where {', '.join(lost)} is empty" if lost else ", whole")
+    return Finding("Files", "shipped", "broken" if lost else "fine", words, "check it out again" if lost else "")
 
 
 def _hash(path: Path) -> str:
