@@ -182,18 +182,21 @@ def _box(root: Element, name: str) -> list[Point]:
 def _points(root: Element, element: Element) -> list[Point]:
     """Points about an element, in its own units; curves lie within their control points."""
     kind = element.tag[len(_SVG) :] if isinstance(element.tag, str) and element.tag.startswith(_SVG) else ""
+    if kind in ("g", "a"):
+        return [_at(_transform(child), point) for child in element for point in _points(root, child)]
+    if kind != "use":
+        return _shape(kind, element)
+    target = _named(root, (element.get("href") or element.get(f"{_XLINK}href") or "")[1:])
+    if target is None or target.tag in (element.tag, f"{_SVG}g"):  # what a group uses might be the group itself
+        return []
+    moved = _after(_moved(_length(element.get("x")), _length(element.get("y"))), _transform(target))
+    return [_at(moved, point) for point in _points(root, target)]
 
+
+def _shape(kind: str, element: Element) -> list[Point]:
     def side(name: str) -> float:
         return _length(element.get(name))
 
-    if kind in ("g", "a"):
-        return [_at(_transform(child), point) for child in element for point in _points(root, child)]
-    if kind == "use":
-        target = _named(root, (element.get("href") or element.get(f"{_XLINK}href") or "")[1:])
-        if target is None or target.tag == element.tag:
-            return []
-        moved = _after(_moved(side("x"), side("y")), _transform(target))
-        return [_at(moved, point) for point in _points(root, target)]
     if kind in _BOXES:
         return _corners(side("x"), side("y"), side("width"), side("height"))
     if kind in ("circle", "ellipse"):
