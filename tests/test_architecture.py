@@ -90,6 +90,7 @@ MAY = {
         "plotting",
         "printing",
         "scanning",
+        "study",
         "tagging",
         "writing",
     },
