@@ -18,6 +18,7 @@ GROUND = {
     "alphabet",
     "branching",
     "chains",
+    "hooks",
     "hues",
     "peaks",
     "page_sizes",

@@ -18,6 +18,7 @@ from handout.cli.console import Console
 from handout.pipeline.options import (
     ALIGNMENTS,
     ENGINES,
+    LAYERS,
     PENS,
     POSE_METHODS,
     MergeOptions,
@@ -29,6 +30,7 @@ from handout.pipeline.options import (
     WritingOptions,
     slip_rate,
 )
+from handout.pipeline.plot_request import HookOptions
 
 SIDES = "e.g. 15mm, or 20mm,15mm (vertical, horizontal), or four from the top clockwise."
 
@@ -125,6 +127,17 @@ def batch(**values: object) -> tuple[TableOptions, MergeOptions]:
     return kinds[0](**own), kinds[1](**values)
 
 
+_STEPS = "go X Y; go NAME; down [VALUE]; up; wait TIME; send LINE"
+_HOOKS = (
+    click.option("--dip", metavar="STEPS", help=f"Ink for the pen, before it writes and on the way: {_STEPS}."),
+    click.option("--dip-every", metavar="LENGTH", help="Ink between two dips at most, e.g. 150mm."),
+    click.option("--before-page", metavar="STEPS", help="What the machine does before every page, in such steps."),
+    click.option("--after-page", metavar="STEPS", help="And after it."),
+    click.option("--before-stroke", metavar="STEPS", help="Before every stroke, with the pen lifted."),
+    click.option("--after-stroke", metavar="STEPS", help="And after it."),
+)
+
+
 _PICTURE = (
     shared("--dpi", type=click.FloatRange(36, 2400), default=300.0, show_default=True, help="Of PNG files."),
     shared(
@@ -145,6 +158,13 @@ _PICTURE = (
         "all.",
     ),
     shared("--transparent", is_flag=True, unless=("paper",), help="PNG files without any paper."),
+    shared(
+        "--layer-by",
+        type=click.Choice(LAYERS),
+        default=LAYERS[0],
+        show_default=True,
+        help="What each layer of SVG and DXF files is.",
+    ),
 )
 
 
@@ -174,6 +194,17 @@ def bind(name: str, kind: Callable[..., object], *options: Option) -> Callable[[
         return result
 
     return decorate
+
+
+def bind_hooked(name: str, kind: Callable[..., object], *options: Option) -> Callable[[Verb], Verb]:
+    """As `bind`, with the options of hooks, which are a value of their own: the field `hooks` of the kind."""
+
+    def whole(**values: object) -> object:
+        hooks: Callable[..., HookOptions] = HookOptions
+        own = {field.name: values.pop(field.name) for field in fields(HookOptions)}
+        return kind(**values, hooks=hooks(**own))
+
+    return bind(name, whole, *options, *_HOOKS)
 
 
 def port(*names: str, multiple: bool = False) -> Option:

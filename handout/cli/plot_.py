@@ -89,7 +89,7 @@ class _Mode:
     ),
     click.option("--yes", "-y", is_flag=True, help="Do not stop between sheets and pens."),
 )
-@options.bind(
+@options.bind_hooked(
     "plotting",
     PlotOptions,
     options.shared("--device", help="The plotter's profile; see: handout devices list."),
@@ -251,7 +251,8 @@ def _preview(request: PlotRequest, mode: _Mode, console: Console) -> None:
         )
     console.report(
         result,
-        f"Wrote {sentences.names(result.files)}; plotting would take {units.duration(result.planned_s)}; seed "
+        f"Wrote {sentences.names(result.files)}; plotting would take {units.duration(result.planned_s)}"
+        f"{sentences.hooked(result.dips, result.hooks_s)}; seed "
         f"{result.seed}.{sentences.lent(result.tally)}{sentences.doubted(result.tally)}{sentences.slipped(result.tally)}",
     )
 
