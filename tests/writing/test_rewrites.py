@@ -1,5 +1,7 @@
 """Words that are written again while all others of their text stay as they are."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -52,3 +54,31 @@ def test_a_job_keeps_what_was_written_again():
     writing = WritingOptions(seed=4, rewritten=((3, 1),))
     kept = inputs(TEXT, prepare(writing), writing, SheetOptions(), "A4")
     assert kept["options"]["rewritten"] == ((3, 1),)
+
+
+@pytest.mark.parametrize("scanned", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_what_is_added_or_changed_leaves_all_else_as_it_was(request, scanned):
+    """What a page shows while its text is typed: only the lines that changed are others."""
+    hand = request.getfixturevalue("small_hand") if scanned else "house-joined"
+
+    def lines(text):
+        (sheet,) = set_pages(text, prepare(WritingOptions(hand, 4), SheetOptions("120x90mm", "5mm")))[1]
+        return [
+            [p.ink.graph.xy if p.ink else np.concatenate(p.strokes) for p in line.placed]
+            for line in sheet.manuscript.lines
+        ]
+
+    def same(one, other):
+        return len(one) == len(other) and all(map(np.array_equal, one, other))
+
+    before, longer = lines(TEXT + "\nten hens in"), lines(TEXT + "\nten hens in an inn\nand on\nit\nsent")
+    assert [same(*pair) for pair in zip(before, longer, strict=False)] == [True, True, False]
+    near = partial(
+        np.allclose, rtol=0, atol=0.25 if scanned else 0
+    )  # scanned letters are raised with those behind them
+    assert all(map(near, before[2][:5], longer[2])), "nor are the first words of that line"
+    # a word that is another leaves those before it where they were, and all forms as they were
+    changed = lines(TEXT.replace("even", "open") + "\nten hens in")
+    assert same(before[0], changed[0]) and all(map(near, before[1][:4], changed[1]))
+    if not scanned:
+        assert [len(form) for form in before[2]] == [len(form) for form in changed[2]]
