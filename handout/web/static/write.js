@@ -7,7 +7,7 @@ import { marks, moved } from './marks.js';
 
 const KEPT = 'handout-draft';
 const FIRST = 'Dear Ada,\n\nthank you for the jam: it is nearly finished, and we all hope for more.\n\nYours, Zoë';
-const PAUSE = { quick: 120, long: 700 }; // ms after the last key
+const PAUSE = { least: 120, most: 700 }; // ms after the last key; between them half of what the page took last
 const SCREEN_DPI = 150;
 const INKS = { '': 'the pen’s own', '#20223a': 'black', '#24408e': 'blue', '#7c1f2b': 'red', '#1f5a3c': 'green' };
 const FORMATS = { pdf: 'PDF', svg: 'SVG', png: 'PNG', inkml: 'InkML', json: 'JSON', gcode: 'G-code', hpgl: 'HP-GL', ebb: 'EBB' };
@@ -149,7 +149,7 @@ export async function show(main, shared) {
   )));
 
   let mode = '', chosen = -1, rewritten = new Map(kept.rewritten || []), margin = kept.margin || null, text = made.text.value;
-  let page = 0, last = null, lines = null, coming = null, waiting = 0, stopped = null;
+  let page = 0, took = 0, last = null, lines = null, coming = null, waiting = 0, stopped = null;
 
   const quick = () => shared.choices.hands.find((hand) => hand.name === made.hand.value)?.drawn;
   const inked = () => !quick() || made.pen.value || made.paper.value !== 'none';
@@ -253,7 +253,7 @@ export async function show(main, shared) {
   async function drawn() {
     coming?.abort();
     stopped?.();
-    const own = coming = new AbortController();
+    const own = coming = new AbortController(), begun = performance.now();
     if (!made.text.value.trim()) {
       refusal.textContent = 'Nothing to write yet.';
       return;
@@ -270,6 +270,7 @@ export async function show(main, shared) {
         last = lines ? { ...done, facts: { ...done.facts, strokes: lines.facts.strokes, duration_s: lines.facts.duration_s } } : done;
         placed(await pictured(done, own.signal), last);
       }
+      took = performance.now() - begun;
     } catch (error) {
       if (error.name === 'AbortError') return;
       refusal.textContent = error.message;
@@ -281,7 +282,7 @@ export async function show(main, shared) {
   function soon() {
     keep();
     clearTimeout(waiting);
-    waiting = setTimeout(drawn, quick() ? PAUSE.quick : PAUSE.long);
+    waiting = setTimeout(drawn, Math.min(Math.max(took / 2, PAUSE.least), PAUSE.most));
   }
 
   async function watched() {
