@@ -77,8 +77,8 @@ async def approve(studio: Studio, request: Request, body: None) -> Response:
 async def make(studio: Studio, request: Request, body: MadeBatch) -> Response:
     """A batch is printed or plotted, or gone on with."""
     _idle(studio, name := _name(request))
-    call = Call("batch_desk.make_batch", (name, body.port, body.at_zero), listens=True, moves=True)
-    return await followed(request, await studio.attend(body.port, f"batch {name}", call))
+    call = Call("batch_desk.make_batch", (name, body.ports, body.at_zero), listens=True, moves=True)
+    return await followed(request, await studio.attend(body.ports, f"batch {name}", call))
 
 
 async def file(studio: Studio, request: Request, body: None) -> Response:

@@ -38,7 +38,7 @@ async def machines(studio: Studio, request: Request, body: None) -> Response:
 async def move(studio: Studio, request: Request, body: PenMove) -> Response:
     """The pen is moved by hand."""
     call = Call("plot_desk.move_pen", (body.port, body.device, body.move, body.x, body.y), listens=True, moves=True)
-    return await followed(request, await studio.attend(body.port, "moving the pen", call))
+    return await followed(request, await studio.attend((body.port,), "moving the pen", call))
 
 
 async def plots(studio: Studio, request: Request, body: None) -> Response:
@@ -71,7 +71,7 @@ async def draw(studio: Studio, request: Request, body: DrawnPlot) -> Response:
     if name in _drawn(studio):
         raise HTTPException(409, f"The plot {name} is being drawn.")
     call = Call("plot_desk.draw_plot", (name, body.port, body.at_zero, body.home_after), listens=True, moves=True)
-    return await followed(request, await studio.attend(body.port, f"plot {name}", call))
+    return await followed(request, await studio.attend((body.port,), f"plot {name}", call))
 
 
 async def forget(studio: Studio, request: Request, body: None) -> Response:

@@ -211,9 +211,7 @@ class SpacingModel:
     gaps: Gaps
     least: float
 
-    def between(
-        self, numbers: Indices, new_word: NDArray[np.bool_], chances: Chances, variation: float
-    ) -> Array:
+    def between(self, numbers: Indices, new_word: NDArray[np.bool_], chances: Chances, variation: float) -> Array:
         """(n − 1,): see `gaps`."""
         first, second = numbers[:-1], numbers[1:]
         kind = kinds(self.forms, first, second, new_word[1:])
@@ -423,9 +421,7 @@ class HeightModel:
     marks: NDArray[np.bool_]
     neighbours: Neighbours
 
-    def heights_of(
-        self, numbers: Indices, new_word: NDArray[np.bool_], chances: Chances, variation: float
-    ) -> Array:
+    def heights_of(self, numbers: Indices, new_word: NDArray[np.bool_], chances: Chances, variation: float) -> Array:
         """(n,): see `heights`."""
         joined = self._ligature_rises(numbers, new_word)
         free = self.marks[numbers].copy()

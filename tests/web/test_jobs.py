@@ -4,6 +4,8 @@ import json
 import re
 import time
 from pathlib import Path
+from queue import Queue
+from types import SimpleNamespace
 
 import pytest
 
@@ -117,19 +119,57 @@ def test_a_batch_is_proofed_approved_and_made_once(program):
     assert program.delete(one).status_code == 200 and program.get(one).status_code == 422
 
 
-def test_a_batch_for_a_plotter_stops_and_goes_on(program):
+def test_a_batch_is_shared_by_two_plotters_stops_and_goes_on(program):
     made = batch(program, to="plotter", device="plotter-simulated")
     one = f"/api/batches/{made['batch']}"
     program.post(f"{one}/proof")
     program.post(f"{one}/approval")
-    task = program.post(f"{one}/make", json={"port": LIVE}, headers=ASYNC).json()["id"]
-    until(program, task, lambda snapshot: snapshot["stage"] == "plotting")
+    assert program.post(f"{one}/make", json={"port": [LIVE, "/dev/null"]}).status_code == 422
+    task = program.post(f"{one}/make", json={"port": [LIVE, AT_ONCE]}, headers=ASYNC).json()["id"]
+    until(program, task, lambda snapshot: "done" in [row["state"] for row in program.get(one).json()["rows"]])
     assert program.post(f"{one}/proof").status_code == 409
+    for port in (LIVE, AT_ONCE):
+        assert program.post("/api/pen", json={"port": port, "move": "up"}).status_code == 409
     program.post(f"/api/tasks/{task}/word", json={"word": "stop"})
     stopped = until(program, task, lambda snapshot: snapshot["state"] == "done")["facts"]
     assert not stopped["complete"] and stopped["state"] == "broken off"
+    assert sorted(row["state"] for row in stopped["rows"]) != ["done", "done"]  # that which is drawn at true speed
     done = program.post(f"{one}/make", json={"port": AT_ONCE}).json()["facts"]
     assert done["complete"] and [row["state"] for row in done["rows"]] == ["done", "done"]
+
+
+def test_what_is_asked_of_some_plotters_that_share_a_batch_goes_to_the_page():
+    """Each question waits for its own answer, and what stops one stops all of them by their first thread."""
+    from handout.pipeline.plot_desk import Attendant, Shared
+
+    said, shown = Queue(), []
+    wire = SimpleNamespace(say=print, note=print, progress=print, live=shown.append)
+    wire.word = lambda seconds=0.0: said.get(timeout=9)
+    with pytest.raises(KeyboardInterrupt), Shared(wire) as shared:
+        attendant = Attendant(("/dev/ttyUSB0", AT_ONCE), shared)
+        said.put("pause")  # each plotter has a button for that
+        said.put("on")
+        attendant.do("Put in a sheet at /dev/ttyUSB0")
+        assert shown == [{"question": "Put in a sheet at /dev/ttyUSB0."}, {}]
+        attendant.progress(0.5, "send")
+        said.put("stop")
+        attendant.do("Put in a sheet at /dev/ttyUSB0")
+
+
+def test_a_batch_for_several_queues_names_them_once(monkeypatch):
+    from handout.pipeline import batch_desk
+    from handout.pipeline.options import MergeOptions, PictureOptions, TableOptions, WritingOptions
+    from handout.printing import printers
+
+    monkeypatch.setattr(printers, "queues", lambda: ["Left", "Right"])
+    options = WritingOptions(), PictureOptions(), TableOptions(), MergeOptions()
+    for printer, queues, meant in (
+        ("Left", (), ()),
+        ("Left", ("Right", "Left"), ("Left", "Right")),
+        ("simulated", ("Right",), ("Right",)),
+    ):
+        plan = batch_desk.BatchPlan("", "printer", *options, "A6", printer, queues)
+        assert batch_desk._queues(plan) == meant
 
 
 def test_a_text_alone_is_a_batch_of_one_as_it_stands(program):
