@@ -88,6 +88,15 @@ function told(facts, said) {
   return [...doubts, ...lent, ...(said || []), ...(facts.notes || [])].filter((one, at, all) => all.indexOf(one) === at);
 }
 
+/** [name, place] of words: by a name, which counts those that are alike, a word of a letter is found when it was changed. */
+function named(words) {
+  const alike = new Map();
+  return words.map(({ word, at }) => {
+    alike.set(word, (alike.get(word) || 0) + 1);
+    return [`${alike.get(word)} ${word}`, at];
+  });
+}
+
 /** A name for a file, after the first words of its text. */
 function called(text) {
   const words = text.trim().split(/\s+/).slice(0, 3).join('-');
@@ -149,6 +158,7 @@ export async function show(main, shared) {
   )));
 
   let mode = '', chosen = -1, rewritten = new Map(kept.rewritten || []), margin = kept.margin || null, text = made.text.value;
+  let held = null; // of a letter that was changed, the words that are written again, until it is known where they went
   let page = 0, took = 0, last = null, lines = null, coming = null, waiting = 0, stopped = null;
 
   const quick = () => shared.choices.hands.find((hand) => hand.name === made.hand.value)?.drawn;
@@ -180,8 +190,17 @@ export async function show(main, shared) {
   const asking = () => ({
     ...asked(made, ticks),
     ...(margin ? { margin: margin.map((side) => `${side}mm`).join(',') } : {}),
-    ...(rewritten.size && made.kind.value === 'text' ? { rewritten: [...rewritten] } : {}),
+    ...(rewritten.size && !held ? { rewritten: [...rewritten] } : {}),
   });
+
+  /** Words that are written again in a letter, found by name in what came of it; whether it is to be written with them. */
+  function found(words) {
+    if (!held) return false;
+    rewritten = new Map(named(words).filter(([name]) => held.has(name)).map(([name, at]) => [at, held.get(name)]));
+    held = null;
+    keep();
+    return rewritten.size > 0;
+  }
 
   function heard(snapshot) {
     work.hidden = false;
@@ -262,11 +281,13 @@ export async function show(main, shared) {
     try {
       if (quick()) {
         last = lines = await request('POST', '/api/write', { ...body, format: 'svg' }, own.signal);
+        if (found(lines.facts.words || [])) { await drawn(); return; }
         placed(await lined(lines, own.signal), lines);
       } else lines = null;
       refusal.textContent = '';
       if (inked()) {
         const done = await task('/api/write', { ...body, format: 'png', dpi: SCREEN_DPI }, heard, own.signal);
+        if (found(done.facts.words || [])) { await drawn(); return; }
         last = lines ? { ...done, facts: { ...done.facts, strokes: lines.facts.strokes, duration_s: lines.facts.duration_s } } : done;
         placed(await pictured(done, own.signal), last);
       }
@@ -379,11 +400,13 @@ export async function show(main, shared) {
   form.addEventListener('submit', (event) => event.preventDefault());
   form.addEventListener('input', (event) => {
     if (event.target === made.text) {
-      rewritten = moved(rewritten, text, made.text.value);
+      if (made.kind.value === 'letter') {
+        if (rewritten.size && last) held ||= new Map(named(last.facts.words || []).filter(([, at]) => rewritten.has(at)).map(([name, at]) => [name, rewritten.get(at)]));
+      } else rewritten = moved(rewritten, text, made.text.value);
       text = made.text.value;
     } else if (event.target !== made.variation) page = 0;
     if (event.target === made.page) margin = null;
-    if (event.target === made.hand || event.target === made.seed) rewritten.clear();
+    if ([made.hand, made.seed, made.kind].includes(event.target)) { rewritten.clear(); held = null; }
     soon();
   });
   form.querySelector('details').addEventListener('toggle', keep);
