@@ -126,7 +126,7 @@ def any_glyphs(
     stock = chooser._stock
     assert isinstance(stock, glyph_index.GlyphIndex)
     letters = [stock.letters[int(each[0])] for each in numbers]
-    rng = chooser._streams.of((len(chooser._written),))
+    rng = np.random.default_rng([*chooser._seeds[0], len(chooser._written)])
     return np.array([rng.choice(stock.of(letter)) for letter in letters], dtype=np.intp)
 
 

@@ -23,8 +23,7 @@ import numpy as np
 from handout.chains import viterbi
 from handout.values import Array, Indices
 from handout.writing.slips import Struck
-from handout.writing.text import Letter, Piece, spelt
-from handout.writing.variation import WordStreams
+from handout.writing.text import Letter, Piece
 
 _TRIES = 16  # times that a word is solved for having a glyph twice; real words are done after one or two
 _TAKEN = 3.0  # times the scale of chance: 95 of 100 differences of two chances are smaller
@@ -37,6 +36,18 @@ _FREE: Prices = {}
 def fading_cost(age: Array, weight: float, forgotten: float) -> Array:
     """(k,): of using something again, from `weight` at once evenly down to 0 when `forgotten`: for many instances."""
     return np.asarray(weight * np.maximum(0.0, 1.0 - age / forgotten))
+
+
+def word_stream(seed: Sequence[int], key: Sequence[int]) -> np.random.Generator:
+    """By which one word of a text varies, told by its letters and how many of that word were before it.
+
+    So a text that is changed in one place is varied as it was in all others.  Source: own method.
+
+    Parameters
+    ----------
+    seed : of what varies, drawn from the generator of the text; key : see `Choice`.
+    """
+    return np.random.default_rng([*seed, *key])
 
 
 @dataclass(frozen=True)
@@ -104,7 +115,7 @@ class Choice:
 
     spaces : before it.
     first : how many glyphs its chooser had written before it.
-    key : by which it varies: how many of that word its chooser had written before it, and its letters in UTF-8.
+    key : by which it varies: how many of that word its chooser had written before it, and its letters.
     numbers : (n,) int: its glyphs.
     candidates, chance, again : n, of each letter; what chance, and having been written before, added to the costs (k,).
     intended : the word that was to be written, where this one is struck out.
@@ -131,17 +142,17 @@ class Chooser:
 
     def __init__(self, stock: GlyphStock, rng: np.random.Generator, variation: float = 1.0) -> None:
         self._stock, self._variation = stock, variation
-        self._streams, self._rewriting, self._known = WordStreams(rng), WordStreams(rng), Counter[str]()
+        self._seeds, self._known = rng.integers(2**63, size=(2, 2)).tolist(), Counter[str]()
         kinds = int(stock.kind.max(initial=-1)) + 1
         self._last, self._times, self._written = np.full(kinds, -np.inf), np.zeros(kinds), array("q")
 
     def word(self, letters: Sequence[Letter], spaces: int = 1, intended: str | None = None) -> Choice:
         """The glyphs for the letters of one word (with its punctuation), `spaces` after the one before."""
         stock, varied, first = self._stock, self._variation > 0, len(self._written)
-        word = "".join(map(spelt, letters))
+        word = "".join(part for letter in letters for part in (letter.base, *letter.marks))
         key = (self._known[word], *word.encode())
         self._known[word] += 1
-        rng = self._streams.of(key)
+        rng = word_stream(self._seeds[0], key)
         candidates = stock.candidates(letters, rng if varied else None)
         numbers = [each.numbers for each in candidates]
         chance = [np.zeros(len(each)) for each in numbers]
@@ -181,7 +192,7 @@ class Chooser:
         A glyph that was taken before has to be better than the others by more than chance often makes out.
         """
         prices, price = dict[tuple[int, int], float](), _TAKEN * self._stock.chance
-        rng = self._rewriting.of(choice.key)
+        rng = word_stream(self._seeds[1], choice.key)
         for _ in range(times):
             prices |= {
                 (letter.at, number): price

@@ -17,12 +17,12 @@ from handout.hand.drawn import Hand
 from handout.hand.letter_classes import CROSSED
 from handout.values import Array, Glyph, Placed
 from handout.writing import variation as varying
-from handout.writing.choosing import NO_REWRITES, Choice, Rewrites
+from handout.writing.choosing import NO_REWRITES, Choice, Rewrites, word_stream
 from handout.writing.drawn_forms import accented, drawn_forms
 from handout.writing.layout import USUAL_BASELINES
 from handout.writing.pages import ToPage, Unit, Word, wide_gap
 from handout.writing.text import Letter, spelt
-from handout.writing.variation import USUAL, Drift, Variation, WordStreams, walk, warp
+from handout.writing.variation import USUAL, Drift, Variation, walk, warp
 
 LEAST_ROOM = 0.13  # between two letters that are not joined, at any height
 _SIGN_ROOM = 0.34  # between a sign such as + or @ and a letter, which it must not become a part of
@@ -232,7 +232,7 @@ class WordWriter:
     """Writes the words of one text, one after the other; its slant and size drift from word to word."""
 
     def __init__(self, hand: Hand, rng: np.random.Generator, jitter: float) -> None:
-        self._hand, self.streams, self.rewriting = hand, WordStreams(rng), WordStreams(rng)
+        self._hand, self.seeds = hand, rng.integers(2**63, size=(2, 2)).tolist()
         self._vary: Variation = varying.USUAL.scaled(jitter * hand.variation)
         self._slant = Drift(self._vary.slant, varying.SLANT_MEMORY, rng)
         self._slow_slant = Drift(self._vary.slow_slant, varying.SLOW_MEMORY, rng)
@@ -370,10 +370,10 @@ class DrawnHandwriting:
         for choice in words:
             writer = self._writers[choice.intended is not None]
             forms, at = [self.stock.glyphs[number] for number in choice.numbers], choice.letters[0].at
-            rng = writer.streams.of(choice.key)
+            rng = word_stream(writer.seeds[0], choice.key)
             word = writer.word(forms, choice.letters, rng)
             if choice.intended is None and (times := self._rewrites.of(at)):
-                word = writer.other(forms, choice.letters, writer.rewriting.of((times, *choice.key)))
+                word = writer.other(forms, choice.letters, word_stream(writer.seeds[1], (times, *choice.key)))
             yield Unit(word, self._gap(choice.spaces, rng), choice.intended)
 
     def _gap(self, spaces: int, rng: np.random.Generator) -> float:

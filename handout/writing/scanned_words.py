@@ -21,7 +21,7 @@ import numpy as np
 from handout.hand.scanned import ScannedHand
 from handout.values import Array, Glyph, Indices, Ink, LineGraph, Placed
 from handout.writing.bending import Bend, Spread, bend, spread
-from handout.writing.choosing import Choice, Chooser, Prices, Rewrites
+from handout.writing.choosing import Choice, Chooser, Prices, Rewrites, word_stream
 from handout.writing.forms import Form, Forms
 from handout.writing.glyph_index import GlyphIndex, Neighbours, index_glyphs, neighbours
 from handout.writing.joining import set_line
@@ -30,7 +30,7 @@ from handout.writing.layout import author_baselines
 from handout.writing.pages import ToPage, Unit, Word, wide_gap
 from handout.writing.spacing import WORDS, HeightModel, SpacingModel, height_model, resolve_collisions, spacing_model
 from handout.writing.text import spelt
-from handout.writing.variation import Chances, WordStreams, correlated
+from handout.writing.variation import Chances, correlated
 
 # decimals of the heights of glyphs, line space: a thousandth of a millimetre is seen by nobody, and letters that come
 # 30 after a letter, which move it by less, leave it as it was
@@ -131,12 +131,12 @@ class ScannedHandwriting:
 
     Attributes
     ----------
-    again, rewriting : by which words are set that read as others, and those that are to be written again.
+    again, rewriting : seeds by which words are set that read as others, and those that are to be written again.
     """
 
     def __init__(self, hand: ScannedHand, rng: np.random.Generator, variation: float) -> None:
         self._hand, self._variation = hand, variation
-        self._streams, self.again, self.rewriting = (WordStreams(rng) for _ in range(3))
+        self._seed, self.again, self.rewriting = rng.integers(2**63, size=(3, 2)).tolist()
         self._laid = WeakKeyDictionary[Word[InkGlyph], list[LineGraph]]()
         self.stock, self._model = _learnt(hand)
         self.name, self.pitch, self.baseline_model = hand.name, hand.pitch, author_baselines(hand)
@@ -146,7 +146,7 @@ class ScannedHandwriting:
     def set_paragraph(self, words: Iterable[Choice]) -> Iterator[SetUnit]:
         """See `pages.Handwriting`; all words of the paragraph are set together, as one line."""
         choices = list(words)
-        return self.set_words(choices, [self._streams.of(choice.key) for choice in choices])
+        return self.set_words(choices, [word_stream(self._seed, choice.key) for choice in choices])
 
     def set_words(self, choices: Sequence[Choice], streams: Sequence[np.random.Generator]) -> Iterator[SetUnit]:
         """Words of a paragraph, each of which varies by a stream of its own."""
@@ -261,10 +261,10 @@ class SetParagraph:
             self._replace(self._set(k, other, self._handwriting.rewriting, times))
         return places
 
-    def _set(self, k: int, choice: Choice, streams: WordStreams, number: int) -> Attempt:
+    def _set(self, k: int, choice: Choice, seed: Sequence[int], number: int) -> Attempt:
         begin, end = max(k - 1, 0), k + 2
         beside = [*self.choices[begin:k], choice, *self.choices[k + 1 : end]]
-        units = list(self._handwriting.set_words(beside, streams.of((number, *choice.key)).spawn(len(beside))))
+        units = list(self._handwriting.set_words(beside, word_stream(seed, (number, *choice.key)).spawn(len(beside))))
         others = zip(self.units[begin:end], units, strict=True)
         rises = [
             old.y - new.y

@@ -109,20 +109,6 @@ def correlated(fresh: Array, memory: float = LETTER_MEMORY) -> Array:
     return values
 
 
-class WordStreams:
-    """A generator for each word of a text, told by its letters and how many of that word were before it.
-
-    So a text that is changed in one place is varied as it was in all others.  Source: own method.
-    """
-
-    def __init__(self, rng: np.random.Generator) -> None:
-        self._seed = rng.integers(2**63, size=2).tolist()
-
-    def of(self, key: Sequence[int]) -> np.random.Generator:
-        """That of a word, always the same for the same; `key` : see `choosing.Choice`."""
-        return np.random.default_rng([*self._seed, *key])
-
-
 @dataclass(frozen=True, eq=False)
 class Chances:
     """What chance says of each letter of a line.
