@@ -80,3 +80,31 @@ def test_what_is_added_or_changed_leaves_all_else_as_it_was(request, scanned):
     changed = lines(TEXT.replace("even", "open") + "\nten hens in")
     assert same(before[0], changed[0]) and all(map(np.array_equal, unmoved(before[1][:4]), unmoved(changed[1])))
     assert glyphs(before[2]) == glyphs(changed[2])
+
+
+LETTER = """+++
+page = "A6"
++++
+# Hello
+
+The [red]{ink=red} jam and [more]{hand=house-print} jam.
+
+- the [jam]{hand=house-print}
+"""
+
+
+def test_words_of_a_letter_are_told_and_written_again_in_each_of_its_hands(tmp_path):
+    from handout.pipeline.letters import write_sent
+    from handout.pipeline.options import PictureOptions
+
+    def words(*rewritten):
+        options = WritingOptions(seed=3, rewritten=rewritten), SheetOptions(), PictureOptions()
+        return write_sent(LETTER, True, [tmp_path / "page.svg"], options).facts()["words"]
+
+    before = words()
+    spelt = [word["word"] for word in before]
+    assert spelt == ["Hello", "The", "red", "jam", "and", "jam.", "the", "more", "jam"]
+    assert len({word["at"] for word in before}) == len(before)
+    for number in (5, 8):  # ends of lines: what comes behind a word on its line goes along with it
+        changed = words((before[number]["at"], 1))
+        assert [k for k, (one, other) in enumerate(zip(before, changed, strict=True)) if one != other] == [number]
