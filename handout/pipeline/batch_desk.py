@@ -21,7 +21,8 @@ import platformdirs
 from handout import atomic
 from handout.errors import InputError
 from handout.pipeline import merging
-from handout.pipeline.inputs import Source
+from handout.pipeline.inputs import Source, check_pictures
+from handout.pipeline.merging import SENT_PICTURES
 from handout.pipeline.options import (
     MergeOptions,
     PictureOptions,
@@ -123,9 +124,15 @@ def folder() -> Path:
 
 
 def keep_batch(
-    table: Path | None, letter: str, markdown: bool, plan: BatchPlan, *, listener: Listener = SILENT
+    table: Path | None,
+    letter: str,
+    markdown: bool,
+    plan: BatchPlan,
+    pictures: Path | None = None,
+    *,
+    listener: Listener = SILENT,
 ) -> Facts:
-    """Keep a batch: its table, which is copied, its letter, "" for none, and its plan.
+    """Keep a batch: its table and pictures, which are copied, its letter, "" for none, and its plan.
 
     Without a table the letter is a text as it stands, which is made once.
 
@@ -151,6 +158,9 @@ def keep_batch(
             shutil.copyfile(table, own / table.name)
         if letter.strip():
             (work / f"letter.{'md' if markdown else 'txt'}").write_text(letter, encoding="utf-8")
+        if pictures is not None:
+            check_pictures(pictures)
+            shutil.copytree(pictures, work / SENT_PICTURES)
         begun = datetime.now().isoformat(timespec="seconds")
         options: dict[str, Any] = {"given": [], "approved": None, "letter": None}
         kept = asdict(plan) | {"merge": asdict(plan.merge) | options, "begun": begun}

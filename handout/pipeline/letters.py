@@ -550,7 +550,9 @@ def write_sent(
     options: tuple[WritingOptions, SheetOptions, PictureOptions],
     *,
     device: str | None = None,
+    pictures: Path | None = None,
     listener: Listener = SILENT,
 ) -> Written:
     """The same for what was sent from elsewhere, see `inputs.sent_source`, with where each word is."""
-    return write_source(sent_source(text, letter), outputs, *options, device=device, places=True, listener=listener)
+    source = sent_source(text, letter, pictures)
+    return write_source(source, outputs, *options, device=device, places=True, listener=listener)

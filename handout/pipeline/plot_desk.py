@@ -11,6 +11,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Literal, Protocol, Self
 
 import numpy as np
@@ -208,10 +209,12 @@ def known_port(port: str) -> None:
         raise InputError(f"There is no port {port} here any more: is the plotter plugged in and switched on?")
 
 
-def keep_plot(text: str, letter: bool, request: PlotRequest, *, listener: Listener = SILENT) -> Facts:
+def keep_plot(
+    text: str, letter: bool, request: PlotRequest, pictures: Path | None = None, *, listener: Listener = SILENT
+) -> Facts:
     """Keep a plot of what was sent (`inputs.sent_source`), which has not begun; how it lies on the bed."""
     listener.progress(0.0, "writing")
-    job, notes = plotting.keep(replace(request, source=sent_source(text, letter)))
+    job, notes = plotting.keep(replace(request, source=sent_source(text, letter, pictures)))
     listener.note(*notes)
     return {**show_plot(job.name), "notes": list(notes)}
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+import shutil
 
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import FileResponse, Response
 
 from handout.web.calls import MadeBatch, NewBatch
-from handout.web.hands import sent
+from handout.web.hands import beside, sent
 from handout.web.routes import Way, json_answer
 from handout.web.studio import TABLES, Studio
 from handout.web.tasks import TYPES, followed
@@ -53,8 +54,13 @@ async def keep(studio: Studio, request: Request, body: NewBatch) -> Response:
     """A batch is kept."""
     table = None if body.table is None else sent(studio, body.table, *TABLES)
     name = "a text" if body.table is None else studio.uploads[body.table].name
-    call = Call("batch_desk.keep_batch", (table, body.text, body.letter, body.plan(studio.hand(body.hand), name)))
-    return json_answer(await studio.answer("keeping a batch", call, studio.long))
+    folder = studio.folder()
+    wanted = table, body.text, body.letter, body.plan(studio.hand(body.hand), name)
+    call = Call("batch_desk.keep_batch", (*wanted, beside(studio, body.pictures, folder)))
+    try:
+        return json_answer(await studio.answer("keeping a batch", call, studio.long))
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 async def show(studio: Studio, request: Request, body: None) -> Response:

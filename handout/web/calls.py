@@ -57,6 +57,9 @@ class Write(Body, frozen=True):
 
     text: Text
     letter: bool = False  # whether the text is that of a letter file, in Markdown
+    pictures: Annotated[
+        tuple[UploadId, ...], Meta(max_length=20)
+    ] = ()  # that it shows, by the names they were sent with
     format: Format = "svg"
     hand: Name = "house-joined"
     seed: Seed | None = None

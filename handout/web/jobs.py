@@ -9,6 +9,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from handout.web.calls import DrawnPlot, NewPlot, PenMove, Said
+from handout.web.hands import beside
 from handout.web.routes import Way, json_answer
 from handout.web.studio import Studio
 from handout.web.tasks import followed, task_of
@@ -49,8 +50,10 @@ async def plots(studio: Studio, request: Request, body: None) -> Response:
 
 async def keep(studio: Studio, request: Request, body: NewPlot) -> Response:
     """A text is kept as a plot."""
-    call = Call("plot_desk.keep_plot", (body.text, body.letter, body.request(studio.hand(body.hand))), listens=True)
-    return await followed(request, studio.begin(studio.long, "a plot", call))
+    pictures = beside(studio, body.pictures, folder := studio.folder())
+    wanted = body.text, body.letter, body.request(studio.hand(body.hand)), pictures
+    call = Call("plot_desk.keep_plot", wanted, listens=True)
+    return await followed(request, studio.begin(studio.long, "a plot", call, folder))
 
 
 async def show(studio: Studio, request: Request, body: None) -> Response:

@@ -18,7 +18,8 @@ from handout.web.worker import Call
 from handout.web.workers import HALTS, Busy, Lane, Task
 
 TABLES = (".csv", ".tsv", ".txt", ".xlsx")
-SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".pdf", ".webp", ".bmp", ".hand", *TABLES)  # of uploads
+PICTURES = (".png", ".jpg", ".jpeg", ".webp")  # in letters
+SUFFIXES = (*PICTURES, ".tif", ".tiff", ".pdf", ".bmp", ".hand", *TABLES)  # of uploads
 _MOST_UPLOADS, _MOST_BYTES = 40, 1 << 30  # kept at once; a hand of ten pages at 600 dpi is a third of that
 _MOST_TASKS = 60  # that have ended and whose files are kept
 _QUIET, _AGAIN, _LAST = 2.0, 15.0, 10.0  # s: without a correction, then they are kept; tried again; at the end

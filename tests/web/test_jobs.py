@@ -1,5 +1,6 @@
 """Plots and batches as a program asks for them: kept, drawn, paused, stopped and gone on with; proofed and made."""
 
+import io
 import json
 import re
 import time
@@ -8,6 +9,7 @@ from queue import Queue
 from types import SimpleNamespace
 
 import pytest
+from PIL import Image
 
 pytestmark = pytest.mark.slow
 
@@ -15,6 +17,13 @@ LIVE, AT_ONCE = "sim:?realtime=1", "sim:"
 ASYNC = {"Prefer": "respond-async"}
 PEOPLE = "First name,Last name,Note\nAda,Byron,jam\nZoë,Quill,tea\n".encode()
 LETTER = "Dear {{ first_name }},\nthank you for the {{ note }}."
+
+
+def png(side):
+    """A red picture, of some kilobytes."""
+    data = io.BytesIO()
+    Image.new("RGB", (side, side), (200, 0, 0)).save(data, "PNG")
+    return data.getvalue()
 
 
 def kept(program, text="Hi"):
@@ -196,11 +205,29 @@ def test_letters_from_elsewhere_lead_to_no_file(program):
     ):
         answer = program.post("/api/write", json={"text": letter, "letter": True, "page": "74x105mm"})
         assert answer.status_code == 422 and "alone" in answer.json()["error"], (letter, answer.json())
+    eps = program.sent("eps.png", b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 9 9\n")
+    bomb = program.sent("large.png", png(9_000))
+    for picture, said in ((eps, "PNG, JPEG"), (bomb, "megapixels"), (program.sent("a b.png", b"x"), "letters, digits")):
+        body = {"text": "![](large.png)", "letter": True, "page": "74x105mm", "pictures": [picture]}
+        for path in ("/api/write", "/api/plots", "/api/batches"):
+            answer = program.post(path, json=body)
+            assert answer.status_code == 422 and said in answer.json()["error"], (path, answer.text)
     rows = batch(program, b"name,hand\nAda,../a.hand\n", columns=["hand=hand"], text="Hi {{ name }}")
     done = program.post(f"/api/batches/{rows['batch']}/proof").json()["facts"]
     assert "alone" in done["rows"][0]["why"][0]
     letter = {"text": '---\npage = "74x105mm"\n---\n# Hi\n\nthere', "letter": True, "page": "A4"}
     assert program.post("/api/write", json=letter, headers={"Accept": "image/svg+xml"}).text.count('height="105mm"')
+
+
+def test_pictures_of_a_letter_are_sent_with_it(program):
+    letter = {"text": "Hi\n\n![](red.png){width=30mm}", "letter": True, "page": "74x105mm", "seed": 1}
+    asked = {**letter, "pictures": [program.sent("red.png", png(40))], "format": "png", "dpi": 50}
+    page = Image.open(io.BytesIO(program.post("/api/write", json=asked, headers={"Accept": "image/png"}).content))
+    assert sum(count for count, colour in page.convert("RGB").getcolors(1 << 20) if colour == (200, 0, 0)) > 3000
+    assert "red.png" in program.post("/api/write", json=letter).json()["error"]
+    made = program.post("/api/batches", json=asked | {"to": "pdf"}).json()
+    proof = program.post(f"/api/batches/{made['batch']}/proof").json()["facts"]
+    assert not proof["proof"]["failed"] and proof["rows"][0]["state"] == ""
 
 
 def test_a_full_disk_stops_a_plot_in_a_sentence_and_nothing_is_lost(program):

@@ -14,6 +14,7 @@ const FORMATS = { pdf: 'PDF', svg: 'SVG', png: 'PNG', inkml: 'InkML', json: 'JSO
 const KINDS = { text: 'Text', letter: 'Letter file (Markdown)' };
 const DIE = 'M5 3h14a2 2 0 0 1 2 2v14a2 2 0 0 1-2 2H5a2 2 0 0 1-2-2V5a2 2 0 0 1 2-2Zm0 2v14h14V5Zm3 1.7A1.6 1.6 0 1 1 8 9.9a1.6 1.6 0 0 1 0-3.2Zm8 0a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm-4 3.7a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm-4 3.7a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm8 0a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Z';
 
+const sent = new Map(); // pictures of letters that were sent: name → its number at the server
 const random = () => Math.floor(Math.random() * 1e6);
 const plural = (count, word) => `${count} ${word}${count === 1 ? '' : 's'}`;
 const clock = (seconds) => (seconds < 90 ? `${Math.round(seconds)} s` : `${Math.round(seconds / 60)} min`);
@@ -73,6 +74,8 @@ function asked(made, ticks) {
   for (const name of ['pen', 'style']) if (made[name].value) body[name] = made[name].value;
   const ink = made.ink.value === 'other' ? made.colour.value : made.ink.value;
   if (ink) body.ink = ink;
+  const shown = body.letter ? [...sent].filter(([name]) => body.text.includes(`](${name})`)).map(([, id]) => id) : [];
+  if (shown.length) body.pictures = shown;
   return body;
 }
 
@@ -113,9 +116,11 @@ export async function show(main, shared) {
   const spread = h('output', {}, made.variation.value);
   const die = h('button', { type: 'button', class: 'icon', title: 'Another seed', 'aria-label': 'Another seed' }, s('svg', { viewBox: '0 0 24 24', 'aria-hidden': 'true' }, s('path', { d: DIE })));
   const refusal = h('p', { class: 'bad', role: 'alert' });
+  const file = h('input', { type: 'file', accept: '.png,.jpg,.jpeg,.webp' });
+  const pictures = field('A picture for the letter', file);
   const form = h(
     'form', { 'aria-label': 'What is written' },
-    h('div', { class: 'row between' }, h('label', { for: 'text' }, 'Text'), made.kind), made.text, refusal,
+    h('div', { class: 'row between' }, h('label', { for: 'text' }, 'Text'), made.kind), made.text, pictures, refusal,
     h('div', { class: 'grid' },
       field('Hand', made.hand), field('Page', made.page),
       field('Pen', made.pen), h('div', {}, h('label', { for: 'ink' }, 'Ink'), h('div', { class: 'joined' }, made.ink, made.colour)),
@@ -162,11 +167,12 @@ export async function show(main, shared) {
   let page = 0, took = 0, last = null, lines = null, coming = null, waiting = 0, stopped = null;
 
   const quick = () => shared.choices.hands.find((hand) => hand.name === made.hand.value)?.drawn;
-  const inked = () => !quick() || made.pen.value || made.paper.value !== 'none';
+  const inked = () => !quick() || made.pen.value || made.paper.value !== 'none' || asked(made, ticks).pictures;
 
   function keep() {
     const values = Object.fromEntries(Object.entries(made).map(([name, control]) => [name, control.value]));
     localStorage.setItem(KEPT, JSON.stringify({ ...values, fallback: lend.checked, fit: fit.checked, more: form.querySelector('details').open, rewritten: [...rewritten], margin }));
+    pictures.hidden = made.kind.value !== 'letter';
     made.colour.hidden = made.ink.value !== 'other';
     made.device.hidden = !['gcode', 'hpgl', 'ebb'].includes(made.format.value);
     spread.textContent = made.variation.value === '1' ? 'as people vary' : made.variation.value === '0' ? 'none' : made.variation.value;
@@ -349,6 +355,22 @@ export async function show(main, shared) {
     }
   }
 
+  /** A picture goes to the server, and its name into the letter, where the cursor stands. */
+  async function pictureSent() {
+    const [chosen] = file.files;
+    file.value = '';
+    if (!chosen) return;
+    refusal.textContent = '';
+    try {
+      const name = chosen.name.replace(/[^A-Za-z0-9.]+/g, '-').replace(/^[.-]+/, '').slice(-60);
+      sent.set(name, (await request('POST', `/api/uploads?name=${encodeURIComponent(name)}`, chosen)).id);
+      if (!made.text.value.includes(`](${name})`)) made.text.setRangeText(`\n\n![](${name})\n\n`, made.text.selectionEnd, made.text.selectionEnd, 'end');
+      made.text.dispatchEvent(new Event('input', { bubbles: true }));
+    } catch (error) {
+      refusal.textContent = error.message;
+    }
+  }
+
   /** Ask where it goes in a window, then hand it over to the page Jobs. */
   function handed(title, fields, label, send) {
     const wrong = h('p', { class: 'bad', role: 'alert' }), go = h('button', { class: 'main' }, label);
@@ -410,6 +432,7 @@ export async function show(main, shared) {
     soon();
   });
   form.querySelector('details').addEventListener('toggle', keep);
+  file.addEventListener('change', pictureSent);
   for (const control of [made.format, made.device]) control.addEventListener('input', keep);
   die.addEventListener('click', () => { made.seed.value = random(); rewritten.clear(); soon(); });
   back.addEventListener('click', () => { page -= 1; drawn(); });
