@@ -16,6 +16,7 @@ pytestmark = pytest.mark.slow
 LIVE, AT_ONCE = "sim:?realtime=1", "sim:"
 ASYNC = {"Prefer": "respond-async"}
 PEOPLE = "First name,Last name,Note\nAda,Byron,jam\nZoë,Quill,tea\n".encode()
+ORDERS = b"First name,Street,Town,Postcode,Country\nAda,1 Lane,London,W1A 1AA,UK\n"
 LETTER = "Dear {{ first_name }},\nthank you for the {{ note }}."
 
 
@@ -253,21 +254,25 @@ def test_a_full_disk_stops_a_plot_in_a_sentence_and_nothing_is_lost(program):
 def test_what_the_manual_asks_for_is_answered(program):
     """The examples of docs/studio.md, with the names that they lead to."""
     manual = (Path(__file__).parents[2] / "docs" / "studio.md").read_text(encoding="utf-8")
-    found = re.findall(r"curl -sN? ([^|]*?)http://127.0.0.1:7217(/api/[^\s]+)", manual)
-    assert len(found) == 4
-    names = {"mar01-1": "", "r8Kd…": ""}
+    found = re.findall(r"curl -sN? ([^|]*?)\"?http://127.0.0.1:7217(/api/[^\s\"]+)", manual)
+    assert len(found) == 10
+    names, answers = {"mar01-1": "", "r8Kd…": "", "Gbiu…": ""}, []
     for options, path in found:
         for name, meant in names.items():
-            path = path.replace(name, meant)
+            path, options = path.replace(name, meant), options.replace(name, meant)
         body = re.search(r"-d '(.*?)'", options, re.DOTALL)
         headers = dict(re.findall(r'-H "(Accept|Prefer): (.*?)"', options))
-        answer = program.post(path, content=body[1], headers=headers) if body else program.get(path)
+        sent = ORDERS if "--data-binary" in options else body[1] if body else b""
+        posted = sent or "-X POST" in options
+        answer = program.post(path, content=sent, headers=headers) if posted else program.get(path)
         assert answer.status_code in (200, 202), (path, answer.text)
-        if path == "/api/plots":
-            names["mar01-1"] = answer.json()["facts"]["job"]
-        if path.endswith("/draw"):
-            names["r8Kd…"] = answer.json()["id"]
-    assert '"state": "done"' in answer.text  # the last is a stream of events
+        answers.append(answer)
+        facts = answer.json() if answer.headers["content-type"] == "application/json" else {}
+        for name, told in (("mar01-1", facts.get("facts", facts)), ("Gbiu…", facts), ("r8Kd…", facts)):
+            own = {"mar01-1": told.get("job") or told.get("batch"), "Gbiu…": told.get("id"), "r8Kd…": told.get("id")}
+            names[name] = own[name] or names[name]
+    assert '"state": "done"' in answers[3].text  # a stream of events
+    assert answers[-1].content.startswith(b"%PDF")
 
 
 def test_a_killed_server_leaves_a_lifted_pen_and_a_plot_to_go_on_with(program):
