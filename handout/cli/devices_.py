@@ -7,6 +7,8 @@ from pathlib import Path
 
 import click
 
+from handout.cli import options
+
 _json = click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
 
 
@@ -52,7 +54,7 @@ def _list_ports(as_json: bool) -> None:
 
 
 @command.command("probe")
-@click.option("--port", default="auto", show_default=True, help="/dev/ttyUSB0, COM3, tcp://host, ws://host, or sim:.")
+@options.shared("--port", default="auto", show_default=True, help="/dev/ttyUSB0, COM3, tcp://host, ws://host, or sim:.")
 @click.option("--device", help="The plotter's profile; without it every dialect is tried.")
 @_json
 def probe(port: str, device: str | None, as_json: bool) -> None:
