@@ -492,7 +492,6 @@ def write_letter(
     *,
     given: Collection[str] | None = None,
     device: str | None = None,
-    places: bool = False,
     listener: Listener = SILENT,
 ) -> Written:
     """Write a letter to files, as `pipeline.writing.write` does a text; `given` as in `prepare_letter`.
@@ -502,18 +501,30 @@ def write_letter(
     InputError, MissingCharacters, DoesNotFit
         The message has the line of the letter; nothing is written then.
     """
+    task = partial(prepare_letter, letter, writing, sheet, picture, given)
+    asked = replace(_headed(letter, picture, given), ink=None)  # which scanned ink follows here
+    return _write(task, outputs, asked, device, listener)[0]
+
+
+def _write(
+    prepared: Callable[[], LetterTask],
+    outputs: Sequence[str | Path],
+    asked: PictureOptions,
+    device: str | None,
+    listener: Listener,
+) -> tuple[Written, LetterTask, list[LetterPage]]:
+    """A letter in files, and its pages; asked : what it is to look like."""
     paths = [Path(name) for name in outputs]
     extra = programs.Programs(device, paths).sinks
     check_outputs(paths, extra)
-    task = prepare_letter(letter, writing, sheet, picture, given)
+    task = prepared()
     wanted = frozenset[str]().union(*(INK if path.suffix.lower() in OF_INK else STROKES for path in paths))
     pages, drawings = _drawn_pages(task, None, wanted, within(listener.progress, 0.0, _WRITTEN))
     files = write_drawings(drawings, paths, task.main.look, extra=extra, tell=within(listener.progress, _WRITTEN, 1.0))
-    asked = replace(_headed(letter, picture, given), ink=None)  # which scanned ink follows here
     notes = (*task.notes(), *texts.not_followed(task.main, asked, wanted >= INK), *task.main.given_notes)
     notes = (*notes, *texts.style_notes(task.main, drawings), *_unshown(drawings, paths), *losses(paths, drawings))
-    result = texts.written(Tally.of([page.whole for page in pages], drawings), task.main, files, notes)
-    return replace(result, words=_word_places(task, pages)) if places else result
+    tally = Tally.of([page.whole for page in pages], drawings)
+    return texts.written(tally, task.main, files, notes), task, pages
 
 
 def _unshown(drawings: Sequence[Drawing], paths: Sequence[Path]) -> list[str]:
@@ -532,15 +543,14 @@ def write_source(
     picture: PictureOptions = PictureOptions(),
     *,
     device: str | None = None,
-    places: bool = False,
     listener: Listener = SILENT,
 ) -> Written:
     """Write a text or a letter to files: `write_letter`, or `pipeline.writing.write`."""
-    options = (writing, sheet, picture)
-    how: dict[str, Any] = {"device": device, "places": places, "listener": listener}
     if source.letter is None:
-        return texts.write(source.text, outputs, *options, **how)
-    return write_letter(source.letter, outputs, *options, given=source.given, **how)
+        return texts.write(source.text, outputs, writing, sheet, picture, device=device, listener=listener)
+    return write_letter(
+        source.letter, outputs, writing, sheet, picture, given=source.given, device=device, listener=listener
+    )
 
 
 def write_sent(
@@ -555,4 +565,9 @@ def write_sent(
 ) -> Written:
     """The same for what was sent from elsewhere, see `inputs.sent_source`, with where each word is."""
     source = sent_source(text, letter, pictures)
-    return write_source(source, outputs, *options, device=device, places=True, listener=listener)
+    if source.letter is None:
+        return texts.write(text, outputs, *options, device=device, places=True, listener=listener)
+    prepared = partial(prepare_letter, source.letter, *options, source.given)
+    asked = replace(_headed(source.letter, options[2], source.given), ink=None)
+    result, task, pages = _write(prepared, outputs, asked, device, listener)
+    return replace(result, words=_word_places(task, pages))
