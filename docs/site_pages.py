@@ -270,7 +270,8 @@ def figures_page(kept: dict[str, Any]) -> str:
         lines.append(f"| `{name}` | {plain(about)} | {when} |")
     for name, run in kept.items():
         lines += ["", f"## {name} {{#{name.replace('_', '-')}}}", "", plain(names().get(name, "")), ""]
-        told = f"{run['date']}, version {run['version']}, {run['machine']}; {run['cpu_seconds']:.0f} s of CPU."
+        took = f"; {run['cpu_seconds']:.0f} s of CPU" if "cpu_seconds" in run else ""
+        told = f"{run['date']}, version {run['version']}, {run['machine']}{took}."
         lines += [" ".join([told, run.get("note", "")]).strip(), ""]
         lines += ["```text", run["printed"].rstrip(), "```"]
     return "\n".join(lines) + "\n"
@@ -323,7 +324,14 @@ def fitted(text: str, name: str) -> str:
             pieces[number] = rooms_drawing(piece)
         elif not piece.startswith(("```", "~~~~")):
             pieces[number] = spaced(piece if name in ("examples.md",) else LINK.sub(link, piece))
-    return "".join(pieces)
+    return re.sub(r"(?:^    \S.*\n)+", remarked, "".join(pieces), flags=re.M)
+
+
+def remarked(block: re.Match[str]) -> str:
+    """Lines of code whose remarks make them wider than a page, with these above them."""
+    if max(map(len, block[0].splitlines())) < 88:
+        return block[0]
+    return re.sub(r"^    (.*\S) {2,}(# .*)$", r"    \2\n    \1", block[0], flags=re.M)
 
 
 def spaced(text: str) -> str:
@@ -401,6 +409,11 @@ def on_files(files: Any, config: Any) -> Any:
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
     return fitted(markdown, page.file.src_uri)
+
+
+def on_page_content(content: str, page: Any, config: Any, files: Any) -> str:
+    """Drawings made of characters are not to be wrapped."""
+    return re.sub(r"<pre>(?=[^<]*(?:<[^>]*>[^<]*)*?[─│┌└├])(?=(?:(?!</pre>)[\s\S])*─►)", '<pre class="drawn">', content)
 
 
 def on_post_build(config: Any) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import sys
 from importlib import import_module
 
@@ -33,9 +34,12 @@ _VERBS = {
     "studio": "Open a page in the browser: write, make hands, correct their letters.",
     "study": "Make, read and score a study: can people tell made writing from real?",
     "score": "Measure how far page images look written by a person.",
+    "doctor": "Look at what the program needs of this computer, and say what to do about what is missing.",
     "config": "Keep defaults of options for all verbs, and say where each comes from.",
+    "completion": "Print what makes bash, zsh or fish complete verbs, options and names.",
+    "man": "Print or write manual pages.",
 }
-_WITHOUT_DEFAULTS = {"config"}  # verbs that work whatever a configuration says
+_WITHOUT_DEFAULTS = {"config", "doctor", "completion", "man"}  # verbs that work whatever a configuration says
 _HELP = {"-h", "--help"}
 
 
@@ -50,6 +54,11 @@ class _Verbs(click.Group):
             return None
         command = import_module(f"handout.cli.{cmd_name}_").command
         assert isinstance(command, click.Command)
+        if ctx.resilient_parsing and "_HANDOUT_COMPLETE" in os.environ:
+            from handout.cli.completion_ import prepare
+
+            prepare(command, cmd_name)
+            command.short_help = _VERBS[cmd_name]
         return command
 
     def resolve_command(
@@ -77,6 +86,7 @@ class _Verbs(click.Group):
 @click.option(
     "--config",
     envvar="HANDOUT_CONFIG",
+    type=click.Path(),
     metavar="FILE",
     help="Defaults of options from this file instead of your own and the project's; none: from nowhere.",
 )
@@ -121,6 +131,11 @@ def _run(args: list[str] | None) -> int:
         with contextlib.suppress(OSError):  # the terminal may be gone
             click.echo(message, err=True)
         return code
+    except ImportError as error:
+        if error.name is None or error.name.partition(".")[0] == "handout":
+            raise
+        click.echo(f"handout: A package cannot be loaded ({error}): `handout doctor` says what to do.", err=True)
+        return 2
     except HandoutError as error:
         click.echo(f"handout: {error}", err=True)
         return error.exit_code

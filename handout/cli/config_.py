@@ -112,7 +112,7 @@ def show(every: bool, as_json: bool, words: tuple[str, ...]) -> None:
     handout config show --all
     handout config show write "Dear Ada" --hand house-quick
     """
-    notes = _problems()
+    notes = problems()
     rows = list(_of_command(words)) if words else list(_configured(every))
     user, project = configuration.user_file(), configuration.project_file()
     files = {"user": str(user) if user.is_file() else None, "project": str(project) if project else None}
@@ -262,7 +262,7 @@ def _absolute(word: str, file: Path) -> str:
     return whole.relative_to(folder).as_posix() if whole.is_relative_to(folder) else str(whole)
 
 
-def _problems() -> list[str]:
+def problems() -> list[str]:
     """Keys that no option is called, and a project's file that is left aside."""
     notes, project = [], configuration.project_file()
     if project is not None and configuration.strangers(project):

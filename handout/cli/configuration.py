@@ -142,7 +142,8 @@ def project_file() -> Path | None:
         here = Path.cwd()
     except OSError:  # the folder is gone
         return None
-    return next((place / PROJECT for place in (here, *here.parents) if (place / PROJECT).is_file()), None)
+    every = (place / PROJECT for place in (here, *here.parents))
+    return next((file for file in every if os.access(file, os.R_OK) and file.is_file()), None)
 
 
 def strangers(file: Path) -> bool:
@@ -461,5 +462,5 @@ def write(file: Path, key: str, value: Value | None) -> None:
         result = changed(text, key, value)
         file.parent.mkdir(parents=True, exist_ok=True)
     except (InputError, OSError) as error:
-        raise InputError(f"{file}: {getattr(error, 'strerror', 0) or error}") from error
+        raise InputError(f"Cannot write {file}: {getattr(error, 'strerror', 0) or error}") from error
     atomic.write(file, result.encode())

@@ -18,6 +18,7 @@ from handout.cli.console import Console
 from handout.pipeline.options import (
     ALIGNMENTS,
     ENGINES,
+    LAYERS,
     PENS,
     POSE_METHODS,
     MergeOptions,
@@ -157,6 +158,13 @@ _PICTURE = (
         "all.",
     ),
     shared("--transparent", is_flag=True, unless=("paper",), help="PNG files without any paper."),
+    shared(
+        "--layer-by",
+        type=click.Choice(LAYERS),
+        default=LAYERS[0],
+        show_default=True,
+        help="What each layer of SVG and DXF files is.",
+    ),
 )
 
 

@@ -30,6 +30,8 @@ class PaintSettings:
     even: float = 0.5  # share of the length of a corrected rule that another row of the page must have to be its like
     bin: float = 1.0  # mm along a rule within which one stroke is enough
     rim: int = 4  # around the page, in which ink may lie that runs off it
+    nearest: int = 24  # vertices that a place may mean
+    gap: float = 2.0  # times as far counts a straight way where there is no line
     around: int = 4  # vertices on either side, between which a stroke's direction is taken
 
 
@@ -210,25 +212,46 @@ def joined(page: ScannedPage, one: int, other: int) -> ScannedPage:
 
 
 def along(graph: LineGraph, vertices: Indices, places: Array) -> Indices:
-    """(k,) of some vertices (n,) of a graph, rising, those along places (m, 2): the nearest to each, along edges."""
+    """(k,) of some vertices (n,) of a graph, rising, those that a pen passed which was led along places (m, 2), pixels.
+
+    Each place means a vertex near it; of all rows of such vertices that is taken whose vertices are nearest to the
+    places, and as far apart along the line as those are.  Where a line meets or crosses itself, that keeps to the part
+    which was meant.
+
+    Source: P. Newson and J. Krumm, Hidden Markov map matching through noise and sparseness, ACM GIS 2009, with
+    distances themselves as costs.
+    """
     from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import dijkstra
+    from scipy.sparse.csgraph import shortest_path
     from scipy.spatial import cKDTree
 
     uv, (a, b) = graph.uv[vertices], graph.edges_between(vertices).T
-    near = cKDTree(uv).query(places)[1].tolist()
     length = np.linalg.norm(uv[a] - uv[b], axis=1) + 1e-6
     joined = coo_matrix((length, (a, b)), shape=(len(uv), len(uv)))
-    path = [near[0]]
-    for one in near[1:]:
-        if one == path[-1]:
-            continue
-        before = dijkstra(joined, directed=False, indices=path[-1], return_predecessors=True)[1]
-        back = [one]
-        while back[-1] != path[-1] and before[back[-1]] >= 0:
-            back.append(int(before[back[-1]]))
-        # over a gap the pen goes straight
-        path += back[-2::-1] if back[-1] == path[-1] else [one]
+    way, before = shortest_path(joined, directed=False, return_predecessors=True)
+    # over a gap in the ink the pen goes straight
+    straight = _SETTINGS.gap * np.linalg.norm(uv[:, None] - uv, axis=2)
+    over = way > straight
+    way = np.where(over, straight, way)
+    far, near = cKDTree(uv).query(places, range(1, min(_SETTINGS.nearest, len(uv)) + 1))
+    steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    total, backs = far[0], []
+    for step, one, other, away in zip(steps, near, near[1:], far[1:], strict=False):
+        costs = total[:, None] + np.abs(way[np.ix_(one, other)] - step)
+        backs.append(costs.argmin(axis=0))
+        total = costs.min(axis=0) + away
+    at = int(total.argmin())
+    row = [int(near[-1, at])]
+    for one, back in zip(near[-2::-1], backs[::-1], strict=True):
+        at = int(back[at])
+        row.append(int(one[at]))
+    path = [row.pop()]
+    while row:
+        one, passed = row.pop(), list[int]()
+        while one != path[-1]:
+            passed.append(one)
+            one = path[-1] if over[path[-1], passed[0]] else int(before[path[-1], one])
+        path += passed[::-1]
     return np.asarray(vertices[path], dtype=np.intp)
 
 

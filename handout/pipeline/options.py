@@ -27,9 +27,11 @@ if TYPE_CHECKING:
 Length = str | float  # a length with its unit, such as "2.5mm", or a number of mm
 
 Align = Literal["left", "right", "centre", "ragged"]
+LayerBy = Literal["ink", "line", "word"]
 
 COLOUR_METHODS = METHODS  # by which a table is made of patches
 COLOUR_FORMATS = tuple(exports.FORMATS)  # that a calibration can be written as
+LAYERS: tuple[LayerBy, ...] = get_args(LayerBy)  # what a layer of a file may be
 ALIGNMENTS: tuple[Align, ...] = get_args(Align)
 
 
@@ -55,8 +57,8 @@ class WritingOptions:
     style : a handstyle, by its name or file, in which the written strokes are moved through anew; None: none.
     prime : of a learned style, the example that primes it, by its name or the file of a drawing; None: the style's own.
     temperature : of a learned style, how much chance there is, 1 as in its examples; None: the style's own.
-    rewritten : words of a text that are written again while all others stay as they are: where each begins in the
-        text, and how many times; of a letter file it says nothing.
+    rewritten : words that are written again while all others stay as they are: where each begins in the text, and how
+        many times; in a letter file, where in what its hands write, as `Written.words` tells it.
     """
 
     hand: str | Hand | ScannedHand = "house-joined"
@@ -113,6 +115,7 @@ class PictureOptions:
     paper : "none", "plain", "laid", "ruled", "squared" (with ":8mm", ":8mm,25mm"), or a picture or PDF
         of a sheet, FILE or FILE:2.
     transparent : leave the paper out of PNG files.
+    layer_by : what a layer of SVG and DXF files is, one of `LAYERS`.
     """
 
     dpi: float = 300.0
@@ -121,6 +124,7 @@ class PictureOptions:
     ink: str | None = None
     paper: str = "none"
     transparent: bool = False
+    layer_by: LayerBy = "ink"
 
     @property
     def has_scanned_pen(self) -> bool:
@@ -164,7 +168,7 @@ class PictureOptions:
         sheet = papers.named(self.paper)
         if self.transparent and sheet.name != "none":
             raise InputError("--transparent leaves the paper out and --paper puts it in: give one of them.")
-        return Look(strokes, self.dpi, sheet, self.transparent)
+        return Look(strokes, self.dpi, sheet, self.transparent, layers=self.layer_by)
 
 
 @dataclass(frozen=True)

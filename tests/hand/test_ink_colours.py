@@ -70,6 +70,11 @@ def test_a_pen_without_letters_has_a_colour(small_hand):
     assert near(ink_colours(pen).colours[0], RED)
 
 
+def test_ink_of_a_file_has_its_colour(small_hand, tmp_path):
+    file.save(replace(small_hand, pages=(inked(small_hand.pages[0], BLUE),)), tmp_path / "blue.hand")
+    assert near(ink_colours(file.load(tmp_path / "blue.hand")).colours[0], BLUE)
+
+
 @pytest.fixture
 def grey_hand(small_hand, tmp_path):
     path = tmp_path / "grey.hand"
@@ -94,7 +99,7 @@ def test_strokes_have_it_in_svg_and_pdf(grey_hand, tmp_path):
 
     own, svg, pdf, png = strokes()
     assert len(own) == 1 and near(own.copy().pop(), GREY)
-    assert f'<g id="ink" fill="none" stroke="{own.copy().pop()}"' in svg.read_text()
+    assert re.search(f'<g id="ink" [^>]* stroke="{own.copy().pop()}"', svg.read_text())
     wanted = " ".join(f"{int(own.copy().pop()[i : i + 2], 16) / 255:.4g}" for i in (1, 3, 5))
     assert wanted in content(pdf)
     seen = np.asarray(Image.open(png).convert("RGB")).reshape(-1, 3).astype(int)

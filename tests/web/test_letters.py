@@ -159,15 +159,19 @@ def test_on_a_full_disk_a_correction_is_refused_and_nothing_is_changed(hand, mon
     assert file.journal(Path(hand)).made == 1
 
 
-def test_a_stroke_is_reversed_and_stays_so(hand):
-    one = letters(hand)[4]
-    strokes = [each for each in desk.letter_strokes(hand, 0, tuple(one["spot"]))["strokes"] if each["id"] == one["id"]]
-    turned = [each["xy"][::-1] for each in strokes]
-    made(hand, {"do": "strokes", "at": one["spot"], "ways": turned})
+def test_strokes_that_were_told_stay_so(hand):
+    one = next(one for one in letters(hand) if one["joined"] and len(one["ink"]) > 150)
+
+    def strokes():
+        found = desk.letter_strokes(hand, 0, tuple(one["spot"]))["strokes"]
+        return [each for each in found if each["id"] == one["id"]]
+
+    # what leads to the next letter is passed on the way, too
+    told = [each["xy"][::-1] + each["xy"][1:] for each in strokes()]
+    made(hand, {"do": "strokes", "at": one["spot"], "ways": told})
     desk.keep_letters(hand)
     desk._DESKS.clear()
-    again = [each for each in desk.letter_strokes(hand, 0, tuple(one["spot"]))["strokes"] if each["id"] == one["id"]]
-    assert [each["xy"] for each in again] == turned and all(each["own"] for each in again)
+    assert [each["xy"] for each in strokes()] == told and all(each["own"] for each in strokes())
 
 
 def test_the_words_around_a_correction_follow_it(hand):
