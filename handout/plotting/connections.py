@@ -16,6 +16,7 @@ import msgspec
 from handout.errors import DeviceError, InputError, PortError
 from handout.plotting.dialects import DIALECTS, dialect
 from handout.plotting.greetings import Firmware, recognise
+from handout.plotting.moonraker_ports import is_moonraker, open_moonraker
 from handout.plotting.network_ports import is_network, open_network
 from handout.plotting.ports import Port, SerialDevice, SerialPort, serial_devices
 from handout.profiles import Plotter
@@ -30,8 +31,8 @@ def open_port(url: str, profile: Plotter) -> Port:
 
     Parameters
     ----------
-    url : ``/dev/ttyUSB0``, ``COM3``; ``tcp://host:23``, ``ws://host:81`` (see `network_ports`); another address of
-        pyserial's; ``auto``: the only serial port that the machine can be at; ``sim:`` for the simulated plotter, with
+    url : ``/dev/ttyUSB0``, ``COM3``; ``tcp://host:23``, ``ws://host:81`` (see `network_ports`); ``moonraker://host``
+        (see `moonraker_ports`); another address of pyserial's; ``auto``: the only serial port that the machine can be at; ``sim:`` for the simulated plotter, with
         options such as ``sim:?fault=alarm&after=40&buffer=64&realtime=1``.
 
     Raises
@@ -50,6 +51,8 @@ def open_port(url: str, profile: Plotter) -> Port:
 
 
 def _open_at(url: str, baud: int) -> Port:
+    if is_moonraker(url):
+        return open_moonraker(url)
     return open_network(url) if is_network(url) else SerialPort(url, baud)
 
 
@@ -128,8 +131,10 @@ def identify(url: str, open_at: Callable[[str, int], Port] = _open_at) -> Answer
         The port cannot be opened.
     """
     speeds = {name: dialect(name).question.bauds for name in DIALECTS}
-    if is_network(url):  # which has no speeds
-        speeds = dict.fromkeys(DIALECTS, (115200,))
+    if is_moonraker(url):  # where nobody else is, and which has no speeds
+        speeds = {"klipper": (115200,)}
+    elif is_network(url):
+        speeds = {name: (115200,) for name, bauds in speeds.items() if bauds}
     bauds = sorted({baud for bauds in speeds.values() for baud in bauds}, key=lambda baud: baud != 115200)
     for baud in bauds:
         port = open_at(url, baud)

@@ -22,6 +22,7 @@ import numpy as np
 from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, InputError
 from handout.plotting import bed
 from handout.plotting.dialect import BUTTON_LOOK, ButtonPressed, Controller
+from handout.plotting.dialects import dialect
 from handout.plotting.driving.driver import Monitor, Progress, Report, connect, draw, park
 from handout.plotting.jobs.job import Job, load
 from handout.plotting.jobs.journal import Journal
@@ -262,7 +263,9 @@ class _Run:
         if self.journal.standing.begun and not self.journal.standing.doubtful:
             whole = self.job.drawing(self.journal.standing.part)
             xy, zero = bed.place(whole.page, self.job.profile).to_page(np.array([at, (0.0, 0.0)]))
-            place = found(whole, self.journal.standing.place, xy, _REACH * self.job.options.overlap + _WRITTEN, zero)
+            language, limits = dialect(self.job.profile.dialect), self.job.profile.limits
+            overlap = max(self.job.options.overlap, language.in_hand * float(limits.draw_speed))
+            place = found(whole, self.journal.standing.place, xy, _REACH * overlap + _WRITTEN, zero)
             if place is not None:
                 self.journal.drawn(place)
         return True
