@@ -83,8 +83,8 @@ def _identified(port: str, answer: connections.Answer | None) -> Probe:
     """What is told of who is there."""
     if answer is None:
         raise DeviceSilent(
-            f"Nobody at {port} answers in a language handout knows (GRBL, EBB, Marlin, HP-GL): is the plotter switched "
-            "on, is this its port?"
+            f"Nobody at {port} answers in a language handout knows (GRBL, EBB, Marlin, HP-GL, Klipper): is the plotter "
+            "switched on, is this its port?"
         )
     known = answer.known
     if known is not None and not known.dialect:

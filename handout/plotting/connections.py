@@ -32,7 +32,8 @@ def open_port(url: str, profile: Plotter) -> Port:
     Parameters
     ----------
     url : ``/dev/ttyUSB0``, ``COM3``; ``tcp://host:23``, ``ws://host:81`` (see `network_ports`); ``moonraker://host``
-        (see `moonraker_ports`); another address of pyserial's; ``auto``: the only serial port that the machine can be at; ``sim:`` for the simulated plotter, with
+        (see `moonraker_ports`); another address of
+        pyserial's; ``auto``: the only serial port that the machine can be at; ``sim:`` for the simulated plotter, with
         options such as ``sim:?fault=alarm&after=40&buffer=64&realtime=1``.
 
     Raises
@@ -139,7 +140,8 @@ def identify(url: str, open_at: Callable[[str, int], Port] = _open_at) -> Answer
     for baud in bauds:
         port = open_at(url, baud)
         try:
-            answer = ask(port, [name for name, bauds in speeds.items() if baud in bauds])
+            wakes = 0.0 if is_moonraker(url) else _WAKES
+            answer = ask(port, [name for name, bauds in speeds.items() if baud in bauds], wakes)
         finally:
             port.close()
         if answer is not None:

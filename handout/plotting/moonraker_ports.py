@@ -1,7 +1,7 @@
 """Ports to Moonraker, which stands before Klipper: messages of JSON-RPC, one a line, over WebSocket or over HTTP.
 
-An API key, where Moonraker asks for one, is taken from the environment variable ``MOONRAKER_API_KEY``, so that no job and
-no message has it.
+An API key, where Moonraker asks for one, is taken from the environment variable ``MOONRAKER_API_KEY``, so that no job
+and no message has it.
 
 Sources: Moonraker's documentation (introduction: WebSocket connections, JSON-RPC over HTTP; authorization).
 """
@@ -21,7 +21,9 @@ from handout.plotting.ports import Port
 _PORT = 7125  # of Moonraker, where nothing else was set up
 _CONNECTS, _ANSWERS = 5.0, 10.0  # s
 _SCHEMES = ("moonraker", "moonraker+http")
-_REFUSED = "Moonraker at {} asks for a key (HTTP {}): put its API key into the environment variable MOONRAKER_API_KEY, or "
+_REFUSED = (
+    "Moonraker at {} asks for a key (HTTP {}): put its API key into the environment variable MOONRAKER_API_KEY, or "
+)
 
 
 def is_moonraker(url: str) -> bool:
@@ -74,7 +76,7 @@ class MoonrakerPort(WebSocketPort):
     def write(self, data: bytes) -> None:
         """Send every line as a message."""
         *lines, self._half = (self._half + data).split(b"\n")
-        for line in lines:
+        for line in filter(None, lines):
             self._send(line.decode("utf-8"))
 
     def _heard(self, message: str | bytes) -> bytes:
@@ -82,7 +84,7 @@ class MoonrakerPort(WebSocketPort):
 
 
 class HttpPort:
-    """Moonraker's requests over HTTP, each on a connection of its own while it is not answered; it tells nothing unasked.
+    """Moonraker's requests over HTTP, each on a connection of its own until it is answered; it tells nothing unasked.
 
     greets : as of `network_ports.TcpPort`.
     """
@@ -106,13 +108,11 @@ class HttpPort:
     def write(self, data: bytes) -> None:
         """Send every line as a request."""
         *lines, self._half = (self._half + data).split(b"\n")
-        for line in lines:
+        for line in filter(None, lines):
             connection = self._idle.pop() if self._idle else self._connected()
             self._waiting.append(connection)
             try:
-                connection.request(
-                    "POST", "/server/jsonrpc", line, {"Content-Type": "application/json"} | _headers()
-                )
+                connection.request("POST", "/server/jsonrpc", line, {"Content-Type": "application/json"} | _headers())
             except (OSError, HTTPException) as error:
                 raise lost(self.url) from error
 
@@ -133,7 +133,9 @@ class HttpPort:
         if response.status in (401, 403):
             raise PortError(_REFUSED.format(self.url, response.status) + "trust this computer in moonraker.conf.")
         if response.status != 200:
-            raise PortError(f"{self.url} answers, but not as Moonraker does (HTTP {response.status}): its port is 7125.")
+            raise PortError(
+                f"{self.url} answers, but not as Moonraker does (HTTP {response.status}): its port is 7125."
+            )
         if connection.sock is not None:  # it may have been closed by the other end
             self._idle.append(connection)
         return body.replace(b"\n", b" ").strip() + b"\n"

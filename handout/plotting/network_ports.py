@@ -171,8 +171,8 @@ def unreachable(url: str, host: str, error: OSError) -> PortError:
     """The error of a place that takes no connection."""
     reason = f"nobody on this network is called {host}" if isinstance(error, socket.gaierror) else _reason(error)
     return PortError(
-        f"{url} cannot be opened ({reason}): check the address, that the machine is switched on and on the network, and "
-        "that no other program is connected to it."
+        f"{url} cannot be opened ({reason}): check the address, that the machine is switched on and on the network, "
+        "and that no other program is connected to it."
     )
 
 

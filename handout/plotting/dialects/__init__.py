@@ -1,8 +1,9 @@
 """The languages of plotters: one package each, and the table that names them.
 
 - `base`: what conversations and controllers of all dialects share; `gcode`: what those of G-code do.
-- `grbl`, `marlin`, `ebb`, `hpgl`, `klipper`: in each, `protocol` (blocks → commands, bytes → replies; pure), `conversation` (flow
-  control over one port), `controller` (a `dialect.Controller`); its module has a `dialect.Dialect` named `DIALECT`.
+- `grbl`, `marlin`, `ebb`, `hpgl`, `klipper`: in each, `protocol` (blocks → commands, bytes → replies; pure),
+  `conversation` (flow control over one port), `controller` (a `dialect.Controller`); its module has a
+  `dialect.Dialect` named `DIALECT`.
 
 To add a dialect: a package with its `DIALECT`, its simulated controller (in `handout.simulated.plotter`), one line in
 the table below, and the name among those that `profiles.Plotter.dialect` takes.

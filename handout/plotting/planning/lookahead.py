@@ -162,7 +162,7 @@ def _curve_speed2(unit: Array, length: Array, acceleration: Array) -> Array:
 
 
 def _circle_speed2(unit: Array, length: Array, acceleration: Array) -> Array:
-    """Square of the speed on the circle that touches two lines in the middle of either, the lesser, mm²/s² (Klipper)."""
+    """Square of the speed on the circle that touches two lines, the shorter in its middle, mm²/s² (Klipper)."""
     cosine = np.clip(-(unit[:-1] * unit[1:]).sum(axis=1), -_STRAIGHT, _STRAIGHT)
     energy = 0.5 * acceleration * length
     return np.asarray(np.minimum(energy[:-1], energy[1:]) * np.sqrt((1.0 - cosine) / (1.0 + cosine)))

@@ -1,7 +1,7 @@
 """The dialect of Klipper behind Moonraker: scripts of G-code in JSON-RPC; the pen on a servo, a stepper, Z, or macros.
 
-Sources: Moonraker's documentation (printer administration, JSON-RPC notifications, introduction) and Klipper's (G-codes,
-status reference, kinematics, code overview), read for facts.
+Sources: Moonraker's documentation (printer administration, JSON-RPC notifications, introduction) and Klipper's
+(G-codes, status reference, kinematics, code overview), read for facts.
 """
 
 from __future__ import annotations
@@ -11,14 +11,15 @@ import re
 from handout.plotting.dialect import Dialect, PenValues, Question
 from handout.plotting.dialects.gcode import header
 from handout.plotting.dialects.klipper.controller import KlipperController
-from handout.plotting.dialects.klipper.protocol import homing, program, request, set_pen
+from handout.plotting.dialects.klipper.protocol import PEAKS, homing, program, request, set_pen
 from handout.plotting.planning.plan import Plan
 from handout.profiles import Plotter
 
 
 def file(plan: Plan, profile: Plotter) -> bytes:
     """The plan as a file that Klipper prints; it assumes and does what a file for Marlin does."""
-    lines = [*header(plan, profile), *(homing(profile) if profile.homing else [])]
+    peaks = PEAKS % round(profile.limits.acceleration)
+    lines = [*header(plan, profile), *(homing(profile) if profile.homing else []), peaks]
     return b"".join([*lines, *(command.data for command in program(plan.blocks, profile))])
 
 
@@ -29,7 +30,7 @@ DIALECT = Dialect(
     connect=KlipperController,
     simulator="handout.simulated.plotter.klipper",
     # no speeds: it is asked only where Moonraker is said to be
-    question=Question(request(1, "server.info"), re.compile(rb'"moonraker_version": ?"([^"]+)"'), ()),
+    question=Question(b"\n" + request(1, "server.info"), re.compile(rb'"moonraker_version": ?"([^"]+)"'), ()),
     suffixes=(".gcode", ".g"),
     usual_device="klipper-servo",
     motion="planned",

@@ -1,4 +1,4 @@
-"""Connecting to Klipper through Moonraker: is it there, is it ready, has it what the pen needs, and what are its limits?"""
+"""Connecting to Klipper through Moonraker: is it ready, has it what the pen needs, and what are its limits?"""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ _QUESTIONS = {"toolhead": None, "gcode_move": None, "configfile": ["settings"]}
 def meet(conversation: MoonrakerConversation, profile: Plotter, log: Log) -> tuple[Plotter, float]:
     """See that Klipper is ready, and read its settings; it does not move.
 
-    Returns the profile with the machine's own limits, where `log` is told that they differ; and its acceleration, mm/s².
+    Returns the profile with the machine's own limits, where `log` is told that they differ; and its acceleration,
+    mm/s².
     """
     state = _state(conversation, float(profile.port.start_up) + conversation.timeout)
     if state == "shutdown":
@@ -87,8 +88,8 @@ def _check_pen(conversation: MoonrakerConversation, profile: Plotter) -> None:
     if kind is not None and objects and f"{kind} {pen.name}" not in objects:
         there = ", ".join(name.split()[1] for name in objects if name.startswith(f"{kind} ")) or "none"
         raise DeviceAlarm(
-            f"Klipper's printer.cfg has no [{kind} {pen.name}] (of this kind it has: {there}): add it, or set pen.name in "
-            "the profile."
+            f"Klipper's printer.cfg has no [{kind} {pen.name}] (of this kind it has: {there}): add it, or set pen.name "
+            "in the profile."
         )
 
 
@@ -110,7 +111,9 @@ def _limits(profile: Plotter, head: dict[str, Any], settings: dict[str, Any], lo
         for driven, driving in stepper.get("gear_ratio") or []:
             steps *= float(driven) / float(driving)
         values["steps_per_mm"] = steps / distance
-    others = {name: value for name, value in values.items() if not math.isclose(value, getattr(limits, name), rel_tol=1e-3)}
+    others = {
+        name: value for name, value in values.items() if not math.isclose(value, getattr(limits, name), rel_tol=1e-3)
+    }
     return with_limits(profile, others, log)
 
 

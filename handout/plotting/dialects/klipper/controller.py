@@ -1,13 +1,12 @@
 """A Klipper that is connected: lines out in scripts, counts in by the place that it reports, halt and home.
 
 What is drawn is known by `live_position`, where the carriage is by Klipper's own reckoning, and by ``M400``, which is
-answered when all motion is done.  Klipper has two seconds of motion in hand that nothing short of an emergency stop takes
-back; after one, or after any other shutdown, its place is lost.
+answered when all motion is done.  Klipper has two seconds of motion in hand that nothing short of an emergency stop
+takes back; after one, or after any other shutdown, its place is lost.
 """
 
 from __future__ import annotations
 
-import math
 from collections import deque
 from typing import NamedTuple
 
@@ -84,7 +83,7 @@ class KlipperController(BaseController):
             )
         if self.profile.pen.lift == "z" and "z" not in told.homed:
             raise DeviceAlarm(
-                "Klipper does not know where Z is and does not move it: home Z at its page in the browser, without the pen."
+                "Klipper does not know where Z is and does not move it: home Z at its page in the browser, the pen out."
             )
         self.conversation.ask(protocol.PEAKS % round(self._acceleration))
         self._ways, self._at = deque(), told.end or (0.0, 0.0)
@@ -117,8 +116,8 @@ class KlipperController(BaseController):
         off = distance_to_lines(np.array(place), begin, end)
         if off.min() > _FAR:
             raise DeviceGarbled(
-                f"Klipper is at {place[0]:.1f}, {place[1]:.1f} mm and not on its way: another program has moved it, or it "
-                "corrects skew (SET_SKEW CLEAR=1)."
+                f"Klipper is at {place[0]:.1f}, {place[1]:.1f} mm and not on its way: another program has moved it, or "
+                "it corrects skew (SET_SKEW CLEAR=1)."
             )
         near = np.flatnonzero(off <= _NEAR)
         self._count(ways[int(near[0])].number if len(near) else ways[0].number)

@@ -105,8 +105,8 @@ class MoonrakerConversation(Conversation[Reply]):
         self.fallen = True
         reason = f" ({_first(why)})" if why else ""
         raise DeviceAlarm(
-            f"Klipper has stopped{reason} and no longer knows where it is: look at its page in the browser, and bring the "
-            "pen back to its zero."
+            f"Klipper has stopped{reason} and no longer knows where it is: look at its page in the browser, and bring "
+            "the pen back to its zero."
         )
 
     def status(self) -> Status:

@@ -1,9 +1,9 @@
 """The simulated Klipper behind Moonraker: what it does with requests, and what it answers.
 
 Source: Moonraker's documentation (printer administration, JSON-RPC notifications) and Klipper's (G-codes, status
-reference), and both run as programs for the words of their errors: scripts are obeyed one after the other, each answered
-when its last line has been taken, not when it has been drawn; questions are answered meanwhile.  Its place is worked out
-anew four times a second.
+reference), and both run as programs for the words of their errors: scripts are obeyed one after the other, each
+answered when its last line has been taken, not when it has been drawn; questions are answered meanwhile.  Its place is
+worked out anew four times a second.
 """
 
 from __future__ import annotations
@@ -126,7 +126,7 @@ class KlipperFirmware(Firmware):
     def _start(self) -> None:
         first = self._ready == 0.0 and self.now == 0.0
         self._forget()
-        steps, (x, y, z) = self.paper.steps, self.paper.at
+        steps, z = self.paper.steps, self.paper.at[2]
         self.toolhead.at = (0.0, 0.0, z / steps[2])
         self.toolhead.forget()
         self.paper.believe((0, 0, z))
@@ -173,6 +173,8 @@ class KlipperFirmware(Firmware):
 
     def execute(self, line: bytes) -> Iterator[Wait]:
         """Take a request, and answer it unless it is a script that has to wait."""
+        if not line.strip():
+            return
         try:
             request = json.loads(line)
             number, method, parameters = request.get("id"), request["method"], request.get("params") or {}

@@ -1,10 +1,10 @@
 """The simulated Klipper's toolhead: moves wait until their speeds are settled, and are carried out by print time.
 
 Source: Klipper's documentation (Kinematics, Code overview) and its host program, read for facts: junctions by square
-corner velocity and by the curve that short moves make; moves are settled a quarter of a second at a time; with less than
-a second of settled motion in hand all that waits is settled, to a stop; after a stop it waits for two seconds of motion,
-or until none has come for a tenth of a second, and begins a quarter of a second later.  Its minimum cruise ratio is
-taken to be 0.
+corner velocity and by the curve that short moves make; moves are settled a quarter of a second at a time; with less
+than a second of settled motion in hand all that waits is settled, to a stop; after a stop it waits for two seconds of
+motion, or until none has come for a tenth of a second, and begins a quarter of a second later.  Its minimum cruise
+ratio is taken to be 0.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class _Settled:
 
     def at(self, now: float) -> Vector:
         """The place, mm."""
-        t, (up, level, down), a = min(max(now - self.begin, 0.0), sum(self.times)), self.times, self.move.acceleration
+        t, (up, level, _), a = min(max(now - self.begin, 0.0), sum(self.times)), self.times, self.move.acceleration
         if t <= up:
             gone = self.entry * t + 0.5 * a * t * t
         elif t <= up + level:
