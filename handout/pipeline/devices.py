@@ -9,7 +9,7 @@ from handout import profiles, shipped
 from handout.errors import DeviceSilent
 from handout.pipeline.plotting import machine
 from handout.pipeline.results import SILENT, Facts, Listener, Result
-from handout.plotting import connections, open_port
+from handout.plotting import announcements, connections, open_port
 from handout.plotting.connections import is_simulated
 from handout.plotting.dialects import dialect
 from handout.plotting.ports import serial_devices as serial_devices
@@ -51,6 +51,17 @@ def list_devices() -> list[Device]:
     files = shipped.files("devices", "*.toml")
     read = {name: profiles.read(path) for name, path in files.items()}
     return [Device(name, profile.kind, profile.title, files[name]) for name, profile in read.items()]
+
+
+def on_network() -> list[announcements.Announced]:
+    """Machines that have announced themselves on the network.
+
+    Raises
+    ------
+    PortError
+        zeroconf is not installed, or this computer is on no network.
+    """
+    return announcements.listen()
 
 
 def probe(port: str = "auto", device: str | None = None, listener: Listener = SILENT) -> Probe:

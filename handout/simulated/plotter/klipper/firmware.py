@@ -81,7 +81,7 @@ class KlipperFirmware(Firmware):
     # what the port asks of every firmware
 
     @property
-    def now(self) -> float:  # type: ignore[override]
+    def now(self) -> float:
         """Its clock, s."""
         return self.toolhead.now
 
