@@ -59,14 +59,19 @@ def _written(text: str) -> list[int]:
     return [i for i, unit in enumerate(text) if not unit.isspace()]
 
 
+def given(hand: ScannedHand, count: int) -> Indices:
+    """(count,) the letter that has each vertex of a hand's page, by its number in the text; −1: none."""
+    owner = np.full(count, -1)
+    for glyph in hand.glyphs:
+        owner[glyph.vertices] = glyph.at
+    return owner
+
+
 def right(hand: ScannedHand, truth: Indices) -> set[int]:
     """The letters that are right, by their number in the text."""
-    given = np.full(len(truth), -1)
-    for glyph in hand.glyphs:
-        given[glyph.vertices] = glyph.at
-    every = set(truth.tolist()) - {-1}
-    return {at for at in every if (both := (truth == at) & (given == at)).any()
-            and both.sum() >= _COMMON * ((truth == at) | (given == at)).sum()}  # fmt: skip
+    own, every = given(hand, len(truth)), set(truth.tolist()) - {-1}
+    return {at for at in every if (both := (truth == at) & (own == at)).any()
+            and both.sum() >= _COMMON * ((truth == at) | (own == at)).sum()}  # fmt: skip
 
 
 def outlined(hand: ScannedHand, truth: Indices, letters: Sequence[int]) -> list[Outline]:

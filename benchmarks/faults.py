@@ -39,7 +39,8 @@ from handout.plotting.dialects import dialect
 from handout.plotting.driving import overlap
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.job import Options as JobOptions
-from handout.profiles import Plotter
+from handout.plotting.planning.hooking import without_pots
+from handout.profiles import Hooks, Length, Plotter
 from handout.simulated.plotter import NetworkedPlotter, SimulatedPlotter
 from handout.simulated.plotter.ink_comparison import SLACK, InkComparison, compare
 from handout.simulated.plotter.options import BYTE_FAULTS, Faults
@@ -59,12 +60,13 @@ class Machine:
     """A machine: its profile, what is different about it, and the dialect it is counted under."""
 
     profile: str
-    changes: tuple[tuple[str, Any], ...] = ()
+    changes: tuple[tuple[str, Any], ...] = field(default=(), hash=False)  # places of hooks have none
     options: tuple[tuple[str, Any], ...] = ()
 
     @property
     def title(self) -> str:
-        return " ".join([self.profile, *(f"{name}={value}" for name, value in (*self.changes, *self.options))])
+        changes = [name if name == "hooks" else f"{name}={value}" for name, value in (*self.changes, *self.options)]
+        return " ".join([self.profile, *changes])
 
 
 MACHINES = (
@@ -102,6 +104,27 @@ KLIPPER = (
     Machine("klipper-servo", (("homing", False), ("zero", "here"))),
     Machine("klipper-servo", options=(("network", "ws"), ("latency", 0.01))),
 )
+EVERY = 25.0  # mm of ink between two dips
+_DIP = ("go 110mm 30mm", "down", "go 114mm 30mm", "up")
+HOOKS = Hooks(
+    dip=_DIP,
+    dip_every=Length(EVERY),
+    before_page=("go 100mm 10mm",),
+    after_page=("go 110mm 12mm", "down", "go 118mm 12mm"),
+    after_stroke=("go 100mm 20mm",),
+)
+HOOKED = tuple(
+    Machine(name, (("hooks", HOOKS),), options)
+    for name, options in (
+        ("simulated", ()),
+        ("grbl-z", ()),
+        ("marlin-servo", ()),
+        ("creality-ender-3", ()),
+        ("axidraw-v3", ()),
+        ("axidraw-v3", (("firmware", "2.4.5"),)),
+        ("hp-7475a", ()),
+    )
+)
 FAULTS = (
     "lost-byte", "flipped-byte", "doubled-byte", "small-buffer", "late", "lost-ok", "resend-loop", "error",
     "alarm", "reset", "jam", "unplugged", "power-cut", "ctrl-c", "ctrl-c twice", "crash",
@@ -113,7 +136,7 @@ KLIPPER_FAULTS = (
     "late", "error", "alarm", "reset", "jam", "unplugged", "power-cut", "ctrl-c", "ctrl-c twice", "crash", "stall",
 )  # fmt: skip
 DAMAGES = ("lost-byte", "flipped-byte", "doubled-byte")
-RUNS, NETWORK_RUNS, NEWEST_RUNS, KLIPPER_RUNS = 720, 136, 64, 220
+RUNS, NETWORK_RUNS, NEWEST_RUNS, HOOKED_RUNS, KLIPPER_RUNS = 720, 136, 64, 224, 220
 SHORT = "i"
 SHORTLY = (MACHINES[0], MACHINES[5], MACHINES[8], MACHINES[12])
 _STEPS = 0.2  # mm by which a place may be known too early: steps, and points of what is compared
@@ -190,6 +213,7 @@ class Run:
     """What became of one plot.
 
     stops : why it broke off, each time; noticed : whether anything was said about it.
+    load : mm of ink at most between two dips.
     """
 
     machine: Machine
@@ -200,6 +224,7 @@ class Run:
     said: list[str] = field(default_factory=list)
     inked: InkComparison | None = None
     overlap: float = OVERLAP  # mm that may be drawn twice at a break
+    load: float = 0.0
     finished: bool = False
     endless: bool = False
 
@@ -321,7 +346,9 @@ def perform(run: Run, plotter: Desk, whole: Drawing) -> None:
             if job.standing().finished:
                 break
         run.finished = job.standing().finished
-    run.inked = compare(whole, plotter.executed().strokes)
+    drawn = plotter.executed()
+    inked = without_pots(drawn, plotter.profile)
+    run.inked, run.load = compare(whole, inked.strokes), load(drawn, inked)
     run.overlap = max(OVERLAP, drawn_in(whole, plotter.profile, dialect(plotter.profile.dialect).in_hand))
 
 
@@ -331,6 +358,15 @@ def drawn_in(whole: Drawing, profile: Plotter, seconds: float) -> float:
     ink = np.append(0.0, np.cumsum(overlap.ink(made)))
     clock = np.append(made.begins, made.duration)
     return float((ink - np.interp(clock - seconds, clock, ink)).max())
+
+
+def load(drawn: Drawing, inked: Drawing) -> float:
+    """mm of ink at most between two strokes that are none: in the pot."""
+    ink, most, loads = {id(stroke) for stroke in inked.strokes}, 0.0, 0.0
+    for stroke in drawn.strokes:
+        loads = loads + stroke.length if id(stroke) in ink else 0.0
+        most = max(most, loads)
+    return most
 
 
 def mend(run: Run, plotter: Desk) -> None:
@@ -378,6 +414,9 @@ def verdict(run: Run) -> str:
         return "missing"
     if ink.deviation > SLACK or ink.stray:
         return "wrong ink"
+    every = profile_of(run.machine).hooks.dip_every
+    if every and run.load > every + _STEPS + 0.02 * every:  # steps of a motor are longer than a line
+        return "dry"
     return "right" if ink.doubled <= run.overlap * len(run.stops) + _STEPS else "twice"
 
 
@@ -395,6 +434,8 @@ def main() -> None:
         told(pool.starmap(_one, cases(KLIPPER_RUNS, KLIPPER, KLIPPER_FAULTS), chunksize=4))
         print("The newest profiles:")
         told(pool.starmap(_one, cases(NEWEST_RUNS, NEWEST), chunksize=4))
+        print("With dips and other hooks:")
+        told(pool.starmap(_one, cases(HOOKED_RUNS, HOOKED), chunksize=4))
         whole = drawing(SHORT)
         for machine in SHORTLY:
             places = range(undisturbed(machine, whole).bytes)

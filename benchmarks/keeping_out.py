@@ -12,7 +12,6 @@ it loses the glyphs of the kept-out lines.  The distance of lines, slant and siz
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
@@ -22,7 +21,7 @@ from numpy.typing import NDArray
 
 from benchmarks.parts import DPI, LUMA
 from handout.hand import file, library
-from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
+from handout.hand.scanned import ScannedHand, ScannedPage
 from handout.scanning.scan import Scan
 from handout.scanning.text_lines import line_owners
 from handout.scanning.written_page import WrittenPage, read_page
@@ -94,22 +93,10 @@ def hand_without(author: Author, fold: int) -> ScannedHand:
         first = np.cumsum([0, *(len(page.baselines) for page in author.whole.pages)])
         given = set(author.given(fold))
         kept = [i for i, glyph in enumerate(author.whole.glyphs) if int(first[glyph.page]) + glyph.line in given]
-        return only(author.whole, kept)
+        return author.whole.only(kept)
     scan, text = without(author, fold)
     rng = np.random.default_rng((7, fold))
     return hand_of_pages(f"{author.path.stem}-{fold}", [tag_page(read_page(scan), text, rng=rng)])
-
-
-def only(hand: ScannedHand, kept: Sequence[int]) -> ScannedHand:
-    """A hand of some of the glyphs of another; where a neighbour is gone there is none."""
-    number = {old: new for new, old in enumerate(kept)}
-
-    def renumbered(glyph: ScannedGlyph) -> ScannedGlyph:
-        before, after = (number.get(beside, NOBODY) for beside in (glyph.before, glyph.after))
-        ways = () if after == NOBODY else glyph.ligatures
-        return replace(glyph, before=before, after=after, ligatures=ways)
-
-    return replace(hand, glyphs=tuple(renumbered(hand.glyphs[old]) for old in kept))
 
 
 def without(author: Author, fold: int) -> tuple[Scan, str]:

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import difflib
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
 
 import msgspec
 
-from handout import shipped, tables
-from handout.errors import ProfileError
+from handout import hooks, shipped, tables
+from handout.errors import InputError, ProfileError
 from handout.tables import Acceleration as Acceleration
 from handout.tables import Length as Length
 from handout.tables import Speed as Speed
@@ -131,6 +132,54 @@ class Feeder(Table, frozen=True):
     command: tuple[str, ...] = ()
 
 
+class Hooks(Table, frozen=True):
+    """What the machine does besides drawing, in the steps of `hooks`.
+
+    before_page, after_page: with the pen at zero; before_stroke, after_stroke: with the pen lifted above its beginning,
+    its end; dip: before the first stroke, and again so that no more ink than `dip_every` is drawn between two; places:
+    name → "X Y", machine coordinates.
+    """
+
+    before_page: tuple[str, ...] = ()
+    after_page: tuple[str, ...] = ()
+    before_stroke: tuple[str, ...] = ()
+    after_stroke: tuple[str, ...] = ()
+    dip: tuple[str, ...] = ()
+    dip_every: Length = Length(0.0)
+    places: dict[str, str] = msgspec.field(default_factory=dict)
+
+    def steps(self, name: str) -> hooks.Steps:
+        """The steps of a hook; InputError: see `hooks.read`."""
+        return hooks.read(getattr(self, name), self.places, f"hooks.{name}")
+
+
+HOOKS = ("before_page", "after_page", "before_stroke", "after_stroke", "dip")
+LEAST_DIP = 10.0  # mm between two dips; a letter or two
+
+
+def check_hooks(plotter: Plotter) -> None:
+    """Check that steps can be read, and are such as the machine's dialect knows.
+
+    Raises
+    ------
+    InputError
+        What cannot be done, and where it stands.
+    """
+    told = plotter.hooks
+    for name in HOOKS:
+        for step in told.steps(name):
+            if isinstance(step, hooks.Wait) and plotter.dialect == "hpgl":
+                raise InputError(
+                    f"hooks.{name}: HP-GL has no instruction to wait: go a little way with the pen down instead."
+                )
+            if isinstance(step, hooks.Lower) and step.value is not None and plotter.pen.lift in ("own", "command"):
+                raise InputError(f"hooks.{name}: down {step.value:g}: this plotter's pen has no heights; write: down.")
+    if bool(told.dip) != (told.dip_every > 0):
+        raise InputError("hooks.dip and hooks.dip_every belong together: what a dip is, and after how much ink.")
+    if 0 < told.dip_every < LEAST_DIP:
+        raise InputError(f"hooks.dip_every: {told.dip_every:g} mm of ink is less than {LEAST_DIP:g} mm.")
+
+
 class Prices(Table, frozen=True):
     """What a machine's work costs, as far as it is known; of money in one currency.
 
@@ -165,6 +214,7 @@ class Plotter(Table, frozen=True):
     port: Port = Port()
     hpgl: Hpgl = Hpgl()
     feeder: Feeder = Feeder()
+    hooks: Hooks = Hooks()
     prices: Prices = Prices()
     homing: bool = False
     segment_rate: float = 100.0
@@ -277,10 +327,19 @@ def read(path: Path) -> Profile:
         _check_pen(profile.pen, profile.dialect, path)
         _check_dialect(profile, path)
         _check_hpgl(profile, path)
+        _checked(check_hooks, profile, path)
         profile = msgspec.structs.replace(profile, name=path.stem)
     else:
         _check_trays(profile, path)
     return profile
+
+
+def _checked(check: Callable[[Plotter], None], profile: Plotter, path: Path) -> None:
+    """Name the file where something is wrong in it."""
+    try:
+        check(profile)
+    except InputError as error:
+        raise ProfileError(f"{path}: {error}") from error
 
 
 def _check_dialect(profile: Plotter, path: Path) -> None:
@@ -351,11 +410,10 @@ def _check_commands(pen: Pen, path: Path) -> None:
         if (pen.lift == "command") != bool(lines):
             raise ProfileError(f'{path}: pen.{name} and lift = "command" belong together.')
         for line in lines:
-            if not re.fullmatch(r"[ -~]{1,70}", line) or set("?!~") & set(line) or not line.strip():
-                raise ProfileError(
-                    f"{path}: pen.{name} has {line!r}, which is not a line of 1 to 70 printable ASCII characters other "
-                    "than ? ! ~."
-                )
+            try:
+                hooks.line(line, f"pen.{name}")
+            except InputError as error:
+                raise ProfileError(f"{path}: {error}") from error
 
 
 def names(kind: str | None = None) -> list[str]:

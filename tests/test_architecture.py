@@ -18,6 +18,7 @@ GROUND = {
     "alphabet",
     "branching",
     "chains",
+    "hooks",
     "hues",
     "peaks",
     "page_sizes",
@@ -56,6 +57,7 @@ MAY = {
     "score": {"scanning"},
     "prompting": {"hand"},
     "pdf_forms": {"hand", "writing"},
+    "study": {"hand", "prompting"},
     "tagging": {"hand", "writing", "motion", "inking", "scanning", "prompting"},
     "pipeline": {
         "completion",
@@ -73,6 +75,7 @@ MAY = {
         "prompting",
         "reading",
         "scanning",
+        "study",
         "tagging",
         "colour",
         "calibrating",

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.author import OFF, OURS, STEPS, left_out, switches
-from benchmarks.keeping_out import Author, hand_without, only
+from benchmarks.keeping_out import Author, hand_without
 from benchmarks.parts import manuscripts, write
 from handout.hand import file, library
 from handout.hand.scanned import NOBODY
@@ -20,7 +20,7 @@ INSIDE = np.delete(np.arange(1, sum(WORDS)), np.cumsum(WORDS)[:-1] - 1)  # lette
 def hand():
     """Every other line of the first page of a hand that comes with the program."""
     whole = file.load(library.scanned_file("house-joined-ballpoint"))
-    return only(whole, [i for i, one in enumerate(whole.glyphs) if one.page == 0 and one.line % 2])
+    return whole.only([i for i, one in enumerate(whole.glyphs) if one.page == 0 and one.line % 2])
 
 
 @pytest.fixture(scope="module")
@@ -155,5 +155,5 @@ def test_nothing_of_kept_out_lines_reaches_the_hand():
 def test_a_glyph_whose_neighbour_is_gone_is_joined_to_none(hand):
     number = next(i for i, one in enumerate(hand.glyphs) if one.ligatures)
     gone = hand.glyphs[number].after
-    less = only(hand, [i for i in range(len(hand.glyphs)) if i != gone])
+    less = hand.only([i for i in range(len(hand.glyphs)) if i != gone])
     assert less.glyphs[number].after == NOBODY and not less.glyphs[number].ligatures

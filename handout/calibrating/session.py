@@ -10,9 +10,7 @@ from datetime import datetime
 from enum import StrEnum
 from pathlib import Path
 
-import platformdirs
-
-from handout import atomic
+from handout import atomic, shipped
 from handout.calibrating import store
 from handout.errors import InputError
 
@@ -116,7 +114,7 @@ class Session:
 
 def folder() -> Path:
     """Where calibrations in progress are kept; it need not exist."""
-    return Path(platformdirs.user_state_dir("handout", appauthor=False)) / "calibrating"
+    return shipped.own_folder("state") / "calibrating"
 
 
 def opened(printer: str, paper: str, sheet: str, pages: int, scanner: str = "", afresh: bool = False) -> Session:

@@ -18,9 +18,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import platformdirs
-
-from handout import atomic, profiles
+from handout import atomic, profiles, shipped
 from handout.errors import InputError
 
 if TYPE_CHECKING:
@@ -171,7 +169,7 @@ _MOST_NAME = 60  # characters; file systems take 255 bytes
 
 def folder() -> Path:
     """Where calibrations are kept; it need not exist."""
-    return Path(platformdirs.user_data_dir("handout", appauthor=False)) / "calibrations"
+    return shipped.own_folder("data") / "calibrations"
 
 
 def key(name: str) -> str:

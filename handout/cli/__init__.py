@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import sys
 from importlib import import_module
 
@@ -31,8 +32,15 @@ _VERBS = {
     "asemic": "Invent letters that mean nothing, and write them as a tag.",
     "devices": "List, show and check machines.",
     "studio": "Open a page in the browser: write, make hands, correct their letters.",
+    "study": "Make, read and score a study: can people tell made writing from real?",
     "score": "Measure how far page images look written by a person.",
+    "doctor": "Look at what the program needs of this computer, and say what to do about what is missing.",
+    "config": "Keep defaults of options for all verbs, and say where each comes from.",
+    "completion": "Print what makes bash, zsh or fish complete verbs, options and names.",
+    "man": "Print or write manual pages.",
 }
+_WITHOUT_DEFAULTS = {"config", "doctor", "completion", "man"}  # verbs that work whatever a configuration says
+_HELP = {"-h", "--help"}
 
 
 class _Verbs(click.Group):
@@ -46,27 +54,44 @@ class _Verbs(click.Group):
             return None
         command = import_module(f"handout.cli.{cmd_name}_").command
         assert isinstance(command, click.Command)
+        if ctx.resilient_parsing and "_HANDOUT_COMPLETE" in os.environ:
+            from handout.cli.completion_ import prepare
+
+            prepare(command, cmd_name)
+            command.short_help = _VERBS[cmd_name]
         return command
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        if args and args[0] not in _VERBS:
+        if args and args[0] not in _VERBS and not ctx.resilient_parsing:
             import difflib
 
             near = difflib.get_close_matches(args[0], _VERBS, 1)
             hint = f" Did you mean {near[0]!r}?" if near else f" Use one of {', '.join(_VERBS)}."
             raise click.UsageError(f"There is no command {args[0]!r}.{hint}", ctx)
-        return super().resolve_command(ctx, args)
+        name, command, rest = super().resolve_command(ctx, args)
+        if name is not None and command is not None and name not in _WITHOUT_DEFAULTS:
+            from handout.cli.configuration import provide
+
+            provide(ctx, command, name, not (ctx.resilient_parsing or _HELP & set(rest)))
+        return name, command, rest
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
             formatter.write_dl(list(_VERBS.items()))
 
 
-@click.group(cls=_Verbs, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=_Verbs, context_settings={"help_option_names": sorted(_HELP)})
+@click.option(
+    "--config",
+    envvar="HANDOUT_CONFIG",
+    type=click.Path(),
+    metavar="FILE",
+    help="Defaults of options from this file instead of your own and the project's; none: from nowhere.",
+)
 @click.version_option(__version__, prog_name="handout")
-def cli() -> None:
+def cli(config: str | None) -> None:
     """Write any text in a person's handwriting and put it on paper."""
 
 
@@ -77,19 +102,34 @@ def main(args: list[str] | None = None) -> None:
     sys.exit(code)
 
 
+def _configured(error: click.BadParameter) -> str | None:
+    """What is wrong with a value, where a configuration has it."""
+    from handout.cli.configuration import wrong
+
+    return wrong(error)
+
+
 def _run(args: list[str] | None) -> int:
     try:
         result = cli.main(args=args, prog_name="handout", standalone_mode=False)
     except click.exceptions.Exit as leave:
         return leave.exit_code
     except click.ClickException as error:
-        error.show()
+        if isinstance(error, click.BadParameter) and (sentence := _configured(error)):
+            click.echo(f"handout: {sentence}", err=True)
+        else:
+            error.show()
         return 2
     except (click.Abort, KeyboardInterrupt) as stop:
         message, code = signals.last_words(stop)
         with contextlib.suppress(OSError):  # the terminal may be gone
             click.echo(message, err=True)
         return code
+    except ImportError as error:
+        if error.name is None or error.name.partition(".")[0] == "handout":
+            raise
+        click.echo(f"handout: A package cannot be loaded ({error}): `handout doctor` says what to do.", err=True)
+        return 2
     except HandoutError as error:
         click.echo(f"handout: {error}", err=True)
         return error.exit_code

@@ -16,7 +16,7 @@ from handout.pipeline.options import COLOUR_FORMATS, COLOUR_METHODS, Calibration
 
 _PATH = click.Path(path_type=Path)
 
-printer_option = click.option("--printer", required=True, help="A printer's profile (epson), a queue, or sim.")
+printer_option = options.shared("--printer", required=True, help="A printer's profile (epson), a queue, or sim.")
 paper_option = click.option("--paper", default="plain", show_default=True, help="What the paper is called; any name.")
 method_option = click.option(
     "--method",
@@ -25,7 +25,7 @@ method_option = click.option(
     show_default=True,
     help="How the table is made of the patches.",
 )
-_stored_printer = click.option("--printer", required=True, help="The printer that was calibrated.")
+_stored_printer = options.shared("--printer", required=True, help="The printer that was calibrated.")
 _stored_paper = click.option("--paper", default="", help="The paper; without it the printer's newest calibration.")
 
 

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import click
 
+from handout.cli import options
+
 _json = click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
 
 
@@ -83,8 +85,8 @@ def _list_network(as_json: bool) -> None:
 
 
 @command.command("probe")
-@click.option(
-    "--port", default="auto", show_default=True, help="/dev/ttyUSB0, tcp://host, ws://host, moonraker://host …"
+@options.shared(
+    "--port", default="auto", show_default=True, help="/dev/ttyUSB0, tcp://host, ws://host, moonraker://host, or sim:."
 )
 @click.option("--device", help="The plotter's profile; without it every dialect is tried.")
 @_json

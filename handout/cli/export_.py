@@ -20,10 +20,10 @@ from handout.pipeline.programs import SUFFIXES
 @click.option(
     "--output", "-o", multiple=True, required=True, type=click.Path(path_type=Path), help=f"{' '.join(SUFFIXES)}"
 )
-@options.bind(
+@options.bind_hooked(
     "export",
     ExportOptions,
-    click.option("--device", help="The plotter it is for; default: a common one that reads such files."),
+    options.shared("--device", help="The plotter it is for; default: a common one that reads such files."),
     click.option(
         "--order", type=click.Choice(["writing", "travel"]), default="writing", show_default=True, help="Of words."
     ),
@@ -53,9 +53,10 @@ def command(
     exporting.check_suffixes(output)
     source = read_source(text, file, console, options.given())
     result = exporting.export(source, output, writing, sheet, export)
+    dips = "".join(f", {units.count(many, 'dip')} on {name}" for name, many in result.dips.items() if many)
     times = ", ".join(f"{units.duration(seconds)} on {name}" for name, seconds in result.seconds.items())
     console.report(
         result,
-        f"Wrote {sentences.names(result.files)}: {times}; seed {result.seed}."
+        f"Wrote {sentences.names(result.files)}: {times}{dips}; seed {result.seed}."
         f"{sentences.lent(result.tally)}{sentences.doubted(result.tally)}{sentences.slipped(result.tally)}",
     )

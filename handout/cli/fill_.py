@@ -36,7 +36,7 @@ class _Mode:
         type=click.Path(path_type=Path),
         help=".pdf and .png: the form filled in; .svg .inkml .json .gcode …: the writing alone.  May be repeated.",
     ),
-    click.option("--port", help="Plot it: /dev/ttyUSB0, COM3, tcp://host, ws://host, auto, or sim: (simulated)."),
+    options.port(),
     click.option("--yes", "-y", is_flag=True, help="With --port: do not stop between sheets."),
 )
 @options.bind(
@@ -53,7 +53,7 @@ class _Mode:
         "--mark", type=click.Choice(["cross", "tick"]), default="cross", show_default=True, help="In check boxes."
     ),
     click.option("--writing-only", is_flag=True, help="Without the form, for sheets that it is printed on already."),
-    click.option("--device", help="The plotter, for --port and .gcode, .hpgl or .ebb files; default: a common one."),
+    options.shared("--device", help="The plotter, for --port and .gcode, .hpgl or .ebb files; default: a common one."),
 )
 @options.writing
 @options.picture
@@ -80,7 +80,7 @@ def command(
     from handout.pipeline import filling as pipeline
 
     if answers is None:
-        if mode.output or mode.port is not None:
+        if mode.output or "port" in options.given():
             raise InputError(f"With what? Give answers, as handout fill {form} answers.csv.")
         listed = pipeline.fields_of(form)
         if not console.as_json:

@@ -11,10 +11,14 @@ import click
 from click.core import ParameterSource
 
 from handout import page_sizes
+from handout.cli import configuration
+from handout.cli.configuration import Option, Verb
+from handout.cli.configuration import shared as shared
 from handout.cli.console import Console
 from handout.pipeline.options import (
     ALIGNMENTS,
     ENGINES,
+    LAYERS,
     PENS,
     POSE_METHODS,
     MergeOptions,
@@ -26,6 +30,7 @@ from handout.pipeline.options import (
     WritingOptions,
     slip_rate,
 )
+from handout.pipeline.plot_request import HookOptions
 
 SIDES = "e.g. 15mm, or 20mm,15mm (vertical, horizontal), or four from the top clockwise."
 
@@ -33,35 +38,33 @@ _POSE = "Hold the pen as a pose library suggests: one that comes with the progra
 _METHOD = "How the pose is put together of the library's strokes."
 _STYLE = "fast-tag, calm, blackletter, chancery, scrawl, learned, one of your own, or a .toml or .style file."
 _MANNER = (
-    click.option("--prime", help="Of a learned style: the example that primes it, by its name, or a drawing's file."),
-    click.option("--temperature", type=float, help="Of a learned style: how much chance; 1 as in its examples."),
+    shared("--prime", help="Of a learned style: the example that primes it, by its name, or a drawing's file."),
+    shared("--temperature", type=float, help="Of a learned style: how much chance; 1 as in its examples."),
 )
 _HELD = (
-    click.option("--pose", help=_POSE),
-    click.option(
-        "--pose-method", type=click.Choice(POSE_METHODS), default=POSE_METHODS[0], show_default=True, help=_METHOD
-    ),
+    shared("--pose", help=_POSE),
+    shared("--pose-method", type=click.Choice(POSE_METHODS), default=POSE_METHODS[0], show_default=True, help=_METHOD),
 )
 _WRITING = (
-    click.option(
+    shared(
         "--hand",
         default="house-joined",
         show_default=True,
         help="A built-in hand, your own, or a .hand or .toml file or .svg font.",
     ),
-    click.option("--seed", type=int, help="Same seed, same writing; without it every run differs."),
-    click.option("--x-height", "x_height", help="Height of a small letter; default: 2.5mm, or a scanned hand's own."),
-    click.option("--line-spacing", help="Distance of lines, e.g. 9mm; default: the hand's own."),
-    click.option("--align", type=click.Choice(ALIGNMENTS), default="ragged", show_default=True),
-    click.option(
+    shared("--seed", type=int, help="Same seed, same writing; without it every run differs."),
+    shared("--x-height", "x_height", help="Height of a small letter; default: 2.5mm, or a scanned hand's own."),
+    shared("--line-spacing", help="Distance of lines, e.g. 9mm; default: the hand's own."),
+    shared("--align", type=click.Choice(ALIGNMENTS), default="ragged", show_default=True),
+    shared(
         "--kinematics",
         type=click.Choice(ENGINES),
         default=ENGINES[0],
         show_default=True,
         help="How the strokes move.",
     ),
-    click.option("--speed", default="human", show_default=True, help="human, fast, or a factor such as 1.5."),
-    click.option(
+    shared("--speed", default="human", show_default=True, help="human, fast, or a factor such as 1.5."),
+    shared(
         "--variation",
         "--jitter",
         "jitter",
@@ -70,15 +73,13 @@ _WRITING = (
         show_default=True,
         help="1 as people vary, 0 none.",
     ),
-    click.option("--haste", type=float, default=0.0, show_default=True, help="-1 careful, 0 as drawn, 1 hurried."),
-    click.option("--fit", is_flag=True, help="Shrink what does not fit instead of refusing it."),
-    click.option(
-        "--fallback", is_flag=True, help="Take similar forms for characters that the hand lacks, leave out emoji."
-    ),
-    click.option("--style", help=f"Move through what is written in a handstyle: {_STYLE}"),
+    shared("--haste", type=float, default=0.0, show_default=True, help="-1 careful, 0 as drawn, 1 hurried."),
+    shared("--fit", is_flag=True, help="Shrink what does not fit instead of refusing it."),
+    shared("--fallback", is_flag=True, help="Take similar forms for characters that the hand lacks, leave out emoji."),
+    shared("--style", help=f"Move through what is written in a handstyle: {_STYLE}"),
     *_MANNER,
     *_HELD,
-    click.option("--strict", is_flag=True, help="Refuse a text of which a word, as written, reads as another."),
+    shared("--strict", is_flag=True, help="Refuse a text of which a word, as written, reads as another."),
 )
 _CONSOLE = (
     click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output."),
@@ -96,8 +97,8 @@ TABLE = (
     click.option("--afresh", is_flag=True, help="Make all of it, though an earlier run of it broke off."),
 )  # fmt: skip
 WORKERS = (
-    click.option("--jobs", type=click.IntRange(1), default=1, show_default=True, help="Processes that make pages."),
-    click.option("--cluster", default="", metavar="ADDRESS", help="Of a Dask scheduler: its workers make the pages."),
+    shared("--jobs", type=click.IntRange(1), default=1, show_default=True, help="Processes that make pages."),
+    shared("--cluster", default="", metavar="ADDRESS", help="Of a Dask scheduler: its workers make the pages."),
 )
 MERGE = (
     click.option(
@@ -106,15 +107,15 @@ MERGE = (
         help="A letter with gaps, {{ first_name }}, that every row of the table fills.",
     ),
     click.option("--with-envelopes", is_flag=True, help="An envelope for every letter."),
-    click.option("--envelope", default="DL", show_default=True, help="The size of these envelopes."),
-    click.option("--language", default="en", show_default=True, help="Of dates in letters: de, fr, en-GB …"),
-    click.option("--return-address", default="", help="The sender on envelopes: a text, or its file."),
-    click.option("--return-at", type=click.Choice(["corner", "back"]), default="corner", show_default=True),
-    click.option("--home-country", default="", help="The country that is left out of addresses."),
-    click.option("--window", default="", help="Address on the letter, for a window: DL, C5, #10, CH, CH-left or FR."),
-    click.option("--tick", is_flag=True, help="The row's number, small, on letter and envelope."),
+    shared("--envelope", default="DL", show_default=True, help="The size of these envelopes."),
+    shared("--language", default="en", show_default=True, help="Of dates in letters: de, fr, en-GB …"),
+    shared("--return-address", default="", help="The sender on envelopes: a text, or its file."),
+    shared("--return-at", type=click.Choice(["corner", "back"]), default="corner", show_default=True),
+    shared("--home-country", default="", help="The country that is left out of addresses."),
+    shared("--window", default="", help="Address on the letter, for a window: DL, C5, #10, CH, CH-left or FR."),
+    shared("--tick", is_flag=True, help="The row's number, small, on letter and envelope."),
     click.option("--approved", type=click.Path(path_type=Path), help="A proof's .json: refuse what differs from it."),
-    click.option("--skip-bad", is_flag=True, help="Make the rows that can be made, though others cannot."),
+    shared("--skip-bad", is_flag=True, help="Make the rows that can be made, though others cannot."),
 )
 
 
@@ -126,33 +127,48 @@ def batch(**values: object) -> tuple[TableOptions, MergeOptions]:
     return kinds[0](**own), kinds[1](**values)
 
 
+_STEPS = "go X Y; go NAME; down [VALUE]; up; wait TIME; send LINE"
+_HOOKS = (
+    click.option("--dip", metavar="STEPS", help=f"Ink for the pen, before it writes and on the way: {_STEPS}."),
+    click.option("--dip-every", metavar="LENGTH", help="Ink between two dips at most, e.g. 150mm."),
+    click.option("--before-page", metavar="STEPS", help="What the machine does before every page, in such steps."),
+    click.option("--after-page", metavar="STEPS", help="And after it."),
+    click.option("--before-stroke", metavar="STEPS", help="Before every stroke, with the pen lifted."),
+    click.option("--after-stroke", metavar="STEPS", help="And after it."),
+)
+
+
 _PICTURE = (
-    click.option("--dpi", type=click.FloatRange(36, 2400), default=300.0, show_default=True, help="Of PNG files."),
-    click.option(
+    shared("--dpi", type=click.FloatRange(36, 2400), default=300.0, show_default=True, help="Of PNG files."),
+    shared(
         "--pen",
         help=f"What the ink looks like, in PNG files and prints: {', '.join(PENS)}, by default ballpoint; "
         "dry-brush, marker, sumi, crayon, or a .brush file. A scanned hand has its own; another .hand file lends it "
         "that of its pages.",
     ),
-    click.option("--pen-width", help="Width of the line, in pictures; default: the pen's own, plain 0.3mm."),
-    click.option(
-        "--ink", help="Colour of the ink, in pictures: #rrggbb, or a name such as navy; default: the pen's own."
-    ),
-    click.option(
+    shared("--pen-width", help="Width of the line, in pictures; default: the pen's own, plain 0.3mm."),
+    shared("--ink", help="Colour of the ink, in pictures: #rrggbb, or a name such as navy; default: the pen's own."),
+    shared(
         "--paper",
+        unless=("transparent",),
         default="none",
         show_default=True,
         help="plain laid ruled squared (ruled:8mm; ruled:8mm,25mm: the first rule 25mm from the top), or a picture or "
         "PDF of a sheet (FILE, FILE:2): behind the ink in PNG files, and written on its lines and beside its print in "
         "all.",
     ),
-    click.option("--transparent", is_flag=True, help="PNG files without any paper."),
+    shared("--transparent", is_flag=True, unless=("paper",), help="PNG files without any paper."),
+    shared(
+        "--layer-by",
+        type=click.Choice(LAYERS),
+        default=LAYERS[0],
+        show_default=True,
+        help="What each layer of SVG and DXF files is.",
+    ),
 )
 
 
 _OF_USER = (ParameterSource.COMMANDLINE, ParameterSource.ENVIRONMENT)
-Option = Callable[[Callable[..., object]], Callable[..., object]]
-Verb = Callable[..., object]
 
 
 def bind(name: str, kind: Callable[..., object], *options: Option) -> Callable[[Verb], Verb]:
@@ -180,6 +196,23 @@ def bind(name: str, kind: Callable[..., object], *options: Option) -> Callable[[
     return decorate
 
 
+def bind_hooked(name: str, kind: Callable[..., object], *options: Option) -> Callable[[Verb], Verb]:
+    """As `bind`, with the options of hooks, which are a value of their own: the field `hooks` of the kind."""
+
+    def whole(**values: object) -> object:
+        hooks: Callable[..., HookOptions] = HookOptions
+        own = {field.name: values.pop(field.name) for field in fields(HookOptions)}
+        return kind(**values, hooks=hooks(**own))
+
+    return bind(name, whole, *options, *_HOOKS)
+
+
+def port(*names: str, multiple: bool = False) -> Option:
+    """--port of a plotter; one of the configuration is left aside where the result is to be a file."""
+    help_ = "/dev/ttyUSB0, COM3, tcp://host, ws://host, auto, or sim: (simulated)."
+    return shared("--port", *names, multiple=multiple, unless=("dry_run", "output"), help=help_)
+
+
 def given() -> frozenset[str]:
     """The options of the running command that its user gave: they win over what the head of a letter says."""
     context = click.get_current_context()
@@ -191,9 +224,9 @@ def sheet(usual_page: str) -> Callable[[Verb], Verb]:
     return bind(
         "sheet",
         partial(SheetOptions, usual_page=usual_page),
-        click.option("--page", "page", help=f"{page_sizes.HELP}  [default: {usual_page}]"),
-        click.option("--margin", help=SIDES),
-        click.option("--pages", type=click.IntRange(1), help="How many pages there may be."),
+        shared("--page", "page", help=f"{page_sizes.HELP}  [default: {usual_page}]"),
+        shared("--margin", help=SIDES),
+        shared("--pages", type=click.IntRange(1), help="How many pages there may be."),
     )
 
 
@@ -202,7 +235,7 @@ def _slips(_context: click.Context, _option: click.Parameter, text: str | None) 
     return slip_rate(text)
 
 
-slips_option = click.option(
+slips_option = shared(
     "--slips",
     is_flag=False,
     flag_value="usual",
@@ -215,7 +248,16 @@ slips_option = click.option(
 manner = bind("writing", WritingOptions, *_WRITING)  # WritingOptions without slips, for other programs' commands
 writing = bind("writing", WritingOptions, *_WRITING, slips_option)
 picture = bind("picture", PictureOptions, *_PICTURE)
-console = bind("console", Console, *_CONSOLE)
+
+
+def _console(as_json: bool, quiet: bool) -> Console:
+    """The terminal, which first says what the verb takes from a configuration."""
+    result = Console(as_json, quiet)
+    result.note(*configuration.sentences(click.get_current_context()))
+    return result
+
+
+console = bind("console", _console, *_CONSOLE)
 pose = bind(
     "posing",
     PoseOptions,

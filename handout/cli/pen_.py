@@ -29,8 +29,8 @@ class _Plotter:
 _plotter = options.bind(
     "plotter",
     _Plotter,
-    click.option("--port", help="/dev/ttyUSB0, COM3, tcp://host, ws://host, auto, or sim: (simulated)."),
-    click.option("--device", help="The plotter's profile; see: handout devices list."),
+    options.port(),
+    options.shared("--device", help="The plotter's profile; see: handout devices list."),
 )
 
 

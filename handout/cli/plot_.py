@@ -51,6 +51,11 @@ class _Mode:
         return self.ports[0] if self.ports else None
 
     @property
+    def plots_anyway(self) -> bool:
+        """Whether what is typed asks for a plot, whatever its text is."""
+        return self.file is not None or bool(self.dry_run) or "ports" in options.given()
+
+    @property
     def attendance(self) -> AttendanceOptions:
         return AttendanceOptions(self.at_zero, self.home_after, self.hold_limit, self.report)
 
@@ -61,9 +66,7 @@ class _Mode:
     "mode",
     _Mode,
     click.option("--file", "-f", help="Read the text from a file; - for standard input."),
-    click.option(
-        "--port", "ports", multiple=True, help="/dev/ttyUSB0, COM3, tcp://host, ws://host, auto, or sim: (simulated)."
-    ),
+    options.port("ports", multiple=True),
     click.option(
         "--dry-run", multiple=True, type=click.Path(path_type=Path), help="Write a preview instead of plotting."
     ),
@@ -86,10 +89,10 @@ class _Mode:
     ),
     click.option("--yes", "-y", is_flag=True, help="Do not stop between sheets and pens."),
 )
-@options.bind(
+@options.bind_hooked(
     "plotting",
     PlotOptions,
-    click.option("--device", help="The plotter's profile; see: handout devices list."),
+    options.shared("--device", help="The plotter's profile; see: handout devices list."),
     click.option("--copies", type=click.IntRange(1, 1000), default=1, show_default=True),
     click.option(
         "--order",
@@ -157,10 +160,10 @@ def command(
         return None
     if mode.at_zero:
         raise InputError("--at-zero says where the pen of a plot stands that is resumed: give it with --resume.")
+    if text and text[0] in _JOB_WORDS and not mode.plots_anyway:
+        _manage(text[0], text[1:], console)
+        return None
     if mode.port is None and not mode.dry_run:
-        if text and text[0] in _JOB_WORDS and mode.file is None:
-            _manage(text[0], text[1:], console)
-            return None
         raise InputError("Where to? Give --port /dev/ttyUSB0 (or COM3, or sim:), or --dry-run preview.svg.")
     if mode.show_travel and not mode.dry_run:
         raise InputError("--show-travel is seen in a preview: give it with --dry-run preview.svg.")
@@ -248,7 +251,8 @@ def _preview(request: PlotRequest, mode: _Mode, console: Console) -> None:
         )
     console.report(
         result,
-        f"Wrote {sentences.names(result.files)}; plotting would take {units.duration(result.planned_s)}; seed "
+        f"Wrote {sentences.names(result.files)}; plotting would take {units.duration(result.planned_s)}"
+        f"{sentences.hooked(result.dips, result.hooks_s)}; seed "
         f"{result.seed}.{sentences.lent(result.tally)}{sentences.doubted(result.tally)}{sentences.slipped(result.tally)}",
     )
 

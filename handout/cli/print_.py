@@ -23,7 +23,9 @@ _MOST_NAMED = 12  # files that are named at the end
 _printing = options.bind(
     "printing",
     PrintOptions,
-    click.option("--printer", default="pdf", show_default=True, help="A printer's profile (epson), queue, or ipp://…"),
+    options.shared(
+        "--printer", default="pdf", show_default=True, help="A printer's profile (epson), queue, or ipp://…"
+    ),
     click.option(
         "--queue", multiple=True, help="Where pages go: a CUPS queue, ipp://HOST/ipp/print, file:FOLDER; several share."
     ),

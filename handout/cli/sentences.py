@@ -60,3 +60,10 @@ def doubted(tally: Tally) -> str:
 
 def _times(count: int) -> str:
     return f", {count} times" if count > 1 else ""
+
+
+def hooked(dips: int, seconds: float) -> str:
+    """What of the time of a plot is for dips and the like, as a part of a sentence; "" for nothing."""
+    if not seconds:
+        return ""
+    return f", {units.duration(seconds)} of it for {units.count(dips, 'dip') if dips else 'hooks'}"

@@ -14,9 +14,13 @@ from handout.pipeline.options import PictureOptions, SheetOptions, WritingOption
 @click.argument("text", nargs=-1)
 @click.option("--file", "-f", help="Read the text from a file; - for standard input.")
 @click.option(
-    "--output", "-o", multiple=True, required=True, help=".svg .png .pdf .inkml .json .gcode .hpgl …; may be repeated."
+    "--output",
+    "-o",
+    multiple=True,
+    required=True,
+    help=".svg .png .pdf .eps .dxf .inkml .json .gcode …; repeatable.",
 )
-@click.option("--device", help="The plotter that a .gcode, .hpgl or .ebb file is for; default: a common one.")
+@options.shared("--device", help="The plotter that a .gcode, .hpgl or .ebb file is for; default: a common one.")
 @options.sheet("A4")
 @options.writing
 @options.picture

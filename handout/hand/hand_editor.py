@@ -61,8 +61,6 @@ class HandEditor:
 
     def turn_to(self, page: int) -> None:
         """Let the places that follow be on that page."""
-        from scipy.spatial import cKDTree
-
         count = len(self._hand.pages)
         if not 0 <= page < count:
             raise CorrectionError(f"there is no such page; the hand has {count}, numbered from 0")
@@ -72,7 +70,6 @@ class HandEditor:
             for i, glyph in self._on_this_page():
                 owner[glyph.vertices] = i
             self._owners[page] = owner
-            self._trees[page] = cKDTree(self._scan.graph.uv)
 
     def label(self, at: Spot, text: str, place: Place | None) -> None:
         """Name a letter, or make one of writing that belongs to none."""
@@ -273,6 +270,15 @@ class HandEditor:
         """(n,) the glyph of every vertex of the page."""
         return self._owners[self._page]
 
+    @property
+    def _tree(self) -> cKDTree:
+        """The vertices of the page."""
+        from scipy.spatial import cKDTree
+
+        if self._page not in self._trees:
+            self._trees[self._page] = cKDTree(self._scan.graph.uv)
+        return self._trees[self._page]
+
     def _glyph(self, number: int) -> ScannedGlyph:
         glyph = self._glyphs[number]
         assert glyph is not None, "owners name only glyphs that are there"
@@ -286,7 +292,7 @@ class HandEditor:
     def _vertex(self, at: Spot) -> int:
         """The vertex that a place means."""
         self._on_page(at)
-        away, vertex = self._trees[self._page].query(at)
+        away, vertex = self._tree.query(at)
         if not away * self._scan.pixel <= _NEAR:
             near = f"the nearest is {away * self._scan.pixel:.1f} mm away" if np.isfinite(away) else "there is none"
             raise CorrectionError(f"no writing within {_NEAR:g} mm of ({at[0]:g}, {at[1]:g}); {near}")
@@ -295,7 +301,7 @@ class HandEditor:
     def _number(self, at: Spot) -> int:
         """The glyph that a place means: of those within reach the one whose ink is nearest."""
         self._on_page(at)
-        near = self._trees[self._page].query_ball_point(at, _NEAR / self._scan.pixel)
+        near = self._tree.query_ball_point(at, _NEAR / self._scan.pixel)
         owned = [v for v in near if self._owner[v] != NOBODY]
         if not owned:
             raise CorrectionError(f"no letter within {_NEAR:g} mm of ({at[0]:g}, {at[1]:g})")
@@ -315,10 +321,7 @@ class HandEditor:
             raise CorrectionError(f"{len(within)} corners make no polygon; give three or more")
         for corner in within:
             self._on_page(corner)
-        cover = page_editor.filled(self._scan, within)
-        column, row = np.rint(self._scan.graph.uv).astype(np.intp).T
-        height, width = cover.shape
-        inside = cover[row.clip(0, height - 1), column.clip(0, width - 1)] > 0
+        inside = page_editor.filled(self._scan, within).under(self._scan.graph.uv)
         if not inside.any():
             x, y = np.mean(np.array(within), axis=0)
             raise CorrectionError(f"no writing inside the polygon around ({x:g}, {y:g})")
@@ -427,7 +430,8 @@ class HandEditor:
     def _changed(self, page: ScannedPage, number: Indices) -> None:
         """Take a page whose vertices have other numbers (n,), −1 for those that are gone."""
         cut: list[int] = []
-        for i, _ in self._on_this_page():
+        same = np.array_equal(number, np.arange(len(number)))
+        for i, _ in [] if same else self._on_this_page():
             glyph = self._glyph(i)
             left = number[glyph.vertices]
             left = np.sort(left[left >= 0])
@@ -446,7 +450,7 @@ class HandEditor:
                 self._glyphs[i] = None
         self._scan = page
         self._owners.pop(self._page)
-        self._trees.pop(self._page)
+        self._trees.pop(self._page, None)
         self.turn_to(self._page)
         self._rejoin_some({i for i in cut if self._glyphs[i] is not None})
 

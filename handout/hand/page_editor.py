@@ -29,6 +29,9 @@ class PaintSettings:
     level: float = 20.0  # degrees by which a stroke may deviate from a rule and still be of it
     even: float = 0.5  # share of the length of a corrected rule that another row of the page must have to be its like
     bin: float = 1.0  # mm along a rule within which one stroke is enough
+    rim: int = 4  # around the page, in which ink may lie that runs off it
+    nearest: int = 24  # vertices that a place may mean
+    gap: float = 2.0  # times as far counts a straight way where there is no line
     around: int = 4  # vertices on either side, between which a stroke's direction is taken
 
 
@@ -39,27 +42,67 @@ class PaintError(Exception):
     """A page cannot be painted so; its text says why."""
 
 
-def brush(page: ScannedPage, places: Sequence[tuple[float, float]], width: float) -> NDArray[np.uint8]:
-    """(h, w) cover, 0–255, of a brush `width` pixels wide along places of the page's picture."""
+@dataclass(frozen=True, eq=False)
+class Cover:
+    """What lies under a brush, or inside a polygon: a part of a page's picture, and 0–255 in each of its pixels.
+
+    corner : (x, y) of its first pixel; it may lie off the page, and reach beyond it.
+    """
+
+    corner: tuple[int, int]
+    values: NDArray[np.uint8]
+
+    def over(self, corner: tuple[int, int], shape: tuple[int, int]) -> tuple[tuple[slice, slice], NDArray[np.uint8]]:
+        """Which rows and columns of a picture (h, w) that begins at `corner` it covers, and its values there."""
+        (x, y), (height, width) = corner, shape
+        left, top = self.corner
+        rows = slice(min(max(top - y, 0), height), min(max(top - y + len(self.values), 0), height))
+        columns = slice(min(max(left - x, 0), width), min(max(left - x + self.values.shape[1], 0), width))
+        down, across = y - top, x - left
+        return (rows, columns), self.values[
+            rows.start + down : rows.stop + down, columns.start + across : columns.stop + across
+        ]
+
+    def under(self, uv: Array) -> NDArray[np.bool_]:
+        """(n,) whether it covers places (n, 2) of the page."""
+        height, width = self.values.shape
+        column, row = (np.rint(uv).astype(np.intp) - self.corner).T
+        inside = np.flatnonzero((column >= 0) & (row >= 0) & (column < width) & (row < height))
+        covered = np.zeros(len(uv), dtype=bool)
+        covered[inside] = self.values[row[inside], column[inside]] > 0
+        return covered
+
+
+def brush(page: ScannedPage, places: Sequence[tuple[float, float]], width: float) -> Cover:
+    """The cover of a brush `width` pixels wide along places of a page's picture."""
     import cv2
 
-    cover = np.zeros(page.shape, dtype=np.uint8)
-    points = np.rint(np.array(places) * _SETTINGS.soft).astype(np.int32).reshape(-1, 1, 2)
     thick = max(1, round(width))
-    cv2.polylines(cover, [points], False, 255, thick, cv2.LINE_AA, shift=int(np.log2(_SETTINGS.soft)))
+    cover, way = _room(page, places, thick)
+    soft = np.rint(way * _SETTINGS.soft).astype(np.int32).reshape(-1, 1, 2)
+    cv2.polylines(cover.values, [soft], False, 255, thick, cv2.LINE_AA, shift=int(np.log2(_SETTINGS.soft)))
     return cover
 
 
-def filled(page: ScannedPage, places: Sequence[tuple[float, float]]) -> NDArray[np.uint8]:
-    """(h, w) 255 inside a polygon of the page's picture."""
+def filled(page: ScannedPage, places: Sequence[tuple[float, float]]) -> Cover:
+    """The cover of a polygon of a page's picture."""
     import cv2
 
-    cover = np.zeros(page.shape, dtype=np.uint8)
-    cv2.fillPoly(cover, [np.rint(np.array(places)).astype(np.int32).reshape(-1, 1, 2)], 255)
+    cover, way = _room(page, places, 1)
+    cv2.fillPoly(cover.values, [np.rint(way).astype(np.int32).reshape(-1, 1, 2)], 255)
     return cover
 
 
-def as_paper(page: ScannedPage, cover: NDArray[np.uint8]) -> tuple[ScannedPage, Indices]:
+def _room(page: ScannedPage, places: Sequence[tuple[float, float]], over: int) -> tuple[Cover, Array]:
+    """An empty cover of places on a page, and as much more on each side, with the places in it."""
+    way = np.array(places, dtype=np.float64)
+    least, most = -_SETTINGS.rim, np.array(page.shape[::-1]) + _SETTINGS.rim
+    low = np.clip(np.floor(way.min(axis=0)) - over, least, most - 1).astype(int)
+    high = np.clip(np.ceil(way.max(axis=0)) + over + 1, low + 1, most).astype(int)
+    return Cover((int(low[0]), int(low[1])), np.zeros((high - low)[::-1], dtype=np.uint8)), way - low
+
+
+def as_paper(page: ScannedPage, cover: Cover) -> tuple[ScannedPage, Indices]:
     """The page without the ink under `cover`.
 
     Raises
@@ -67,15 +110,13 @@ def as_paper(page: ScannedPage, cover: NDArray[np.uint8]) -> tuple[ScannedPage, 
     PaintError
         There is none.
     """
-    x, y = page.texture.corner
-    height, width = page.texture.shape
-    here = cover[y : y + height, x : x + width] > 0
-    column, row = np.rint(page.graph.uv).astype(np.intp).T
-    column, row = column.clip(0, page.shape[1] - 1), row.clip(0, page.shape[0] - 1)
-    gone = cover[row, column] > 0
-    if not gone.any() and not (page.texture.alpha[here] > 0).any():
+    gone = cover.under(page.graph.uv)
+    part, values = cover.over(page.texture.corner, page.texture.shape)
+    if not gone.any() and not (page.texture.alpha[part][values > 0] > 0).any():
         raise PaintError("there is no ink")
-    return _without(replace(page, texture=_cleared(page.texture, here)), gone)
+    pixels = page.texture.pixels.copy()
+    pixels[part][values > 0] = 0
+    return _without(replace(page, texture=_texture(page.texture, pixels)), gone)
 
 
 def as_ink(page: ScannedPage, places: Sequence[tuple[float, float]], width: float) -> tuple[ScannedPage, Indices]:
@@ -123,7 +164,9 @@ def without_rule(
     cover = line_alone(page.graph, gone, page.shape, page.pixel)
     x, y = page.texture.corner
     height, wide = page.texture.shape
-    page = replace(page, texture=_cleared(page.texture, cover[y : y + height, x : x + wide]))
+    pixels = page.texture.pixels.copy()
+    pixels[cover[y : y + height, x : x + wide]] = 0
+    page = replace(page, texture=_texture(page.texture, pixels))
     changed, number = _without(page, gone)
     return changed, number, len(likes)
 
@@ -169,25 +212,46 @@ def joined(page: ScannedPage, one: int, other: int) -> ScannedPage:
 
 
 def along(graph: LineGraph, vertices: Indices, places: Array) -> Indices:
-    """(k,) of some vertices (n,) of a graph, rising, those along places (m, 2): the nearest to each, along edges."""
+    """(k,) of some vertices (n,) of a graph, rising, those that a pen passed which was led along places (m, 2), pixels.
+
+    Each place means a vertex near it; of all rows of such vertices that is taken whose vertices are nearest to the
+    places, and as far apart along the line as those are.  Where a line meets or crosses itself, that keeps to the part
+    which was meant.
+
+    Source: P. Newson and J. Krumm, Hidden Markov map matching through noise and sparseness, ACM GIS 2009, with
+    distances themselves as costs.
+    """
     from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import dijkstra
+    from scipy.sparse.csgraph import shortest_path
     from scipy.spatial import cKDTree
 
     uv, (a, b) = graph.uv[vertices], graph.edges_between(vertices).T
-    near = cKDTree(uv).query(places)[1].tolist()
     length = np.linalg.norm(uv[a] - uv[b], axis=1) + 1e-6
     joined = coo_matrix((length, (a, b)), shape=(len(uv), len(uv)))
-    path = [near[0]]
-    for one in near[1:]:
-        if one == path[-1]:
-            continue
-        before = dijkstra(joined, directed=False, indices=path[-1], return_predecessors=True)[1]
-        back = [one]
-        while back[-1] != path[-1] and before[back[-1]] >= 0:
-            back.append(int(before[back[-1]]))
-        # over a gap the pen goes straight
-        path += back[-2::-1] if back[-1] == path[-1] else [one]
+    way, before = shortest_path(joined, directed=False, return_predecessors=True)
+    # over a gap in the ink the pen goes straight
+    straight = _SETTINGS.gap * np.linalg.norm(uv[:, None] - uv, axis=2)
+    over = way > straight
+    way = np.where(over, straight, way)
+    far, near = cKDTree(uv).query(places, range(1, min(_SETTINGS.nearest, len(uv)) + 1))
+    steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    total, backs = far[0], []
+    for step, one, other, away in zip(steps, near, near[1:], far[1:], strict=False):
+        costs = total[:, None] + np.abs(way[np.ix_(one, other)] - step)
+        backs.append(costs.argmin(axis=0))
+        total = costs.min(axis=0) + away
+    at = int(total.argmin())
+    row = [int(near[-1, at])]
+    for one, back in zip(near[-2::-1], backs[::-1], strict=True):
+        at = int(back[at])
+        row.append(int(one[at]))
+    path = [row.pop()]
+    while row:
+        one, passed = row.pop(), list[int]()
+        while one != path[-1]:
+            passed.append(one)
+            one = path[-1] if over[path[-1], passed[0]] else int(before[path[-1], one])
+        path += passed[::-1]
     return np.asarray(vertices[path], dtype=np.intp)
 
 
@@ -220,27 +284,35 @@ def _with_line(page: ScannedPage, uv: Array, radius: float) -> tuple[ScannedPage
     return replace(page, graph=drawn), np.arange(count)
 
 
-def _cleared(texture: Texture, here: NDArray[np.bool_]) -> Texture:
-    """The texture without what lies where `here` (h, w) says."""
-    pixels = texture.pixels.copy()
-    pixels[here] = 0
+def _texture(texture: Texture, pixels: NDArray[np.uint8]) -> Texture:
+    """The texture with other pixels (h, w, 4)."""
     return Texture(texture.corner, texture.shape, lambda: pixels, texture.blue_first)
 
 
-def _inked(page: ScannedPage, cover: NDArray[np.uint8]) -> Texture:
-    """The texture with ink under `cover` (h, w of the page), its box wide enough for that."""
-    texture = page.texture
-    rows, columns = np.nonzero(cover)
+def _inked(page: ScannedPage, cover: Cover) -> Texture:
+    """The texture with ink under a cover, its box wide enough for that."""
+    texture = _wide_enough(page, cover)
+    part, values = cover.over(texture.corner, texture.shape)
+    colour, opacity = _usual_ink(page)
+    under = texture.pixels[part].copy()
+    alpha = (values * (opacity / 255)).astype(np.uint8)
+    under[(alpha > under[:, :, 3]) & (under[:, :, 3] == 0), :3] = colour
+    under[:, :, 3] = np.maximum(under[:, :, 3], alpha)
+    pixels = texture.pixels.copy()
+    pixels[part] = under
+    return _texture(texture, pixels)
+
+
+def _wide_enough(page: ScannedPage, cover: Cover) -> Texture:
+    """The texture of a page, its box made to hold what of the page lies under a cover."""
+    texture, (rows, columns) = page.texture, cover.over((0, 0), page.shape)[0]
     (x, y), (height, width) = texture.corner, texture.shape
-    left, top = min(x, int(columns.min())), min(y, int(rows.min()))
-    right, bottom = max(x + width, int(columns.max()) + 1), max(y + height, int(rows.max()) + 1)
+    left, top = min(x, columns.start), min(y, rows.start)
+    right, bottom = max(x + width, columns.stop), max(y + height, rows.stop)
+    if (left, top, right, bottom) == (x, y, x + width, y + height):
+        return texture
     pixels = np.zeros((bottom - top, right - left, 4), dtype=np.uint8)
     pixels[y - top : y - top + height, x - left : x - left + width] = texture.pixels
-    colour, opacity = _usual_ink(page)
-    alpha = (cover[top:bottom, left:right] * (opacity / 255)).astype(np.uint8)
-    new = alpha > pixels[:, :, 3]
-    pixels[new & (pixels[:, :, 3] == 0), :3] = colour
-    pixels[:, :, 3] = np.maximum(pixels[:, :, 3], alpha)
     return Texture((left, top), pixels.shape[:2], lambda: pixels, texture.blue_first)
 
 

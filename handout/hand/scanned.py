@@ -9,7 +9,7 @@ Source: seed 000, §5.1.3, §6.3.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -373,6 +373,17 @@ class ScannedHand:
     def centre(self, number: int) -> Array:
         """(2,) line space: the middle of a glyph's ink; see `centres`."""
         return np.asarray(self.centres[number])
+
+    def only(self, kept: Sequence[int]) -> ScannedHand:
+        """A hand of some of the glyphs, by their numbers; where a neighbour is gone there is none."""
+        number = {old: new for new, old in enumerate(kept)}
+
+        def renumbered(glyph: ScannedGlyph) -> ScannedGlyph:
+            before, after = (number.get(beside, NOBODY) for beside in (glyph.before, glyph.after))
+            ways = () if after == NOBODY else glyph.ligatures
+            return replace(glyph, before=before, after=after, ligatures=ways)
+
+        return replace(self, glyphs=tuple(renumbered(self.glyphs[old]) for old in kept))
 
     @cached_property
     def centres(self) -> Array:

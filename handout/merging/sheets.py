@@ -23,22 +23,27 @@ def overlaid(drawings: Sequence[Drawing], page: Page, corners: Sequence[tuple[fl
     corners : mm, where the upper left corner of each lies on the page; all in the page's own, if empty.
     """
     corners = corners or [(0.0, 0.0)] * len(drawings)
-    strokes, words, clock, number = list[Stroke](), list[str](), 0.0, 0
+    strokes, words, lines, clock = list[Stroke](), list[str](), list[int](), 0.0
     for drawing, corner in zip(drawings, corners, strict=True):
         later = clock - float(drawing.strokes[0].t[0]) if drawing.strokes else 0.0
         for stroke in drawing.strokes:
-            word = stroke.word + number if stroke.word >= 0 else -1
+            word = stroke.word + len(words) if stroke.word >= 0 else -1
             strokes.append(replace(stroke, t=stroke.t + later, xy=stroke.xy + corner, word=word))
-        here = list(drawing.about.get("words", []))
-        count = max([len(here), *(stroke.word + 1 for stroke in drawing.strokes)])
-        words += [*here, *[""] * (count - len(here))]
-        number += count
+        lines += [first + len(words) for first in drawing.about.get("lines", [])]
+        words += _words(drawing)
         clock = float(strokes[-1].t[-1]) + _PAUSE if strokes else 0.0
     inked = [(drawing, corner) for drawing, corner in zip(drawings, corners, strict=True) if drawing.ink is not None]
     boxes = [np.add(drawing.inked, (*corner, *corner)) for drawing, corner in inked if drawing.inked is not None]
     bounds = (*np.min(boxes, axis=0)[:2], *np.max(boxes, axis=0)[2:]) if boxes else None
-    about = {**drawings[0].about, **({"words": words} if any(words) else {})}
+    about = {**drawings[0].about, **({"words": words, "lines": lines} if any(words) else {})}
     return Drawing(tuple(strokes), page, about, _pasted(inked) if inked else None, bounds)
+
+
+def _words(drawing: Drawing) -> list[str]:
+    """Of a drawing, as far as its strokes' numbers go; "" for those that it does not tell."""
+    told = list(drawing.about.get("words", []))
+    count = max([len(told), *(stroke.word + 1 for stroke in drawing.strokes)])
+    return [*told, *[""] * (count - len(told))]
 
 
 def _pasted(inked: Sequence[tuple[Drawing, tuple[float, float]]]) -> Callable[[float], Raster]:

@@ -22,6 +22,8 @@ here knows click or a terminal.  Files:
     plotting.py   `plot`, `preview`, `resume`; plot_request.py has their options, plot_jobs.py the plots that are kept
     job_pages.py  the pages of a plot that are made while the first are drawn, by a program of its own
     pen_setup.py  a plotter's test sheet, the heights of its pen, the pen moved by hand
+    names.py      what may be called by name, listed and checked without loading it
+    doctor.py     `examine`, what the program needs of a computer; imports nothing that may be lacking
     devices.py    machines that have a profile, and who is plugged in
 
 How a verb is built

@@ -14,9 +14,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, Literal
 
-import platformdirs
-
-from handout import atomic
+from handout import atomic, shipped
 from handout.errors import InputError
 from handout.pipeline import merging
 from handout.pipeline.inputs import Source
@@ -116,7 +114,7 @@ class _Batch:
 
 def folder() -> Path:
     """Where batches are kept; it need not exist."""
-    return Path(platformdirs.user_state_dir("handout", appauthor=False)) / "desk-batches"
+    return shipped.own_folder("state") / "desk-batches"
 
 
 def keep_batch(

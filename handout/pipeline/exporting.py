@@ -20,17 +20,22 @@ from handout.values import Manuscript
 
 @dataclass(frozen=True)
 class Exported(Result):
-    """What `export` wrote; seconds : name of the machine → how long all pages would take it, s."""
+    """What `export` wrote; seconds : name of the machine → how long all pages would take it, s; dips, hooks_s : as in
+    `Programs`."""
 
     tally: Tally
     seed: int
     hand: str
     files: tuple[Path, ...]
     seconds: dict[str, float]
+    dips: dict[str, int]
+    hooks_s: dict[str, float]
 
     def facts(self) -> Facts:
         devices = {name: round(seconds, 2) for name, seconds in self.seconds.items()}
-        notes = {"notes": list(self.notes)} if self.notes else {}
+        notes: Facts = {"notes": list(self.notes)} if self.notes else {}
+        if self.hooks_s:
+            notes |= {"dips": self.dips, "hooks_s": {name: round(s, 2) for name, s in self.hooks_s.items()}}
         return {**self.tally.facts(self.seed, self.hand, self.files), "devices": devices, **notes}
 
 
@@ -59,7 +64,9 @@ def export(
     paths = [Path(name) for name in outputs]
     letter = None if source.letter is None else prepare_letter(source.letter, writing, sheet, given=source.given)
     task = prepare(writing, sheet) if letter is None else letter.main
-    programs = Programs(options.device, paths, fast=task.fast, fit=writing.fit, order=options.order)
+    programs = Programs(
+        options.device, paths, fast=task.fast, fit=writing.fit, order=options.order, hooks=options.hooks
+    )
     check_outputs(paths, programs.sinks)
     if letter is not None:
         pages, drawings = draw_letter(letter, wanted=STROKES)
@@ -72,4 +79,5 @@ def export(
     notes = (*even, *style_notes(task, drawings)) if source.drawing is None else ()
     notes = notes if letter is None else (*letter.notes(apart=False), *notes)
     tally = Tally.of(pages, drawings)
-    return Exported(tally, task.seed, task.hand.name, tuple(files), programs.seconds, notes=notes)
+    told = programs.seconds, programs.dips, programs.hooks_s
+    return Exported(tally, task.seed, task.hand.name, tuple(files), *told, notes=notes)

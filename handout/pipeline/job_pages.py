@@ -24,7 +24,7 @@ from handout.pipeline.letters import LetterTask, draw_letter
 from handout.pipeline.options import SheetOptions, WritingOptions
 from handout.pipeline.poses import pose_path
 from handout.pipeline.results import Tally
-from handout.pipeline.writing import STROKES, WritingTask, draw, prepare, program, set_pages, title, words
+from handout.pipeline.writing import STROKES, WritingTask, draw, prepare, program, set_pages, title
 from handout.plotting import fit_to_bed
 from handout.plotting.jobs import pages, store
 from handout.plotting.jobs.job import Job, load
@@ -114,7 +114,6 @@ def made(text: str, task: WritingTask, profile: Plotter, fit: bool, shares: Sequ
         tally = Tally.of([sheet.manuscript], [drawing])
         if number > 1:
             tally = dataclasses.replace(tally, borrowed=[])  # which is told of once for all pages
-        drawing = dataclasses.replace(drawing, about={**drawing.about, "words": words(sheet.manuscript)})
         yield NewPage(fit_to_bed(drawing, profile) if fit else drawing, share, dataclasses.asdict(tally))
 
 
@@ -125,7 +124,6 @@ def of_letter(task: LetterTask, profile: Plotter, fit: bool) -> Iterator[NewPage
         tally = Tally.of([page], [drawing])
         if number > 1:
             tally = dataclasses.replace(tally, borrowed=[])
-        drawing = dataclasses.replace(drawing, about={**drawing.about, "words": words(page)})
         share = number / len(drawings)
         yield NewPage(fit_to_bed(drawing, profile) if fit else drawing, share, dataclasses.asdict(tally))
 

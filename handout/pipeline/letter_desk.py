@@ -1,9 +1,10 @@
 """The letters of a scanned hand on a desk: shown page by page, corrected one after another, each kept at once.
 
-A correction is on the disk before it is answered, in a log beside the .hand file (`hand.pending`), with the words
-around it aligned anew (`tagging.page_aligner`).  `keep_letters` takes the log into the .hand file, which is done when
-there is time, and before anything else looks at that.  What the networks learn from corrections takes a quarter of a
-minute, and is worked out apart, while letters go on being corrected (`begin_learning`, `learn_apart`, `take_learnt`).
+A correction is on the disk before it is answered, in a log beside the .hand file (`hand.pending`); the words around it
+are aligned anew (`tagging.page_aligner`) before that, or at once after it (`align_letters`).  `keep_letters` takes the
+log into the .hand file, which is done when there is time, and before anything else looks at that.  What the networks
+learn from corrections takes a quarter of a minute, and is worked out apart, while letters go on being corrected
+(`begin_learning`, `learn_apart`, `take_learnt`).
 
 Every change says which revision of the hand it is about, so that two windows, or two programs, do not write over each
 other's.
@@ -14,7 +15,8 @@ from __future__ import annotations
 import os
 import secrets
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -33,7 +35,7 @@ from handout.pipeline.kept_hands import learn
 from handout.pipeline.page_tiles import TILE, Tiles
 from handout.pipeline.results import SILENT, Facts, Listener
 from handout.progress import within
-from handout.values import Array
+from handout.values import Array, Indices
 
 if TYPE_CHECKING:
     from handout.tagging.page_aligner import PageAligner
@@ -65,6 +67,7 @@ class _Desk:
     journal : of the file; steps : what was done since, each with its entry and the state before; undone : of those
         what can be made again.
     revision : of the state: another for each change.
+    behind : pages on which words around the last step are not aligned anew yet, and the letters that it removed.
     """
 
     path: Path
@@ -74,6 +77,7 @@ class _Desk:
     steps: list[tuple[Entry, _State]] = field(default_factory=list)
     undone: list[tuple[AnyCorrection, ...]] = field(default_factory=list)
     revision: str = field(default_factory=lambda: secrets.token_hex(8))
+    behind: tuple[set[int], frozenset[tuple[int, int]]] | None = None
     aligners: dict[int, PageAligner | None] = field(default_factory=dict)
     tiles: dict[int, Tiles] = field(default_factory=dict)
     shown: dict[tuple[int, int], tuple[tuple[object, ...], Facts]] = field(default_factory=dict)
@@ -113,11 +117,16 @@ def _state_of(path: Path) -> tuple[int, int]:
     return state.st_mtime_ns, state.st_size
 
 
-def _desk(name: str) -> _Desk:
-    """The desk of a hand; what a break left in its log is made again."""
+def _desk(name: str, aligned: bool = True) -> _Desk:
+    """The desk of a hand; what a break left in its log is made again.
+
+    aligned : False: words around the last step may be as they were.
+    """
     path = library.scanned_file(name)
     desk, on_disk = _DESKS.get(path), _state_of(path)
     if desk is not None and desk.on_disk == on_disk:
+        if aligned:
+            _align(desk)
         return desk
     _DESKS.pop(path, None)
     while len(_DESKS) >= _MOST_DESKS:
@@ -129,6 +138,7 @@ def _desk(name: str) -> _Desk:
         desk.log.forget()
     for step in steps:
         _make(desk, step)
+        _align(desk)
     _DESKS[path] = desk
     return desk
 
@@ -215,30 +225,45 @@ def _letters(desk: _Desk, page: int) -> Iterator[tuple[int, bool, Facts]]:
     for number in here:
         if desk.state.probability[number] < SURE:
             doubts[hand.glyphs[number].letter] = doubts.get(hand.glyphs[number].letter, 0) + 1
-    for number in here:
+    for number, drawn in zip(here, _lines(sheet, [hand.glyphs[number] for number in here]), strict=True):
         glyph, sure = hand.glyphs[number], float(desk.state.probability[number])
         one = glyph.at if glyph.at >= 0 else -1 - int(glyph.vertices[0])
-        ink = (id(sheet.graph), glyph.vertices.tobytes())
+        ink = tuple(part.tobytes() for part in drawn)
         rest = (glyph.letter, glyph.confirmed, round(sure, 3), glyph.after != NOBODY, bool(glyph.ligatures))
         key = (ink, rest, glyph.line, doubts.get(glyph.letter, 0), bool(glyph.ways))
         known = desk.shown.get((page, one))
         if known is not None and known[0] == key:
             yield one, False, known[1]
             continue
-        drawn = known[1]["ink"] if known is not None and known[0][0] == ink else _ink(sheet, glyph)
-        told = {"id": one, **_letter(sheet, glyph, sure, units, doubts), "ink": drawn}
+        paths = known[1]["ink"] if known is not None and known[0][0] == ink else _ink(*drawn)
+        told = {"id": one, **_letter(sheet, glyph, sure, units, doubts), "ink": paths}
         desk.shown[page, one] = key, told
         yield one, True, told
 
 
-def _ink(sheet: ScannedPage, glyph: ScannedGlyph) -> str:
+def _lines(sheet: ScannedPage, glyphs: Sequence[ScannedGlyph]) -> list[tuple[Indices, Indices]]:
+    """Of each glyph of a page the line of its ink: places (n, 2), pixels, and edges (m, 2) between them."""
+    graph, size = sheet.graph, [len(glyph.vertices) for glyph in glyphs]
+    vertices = np.concatenate([np.zeros(0, dtype=np.intp), *(glyph.vertices for glyph in glyphs)])
+    begin = np.cumsum([0, *size])
+    place, owner = np.full(len(graph), -1), np.full(len(graph), NOBODY)
+    place[vertices] = np.arange(len(vertices)) - np.repeat(begin[:-1], size)
+    owner[vertices] = np.repeat(np.arange(len(glyphs)), size)
+    a, b = graph.edges.T
+    inside = np.flatnonzero((owner[a] == owner[b]) & (owner[a] != NOBODY))
+    inside = inside[np.argsort(owner[a[inside]], kind="stable")]
+    ends = np.searchsorted(owner[a[inside]], np.arange(len(glyphs) + 1))
+    places, edges = np.rint(graph.uv[vertices]).astype(np.intp), place[graph.edges[inside]]
+    return [(places[i:j], edges[k:n]) for (i, j), (k, n) in zip(pairwise(begin), pairwise(ends), strict=True)]
+
+
+def _ink(places: Indices, edges: Indices) -> str:
     """The lines of a glyph's ink; single vertices are left out."""
-    places = np.rint(sheet.graph.uv[glyph.vertices]).astype(int).tolist()
-    lines = []
-    for path in branches(sheet.graph.edges_between(glyph.vertices), len(glyph.vertices)):
+    at, lines = places.tolist(), []
+    for path in branches(edges, len(at)):
         if len(path) > 1:
             shown = [*path[:-1:_THINNED].tolist(), int(path[-1])]
-            lines.append("M" + "L".join(f"{places[v][0]} {places[v][1]}" for v in shown))
+            lines.append("M" + "L".join(f"{at[v][0]} {at[v][1]}" for v in shown))
     return "".join(lines)
 
 
@@ -281,7 +306,7 @@ def _word(units: Sequence[str], at: int) -> str:
 
 def page_tile(name: str, page: int, level: int, column: int, row: int) -> bytes:
     """A square of a page's picture as JPEG; at `level` 1 it shows twice as much each way as at 0, and so on."""
-    desk = _desk(name)
+    desk = _desk(name, aligned=False)
     sheet = _page(desk.state.hand, page)
     if page not in desk.tiles or not desk.tiles[page].shows(sheet):
         desk.tiles[page] = Tiles(sheet)
@@ -296,8 +321,10 @@ def warm_letters(name: str, page: int) -> bool:
     return aligner is not None and (not begun or aligner.warm(desk.state.hand, page))
 
 
-def correct_letters(name: str, revision: str, corrections: bytes) -> Facts:
+def correct_letters(name: str, revision: str, corrections: bytes, later: bool = False) -> Facts:
     """Make corrections (JSON, as `handout hand edit` takes them) and keep them, with what they mean for words nearby.
+
+    later : answer before those are aligned anew; `align_letters` then tells the rest.  The revision stays.
 
     Raises
     ------
@@ -308,13 +335,28 @@ def correct_letters(name: str, revision: str, corrections: bytes) -> Facts:
     """
     desk = _changed(name, revision)
     new = read_corrections(corrections, "the corrections")
-    notes = _made_and_kept(desk, new, new)
+    notes = _made_and_kept(desk, new, new, later=later)
     desk.undone.clear()
-    return {**_opened(desk), **_told(desk, {one.page for one in new}), "notes": list(notes)}
+    return {
+        **_opened(desk),
+        **_told(desk, {one.page for one in new}),
+        "notes": list(notes),
+        "behind": desk.behind is not None,
+    }
+
+
+def align_letters(name: str) -> Facts:
+    """What the last correction means for the words around it."""
+    desk = _desk(name, aligned=False)
+    pages = desk.behind[0] if desk.behind is not None else set(range(len(desk.state.hand.pages)))
+    if desk.behind is None:
+        desk.shown.clear()  # somebody else was told
+    _align(desk)
+    return {**_opened(desk), **_told(desk, pages)}
 
 
 def _made_and_kept(
-    desk: _Desk, new: tuple[AnyCorrection, ...], step: Sequence[AnyCorrection] = (), back: int = 0
+    desk: _Desk, new: tuple[AnyCorrection, ...], step: Sequence[AnyCorrection] = (), back: int = 0, later: bool = False
 ) -> tuple[str, ...]:
     """Make corrections, and keep the step in the log; nothing is made where it cannot be kept."""
     before, steps, journal = desk.state, list(desk.steps), desk.journal
@@ -322,29 +364,44 @@ def _made_and_kept(
     try:
         desk.log.add(desk.journal.made, step, back)
     except InputError:
-        desk.state, desk.steps, desk.journal = before, steps, journal
+        desk.state, desk.steps, desk.journal, desk.behind = before, steps, journal, None
         raise
+    if not later:
+        _align(desk)
     return notes
 
 
 def _make(desk: _Desk, new: tuple[AnyCorrection, ...]) -> tuple[str, ...]:
-    """Make corrections on the desk; sentences to show the user."""
+    """Make corrections on the desk, as they are; sentences to show the user."""
     from handout.hand.corrections import applied
     from handout.tagging.relearning import changes
 
     before = desk.state
     made = applied(before.hand, new)
-    hand, judged = made.hand, dict[tuple[int, int], float]()
-    for page in sorted({one.page for one in new}):
+    desk.steps.append((Entry(new, changes(before.hand, made.hand, made.removed)), before))
+    desk.journal = Journal(desk.journal.entries[: desk.journal.made], desk.journal.made)  # what was undone is over
+    desk.turn(_State(made.hand, _carried(before, made.hand, {})))
+    desk.behind = {one.page for one in new}, made.removed
+    return made.notes
+
+
+def _align(desk: _Desk) -> None:
+    """Align the words around the last step anew, if they are not."""
+    from handout.tagging.relearning import changes
+
+    if desk.behind is None:
+        return
+    (pages, removed), desk.behind = desk.behind, None
+    entry, before = desk.steps[-1]
+    hand, judged = desk.state.hand, dict[tuple[int, int], float]()
+    for page in sorted(pages):
         aligner = desk.aligner(page)
         if aligner is not None:
             renewed = aligner.aligned(before.hand, hand, page)
             hand = renewed.hand
             judged |= {(page, at): sure for at, sure in renewed.probability.items()}
-    desk.steps.append((Entry(new, changes(before.hand, hand, made.removed)), before))
-    desk.journal = Journal(desk.journal.entries[: desk.journal.made], desk.journal.made)  # what was undone is over
-    desk.turn(_State(hand, _carried(before, hand, judged)))
-    return made.notes
+    desk.steps[-1] = Entry(entry.corrections, changes(before.hand, hand, removed)), before
+    desk.state = _State(hand, _carried(before, hand, judged))
 
 
 def _told(desk: _Desk, pages: set[int]) -> Facts:
@@ -410,19 +467,27 @@ def keep_letters(name: str) -> Facts:
     """
     desk = _desk(name)
     if desk.steps:
-        first = desk.steps[0][1].hand
-        states = [*(before for _, before in desk.steps[1:]), desk.state]
-        steps = [(state.hand, entry) for state, (entry, _) in zip(states, desk.steps, strict=True)]
         try:
-            desk.journal = file.record_all(desk.path, desk.path, first, steps)
+            _recorded(desk, desk.path)
         except InputError as error:
             raise InputError(f"{error} The corrections are safe in {desk.log.path.name} beside it.") from error
-        desk.steps.clear()
-        desk.on_disk = _state_of(desk.path)
-        with desk.path.open("rb+") as stream:
-            os.fsync(stream.fileno())  # before its log goes: a power cut may not take both
     desk.log.forget()
     return {"made": desk.made}
+
+
+def _recorded(desk: _Desk, source: Path) -> None:
+    """Write the .hand file, with the steps of a desk after what `source` holds; whole or not at all."""
+    if desk.steps:
+        entries, states = zip(*desk.steps, strict=True)
+        hands = [state.hand for state in (*states, desk.state)]
+        made = list(zip(hands[1:], entries, strict=True))
+        desk.journal = file.record_all(source, desk.path, hands[0], made)
+    else:
+        atomic.write(desk.path, source.read_bytes())
+    desk.steps.clear()
+    desk.on_disk = _state_of(desk.path)
+    with desk.path.open("rb+") as stream:
+        os.fsync(stream.fileno())  # before its log goes: a power cut may not take both
 
 
 def begin_learning(name: str, revision: str, copy: str) -> Facts:
@@ -460,6 +525,8 @@ def take_learnt(name: str, copy: str, made: int) -> Facts:
     ------
     StaleHand
         Some of those corrections were undone meanwhile.
+    InputError
+        The file cannot be written: the hand stays as it is.
     """
     keep_letters(name)
     desk = _desk(name)
@@ -467,19 +534,22 @@ def take_learnt(name: str, copy: str, made: int) -> Facts:
     kept = desk.journal.entries[: desk.journal.made]
     if kept[:made] != learnt.entries[:made]:
         raise StaleHand("Corrections were undone while the page was learned from: what was learned is left out.")
-    later = kept[made:]
     hand = file.load(Path(copy))
-    atomic.write(desk.path, Path(copy).read_bytes())
-    desk.journal, desk.on_disk = learnt, _state_of(desk.path)
-    desk.undone.clear()
-    desk.turn(_State(hand, vet(hand).probability))
+    renewed = replace(desk, journal=learnt, steps=[], undone=[])
+    renewed.turn(_State(hand, vet(hand).probability))
     notes: list[str] = []
-    for entry in later:
+    for entry in kept[made:]:
         try:
-            _made_and_kept(desk, entry.corrections, entry.corrections)
+            _make(renewed, entry.corrections)
+            _align(renewed)
         except InputError as error:
             notes.append(f"Once more after learning: {error}")
-    return {**_opened(desk), **_told(desk, set(range(len(hand.pages)))), "notes": notes}
+    try:
+        _recorded(renewed, Path(copy))  # once, and with all of them: a break leaves the hand as it was, or as it is now
+    except InputError as error:
+        raise InputError(f"{error} What was learned is left out; the corrections are in the hand.") from error
+    _DESKS[desk.path] = renewed
+    return {**_opened(renewed), **_told(renewed, set(range(len(hand.pages)))), "notes": notes}
 
 
 def letter_strokes(name: str, page: int, spot: tuple[float, float]) -> Facts:

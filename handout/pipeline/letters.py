@@ -33,7 +33,7 @@ from handout.pipeline.results import SILENT, Facts, Listener, Tally
 from handout.pipeline.signatures import find_signature, placed_signature, size
 from handout.pipeline.writing import INK, STROKES, WritingTask, Written, check_outputs, draw, letter_facts, prepare
 from handout.progress import Tell, silent, within
-from handout.sinks import OF_INK, write_drawings
+from handout.sinks import OF_INK, losses, write_drawings
 from handout.values import Drawing, Line, Manuscript, Raster, Stroke
 from handout.writing.layout import Layout
 from handout.writing.text import LEFT_OUT
@@ -340,7 +340,7 @@ def _drawn(
 ) -> Drawing:
     """A page as one drawing."""
     layers = list(_layers(page, task, hands, about, wanted))
-    told = {**(layers[0].about if layers else about), **page.whole.about}
+    told = {**(layers[0].about if layers else about), **texts.words(page.whole), **page.whole.about}
     drawing = Drawing((), page.whole.page, told, beneath=_beneath(task, page, int(about["page_number"])))
     if all(layer.strokes or layer.bounds is None for layer in layers):
         drawing = replace(drawing, strokes=_in_order(layers, page.whole.x_height))
@@ -480,7 +480,7 @@ def write_letter(
     files = write_drawings(drawings, paths, task.main.look, extra=extra, tell=within(listener.progress, _WRITTEN, 1.0))
     asked = replace(_headed(letter, picture, given), ink=None)  # which scanned ink follows here
     notes = (*task.notes(), *texts.not_followed(task.main, asked, wanted >= INK), *task.main.given_notes)
-    notes = (*notes, *texts.style_notes(task.main, drawings), *_unshown(drawings, paths))
+    notes = (*notes, *texts.style_notes(task.main, drawings), *_unshown(drawings, paths), *losses(paths, drawings))
     return texts.written(Tally.of(pages, drawings), task.main, files, notes)
 
 

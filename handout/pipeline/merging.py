@@ -28,7 +28,7 @@ from handout.pipeline.inputs import LETTERS, decoded, is_file
 from handout.pipeline.letters import LetterTask, check_letter, draw_letter, prepare_letter
 from handout.pipeline.options import MergeOptions, PictureOptions, SheetOptions, TableOptions, WritingOptions
 from handout.pipeline.results import Listener, Tally
-from handout.pipeline.writing import INK, WritingTask, program, words
+from handout.pipeline.writing import INK, WritingTask, program
 from handout.printing import countries, envelope, journal
 from handout.printing.address_table import Addresses, read_addresses, read_rows
 from handout.printing.journal import BACK, ENVELOPE, Batch, Journal
@@ -472,16 +472,16 @@ class RowPages:
     def _counted(
         self, pages: Sequence[Manuscript], drawings: Sequence[Drawing], row: Row, layout: Layout
     ) -> list[Drawing]:
-        """Pages that were written, counted, with their words; what is to be looked at is noted."""
+        """Pages that were written, counted; what is to be looked at is noted."""
         self.account.findings.setdefault(row.number, []).extend(_findings(pages, layout))
         self.account.tally += Tally.of(pages, drawings)
-        named = ({**drawing.about, "words": words(page)} for page, drawing in zip(pages, drawings, strict=True))
-        return [replace(drawing, about=about) for drawing, about in zip(drawings, named, strict=True)]
+        return list(drawings)
 
     def _page(self, part: str, drawing: Drawing, task: WritingTask, manner: RowManner) -> BatchPage:
         from handout.inking import pens
 
-        about = {name: value for name, value in drawing.about.items() if name != "words" or not self.wanted & INK}
+        left_out = ("words", "lines") if self.wanted & INK else ()
+        about = {name: value for name, value in drawing.about.items() if name not in left_out}
         drawing, look = replace(drawing, about=about), task.look
         hand = manner.hand or self.hand_of(task)
         if hand not in self._calibrations and self.calibrated is not None and self.draws:

@@ -27,9 +27,11 @@ if TYPE_CHECKING:
 Length = str | float  # a length with its unit, such as "2.5mm", or a number of mm
 
 Align = Literal["left", "right", "centre", "ragged"]
+LayerBy = Literal["ink", "line", "word"]
 
 COLOUR_METHODS = METHODS  # by which a table is made of patches
 COLOUR_FORMATS = tuple(exports.FORMATS)  # that a calibration can be written as
+LAYERS: tuple[LayerBy, ...] = get_args(LayerBy)  # what a layer of a file may be
 ALIGNMENTS: tuple[Align, ...] = get_args(Align)
 
 
@@ -113,6 +115,7 @@ class PictureOptions:
     paper : "none", "plain", "laid", "ruled", "squared" (with ":8mm", ":8mm,25mm"), or a picture or PDF
         of a sheet, FILE or FILE:2.
     transparent : leave the paper out of PNG files.
+    layer_by : what a layer of SVG and DXF files is, one of `LAYERS`.
     """
 
     dpi: float = 300.0
@@ -121,6 +124,7 @@ class PictureOptions:
     ink: str | None = None
     paper: str = "none"
     transparent: bool = False
+    layer_by: LayerBy = "ink"
 
     @property
     def has_scanned_pen(self) -> bool:
@@ -164,7 +168,7 @@ class PictureOptions:
         sheet = papers.named(self.paper)
         if self.transparent and sheet.name != "none":
             raise InputError("--transparent leaves the paper out and --paper puts it in: give one of them.")
-        return Look(strokes, self.dpi, sheet, self.transparent)
+        return Look(strokes, self.dpi, sheet, self.transparent, layers=self.layer_by)
 
 
 @dataclass(frozen=True)
@@ -378,6 +382,25 @@ class PromptOptions:
     ruling: Length = "10mm"  # distance of the lines
     letter_width: Length | None = None  # width that letters take, with gaps; None: a third of the ruling
     ruled: bool = True  # lines and words printed pale where one writes; or nothing but the marks
+
+
+@dataclass(frozen=True)
+class StudyOptions:
+    """A study of how well people tell made writing from real."""
+
+    hand: tuple[str, ...] = ()  # scanned hands, or .hand files
+    real: tuple[Path, ...] = ()  # for each hand a folder of scans that real snippets are cut from; none: its own pages
+    people: int = 20
+    singles: int = 10  # questions of questionnaire A for each person
+    pairs: int = 10  # of questionnaire B
+    control: str = ""  # another person's scanned hand: pairs that are easy
+    controls: int = 2  # such pairs for each person, where `control` is given
+    envelopes: Path | None = None  # a file of addresses, parted by empty lines: half go on made envelopes
+    page: str = "A4"  # or letter
+    about: bool = False  # whether the cover asks for age, habit and hand
+    title: str = "A study of handwriting"
+    dpi: float | None = None  # of the scans, where the files do not say
+    seed: int | None = None  # same seed, same sheets; None: one by chance
 
 
 def millimetres(length: Length, what: str) -> float:

@@ -21,6 +21,21 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
+class HookOptions:
+    """What is done besides drawing, instead of the profile's: steps (`handout.hooks`) with ; between them.
+
+    Each None: the profile's; "": nothing.  dip_every : ink between two dips.
+    """
+
+    before_page: str | None = None
+    after_page: str | None = None
+    before_stroke: str | None = None
+    after_stroke: str | None = None
+    dip: str | None = None
+    dip_every: Length | None = None
+
+
+@dataclass(frozen=True)
 class PlotOptions:
     """How something is plotted.
 
@@ -32,6 +47,7 @@ class PlotOptions:
     pen_up, pen_down : heights of the pen instead of the profile's: servo values, or of a Z axis lengths.
     envelopes_to : ports at which the envelopes of a table are plotted, if not where its letters are.
     grid, gap : of the pages of a table, how many lie side by side on the bed, "2x3" is two across, and how far apart.
+    hooks : what is done besides drawing.
     """
 
     device: str | None = None
@@ -45,6 +61,7 @@ class PlotOptions:
     envelopes_to: tuple[str, ...] = ()
     grid: str = ""
     gap: Length = 0.0
+    hooks: HookOptions = HookOptions()
 
 
 @dataclass(frozen=True)
@@ -93,10 +110,11 @@ class HeightOptions:
 
 @dataclass(frozen=True)
 class ExportOptions:
-    """Which plotter programs are for, None: a common one that reads such files; order : as in `PlotOptions`."""
+    """Which plotter programs are for, None: a common one that reads such files; order, hooks : as in `PlotOptions`."""
 
     device: str | None = None
     order: Order = "writing"
+    hooks: HookOptions = HookOptions()
 
 
 class Operator(Protocol):

@@ -33,6 +33,7 @@ from handout.pipeline.plotting import (
     job_options,
     port_to,
     stretched,
+    with_hooks,
 )
 from handout.pipeline.printing import Printed, make_all
 from handout.pipeline.results import SILENT, Facts, Listener
@@ -373,7 +374,7 @@ class PlotFiles(_Sheets):
         ways = self._plotting.layers, self._plotting.order
         drawings = [laid_out(self.drawing(sheet), self.profile, *ways) for sheet in self.sheets(pieces)]
         self.plans = [plan(drawing, self.profile) for drawing in drawings]
-        self._written = tuple(write_drawings(drawings, self._paths, self._look))
+        self._written = tuple(write_drawings([with_hooks(planned) for planned in self.plans], self._paths, self._look))
 
     def files(self) -> tuple[Path, ...]:
         """The previews."""

@@ -23,7 +23,7 @@ from handout.pipeline.lined_paper import page_name
 from handout.pipeline.options import Length, millimetres
 from handout.pipeline.plot_jobs import JobState, outlook
 from handout.pipeline.plot_request import AttendanceOptions, Operator, PlotOptions, PlotRequest
-from handout.pipeline.programs import pressed_evenly
+from handout.pipeline.programs import hooked, pressed_evenly
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.pipeline.writing import STROKES, WritingTask, draw_pages, on_lined_paper, prepare, style_notes, written
 from handout.plotting import fit_to_bed, open_port, plan
@@ -37,6 +37,7 @@ from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.job import Job, Options, load
 from handout.plotting.jobs.pages import NewPage, laid_out
 from handout.plotting.jobs.runner import is_about_zero as is_about_zero
+from handout.plotting.planning.hooking import said
 from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
 from handout.plotting.setup.pen_heights import replaced
@@ -126,7 +127,8 @@ class Plotted(Result):
 
 @dataclass(frozen=True)
 class Previewed(Result):
-    """What was written instead of plotting; planned_s : s that plotting would take."""
+    """What was written instead of plotting; planned_s : s that plotting would take, hooks_s of it for `dips` dips and
+    whatever else is done besides drawing."""
 
     written: Facts
     files: tuple[Path, ...]
@@ -134,9 +136,12 @@ class Previewed(Result):
     stretched: float
     tally: Tally
     seed: int
+    dips: int
+    hooks_s: float
 
     def facts(self) -> Facts:
-        return {**self.written, "planned_s": round(self.planned_s, 2), "stretched": self.stretched}
+        hooks: Facts = {"dips": self.dips, "hooks_s": round(self.hooks_s, 2)} if self.hooks_s else {}
+        return {**self.written, "planned_s": round(self.planned_s, 2), "stretched": self.stretched, **hooks}
 
 
 def plot(
@@ -206,28 +211,42 @@ def preview(
     paths = [Path(name) for name in outputs]
     check_outputs(paths)
     account = ReportFile(report)
-    profile, source = asked_machine(request.plotting, port), request.source
+    profile = asked_machine(request.plotting, port)
     letter = _letter(request)
     task = _task(request) if letter is None else letter.main
-    if letter is not None:
-        pages, drawings = draw_letter(letter, wanted=STROKES, tell=listener.progress)
-    elif source.drawing is None:
-        pages, drawings = draw_pages(source.text, task, wanted=STROKES, tell=listener.progress)
-    else:
-        pages, drawings = [_unwritten(source.drawing)], [source.drawing]
+    pages, drawings = _all_pages(request, letter or task, listener)
     if request.writing.fit:
         drawings = [fit_to_bed(drawing, profile) for drawing in drawings]
     drawings = [laid_out(drawing, profile, request.plotting.layers, request.plotting.order) for drawing in drawings]
     plans = [plan(drawing, profile, speed="fast" if task.fast else 1.0) for drawing in drawings]
     told = () if letter is None else letter.notes(apart=request.plotting.layers == "colour")
-    notes = (*told, *_notes(task, profile), *style_notes(task, drawings))
+    notes = (*told, *_notes(task, profile), *style_notes(task, drawings), *said(drawings, profile))
     listener.note(*notes)
     look = dataclasses.replace(task.look, show_travel=show_travel)
-    files = write_drawings(drawings, paths, look)
+    files = write_drawings([with_hooks(planned) for planned in plans], paths, look)
     account.planned(plans)
     result = written(Tally.of(pages, drawings), task, files, notes)
-    planned_s = sum(planned.duration for planned in plans)
-    return Previewed(result.facts(), result.files, planned_s, stretched(plans), result.tally, task.seed, notes=notes)
+    planned_s, hooks_s = (sum(planned.duration for planned in plans), sum(planned.hooked for planned in plans))
+    facts = result.facts(), result.files, planned_s, stretched(plans), result.tally, task.seed
+    return Previewed(*facts, sum(planned.dips for planned in plans), hooks_s, notes=notes)
+
+
+def _all_pages(
+    request: PlotRequest, task: WritingTask | LetterTask, listener: Listener
+) -> tuple[Sequence[Manuscript], Sequence[Drawing]]:
+    """What a request writes, or the drawing that it has."""
+    if isinstance(task, LetterTask):
+        return draw_letter(task, wanted=STROKES, tell=listener.progress)
+    if request.source.drawing is None:
+        return draw_pages(request.source.text, task, wanted=STROKES, tell=listener.progress)
+    return [_unwritten(request.source.drawing)], [request.source.drawing]
+
+
+def with_hooks(planned: Plan) -> Drawing:
+    """What a plan draws, with what it does besides, for pictures of the travel."""
+    ways = planned.hook_ways()
+    drawing = planned.drawing
+    return dataclasses.replace(drawing, about={**drawing.about, "hooks": ways}) if ways else drawing
 
 
 def _notes(task: WritingTask, profile: Plotter) -> tuple[str, ...]:
@@ -301,7 +320,7 @@ def plot_drawings(
 
 
 def asked_machine(plotting: PlotOptions, port: str | None) -> Plotter:
-    """The plotter, with the heights of its pen that are asked for."""
+    """The plotter, with the heights of its pen and the hooks that are asked for."""
     profile = machine(plotting.device, port)
 
     def height(text: str | None, what: str) -> float | None:
@@ -314,9 +333,9 @@ def asked_machine(plotting: PlotOptions, port: str | None) -> Plotter:
         except ValueError:
             raise InputError(f"{what}: {text!r} is not a number, as pen.up and pen.down in the profile are.") from None
 
-    if plotting.pen_up is None and plotting.pen_down is None:
-        return profile
-    return replaced(profile, height(plotting.pen_up, "pen up"), height(plotting.pen_down, "pen down"))
+    if plotting.pen_up is not None or plotting.pen_down is not None:
+        profile = replaced(profile, height(plotting.pen_up, "pen up"), height(plotting.pen_down, "pen down"))
+    return hooked(profile, plotting.hooks)
 
 
 def _task(request: PlotRequest) -> WritingTask:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from handout.errors import InputError
+from handout.pipeline.plot_request import HookOptions
 
 if TYPE_CHECKING:
     from handout.plotting import Plan
@@ -26,7 +27,8 @@ class Programs:
     Attributes
     ----------
     sinks : suffix → what makes a file of a page; see `sinks.write_drawings`.
-    seconds : name of the machine → how long all pages made so far would take, s.
+    seconds : name of the machine → how long all pages made so far would take, s; dips, hooks_s : how often its pen is
+        dipped, and what of that time hooks take, s, if there are any.
     """
 
     def __init__(
@@ -37,12 +39,16 @@ class Programs:
         fast: bool = False,
         fit: bool = False,
         order: Literal["writing", "travel"] = "writing",
+        hooks: HookOptions | None = None,
     ) -> None:
         self.sinks: dict[str, Callable[[Drawing], bytes]] = {suffix: self._sink(suffix) for suffix in SUFFIXES}
         self.seconds: dict[str, float] = {}
         self._fast, self._fit, self._order = fast, fit, order
         wanted = {path.suffix.lower(): path for path in paths if path.suffix.lower() in SUFFIXES}
-        self._plotters = {suffix: _plotter(device, path) for suffix, path in wanted.items()}
+        own = hooks or HookOptions()
+        self._plotters = {suffix: hooked(_plotter(device, path), own) for suffix, path in wanted.items()}
+        self.dips: dict[str, int] = {}
+        self.hooks_s: dict[str, float] = {}
 
     def pressed_evenly(self) -> list[str]:
         """Notes on machines that do not press the pen as its pose says."""
@@ -55,6 +61,9 @@ class Programs:
             profile = self._plotters[suffix]
             plan = self._plan(drawing, profile)
             self.seconds[profile.name] = self.seconds.get(profile.name, 0.0) + plan.duration
+            if plan.hooked:
+                self.dips[profile.name] = self.dips.get(profile.name, 0) + plan.dips
+                self.hooks_s[profile.name] = self.hooks_s.get(profile.name, 0.0) + plan.hooked
             return dialect(profile.dialect).file(plan, profile)
 
         return render
@@ -64,6 +73,41 @@ class Programs:
 
         drawing = fit_to_bed(drawing, profile) if self._fit else drawing
         return plan(drawing, profile, speed="fast" if self._fast else 1.0, order=self._order)
+
+
+def hooked(profile: Plotter, options: HookOptions) -> Plotter:
+    """The profile with the hooks that are asked for, and checked: their places lie on the bed, their heights exist.
+
+    Raises
+    ------
+    InputError, DoesNotFit
+        A hook cannot be read or done.
+    """
+    import msgspec
+
+    from handout import profiles
+    from handout.pipeline.options import millimetres
+    from handout.plotting.planning.hooking import check
+    from handout.plotting.setup.pen_heights import replaced
+
+    given = {
+        name: tuple(filter(None, map(str.strip, text.split(";"))))
+        for name in profiles.HOOKS
+        if (text := getattr(options, name)) is not None
+    }
+    told = msgspec.structs.replace(profile.hooks, **given)
+    if options.dip_every is not None:
+        told = msgspec.structs.replace(told, dip_every=profiles.Length(millimetres(options.dip_every, "dip every")))
+    elif options.dip == "":
+        told = msgspec.structs.replace(told, dip_every=profiles.Length(0.0))
+    changed: Plotter = msgspec.structs.replace(profile, hooks=told)
+    profiles.check_hooks(changed)
+    check(changed)
+    for name in profiles.HOOKS:
+        for step in told.steps(name):
+            if (value := getattr(step, "value", None)) is not None:
+                replaced(profile, None, value)
+    return changed
 
 
 def pressed_evenly(profile: Plotter) -> str | None:

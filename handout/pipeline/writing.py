@@ -17,6 +17,7 @@ from handout.errors import DoesNotFit, InputError
 from handout.hand import file, library
 from handout.hand.measures import ink_colours
 from handout.hand.pending import untaken
+from handout.hand.places import graphemes
 from handout.inking.pen import is_brush
 from handout.page_sizes import margins, page
 from handout.pipeline import programs
@@ -33,7 +34,7 @@ from handout.pipeline.options import (
 )
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.progress import Tell, silent, within
-from handout.sinks import OF_INK, Look, write_drawings
+from handout.sinks import OF_INK, Look, losses, write_drawings
 from handout.sinks import check_outputs as check_outputs
 from handout.values import Drawing, Line, Manuscript, Placed
 from handout.writing.compose import each_page, each_part
@@ -138,7 +139,7 @@ def write(
 
     Parameters
     ----------
-    outputs : names of files, whose suffixes say the format: .svg .png .pdf .inkml .json .gcode .hpgl …
+    outputs : names of files, whose suffixes say the format: .svg .png .pdf .eps .dxf .inkml .json .gcode …
     device : the plotter that .gcode, .hpgl and .ebb files are for; None: a common one that reads such files.
     places : whether the result tells where each word is.
 
@@ -158,7 +159,7 @@ def write(
     files = write_drawings(drawings, paths, task.look, extra=extra, tell=within(listener.progress, _WRITTEN, 1.0))
     unshown = (*not_followed(task, picture, wanted >= INK), *_unpainted(picture, paths), *style_notes(task, drawings))
     even = machines.pressed_evenly() if task.pose.pose is not None else []
-    notes = (*unshown, *even, *task.given_notes)
+    notes = (*unshown, *losses(paths, drawings), *even, *task.given_notes)
     result = written(Tally.of(pages, drawings), task, files, notes)
     return replace(result, words=tuple(word_places(pages))) if places else result
 
@@ -454,12 +455,18 @@ def title(text: str) -> str:
     return " ".join(text.split())[:60]
 
 
-def words(page: Manuscript) -> list[str]:
-    """The words of a page, so that one can say where a plot broke off."""
-    letters: dict[int, str] = {}
-    for placed in (placed for line in page.lines for placed in line.placed):
-        letters[placed.word] = letters.get(placed.word, "") + placed.glyph.letter
-    return [letters.get(number, "") for number in range(max(letters, default=-1) + 1)]
+def words(page: Manuscript) -> Facts:
+    """The words of a page, and the number of the first of each line, by which files and plots name their strokes."""
+    found: dict[int, str] = {}
+    for line in page.lines:
+        letters = [placed for placed in line.placed if placed.glyph.letter]
+        # the glyph of a letter with an accent says the letter alone; where words were struck out the line says more
+        spelt = graphemes("".join(line.text.split()))
+        spelt = spelt if len(spelt) == len(letters) else [placed.glyph.letter for placed in letters]
+        for placed, letter in zip(letters, spelt, strict=True):
+            found[placed.word] = found.get(placed.word, "") + letter
+    first = sorted({min(placed.word for placed in line.placed) for line in page.lines if line.placed})
+    return {"words": [found.get(number, "") for number in range(max(found, default=-1) + 1)], "lines": first}
 
 
 def program() -> str:
@@ -486,7 +493,8 @@ def draw(
         from handout.inking.pen_replacement import drawn
 
         drawing = replace(drawn(page, task.hand, task.pen_hand), strokes=drawing.strokes)
-    return replace(drawing, about={"program": f"handout {__version__}", "seed": task.seed, **about, **drawing.about})
+    told = {"program": f"handout {__version__}", "seed": task.seed, **words(page)}
+    return replace(drawing, about={**told, **about, **drawing.about})
 
 
 def _posed(drawing: Drawing, pose: PoseOptions) -> Drawing:

@@ -41,6 +41,11 @@ def wait(pen: Pen, down: bool, line_time: float) -> float:
     return sum(waits) + (0.0 if pen.lift == "z" and not any(waits) else len(waits) * line_time)
 
 
+def lowered(pen: Pen, value: float | None) -> Pen:
+    """The pen as one that comes down to a value or a height; None: to its own."""
+    return pen if value is None else msgspec.structs.replace(pen, down=value)
+
+
 def at(pen: Pen, value: float) -> Pen:
     """The pen as one that comes down to a value or a height, at once.
 

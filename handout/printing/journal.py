@@ -24,9 +24,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal, NamedTuple, TextIO
 
-import platformdirs
-
-from handout import atomic
+from handout import atomic, shipped
 from handout.errors import InputError
 from handout.printing.rows import Row
 
@@ -98,7 +96,7 @@ def _digest(text: str) -> str:
 
 def folder() -> Path:
     """Where journals are kept; it need not exist."""
-    return Path(platformdirs.user_state_dir("handout", appauthor=False)) / "batches"
+    return shipped.own_folder("state") / "batches"
 
 
 @dataclass

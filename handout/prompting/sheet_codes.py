@@ -182,6 +182,20 @@ def symbols(record: PageRecord) -> list[NDArray[np.bool_]]:
     return [_symbol(text, version) for text in texts]
 
 
+def symbol(data: bytes, version: int) -> NDArray[np.bool_]:
+    """Some bytes as one code of that version, as `symbols` gives them.
+
+    Raises
+    ------
+    DoesNotFit
+        More than it holds.
+    """
+    text = base45(data)
+    if len(text) > _HOLDS[version - 1]:
+        raise DoesNotFit(f"{len(data)} bytes are more than a QR code of version {version} holds.")
+    return _symbol(text, version)
+
+
 def _symbol(text: str, version: int) -> NDArray[np.bool_]:
     import cv2
 
@@ -200,10 +214,11 @@ def side_modules(version: int) -> int:
     return 17 + 4 * version
 
 
-def read_codes(grey: NDArray[np.uint8], registration: Registration, boxes: Array) -> list[bytes]:
-    """What can be read of the codes in some boxes (n, 4) mm, each as bytes."""
+def read_codes(
+    grey: NDArray[np.uint8], registration: Registration, boxes: Array, versions: tuple[int, ...] = VERSIONS[::-1]
+) -> list[bytes]:
+    """What can be read of the codes in some boxes (n, 4) mm, each as bytes; `versions` that they may be of, in turn."""
     contents: list[bytes] = []
-    versions: tuple[int, ...] = VERSIONS[::-1]
     smooth = _smoothed(grey, registration, boxes)
     for box in boxes:
         for version in versions:

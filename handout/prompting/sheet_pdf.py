@@ -171,9 +171,9 @@ def _canvas(stream: io.BytesIO, page: Page, records: Sequence[PageRecord]) -> An
 
 
 def _page_to_write_on(canvas: Any, layout: SheetLayout, record: PageRecord) -> None:
-    _marks(canvas, layout.page)
+    draw_marks(canvas, layout.page)
     for box, symbol in zip(layout.codes, sheet_codes.symbols(record), strict=True):
-        _cells(canvas, layout.page, symbol, box[0], box[1], box[2] - box[0])
+        draw_cells(canvas, layout.page, symbol, box[0], box[1], box[2] - box[0])
     instruction = (
         "Write under the printed words, in your usual hand" if layout.printed else "Write here, in your usual hand"
     )
@@ -185,13 +185,14 @@ def _page_to_write_on(canvas: Any, layout: SheetLayout, record: PageRecord) -> N
         _words(canvas, layout, record.lines)
 
 
-def _marks(canvas: Any, page: Page) -> None:
+def draw_marks(canvas: Any, page: Page) -> None:
+    """The marks at the corners of a sheet."""
     for corner, square in enumerate(mark_corners(page)):
         cells = mark_cells(mark_number(page, corner))
-        _cells(canvas, page, cells, square[0, 0], square[0, 1], MARK_SIZE)
+        draw_cells(canvas, page, cells, square[0, 0], square[0, 1], MARK_SIZE)
 
 
-def _cells(canvas: Any, page: Page, cells: NDArray[np.bool_], left: float, top: float, side: float) -> None:
+def draw_cells(canvas: Any, page: Page, cells: NDArray[np.bool_], left: float, top: float, side: float) -> None:
     """Black cells of a square, as one path, so that no seams show between them."""
     cell = side / len(cells) * _MM
     canvas.saveState()

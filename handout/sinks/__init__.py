@@ -3,7 +3,8 @@
 An output format is added here, as an entry of `FORMATS` and a function beside the others; help texts and errors list
 what is there.  Formats are imported only when they are written.
 
-- `svg`, `pdf`: strokes as smooth paths; `paths`: numbers, widths and moves that both write.
+- `svg`, `pdf`, `eps`: strokes as smooth paths; `paths`: numbers, widths and moves that they write.
+- `dxf`: strokes as centre lines, scanned ink as outlines; `layers`: what a layer is, and its name, in SVG and DXF.
 - `png`, `picture_pdf`: pixels, for the screen and for printers.
 - `inkml`, `drawing_json`: every sample with its channels; `plans`: lognormal plans and how they fit.
 - `about`: what every output says of where it came from.
@@ -20,9 +21,12 @@ from handout.errors import InputError
 from handout.inking.papers import Paper
 from handout.inking.pen import Pen, rgb
 from handout.progress import Tell, silent, within
-from handout.values import Drawing
+from handout.sinks.layers import By
+from handout.values import Array, Drawing
 
-__all__ = ["OF_INK", "Look", "Paper", "Pen", "check_outputs", "drawing_file", "suffixes", "write_drawings"]
+__all__ = [
+    "OF_INK", "Look", "Paper", "Pen", "check_outputs", "drawing_file", "losses", "suffixes", "write_drawings",
+]  # fmt: skip
 
 PageSink = Callable[[Drawing], bytes]
 
@@ -36,7 +40,8 @@ class Look:
     paper : that PNG files show the ink on; white without one.
     transparent : whether PNG files are without paper.
     show_travel : whether pictures of strokes (SVG, PDF, PNG) show how the lifted pen travels between them.
-    footprint : whether lines (SVG, PDF) are as wide as the pen leaves them where it is held so.
+    footprint : whether lines (SVG, PDF, EPS) are as wide as the pen leaves them where it is held so.
+    layers : what a layer is in formats that have some (SVG, DXF).
     """
 
     pen: Pen = field(default_factory=Pen)
@@ -45,6 +50,7 @@ class Look:
     transparent: bool = False
     show_travel: bool = False
     footprint: bool = False
+    layers: By = "ink"
 
 
 _USUAL = Look()
@@ -54,7 +60,11 @@ def _svg(pages: Sequence[Drawing], look: Look) -> bytes:
     from handout.sinks.svg import to_svg
 
     return to_svg(
-        _marked(pages[0], look), pen_width=look.pen.width, colour=look.pen.colour, show_travel=look.show_travel
+        _marked(pages[0], look),
+        pen_width=look.pen.width,
+        colour=look.pen.colour,
+        show_travel=look.show_travel,
+        by=look.layers,
     )
 
 
@@ -116,6 +126,34 @@ def _pdf(pages: Sequence[Drawing], look: Look) -> bytes:
     return stream.getvalue()
 
 
+def _eps(pages: Sequence[Drawing], look: Look) -> bytes:
+    """Vector strokes, or where there is scanned ink its outlines, filled."""
+    from handout.sinks import eps
+
+    (page,) = pages
+    if page.ink is not None:
+        return eps.outlines_eps(page, _areas(page, look))
+    return eps.to_eps(
+        _marked(page, look), pen_width=look.pen.width, colour=look.pen.colour, show_travel=look.show_travel
+    )
+
+
+def _dxf(pages: Sequence[Drawing], look: Look) -> bytes:
+    """Centre lines, or where there is scanned ink its outlines."""
+    from handout.sinks import dxf
+
+    (page,) = pages
+    if page.ink is not None:
+        return dxf.outlines_dxf(page, _areas(page, look))
+    return dxf.to_dxf(page, colour=look.pen.colour, by=look.layers)
+
+
+def _areas(page: Drawing, look: Look) -> Sequence[tuple[str, Sequence[Array]]]:
+    from handout.inking import outline, pens
+
+    return outline.areas(pens.ink(page, look.dpi, look.pen, pens.noise(page.about)))
+
+
 def _inkml(pages: Sequence[Drawing], look: Look) -> bytes:
     from handout.sinks.inkml import to_inkml
 
@@ -134,12 +172,16 @@ class Format:
 
     write : pages and how they look → a file; one page, or all of them where it holds them `together`.
     ink : whether it can show scanned ink; travel : whether it can show how a lifted pen travels.
+    lost : what of writing it cannot hold, for a note; "" where that is what a picture is understood to lack.
+    traced : what becomes of scanned ink in it, for a note; "" where it stays ink.
     """
 
     write: Callable[[Sequence[Drawing], Look], bytes]
     ink: bool = False
     travel: bool = False
     together: bool = False
+    lost: str = ""
+    traced: str = ""
 
 
 FORMATS = {
@@ -148,9 +190,27 @@ FORMATS = {
     ".png": Format(_png, ink=True, travel=True),
     ".inkml": Format(_inkml),
     ".json": Format(_json),
+    ".eps": Format(_eps, ink=True, travel=True, traced="its shades and its grain are left out"),
+    ".dxf": Format(
+        _dxf,
+        ink=True,
+        lost="times, pressure and the width of lines, and the colours are the nearest of its palette",
+        traced="each ink has a layer, and --pen plain gives centre lines instead",
+    ),
 }
 OF_INK = tuple(suffix for suffix, form in FORMATS.items() if form.ink)
 SHOW_TRAVEL = tuple(suffix for suffix, form in FORMATS.items() if form.travel)
+
+
+def losses(paths: Sequence[str | Path], drawings: Sequence[Drawing]) -> list[str]:
+    """Notes on what files of these names do not keep of these pages."""
+    given, notes = {Path(path).suffix.lower() for path in paths}, []
+    for suffix, form in FORMATS.items():
+        if suffix in given and form.lost:
+            notes.append(f"{suffix} files leave out {form.lost}.")
+        if suffix in given and form.traced and any(page.ink is not None for page in drawings):
+            notes.append(f"{suffix} files have scanned ink as its outlines; {form.traced}.")
+    return notes
 
 
 def suffixes(extra: Mapping[str, PageSink] | None = None) -> list[str]:

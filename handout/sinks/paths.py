@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,8 +40,24 @@ def joined(thousandths: list[int]) -> str:
 
 
 def travel_moves(drawing: Drawing) -> list[Array]:
-    """(2, 2) float, mm, for each: from the end of a stroke to the beginning of the next."""
-    return [np.stack([a.xy[-1], b.xy[0]]) for a, b in pairwise(drawing.strokes)]
+    """(n, 2) float, mm, for each: from the end of a stroke to the beginning of the next.
+
+    Where a plotter does something in between, ``about["hooks"]`` has its way, as `plotting` writes it: the stroke that
+    comes after it, its places.  Ways before the first stroke and after the last come last.
+    """
+    moves = [np.stack([a.xy[-1], b.xy[0]]) for a, b in pairwise(drawing.strokes)]
+    around: list[Array] = []
+    for way in hook_ways(drawing):
+        if 0 < way["stroke"] <= len(moves):
+            moves[way["stroke"] - 1] = np.array(way["way"], dtype=float)
+        elif len(way["way"]) > 1:
+            around.append(np.array(way["way"], dtype=float))
+    return moves + around
+
+
+def hook_ways(drawing: Drawing) -> list[dict[str, Any]]:
+    """What a plotter does besides drawing: name, the stroke that comes after it, and its way, mm on the page."""
+    return list(drawing.about.get("hooks") or [])
 
 
 def travel_over(picture: NDArray[np.uint8], drawing: Drawing, dpi: float) -> NDArray[np.uint8]:
@@ -54,6 +71,6 @@ def travel_over(picture: NDArray[np.uint8], drawing: Drawing, dpi: float) -> NDA
     width = max(round(TRAVEL_WIDTH * scale), 1)
     page = np.ascontiguousarray(picture)
     for move in travel_moves(drawing):
-        (ax, ay), (bx, by) = np.rint((move * scale - 0.5) * (1 << shift)).astype(int).tolist()
-        cv2.line(page, (ax, ay), (bx, by), colour, width, cv2.LINE_AA, shift)
+        points = np.rint((move * scale - 0.5) * (1 << shift)).astype(np.int32)
+        cv2.polylines(page, [points], False, colour, width, cv2.LINE_AA, shift)
     return page

@@ -60,7 +60,7 @@ def to_pdf(
             f"<</Type/Page/Parent 2 0 R/MediaBox[0 0 {size}]/Resources<<>>/Contents {5 + 2 * i} 0 R>>".encode()
         )
         moves = paths.travel_moves(drawing) if show_travel else []
-        objects.append(_stream("\n".join([_content(drawing, pen_width, colour), *_travel(moves)])))
+        objects.append(_stream("\n".join([content(drawing, pen_width, colour), *travel(moves)])))
     return _file(objects)
 
 
@@ -84,20 +84,25 @@ def _stream(content: str) -> bytes:
     return f"<</Length {len(packed)}/Filter/FlateDecode>>stream\n".encode() + packed + b"\nendstream"
 
 
-def _content(drawing: Drawing, pen_width: float, colour: str) -> str:
-    """The strokes in mm, y down, under a matrix that turns these into points, y up."""
-    ink = _rgb(colour)
-    lines = [f"{_POINT:.8f} 0 0 {-_POINT:.8f} 0 {drawing.page.height * _POINT:.4f} cm 1 J 1 j {ink} RG"]
+def matrix(drawing: Drawing) -> str:
+    """From mm of a page, y down, to points, y up."""
+    return f"{_POINT:.8f} 0 0 {-_POINT:.8f} 0 {drawing.page.height * _POINT:.4f} cm"
+
+
+def content(drawing: Drawing, pen_width: float, colour: str) -> str:
+    """The operators that mark the strokes of a page."""
+    ink = rgb(colour)
+    lines = [f"{matrix(drawing)} 1 J 1 j {ink} RG"]
     before = ""
     filled = any(outline.needed(stroke) for stroke in drawing.strokes)
     if filled:
         lines.append(f"{ink} rg")
     for stroke, curve in zip(drawing.strokes, curves.fit(drawing.strokes), strict=True):
-        if (stroke_ink := _rgb(stroke.colour or colour)) != ink:
+        if (stroke_ink := rgb(stroke.colour or colour)) != ink:
             ink = stroke_ink
             lines += [f"{ink} RG", *([f"{ink} rg"] if filled else [])]
         if outline.needed(stroke):
-            lines += [_filled(piece) for piece in outline.pieces(stroke, curve)]
+            lines += [f"{polygon(piece)} f" for piece in outline.pieces(stroke, curve)]
             continue
         width = paths.short(round(paths.stroke_width(stroke, pen_width) * 1000))
         if width != before:
@@ -107,15 +112,17 @@ def _content(drawing: Drawing, pen_width: float, colour: str) -> str:
     return "\n".join(lines)
 
 
-def _travel(moves: Sequence[Array]) -> list[str]:
+def travel(moves: Sequence[Array]) -> list[str]:
+    """The operators that draw moves (2, 2), mm, of the lifted pen."""
     if not moves:
         return []
     points = [np.rint(move * 1000).astype(np.int64).tolist() for move in moves]
     lines = [f"{' '.join(map(paths.short, a))} m {' '.join(map(paths.short, b))} l S" for a, b in points]
-    return [f"{_rgb(paths.TRAVEL_COLOUR)} RG {paths.short(round(paths.TRAVEL_WIDTH * 1000))} w", *lines]
+    return [f"{rgb(paths.TRAVEL_COLOUR)} RG {paths.short(round(paths.TRAVEL_WIDTH * 1000))} w", *lines]
 
 
-def _rgb(colour: str) -> str:
+def rgb(colour: str) -> str:
+    """The operands of a colour, ``"#rrggbb"``."""
     return " ".join(f"{part:.4g}" for part in pen.rgb(colour))
 
 
@@ -129,10 +136,10 @@ def _path(curve: Curve) -> str:
     return " ".join([begin, *(" ".join(map(paths.short, leg)) + " c" for leg in legs), "S"])
 
 
-def _filled(piece: Array) -> str:
+def polygon(piece: Array) -> str:
+    """The path of a polygon (n, 2), mm."""
     points = np.rint(piece * 1000).astype(np.int64).tolist()
-    legs = " ".join(f"{paths.short(x)} {paths.short(y)} {'l' if k else 'm'}" for k, (x, y) in enumerate(points))
-    return f"{legs} f"
+    return " ".join(f"{paths.short(x)} {paths.short(y)} {'l' if k else 'm'}" for k, (x, y) in enumerate(points))
 
 
 def _file(objects: Sequence[bytes]) -> bytes:

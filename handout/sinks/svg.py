@@ -9,15 +9,17 @@ present moment, which is exact since these keep time.
 from __future__ import annotations
 
 import zlib
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
 
 from handout.inking import curves, outline, pen
 from handout.inking.curves import Curve
-from handout.sinks import about, paths
+from handout.sinks import about, layers, paths
 from handout.values import Array, Drawing, Stroke
 
+_INKSCAPE = "http://www.inkscape.org/namespaces/inkscape"
 _STYLE = """
 .travel{display:none}
 .show-travel .travel,#travel:target{display:inline}
@@ -29,9 +31,12 @@ _SCRIPT = r"""
 (function () {
   'use strict';
   var svg = (document.currentScript && document.currentScript.ownerSVGElement) || document.documentElement;
-  var strokes = svg.querySelectorAll('.stroke'), nib = null, began = null, next = 0;
+  var nib = null, began = null, next = 0;
 
   function time(path, name) { return parseFloat(path.getAttribute(name)); }
+  var strokes = Array.prototype.slice.call(svg.querySelectorAll('.stroke'));
+  strokes.sort(function (a, b) { return time(a, 'data-t0') - time(b, 'data-t0'); });  /* of all layers */
+
   function mix(a, b, u) { return a + (b - a) * u; }
 
   /* the path as far as it is written `ms` milliseconds after its beginning */
@@ -68,7 +73,9 @@ _SCRIPT = r"""
     var path = strokes[next], t0 = time(path, 'data-t0');
     nib.setAttribute('d', t < t0 ? '' : cut(path, (t - t0) * 1000));
     nib.setAttribute('clip-path', path.getAttribute('clip-path') || 'none');
-    nib.setAttribute('stroke-width', path.getAttribute('stroke-width') || path.parentNode.getAttribute('stroke-width'));
+    ['stroke', 'stroke-width'].forEach(function (name) {
+      nib.setAttribute(name, path.closest('[' + name + ']').getAttribute(name));
+    });
     window.requestAnimationFrame(frame);
   }
 
@@ -78,7 +85,7 @@ _SCRIPT = r"""
     svg.classList.add('playing');
     nib = document.createElementNS(svg.namespaceURI, 'path');
     nib.setAttribute('class', 'nib');
-    svg.querySelector('#ink').appendChild(nib);
+    svg.querySelector('.ink').appendChild(nib);
     began = -1; next = 0;
     window.requestAnimationFrame(frame);
   }
@@ -104,15 +111,22 @@ _SCRIPT = r"""
 """
 
 
-def to_svg(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1a1a2e", show_travel: bool = False) -> bytes:
+def to_svg(
+    drawing: Drawing,
+    *,
+    pen_width: float = 0.5,
+    colour: str = "#1a1a2e",
+    show_travel: bool = False,
+    by: layers.By = "ink",
+) -> bytes:
     """A page as an SVG file; units are mm.
 
     Every stroke is a ``<path class="stroke">`` of cubic Béziers that stays within 0.01 mm of the samples, with
     ``data-t0`` and ``data-t1`` (s), ``data-k`` (ms that each Bézier takes), ``data-word`` and ``data-layer``; one with
-    a colour of its own has it as ``stroke``.  The group
-    ``#travel`` has the moves between strokes; it is hidden, and shown by the class ``show-travel`` on the root,
-    by ``file.svg#travel`` or by the key T.  A click, the key P or ``file.svg#play`` replays the writing at its
-    own speed.
+    a colour of its own has it as ``stroke``.  Groups of the class ``ink`` are layers to Inkscape, and the groups in
+    them lines and words, labelled with what is written.  The layer ``#travel`` has the moves between strokes; it is
+    hidden, and shown by the class ``show-travel`` on the root, by ``file.svg#travel`` or by the key T.  A click, the
+    key P or ``file.svg#play`` replays the writing at its own speed.
 
     Parameters
     ----------
@@ -124,6 +138,8 @@ def to_svg(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1a1a2e",
         ``"#rrggbb"``, of strokes without a colour of their own.
     show_travel : bool
         Show the moves between strokes from the beginning, in programs that do not know the style sheet too.
+    by : "ink", "line" or "word"
+        What a layer is, see `layers.layers`.
 
     Raises
     ------
@@ -133,7 +149,7 @@ def to_svg(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1a1a2e",
     pen.rgb(colour)
     pen.check_width(pen_width)
     script = f"<script>//<![CDATA[{_SCRIPT}//]]></script>"
-    ink, moves = _ink(drawing, pen_width, colour), _travel(drawing, show_travel)
+    ink, moves = _layers(drawing, pen_width, colour, by), _travel(drawing, show_travel)
     parts = [*_head(drawing, show_travel), *ink, *moves, script, "</svg>\n"]
     return "\n".join(parts).encode("utf-8")
 
@@ -157,7 +173,7 @@ def _head(drawing: Drawing, show_travel: bool) -> list[str]:
     shown = ' class="show-travel"' if show_travel else ""
     return [
         '<?xml version="1.0" encoding="UTF-8"?>',
-        f'<svg xmlns="http://www.w3.org/2000/svg" {_size(drawing)}{shown}>',
+        f'<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="{_INKSCAPE}" {_size(drawing)}{shown}>',
         f"<title>{about.escaped(about.title(drawing))}</title>",
         f"<desc>{about.escaped(about.describe(drawing))} Click, or press P, to see it being written.</desc>",
         f'<metadata id="about">{about.escaped(about.as_json(about.record(drawing)))}</metadata>',
@@ -166,18 +182,49 @@ def _head(drawing: Drawing, show_travel: bool) -> list[str]:
 
 
 def _ink(drawing: Drawing, pen_width: float, colour: str, key: str = "") -> list[str]:
-    """The strokes; `key` stands before every name."""
-    fitted = curves.fit(drawing.strokes)
-    colours = {stroke.colour for stroke in drawing.strokes}
+    """The strokes in one group; `key` stands before every name."""
+    strokes = _strokes(drawing, pen_width, key)
+    return [f'<g id="{key}ink" {_look(drawing.strokes, pen_width, colour)}>', *strokes, "</g>"]
+
+
+def _layers(drawing: Drawing, pen_width: float, colour: str, by: layers.By) -> list[str]:
+    """The strokes in layers, and in these in lines and words where the drawing tells of any."""
+    strokes = _strokes(drawing, pen_width)
+    parts = []
+    for number, (name, members) in enumerate((layers.layers(drawing, by) or {"Page 1": []}).items()):
+        key = f"ink-{number + 1}" if number else "ink"
+        look = _look([drawing.strokes[member] for member in members], pen_width, colour)
+        parts += [f'<g id="{key}" class="ink" {_layer(name)} {look}>', *_groups(drawing, by, members, strokes), "</g>"]
+    return parts
+
+
+def _groups(drawing: Drawing, by: layers.By, members: Sequence[int], strokes: Sequence[str]) -> Iterator[str]:
+    kind, groups = layers.inside(drawing, by, members)
+    for name, inner in groups.items():
+        parts = [strokes[number] for number in inner] if kind is None else _groups(drawing, kind, inner, strokes)
+        yield from [f"<g {_label(name)}>", *parts, "</g>"] if name else parts
+
+
+def _layer(name: str) -> str:
+    return f'inkscape:groupmode="layer" {_label(name)}'
+
+
+def _label(name: str) -> str:
+    return f"inkscape:label={about.quoted(about.xml_safe(name))}"
+
+
+def _look(strokes: Sequence[Stroke], pen_width: float, colour: str) -> str:
+    """How strokes of a group are drawn unless they say otherwise."""
+    colours = {stroke.colour for stroke in strokes}
     colour = colours.pop() or colour if len(colours) == 1 else colour
+    even = f'fill="none" stroke="{colour}" stroke-width="{_mm(pen_width)}"'
+    return f'{even} stroke-linecap="round" stroke-linejoin="round"'
+
+
+def _strokes(drawing: Drawing, pen_width: float, key: str = "") -> list[str]:
     return [
-        f'<g id="{key}ink" fill="none" stroke="{colour}" stroke-width="{_mm(pen_width)}" '
-        'stroke-linecap="round" stroke-linejoin="round">',
-        *(
-            _stroke(stroke, curve, pen_width, f"{key}mark-{number}")
-            for number, (stroke, curve) in enumerate(zip(drawing.strokes, fitted, strict=True))
-        ),
-        "</g>",
+        _stroke(stroke, curve, pen_width, f"{key}mark-{number}")
+        for number, (stroke, curve) in enumerate(zip(drawing.strokes, curves.fit(drawing.strokes), strict=True))
     ]
 
 
@@ -235,14 +282,26 @@ def _travel(drawing: Drawing, shown: bool) -> list[str]:
     # the attribute hides it in programs that do not read the style sheet; for others the sheet decides
     hidden = "" if shown else ' display="none"'
     look = f'stroke="{paths.TRAVEL_COLOUR}" stroke-width="{_mm(paths.TRAVEL_WIDTH)}"'
-    group = f'<g id="travel" class="travel"{hidden} fill="none" {look}>'
-    return [group, *(_move(a, b) for a, b in pairwise(drawing.strokes)), "</g>"]
+    # AxiDraw's programs never plot a layer whose name begins so
+    group = f'<g id="travel" class="travel"{hidden} {_layer("% travel of the lifted pen")} fill="none" {look}>'
+    ways = paths.travel_moves(drawing)
+    times = [f' data-t0="{_mm(float(a.t[-1]))}" data-t1="{_mm(float(b.t[0]))}"' for a, b in pairwise(drawing.strokes)]
+    times += [""] * (len(ways) - len(times))
+    moves = [_move(way, when) for way, when in zip(ways, times, strict=True)]
+    return [group, *moves, *_dips(drawing), "</g>"]
 
 
-def _move(a: Stroke, b: Stroke) -> str:
-    line = np.rint(np.concatenate([a.xy[-1], b.xy[0]]) * 1000).astype(np.int64).tolist()
-    times = f'data-t0="{_mm(float(a.t[-1]))}" data-t1="{_mm(float(b.t[0]))}"'
-    return f'<path {times} d="M{paths.joined(line[:2])}L{paths.joined(line[2:])}"/>'
+def _move(way: Array, when: str) -> str:
+    line = np.rint(way * 1000).astype(np.int64)
+    return f'<path{when} d="M{paths.joined(line[0].tolist())}L{paths.joined(line[1:].ravel().tolist())}"/>'
+
+
+def _dips(drawing: Drawing) -> Iterator[str]:
+    """A ring where the pen begins to write after it was dipped, and where it was."""
+    dips = [way for way in paths.hook_ways(drawing) if way["name"] == "dip"]
+    for number, way in enumerate(dips, 1):
+        for x, y in (way["way"][-1], *way["down"]):
+            yield f'<circle class="dip" cx="{_mm(x)}" cy="{_mm(y)}" r="1"><title>dip {number}</title></circle>'
 
 
 def _mm(value: float) -> str:

@@ -148,6 +148,7 @@ class PageAligner:
         touched = [*_touched(before.pages[number], old, page, own)]
         self._follow(page, {one.at for one in touched})
         known, drafts = _by_place(old), _by_place(own)
+        inks = _renumbered(before.pages[number], known, page)
         if not touched or not drafts:
             return Renewed(after, {})
         texts, loose = self._texts(own), [glyph for glyph in own if glyph.at < 0]
@@ -155,7 +156,7 @@ class PageAligner:
             here = [one for one in touched if one.line == line]
             drafts = _changed(drafts, self._line(line, texts[line], drafts, loose, here))
         drafts = self._exchanged(known, drafts)
-        return Renewed(_with_letters(after, number, drafts), self._probability(known, drafts))
+        return Renewed(_with_letters(after, number, drafts), self._probability(inks, drafts))
 
     def _texts(self, own: Sequence[ScannedGlyph]) -> list[TranscriptLine]:
         """What is written on each line."""
@@ -175,7 +176,7 @@ class PageAligner:
         if was.graph is page.graph and not bent:
             return
         if not np.array_equal(was.graph.uv, page.graph.uv):
-            self._line_of = _carried(was.graph.uv, self._line_of, page)
+            self._line_of = _carried(self._line_of, _matched(was.graph.uv, page.graph.uv), page)
         if self._exchange is not None:
             odd = self._exchange.odd()
             self._odd = {k: value for k, value in odd.items() if self._letters[k] not in touched}
@@ -334,10 +335,11 @@ class PageAligner:
             self._exchange = InkExchange(self._page, letter, names, lines, self._author, seen=seen)
         return self._exchange
 
-    def _probability(self, known: Drafts, drafts: Drafts) -> dict[int, float]:
-        """How probable letters are, of the names of which one has other ink now."""
+    def _probability(self, inks: Mapping[int, Indices], drafts: Drafts) -> dict[int, float]:
+        """How probable letters are, of the names of which one has other ink now than `inks`, its vertices before."""
         strange = self._compared(drafts).strange()
-        names = {self._units[at] for at in {*known, *drafts} if not _alike(known.get(at), drafts.get(at))}
+        same = {at for at in inks if at in drafts and np.array_equal(inks[at], drafts[at].vertices)}
+        names = {self._units[at] for at in {*inks, *drafts} - same}
         ats = [self._letters[number] for number in strange]
         sure = np.array([drafts[at].confidence for at in ats])
         judged = np.where(sure > 0, vetting.calibrated(np.array(list(strange.values())), sure), 0.0)
@@ -352,6 +354,16 @@ def _on_page(hand: ScannedHand, number: int) -> list[ScannedGlyph]:
 def _by_place(glyphs: Sequence[ScannedGlyph]) -> Drafts:
     """Those glyphs that are letters of the page's text, by their places in it."""
     return {glyph.at: glyph for glyph in glyphs if glyph.at >= 0}
+
+
+def _renumbered(was: ScannedPage, letters: Drafts, page: ScannedPage) -> dict[int, Indices]:
+    """The vertices of letters of a page, rising, by their numbers on that page as it is now; without those gone."""
+    if np.array_equal(was.graph.uv, page.graph.uv):
+        return {at: glyph.vertices for at, glyph in letters.items()}
+    found, number = _matched(was.graph.uv, page.graph.uv), np.full(len(was.graph), NOBODY)
+    number[found[found != NOBODY]] = np.flatnonzero(found != NOBODY)
+    new = {at: number[glyph.vertices] for at, glyph in letters.items()}
+    return {at: np.sort(vertices[vertices != NOBODY]) for at, vertices in new.items()}
 
 
 def _changed(drafts: Drafts, found: Mapping[int, ScannedGlyph | None]) -> Drafts:
@@ -438,15 +450,30 @@ def _lifted(frame: Frame, rows: int) -> Frame:
     return replace(frame, baseline=(frame.baseline[0] - rows, *frame.baseline[1:]))
 
 
-def _carried(uv: Array, line_of: Indices, page: ScannedPage) -> Indices:
-    """The line of each vertex of a page that was painted: as it was, or that whose small letters are nearest."""
+def _matched(uv: Array, again: Array) -> Indices:
+    """(n,) which of the vertices at places uv (m, 2) is each of those at `again` (n, 2); NOBODY: none, it is new."""
     from scipy.spatial import cKDTree
 
-    away, old = cKDTree(uv).query(page.graph.uv) if len(uv) else (np.full(len(page.graph), np.inf), 0)
+    found = np.full(len(again), NOBODY)
+    if len(uv):
+        old, new = (np.ascontiguousarray(places).view(np.complex128)[:, 0] for places in (uv, again))
+        order = np.argsort(old)
+        near = order[np.minimum(np.searchsorted(old, new, sorter=order), len(old) - 1)]
+        found = np.where(old[near] == new, near, NOBODY)
+        if len(moved := np.flatnonzero(found == NOBODY)):
+            away, near = cKDTree(uv).query(again[moved])
+            found[moved] = np.where(away < _SAME, near, NOBODY)
+    return found
+
+
+def _carried(line_of: Indices, found: Indices, page: ScannedPage) -> Indices:
+    """The line of each vertex of a page that was painted: as it was, or that whose small letters are nearest."""
+    lines, new = np.append(line_of, NOBODY)[found], np.flatnonzero(found == NOBODY)
+    x, y = page.graph.uv[new].T
     middle = 0.5 * page.x_height / page.pixel
-    x, y = page.graph.uv.T
     height = np.abs(np.stack([page.base(line, x) - middle - y for line in range(len(page.baselines))]))
-    return np.asarray(np.where(away < _SAME, line_of[np.minimum(old, len(line_of) - 1)], height.argmin(axis=0)))
+    lines[new] = height.argmin(axis=0)
+    return lines
 
 
 def _with_letters(hand: ScannedHand, number: int, drafts: Drafts) -> ScannedHand:

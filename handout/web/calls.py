@@ -271,10 +271,14 @@ class Revised(Body, frozen=True):
 
 
 class Corrections(Body, frozen=True):
-    """A list of corrections, each an object with `do`, `page` and places in pixels of the scan."""
+    """A list of corrections, each an object with `do`, `page` and places in pixels of the scan.
+
+    later : answer before the words around them are aligned anew.
+    """
 
     revision: Revision
     corrections: Raw
+    later: bool = False
 
 
 class Rewinding(Body, frozen=True):

@@ -92,7 +92,12 @@ async def strokes(studio: Studio, request: Request, body: None) -> Response:
 
 async def correct(studio: Studio, request: Request, body: Corrections) -> Response:
     """Corrections are made and kept."""
-    return await _changed(studio, request, "correct_letters", body.revision, bytes(body.corrections))
+    return await _changed(studio, request, "correct_letters", body.revision, bytes(body.corrections), body.later)
+
+
+async def alignment(studio: Studio, request: Request, body: None) -> Response:
+    """The words around the last correction are aligned anew."""
+    return await _asked(studio, request, "align_letters")
 
 
 async def rewind(studio: Studio, request: Request, body: Rewinding) -> Response:
@@ -139,6 +144,8 @@ ROUTES = (
         "How the word at a place of a page is written: strokes in order, as far as the ink tells", strokes),
     Way("POST", "/api/hands/{name}/corrections", "Make corrections, as `handout hand edit` takes them, and keep them; "
         "words around them are aligned anew", correct, body=Corrections),
+    Way("GET", "/api/hands/{name}/alignment", "What the last correction means for the words around it, where it was "
+        "answered before they were aligned anew", alignment),
     Way("POST", "/api/hands/{name}/history", "Undo corrections, or make them again", rewind, body=Rewinding),
     Way("POST", "/api/hands/{name}/learning", "Align the corrected pages anew, with what the corrections teach; more "
         "can be corrected meanwhile", learn, body=Revised),

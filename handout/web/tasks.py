@@ -20,6 +20,7 @@ from handout.web.workers import Task
 
 TYPES = {
     ".svg": "image/svg+xml", ".png": "image/png", ".pdf": "application/pdf", ".inkml": "application/inkml+xml",
+    ".eps": "application/postscript", ".dxf": "image/vnd.dxf",
     ".json": "application/json", ".hand": "application/zip", ".toml": "application/toml", ".jpg": "image/jpeg",
 }  # fmt: skip
 _ALIVE = 15.0  # s after which a stream of events says that it is still there

@@ -28,7 +28,9 @@ from handout.hand.corrections import (
     read_corrections,
 )
 from handout.hand.ligatures import LigatureFinder
+from handout.hand.page_editor import along
 from handout.hand.scanned import NOBODY
+from handout.values import LineGraph
 
 
 def apply(hand, corrections):
@@ -350,3 +352,17 @@ def test_every_correction_is_json(small_hand):
             Outline(page=0, within=((1, 2), (3, 4), (5, 6)), text="a"), Confirm(page=1, at=(1, 2)),
             Cut(page=0, a=(1, 2), b=(3, 4)), Join(page=0, at=(1, 2), other=(3, 4)))  # fmt: skip
     assert read_corrections(msgspec.json.encode(Corrections(made)), "x.json") == made
+
+
+def test_a_drawn_stroke_keeps_to_the_part_of_a_ring_that_was_meant():
+    turn = np.linspace(0.3, 2 * np.pi - 0.3, 60)  # open on the right, where the ink has failed
+    uv = 12 * np.column_stack([np.cos(turn), np.sin(turn)]) + 20
+    edges, many = np.column_stack([np.arange(59), np.arange(1, 60)]), np.ones(60)
+    ring, every = LineGraph(uv, many, many, uv, edges), np.arange(60)
+    for way in (every, every[::-1], np.r_[20:40, 38:9:-1]):
+        assert along(ring, every, uv[way]).tolist() == way.tolist()
+    round_ = np.linspace(np.pi, 3 * np.pi + 0.4, 50)  # from the left all around, over the gap and its own beginning
+    drawn = 12.7 * np.column_stack([np.cos(round_), np.sin(round_)]) + 20.4
+    passed = along(ring, every, drawn)
+    steps = np.diff(passed)
+    assert np.count_nonzero(steps == -59) == 1 and (steps == 1).sum() > 60 and (steps == 59).sum() == 0

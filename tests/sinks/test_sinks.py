@@ -52,7 +52,7 @@ def test_pen_and_resolution_are_used(tmp_path: Path) -> None:
 
 
 def test_same_bytes(tmp_path: Path) -> None:
-    for suffix in (".svg", ".png", ".pdf", ".inkml", ".json"):
+    for suffix in (".svg", ".png", ".pdf", ".eps", ".dxf", ".inkml", ".json"):
         (first,) = write_drawings([loops()], [tmp_path / f"a{suffix}"])
         (second,) = write_drawings([loops()], [tmp_path / f"b{suffix}"])
         assert first.read_bytes() == second.read_bytes()
@@ -62,7 +62,7 @@ def test_same_bytes(tmp_path: Path) -> None:
 def test_unknown_formats(tmp_path: Path, name: str) -> None:
     with pytest.raises(InputError) as caught:
         write_drawings([loops()], [tmp_path / name])
-    assert all(suffix in str(caught.value) for suffix in (".svg", ".png", ".pdf", ".inkml", ".json"))
+    assert all(suffix in str(caught.value) for suffix in (".svg", ".png", ".pdf", ".eps", ".dxf", ".inkml", ".json"))
     assert not list(tmp_path.iterdir())
 
 
@@ -100,7 +100,7 @@ def test_two_outputs_of_one_name(tmp_path: Path) -> None:
 def test_check_outputs_names_the_files(tmp_path: Path) -> None:
     assert check_outputs([tmp_path / "a.svg"]) == [tmp_path / "a.svg"]
     assert check_outputs([tmp_path / "a.svg"], pages=2) == [tmp_path / "a-1.svg", tmp_path / "a-2.svg"]
-    assert suffixes({".gcode": gcode}) == [".gcode", ".inkml", ".json", ".pdf", ".png", ".svg"]
+    assert suffixes({".gcode": gcode}) == [".dxf", ".eps", ".gcode", ".inkml", ".json", ".pdf", ".png", ".svg"]
 
 
 def test_no_page(tmp_path: Path) -> None:

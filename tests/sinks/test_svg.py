@@ -20,6 +20,7 @@ from handout.values import Array, Drawing, Stroke
 
 GOLDEN = Path(__file__).parent.parent / "golden" / "loops.svg"
 SVG = "{http://www.w3.org/2000/svg}"
+INKSCAPE = "http://www.inkscape.org/namespaces/inkscape"
 CHROMIUM = shutil.which("chromium")
 _NUMBER = re.compile(r"-?\d*\.?\d+")
 
@@ -146,6 +147,34 @@ def test_layers_and_colours_are_told() -> None:
     assert plain.get("data-layer") is None and plain.get("stroke") is None
     with pytest.raises(ValueError, match="not a colour"):
         Stroke(t, xy, colour='red" onload="')
+
+
+def test_inkscape_finds_layers_lines_and_words() -> None:
+    drawing = replace(loops(), about={"words": ["Dear", '"Ada" & Zoë,', "jam"], "lines": [0, 2], "page_number": 2})
+    root = ElementTree.fromstring(to_svg(drawing))
+
+    def labels(parent: ElementTree.Element) -> list[str]:
+        return [group.get(f"{{{INKSCAPE}}}label", "") for group in parent.findall(f"{SVG}g")]
+
+    ink, travel = root.findall(f"{SVG}g")
+    assert labels(root) == ["Page 2", "% travel of the lifted pen"] and labels(ink)[1:] == ["line 2: jam"]
+    assert labels(ink[0]) == ["Dear", '"Ada" & Zoë,'] and len(ink[0][0]) == 3
+    assert all(layer.get(f"{{{INKSCAPE}}}groupmode") == "layer" for layer in (ink, travel))
+    by_word = ElementTree.fromstring(to_svg(drawing, by="word"))
+    assert labels(by_word)[:-1] == ["001 Dear", '002 "Ada" & Zoë,', "003 jam"]
+    assert len({group.get("id") for group in by_word.findall(f"{SVG}g")}) == 4
+
+
+def test_inks_that_take_turns_have_a_layer_each_and_come_back_in_their_order() -> None:
+    from handout.sources.svg import from_svg
+
+    strokes = tuple(replace(s, colour=("#c01020", "#101010")[n % 2]) for n, s in enumerate(loops().strokes))
+    svg = to_svg(replace(loops(), strokes=strokes))
+    inks = [g for g in ElementTree.fromstring(svg).iter(f"{SVG}g") if g.get("class") == "ink"]
+    assert [ink.get(f"{{{INKSCAPE}}}label") for ink in inks] == ["#c01020", "#101010"]
+    back = from_svg(svg)
+    assert back.timed and [s.colour for s in back.strokes] == [s.colour for s in strokes]
+    assert np.allclose([s.t[0] for s in back.strokes], [s.t[0] for s in strokes], atol=1e-3)
 
 
 def test_dots_are_visible() -> None:

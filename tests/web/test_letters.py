@@ -2,8 +2,10 @@
 
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import msgspec
+import numpy as np
 import pytest
 
 from handout import atomic
@@ -102,7 +104,6 @@ def test_what_cannot_be_corrected_changes_nothing(hand):
 
 def test_tiles_are_the_page(hand):
     import cv2
-    import numpy as np
 
     whole = file.load(Path(hand)).pages[0].on_paper()
     tile = cv2.imdecode(np.frombuffer(desk.page_tile(hand, 0, 0, 1, 0), np.uint8), 1)[:, :, ::-1]
@@ -158,15 +159,35 @@ def test_on_a_full_disk_a_correction_is_refused_and_nothing_is_changed(hand, mon
     assert file.journal(Path(hand)).made == 1
 
 
-def test_a_stroke_is_reversed_and_stays_so(hand):
-    one = letters(hand)[4]
-    strokes = [each for each in desk.letter_strokes(hand, 0, tuple(one["spot"]))["strokes"] if each["id"] == one["id"]]
-    turned = [each["xy"][::-1] for each in strokes]
-    made(hand, {"do": "strokes", "at": one["spot"], "ways": turned})
+def test_strokes_that_were_told_stay_so(hand):
+    one = next(one for one in letters(hand) if one["joined"] and len(one["ink"]) > 150)
+
+    def strokes():
+        found = desk.letter_strokes(hand, 0, tuple(one["spot"]))["strokes"]
+        return [each for each in found if each["id"] == one["id"]]
+
+    # what leads to the next letter is passed on the way, too
+    told = [each["xy"][::-1] + each["xy"][1:] for each in strokes()]
+    made(hand, {"do": "strokes", "at": one["spot"], "ways": told})
     desk.keep_letters(hand)
     desk._DESKS.clear()
-    again = [each for each in desk.letter_strokes(hand, 0, tuple(one["spot"]))["strokes"] if each["id"] == one["id"]]
-    assert [each["xy"] for each in again] == turned and all(each["own"] for each in again)
+    assert [each["xy"] for each in strokes()] == told and all(each["own"] for each in strokes())
+
+
+def test_the_words_around_a_correction_follow_it(hand):
+    state, (x, y) = desk.open_letters(hand), letters(hand)[6]["spot"]
+    one = {"page": 0, "do": "paint", "to": "paper", "stroke": [[x, y], [x + 9, y]], "width": 6}
+    said = desk.correct_letters(hand, state["revision"], msgspec.json.encode([one]), later=True)
+    assert said["behind"] and log(hand).exists()
+    rest = desk.align_letters(hand)
+    assert rest["revision"] == said["revision"]
+    told = {one["id"]: one for part in (said, rest) for one in part["told"]["0"]["letters"]}
+    after = letters(hand)
+    desk.rewind_letters(hand, said["revision"], 1)
+    made(hand, {name: value for name, value in one.items() if name != "page"})
+    assert letters(hand) == after and all(told[one["id"]] == one for one in after if one["id"] in told)
+    desk._DESKS.clear()  # as after a server was killed
+    assert [one["ink"] for one in letters(hand)] == [one["ink"] for one in after]
 
 
 def test_a_baseline_is_dragged(hand):
@@ -192,6 +213,38 @@ def test_the_others_learn_while_more_is_corrected(hand, tmp_path, monkeypatch):
     desk.rewind_letters(hand, taken["revision"], taken["made"])
     with pytest.raises(desk.StaleHand, match="undone"):
         desk.take_learnt(hand, copy, begun["made"])
+
+
+class Killed(BaseException):
+    """Nothing runs after it, as after SIGKILL."""
+
+
+@pytest.mark.parametrize("alive", [1, 2, 3])
+def test_a_kill_while_what_was_learned_is_taken_loses_no_correction(hand, tmp_path, monkeypatch, alive):
+    monkeypatch.setattr(desk._Desk, "aligner", lambda *_: None)
+    monkeypatch.setattr(desk, "vet", lambda hand: SimpleNamespace(probability=np.full(len(hand.glyphs), 0.9)))
+    spots, copy = [letters(hand)[i]["spot"] for i in (0, 7)], str(tmp_path / "copy.hand")
+    state = made(hand, {"do": "confirm", "at": spots[0]})
+    begun = desk.begin_learning(hand, state["revision"], copy)
+    made(hand, {"do": "confirm", "at": spots[1]})
+    desk.keep_letters(hand)
+    touched = []
+
+    def counted(real):
+        def touching(*arguments):
+            touched.append(real.__name__)
+            if len(touched) == alive:
+                raise Killed
+            return real(*arguments)
+
+        return touching
+
+    for owner, name in ((atomic, "write"), (desk.PendingLog, "add"), (desk.PendingLog, "forget"), (desk.os, "fsync")):
+        monkeypatch.setattr(owner, name, counted(getattr(owner, name)))
+    with pytest.raises(Killed):
+        desk.take_learnt(hand, copy, begun["made"])
+    desk._DESKS.clear()
+    assert [letters(hand)[i]["verdict"] for i in (0, 7)] == ["confirmed"] * 2, touched
 
 
 def test_what_was_undone_in_the_file_is_neither_made_again_nor_taken_for_what_was_made_anew(hand):

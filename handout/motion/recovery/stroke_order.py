@@ -5,7 +5,7 @@ Where the pen of a page was recorded its vertices are numbered in the order of w
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
@@ -79,13 +79,13 @@ class StrokeOrderModel:
                 ways.append((np.array(way, dtype=np.intp), bool(late)))
         return ways
 
-    def _said(self, number: int, sections: tuple[Indices, ...]) -> list[Indices]:
+    def _said(self, number: int, line: LetterLine, sections: tuple[Indices, ...]) -> list[Indices]:
         """The strokes of a glyph's line as a person gave them; each ligature goes on where one begins or ends."""
-        form, place = self.forms[number], self._places_on_page(number, sections)
+        place = self._places_on_page(number, sections)
         told = ([place[v] for v in way.tolist() if v in place] for way in self._hand.glyphs[number].ways)
         ways = [way for way in told if way]
-        for (way, _), section in zip(outwards(form), sections, strict=True) if ways else ():
-            _lead(form, ways, way.anchor, section.tolist())
+        for (way, _), section in zip(outwards(self.forms[number]), sections, strict=True) if ways else ():
+            _lead(line.xy, ways, [way.anchor, *section.tolist()])
         return [np.array(way, dtype=np.intp) for way in ways]
 
     def _choose(self, number: int, instance: Instance) -> Candidate:
@@ -115,7 +115,7 @@ class StrokeOrderModel:
             line = self._with_neighbours(number, line, sections)
             found = self._candidates(number, line)
             if self._hand.glyphs[number].ways:
-                found = [as_said(found, said)] if (said := self._said(number, sections)) else found
+                found = [as_said(found, said)] if (said := self._said(number, line, sections)) else found
             instance = instance_of(found, line, len(self.forms[number].xy))
             entry = self._instances[number] = (instance, sections)
         return entry
@@ -225,12 +225,16 @@ def stroke_order_model(hand: ScannedHand, hands: tuple[str, ...]) -> StrokeOrder
     return StrokeOrderModel(hand, hands)
 
 
-def _lead(form: Form, ways: list[list[int]], anchor: int, out: list[int]) -> None:
-    """Let that stroke which begins or ends nearest to a ligature's anchor go on along it, outwards."""
-    bare = [[v for v in one if v not in set(out)] or [anchor] for one in ways]
-    tips = [(i, end, min(one[end], len(form.xy) - 1)) for i, one in enumerate(bare) for end in (0, -1)]
-    i, end, _ = min(tips, key=lambda tip: float(np.linalg.norm(form.xy[tip[2]] - form.xy[anchor])))
-    ways[i] = [*out[::-1], *bare[i]] if end == 0 else [*bare[i], *out]
+def _lead(xy: Array, ways: list[list[int]], out: Sequence[int]) -> None:
+    """Let that stroke which begins or ends nearest to a ligature go on along it, from where none has told of it."""
+    known = {v for way in ways for v in way}
+    last = max((k for k, v in enumerate(out) if v in known), default=0)
+    i, end = min(
+        ((i, end) for i in range(len(ways)) for end in (0, -1)),
+        key=lambda tip: float(np.linalg.norm(xy[ways[tip[0]][tip[1]]] - xy[out[last]])),
+    )
+    rest = list(out[last + 1 :])
+    ways[i] = [*rest[::-1], *ways[i]] if end == 0 else [*ways[i], *rest]
 
 
 def _usual_ink(hand: ScannedHand, number: int) -> tuple[float, float]:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 from handout import units
 from handout.plotting import pen_lift
+from handout.plotting.planning.blocks import Lines
 from handout.plotting.planning.plan import Plan
 from handout.profiles import Pen as PenProfile
 from handout.profiles import Plotter
@@ -44,6 +45,11 @@ def number(value: float, digits: int = 3) -> str:
     """A number as short as it can be written."""
     text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
     return "0" if text in ("-0", "") else text
+
+
+def lines(block: Lines) -> list[bytes]:
+    """Lines of the user's own, as they are."""
+    return [f"{line}\n".encode("ascii") for line in block.lines]
 
 
 def pen(

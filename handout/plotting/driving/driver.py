@@ -18,6 +18,7 @@ from handout.plotting.dialects import dialect
 from handout.plotting.driving import fidelity
 from handout.plotting.driving.observation import Observation, Observer
 from handout.plotting.driving.overlap import OVERLAP, OverlapGuard, Secure
+from handout.plotting.planning import hooking
 from handout.plotting.planning.plan import Plan
 from handout.plotting.planning.planner import plan as replan
 from handout.plotting.planning.toolpath import DRAW
@@ -44,6 +45,7 @@ class Report:
         fill its queue, or it does not say.
     unsecured : mm of ink at most that were sent and not certain on the disk: what a power cut may have drawn twice.
     observation : what was executed, as far as the machine's answers tell.
+    dips, hooked_s : how often the pen was dipped, and what of the announced time hooks take, s.
     plan : what was plotted: the plan that was given, or the one made anew for the machine's own limits; None where
         reports are kept for long.
     """
@@ -57,6 +59,8 @@ class Report:
     unsecured: float
     observation: Observation
     plan: Plan | None
+    dips: int = 0
+    hooked_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -179,10 +183,11 @@ def draw(
 def _for_its_limits(plan: Plan, profile: Plotter, monitor: Monitor) -> Plan:
     """The plan, made anew where the machine's own limits are others than those it was made for."""
     planned = plan.profile
-    if (profile.limits, profile.pen, profile.port.queue) == (planned.limits, planned.pen, planned.port.queue):
+    same = (profile.limits, profile.pen, profile.port.queue) == (planned.limits, planned.pen, planned.port.queue)
+    if same or not plan.toolpath.draws.any():
         return plan
     monitor.log("The plot is planned anew for the plotter's own limits.")
-    return replan(plan.drawing, profile, speed=plan.speed, order=plan.order)
+    return replan(plan.drawing, profile, speed=plan.speed, order=plan.order, whole=plan.whole)
 
 
 def _warn_of_the_sheet(plan: Plan, monitor: Monitor) -> None:
@@ -191,6 +196,8 @@ def _warn_of_the_sheet(plan: Plan, monitor: Monitor) -> None:
         monitor.log("The page is turned to fit the bed: its top edge lies to the left.")
     if (warning := bed.beyond_paper(plan.drawing)) is not None:
         monitor.log(warning)
+    for sentence in hooking.said([plan.drawing], plan.profile):
+        monitor.log(sentence)
 
 
 @contextlib.contextmanager
@@ -297,7 +304,7 @@ def _report(stream: _Stream, instrumented: InstrumentedPort | None, before: floa
     if instrumented is not None:
         executed_s = instrumented.executed_s - (0.0 if fresh else before)
         if fresh:
-            stretched = fidelity.stretched(plan.intended(), instrumented.executed())
+            stretched = fidelity.stretched(plan.intended(), hooking.without_pots(instrumented.executed(), plan.profile))
     else:
         executed_s = time.monotonic() - before
         stretched = stretched if observation.unknown else observation.stretched
@@ -311,4 +318,6 @@ def _report(stream: _Stream, instrumented: InstrumentedPort | None, before: floa
         unsecured=stream.guard.most,
         observation=observation,
         plan=plan,
+        dips=plan.dips,
+        hooked_s=plan.hooked,
     )

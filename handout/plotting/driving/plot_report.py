@@ -13,7 +13,7 @@ from handout import atomic
 from handout.plotting.driving import fidelity
 from handout.plotting.driving.driver import Report
 from handout.plotting.driving.observation import Observation
-from handout.plotting.planning import feed_segments
+from handout.plotting.planning import feed_segments, hooking
 from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import InstrumentedPort, Port
 from handout.values import Array, Drawing, Stroke
@@ -108,7 +108,7 @@ def plotted(report: Report, port: Port, page: int) -> Row:
     assert report.plan is not None
     executed, many = report.observation.executed, len(report.plan.drawing.strokes)
     if isinstance(port, InstrumentedPort):
-        executed, sheet = None, port.executed()
+        executed, sheet = None, hooking.without_pots(port.executed(), report.plan.profile)
         if len(sheet.strokes) >= many:  # what was drawn on the same sheet before comes first
             executed = Drawing(sheet.strokes[-many:], sheet.page)
     return row(report.plan, page, executed=executed, min_queue=report.min_queue, observation=report.observation)
@@ -122,12 +122,15 @@ def facts(reports: Sequence[Report]) -> Row:
     dict
         measured : whether the plotter's answers tell what was executed; unknown : why not.
         rests, rested_s : how often and how long the pen stood within strokes; None if that is not known.
+        dips, hooks_s : how often the pen was dipped, and what of the announced time hooks take; only if there are any.
         unsecured_mm : ink that was drawn and not yet certain on the disk, at most.
     """
     unknown = next((report.observation.unknown for report in reports if report.observation.unknown), "")
     measured = bool(reports) and not unknown
+    hooked = sum(report.hooked_s for report in reports)
     return {
         "measured": measured,
+        **({"dips": sum(report.dips for report in reports), "hooks_s": round(hooked, 2)} if hooked else {}),
         **({"unknown": unknown} if unknown else {}),
         "rests": sum(len(report.observation.rests) for report in reports) if measured else None,
         "rested_s": round(sum(report.observation.rested_s for report in reports), 2) if measured else None,

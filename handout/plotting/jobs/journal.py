@@ -4,6 +4,7 @@ A file of short lines, only ever added to, each with a check sum of its own (CRC
 
     5d3ae2f1 run 2026-03-01T09:30:00            a program took the job up
     1c0f55b0 part 0                             the person has done what was asked; the part begins
+    ad56275b opened                             what comes before the page is done (hooks of the machine)
     90a1be17 drawn 0 17 12.345                  of part 0 certainly all before stroke 17 is drawn, and of that one what
                                                 lies before 12.345 s of the drawing's clock
     4e6f3d10 drawn 0 17 14.101 unproven         the same, but whether all came over right since the last such line
@@ -46,7 +47,8 @@ _DRAWN, _UNPROVEN = "drawn", "unproven"
 class JobProgress:
     """How far a job has come.
 
-    part : the part that is under way or comes next; begun : whether it was begun.
+    part : the part that is under way or comes next; begun : whether it was begun; opened : whether all that comes
+        before its page is done.
     place : what of its drawing is certainly drawn, or if a command came over wrong, what of it is certainly right;
         proven : what of it is certainly right; doubtful : whether what lies behind `place` may be drawn wrong.
     finished : all parts are complete; stopped : why it ended the last time, "" if that is not known.
@@ -55,6 +57,7 @@ class JobProgress:
 
     part: int = 0
     begun: bool = False
+    opened: bool = False
     place: Place = START
     proven: Place = START
     doubtful: bool = False
@@ -98,12 +101,15 @@ def _after(standing: JobProgress, line: bytes) -> JobProgress | None:
     if word == "run":
         return replace(standing, runs=(*standing.runs, rest), stopped="")
     if word == "part":
-        return replace(standing, part=int(rest), begun=True, place=START, proven=START, doubtful=False)
+        part = int(rest)
+        return replace(standing, part=part, begun=True, opened=False, place=START, proven=START, doubtful=False)
+    if word == "opened":
+        return replace(standing, opened=True)
     if word == _DRAWN:
-        part, stroke, time, *unproven = rest.split()
+        number, stroke, time, *unproven = rest.split()
         place = Place(int(stroke), float(time))
         proven, place = (standing.proven, place) if unproven else (place, max(place, standing.place))
-        return replace(standing, part=int(part), begun=True, place=place, proven=proven, doubtful=False)
+        return replace(standing, part=int(number), begun=True, place=place, proven=proven, doubtful=False)
     if word == "doubtful":
         return replace(standing, place=standing.proven, doubtful=True)
     if word == "complete":
@@ -174,6 +180,11 @@ class Journal:
         """A part begins; the person has done what it needs."""
         self._write(f"part {part}")
         self.sync()
+
+    def opened(self) -> None:
+        """What comes before the page is done."""
+        if not self.standing.opened:
+            self._write("opened")
 
     def drawn(self, place: Place, proven: bool = True) -> None:
         """The part under way is certainly drawn up to a place, and whether that is proven right."""

@@ -20,6 +20,7 @@ import numpy as np
 from handout.errors import InputError
 from handout.plotting import bed
 from handout.plotting.jobs.parts import Layer, Layers, arranged, survey
+from handout.plotting.planning.hooking import parted
 from handout.plotting.planning.order import shortened
 from handout.plotting.planning.plan import Order
 from handout.profiles import Plotter
@@ -70,8 +71,9 @@ def keep(page: NewPage, folder: Path, number: int, profile: Plotter, layers: Lay
 
 
 def laid_out(drawing: Drawing, profile: Plotter, layers: Layers, order: Order) -> Drawing:
-    """The drawing with its strokes in the order in which a job draws them: layer after layer, each by itself."""
-    drawing = arranged(drawing, layers)
+    """The drawing with its strokes as a job draws them: layer after layer, each by itself, and none with more ink than
+    the pen has between two dips."""
+    drawing = parted(arranged(drawing, layers), profile.hooks.dip_every)
     if order == "writing" or not drawing.strokes:
         return drawing
     home = bed.place(drawing.page, profile).to_page(np.zeros((1, 2)))[0]

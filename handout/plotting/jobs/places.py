@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Iterator
-from typing import Any, NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from handout.plotting.planning.blocks import Pen
+from handout.plotting.planning.hooking import piece
 from handout.plotting.planning.plan import Plan
 from handout.values import Array, Drawing, Stroke
 
@@ -50,7 +51,7 @@ class Milestones:
         at = np.arange(len(instructions))
         rows = np.array([row if block is None else -1 for block, row in instructions], dtype=np.intp)
         drawn = (rows >= 0) & toolpath.draws[rows]
-        pens = [(index, block.down) for index, (block, _) in enumerate(instructions) if isinstance(block, Pen)]
+        pens = [(at, block.down) for at, (block, _) in enumerate(instructions) if isinstance(block, Pen) and block.inks]
         # a stroke is done with what comes last before the pen is lifted from it: a move, or the rest of a dot
         complete = np.array([lift - 1 for (_, down), (lift, _) in itertools.pairwise(pens) if down], dtype=int)
         stroke = np.searchsorted(complete, at, side="right")
@@ -84,10 +85,6 @@ def _reached(plan: Plan) -> Array:
     return np.asarray(np.where(share > 1.0 - 1e-9, ends[stroke], begins[stroke] + share * (ends - begins)[stroke]))
 
 
-_CHANNELS = ("pressure", "tilt", "azimuth", "rotation", "width")
-_ANGLES = ("azimuth", "rotation")  # these come round again
-
-
 def drawn(drawing: Drawing, place: Place) -> Drawing:
     """The part of a drawing that lies before a place."""
     whole = drawing.strokes[: place.stroke]
@@ -112,32 +109,13 @@ def onward(before: Place, left: Drawing, whole: Drawing, after: Place) -> Place:
 def _until(stroke: Stroke, time: float) -> Stroke | None:
     if time < stroke.t[0] or (time == stroke.t[0] and len(stroke.t) > 1):
         return None
-    if time >= stroke.t[-1]:
-        return stroke
-    return _cut(stroke, np.append(stroke.t[stroke.t < time], time))
+    return stroke if time >= stroke.t[-1] else piece(stroke, float(stroke.t[0]), time)
 
 
 def _from(stroke: Stroke, time: float) -> Stroke | None:
     if (time <= stroke.t[0] and len(stroke.t) > 1) or time < stroke.t[0]:
         return stroke
-    if time >= stroke.t[-1]:
-        return None
-    return _cut(stroke, np.append(time, stroke.t[stroke.t > time]))
-
-
-def _cut(stroke: Stroke, t: Array) -> Stroke:
-    """The stroke at the times t: its own samples, interpolated only at an end."""
-    xy = np.stack([np.interp(t, stroke.t, stroke.xy[:, axis]) for axis in (0, 1)], axis=1)
-    recorded = {name: values for name in _CHANNELS if (values := getattr(stroke, name)) is not None}
-    channels: dict[str, Any] = {name: _between(name, t, stroke.t, values) for name, values in recorded.items()}
-    return dataclasses.replace(stroke, t=t, xy=xy, **channels)
-
-
-def _between(name: str, t: Array, times: Array, values: Array) -> Array:
-    """A channel at the times t; its samples stay as they are, to the last digit."""
-    between = np.interp(t, times, np.unwrap(values) if name in _ANGLES else values)
-    at = np.minimum(np.searchsorted(times, t), len(times) - 1)
-    return np.where(times[at] == t, values[at], between)
+    return None if time >= stroke.t[-1] else piece(stroke, time, float(stroke.t[-1]))
 
 
 # mm that a machine may stand beside what it was told to draw: segments, steps, a bed that is not quite 1:1
@@ -146,7 +124,14 @@ _CLEARLY = 0.03  # mm by which it must be nearer to a later place, for way and l
 _PAST = 0.03  # mm by which the line has left a place when that is behind it
 
 
-def found(drawing: Drawing, certain: Place, at: Array, reach: float, zero: Array | None = None) -> Place | None:
+def found(
+    drawing: Drawing,
+    certain: Place,
+    at: Array,
+    reach: float,
+    zero: Array | None = None,
+    detours: Sequence[Array] = (),
+) -> Place | None:
     """The place on the drawing at which a machine stopped that stands at `at`; None if it is on no line.
 
     Parameters
@@ -155,13 +140,14 @@ def found(drawing: Drawing, certain: Place, at: Array, reach: float, zero: Array
     at : (2,) float, mm on the page.
     reach : mm of ink that it can have drawn behind that.
     zero : (2,) float, mm on the page, from where it may have come to begin behind that place.
+    detours : (n, 2) float, mm on the page: where the lifted pen may go between two strokes.
 
     Notes
     -----
     Where the line passes several times, the first counts, since the others might leave a gap.
     """
     best_place, distance, draws = None, _NEAR, False
-    for place, a, b, until in _ways(drawing, certain, reach, zero):
+    for place, a, b, until in _ways(drawing, certain, reach, zero, detours):
         along = b - a
         length2 = float(along @ along)
         share = float(np.clip((at - a) @ along / length2, 0.0, 1.0)) if length2 > 0 else 0.0
@@ -176,7 +162,7 @@ def found(drawing: Drawing, certain: Place, at: Array, reach: float, zero: Array
 
 
 def _ways(
-    drawing: Drawing, certain: Place, reach: float, zero: Array | None
+    drawing: Drawing, certain: Place, reach: float, zero: Array | None, detours: Sequence[Array]
 ) -> Iterator[tuple[Place, Array, Array, float]]:
     """The straight pieces the pen takes from a place on: the place before each, its ends, the time at its end.
 
@@ -186,10 +172,10 @@ def _ways(
     skipped = len(drawing.strokes) - len(left.strokes)
     before: Array | None = None
     for start in _starts(drawing, certain, zero) if left.strokes else ():
-        yield certain, start, left.strokes[0].xy[0], np.inf
+        yield from _travels(certain, start, left.strokes[0].xy[0], detours)
     for number, stroke in enumerate(left.strokes, skipped):
         if before is not None:
-            yield Place(number), before, stroke.xy[0], np.inf
+            yield from _travels(Place(number), before, stroke.xy[0], detours)
         for at in range(len(stroke.t) - 1):
             yield Place(number, float(stroke.t[at])), stroke.xy[at], stroke.xy[at + 1], float(stroke.t[at + 1])
             reach -= float(np.hypot(*(stroke.xy[at + 1] - stroke.xy[at])))
@@ -198,6 +184,15 @@ def _ways(
         if len(stroke.t) == 1:
             yield Place(number), stroke.xy[0], stroke.xy[0], np.inf
         before = stroke.xy[-1]
+
+
+def _travels(
+    place: Place, begin: Array, end: Array, detours: Sequence[Array]
+) -> Iterator[tuple[Place, Array, Array, float]]:
+    """The ways of the lifted pen from one place to another: straight, or by a detour."""
+    for detour in (np.zeros((0, 2)), *detours):
+        for a, b in itertools.pairwise([begin, *detour, end]):
+            yield place, a, b, np.inf
 
 
 def _starts(drawing: Drawing, certain: Place, zero: Array | None) -> Iterator[Array]:

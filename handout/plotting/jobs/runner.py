@@ -28,7 +28,8 @@ from handout.plotting.jobs.job import Job, load
 from handout.plotting.jobs.journal import Journal
 from handout.plotting.jobs.page_producer import PageProducer
 from handout.plotting.jobs.parts import Part, asked
-from handout.plotting.jobs.places import Milestones, Place, found, onward, remaining
+from handout.plotting.jobs.places import START, Milestones, Place, found, onward, remaining
+from handout.plotting.planning import hooking
 from handout.plotting.planning.plan import Plan
 from handout.plotting.planning.planner import plan
 from handout.plotting.ports import Port
@@ -150,15 +151,24 @@ class _Run:
         if journal.standing.finished:
             return True
         part = self._next()
-        if part is not None and journal.standing.begun and not self._left(journal.standing.part).strokes:
+        if part is not None and journal.standing.begun and not self._is_left(journal.standing.part):
             journal.complete()
             part = self._next()
         if part is None:
             journal.finish()
         return part is None
 
-    def _left(self, number: int) -> Drawing:
-        return remaining(self.job.drawing(number), self.journal.standing.place)
+    def _is_left(self, number: int) -> bool:
+        """Whether anything of a part under way is left: strokes, or what comes after the page."""
+        closes = bool(self.job.profile.hooks.after_page) and self._whole(number)[1]
+        return closes or bool(remaining(self.job.drawing(number), self.journal.standing.place).strokes)
+
+    def _whole(self, number: int) -> tuple[bool, bool]:
+        """Whether a page begins with what is left of a part, and ends with it."""
+        around = [None, *self.job.parts, None][number : number + 3]
+        pages = [None if part is None else (part.copy, part.page) for part in around]
+        begins = pages[0] != pages[1] and not self.journal.standing.opened
+        return begins and self.journal.standing.place == START, pages[1] != pages[2]
 
     def _next(self) -> Part | None:
         """The part under way or the next one, waiting until its page is made; None after the last."""
@@ -216,7 +226,7 @@ class _Run:
                 return
             except ButtonPressed:
                 self.person.paused(_for_a_while(self.controller.pressed, patience))
-            if not self._left(number).strokes:
+            if not self._is_left(number):
                 return
             fresh = False
             self.controller = self._meet(port, patience)
@@ -262,10 +272,12 @@ class _Run:
             return False
         if self.journal.standing.begun and not self.journal.standing.doubtful:
             whole = self.job.drawing(self.journal.standing.part)
-            xy, zero = bed.place(whole.page, self.job.profile).to_page(np.array([at, (0.0, 0.0)]))
-            language, limits = dialect(self.job.profile.dialect), self.job.profile.limits
-            overlap = max(self.job.options.overlap, language.in_hand * float(limits.draw_speed))
-            place = found(whole, self.journal.standing.place, xy, _REACH * overlap + _WRITTEN, zero)
+            to_page = bed.place(whole.page, self.job.profile).to_page
+            xy, zero = to_page(np.array([at, (0.0, 0.0)]))
+            detours = [to_page(way) for way in hooking.detours(self.job.profile)]
+            held = dialect(self.job.profile.dialect).in_hand * float(self.job.profile.limits.draw_speed)
+            reach = _REACH * max(self.job.options.overlap, held) + _WRITTEN
+            place = found(whole, self.journal.standing.place, xy, reach, zero, detours)
             if place is not None:
                 self.journal.drawn(place)
         return True
@@ -276,7 +288,10 @@ class _Run:
         whole = job.drawing(number)
         left = remaining(whole, journal.standing.place)
         profile = msgspec.structs.replace(controller.profile, bed=job.profile.bed)
-        planned = plan(left, profile, speed=job.options.speed)
+        if not left.strokes:
+            self._close_page(whole, controller, port)
+            return
+        planned = plan(left, profile, speed=job.options.speed, whole=self._whole(number))
         keeper = _Keeper(journal, whole, left, planned)
         try:
             report = draw(planned, controller, port, job.profile, self._monitor(number, planned, keeper), fresh=fresh)
@@ -294,6 +309,14 @@ class _Run:
             self.plotted(report, port)
         observation = dataclasses.replace(report.observation, executed=None)
         self.reports.append(dataclasses.replace(report, observation=observation, plan=None))
+
+    def _close_page(self, whole: Drawing, controller: Controller, port: Port) -> None:
+        """What comes after a page that is drawn, from its beginning."""
+        profile = msgspec.structs.replace(controller.profile, bed=self.job.profile.bed)
+        last = dataclasses.replace(whole, strokes=whole.strokes[-1:])
+        closing = plan(last, profile, speed=self.job.options.speed, whole=(False, True)).after_page()
+        assert closing is not None  # or nothing would be left
+        draw(closing, controller, port, self.job.profile, Monitor(log=self.log), fresh=False)
 
     def _monitor(self, number: int, planned: Plan, keeper: _Keeper) -> Monitor:
         return Monitor(
@@ -351,10 +374,13 @@ class _Keeper:
         self.journal, self.whole, self.left = journal, whole, left
         self.start, self.reached = journal.standing.place, Milestones(plan)
         self._done = self._written = self._proven = self._sure = 0
+        self._opened = plan.opened
 
     def note(self, sent: int, taken: int, executed: int, done: int) -> None:
         """So many commands are certainly drawn; written to the journal at intervals."""
         self._done = done
+        if 0 < self._opened <= done:
+            self.journal.opened()
         if self.reached.ink[done] - self.reached.ink[self._written] >= _WRITTEN:
             self.write()
 

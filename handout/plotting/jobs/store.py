@@ -21,8 +21,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-import platformdirs
-
+from handout import shipped
 from handout.errors import InputError
 from handout.plotting.jobs import pages
 from handout.plotting.jobs.job import JOURNAL, Job, Options, load
@@ -37,7 +36,7 @@ _MONTHS = ["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct",
 
 def folder() -> Path:
     """Where jobs are kept; it need not exist."""
-    return Path(platformdirs.user_state_dir("handout", appauthor=False)) / "plots"
+    return shipped.own_folder("state") / "plots"
 
 
 def create(

@@ -4,6 +4,7 @@ The steps, in the order in which `planner.plan` takes them:
 
     planner.py        the steps; which planner a machine needs
     order.py          in which order strokes are drawn; tour.py: the shortest way through strokes in any order
+    hooking.py        what is done besides drawing, and before which strokes the pen is dipped
     plan.py           what is asked, a `Request`, and what comes of it, a `Plan`; blocks.py: what a machine is told
     pace.py           the times that are asked for: the drawing's, faster or slower, or the least there can be
 

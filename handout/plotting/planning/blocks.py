@@ -27,9 +27,15 @@ class Timed(NamedTuple):
 
 
 class Pen(NamedTuple):
-    """The pen is lowered or lifted, and waited for."""
+    """The pen is lowered or lifted, and waited for.
+
+    value : to which it is lowered, of its servo or its Z axis; None: the profile's own; inks : it is for a stroke, and
+        not for a hook.
+    """
 
     down: bool
+    value: float | None = None
+    inks: bool = True
 
 
 class Pause(NamedTuple):
@@ -38,4 +44,10 @@ class Pause(NamedTuple):
     seconds: float
 
 
-Block = Move | Timed | Pen | Pause
+class Lines(NamedTuple):
+    """Lines of the user's own, begun when the machine stands; what they may have changed is told anew."""
+
+    lines: tuple[str, ...]
+
+
+Block = Move | Timed | Pen | Pause | Lines

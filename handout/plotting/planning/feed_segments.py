@@ -45,7 +45,8 @@ def plan(request: Request) -> Plan:
     profile, asked = request.profile, pace.pace(request)
     cuts = cut(asked.path, profile)
     clock = np.interp(cuts.t, asked.path.t, asked.drawn) * request.factor  # of the drawing, which has the pressure
-    toolpath = lay_out(cuts, asked.dots, profile, pen_lift.along(request.drawing, clock, profile.pen))
+    heights = pen_lift.along(request.drawing, clock, profile.pen)
+    toolpath = lay_out(cuts, asked.dots, profile, request.hooked, heights)
     feed, motion = run(toolpath, profile)
     starts = start_times(toolpath, motion, profile)
     target = toolpath.drawn_times(cuts, np.interp(cuts.t, asked.path.t, asked.target))

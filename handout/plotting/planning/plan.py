@@ -5,15 +5,16 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from handout.plotting.bed import Placement
-from handout.plotting.planning.blocks import Block
+from handout.plotting.planning.blocks import Block, Pen
+from handout.plotting.planning.hooking import NONE, Hooking
 from handout.plotting.planning.lookahead import Motion
 from handout.plotting.planning.segments import Trajectory
-from handout.plotting.planning.toolpath import TRAVEL, Toolpath
+from handout.plotting.planning.toolpath import TRAVEL, Span, Toolpath
 from handout.profiles import Plotter
 from handout.summary import one_line
 from handout.values import Array, Drawing, Stroke, readonly
@@ -29,6 +30,7 @@ class Request:
 
     drawing : its strokes in the order in which they are drawn; profile : the machine; speed, order : as asked for.
     placement : of the page on the bed; path : the strokes in machine coordinates, on the clock of the drawing.
+    whole : whether the page begins with the drawing, and ends with it; hooked : what is done besides.
     """
 
     drawing: Drawing
@@ -37,6 +39,8 @@ class Request:
     order: Order
     placement: Placement
     path: Trajectory
+    whole: tuple[bool, bool] = (True, True)
+    hooked: Hooking = NONE
 
     @property
     def factor(self) -> float:
@@ -48,7 +52,7 @@ class Request:
 class Plan:
     """What a machine will do to draw a drawing; previews, time estimates and drivers read the same object.
 
-    drawing, profile, speed, order, placement : as in the `Request`.
+    drawing, profile, speed, order, placement, whole : as in the `Request`.
     blocks : what the machine is told; begins : (blocks,) float, s, when it begins each.
     starts : (n + 1,) float, s, when each move of the toolpath begins, and when all is done.
     target_time : (n,) float, s, what drawn moves take in the drawing (at the best, if it has no time); else 0.
@@ -65,6 +69,7 @@ class Plan:
     blocks: tuple[Block, ...]
     begins: Array
     target_time: Array
+    whole: tuple[bool, bool]
 
     __repr__ = one_line
 
@@ -81,12 +86,71 @@ class Plan:
         """The plan of a request; the other fields as above."""
         asked = request.drawing, request.profile, request.speed, request.order, request.placement
         begins = toolpath.block_starts(starts, motion)
-        return cls(*asked, toolpath, motion, starts, blocks, begins, readonly(target_time, None))
+        return cls(*asked, toolpath, motion, starts, blocks, begins, readonly(target_time, None), request.whole)
 
     @property
     def duration(self) -> float:
         """Announced time, s: from the first move to standing at zero again, all travel and lifting included."""
         return float(self.starts[-1])
+
+    @property
+    def dips(self) -> int:
+        """How often the pen is dipped."""
+        return sum(span.name == "dip" for span in self.toolpath.hooks)
+
+    @cached_property
+    def hooked(self) -> float:
+        """Of the announced time what hooks take, s, with the ways to and from them."""
+        begins = np.append(self.begins, self.duration)
+        return float(sum(begins[span.stop] - begins[span.first] for span in self.toolpath.hooks))
+
+    def hook_ways(self) -> list[dict[str, Any]]:
+        """What is done besides drawing, for previews: name, the stroke that comes after it, places on the page, mm.
+
+        way : where the pen goes; down : where it is lowered.
+        """
+        ways, path = [], self.toolpath
+        xy = np.round(self._on_page(path.points), 3)
+        for name, first, stop in path.hooks:
+            told = path.instructions[first:stop]
+            rows = [row for block, row in told if block is None]
+            down = [xy[row].tolist() for block, row in told if isinstance(block, Pen) and block.down]
+            way = xy[rows[0] : rows[-1] + 2] if rows else xy[told[0][1] : told[0][1] + 1]
+            stroke = int(np.searchsorted(path.first, told[-1][1]))
+            ways.append({"name": name, "stroke": stroke, "way": _turns(way).tolist(), "down": down})
+        return ways
+
+    @property
+    def opened(self) -> int:
+        """How many blocks are done when what comes before the page is done."""
+        return next((span.stop for span in self.toolpath.hooks if span.name == "before_page"), 0)
+
+    def after_page(self) -> Plan | None:
+        """What is done after the page alone, begun at zero, with the drawing of its last stroke; None: nothing is."""
+        span = self.toolpath.hooks[-1] if self.toolpath.hooks else None
+        if span is None or span.name != "after_page":
+            return None
+        path, told = self.toolpath, self.toolpath.instructions[span.first :]
+        row = min(told[0][1], len(path.kind) - 1)
+        moves = slice(row, None)
+        toolpath = dataclasses.replace(
+            path,
+            points=path.points[moves],
+            kind=path.kind[moves],
+            stroke=path.stroke[moves],
+            requested_time=path.requested_time[moves],
+            stands=path.stands[moves],
+            pause=path.pause[moves],
+            first=path.first[:0],
+            instructions=tuple((block, at - row) for block, at in told),
+            hooks=(Span("after_page", 0, len(told)),),
+        )
+        motion = Motion(*(getattr(self.motion, field.name)[moves] for field in dataclasses.fields(Motion)))
+        blocks, starts = self.blocks[span.first :], self.starts[moves] - self.starts[row]
+        begins = toolpath.block_starts(starts, motion)
+        drawing = dataclasses.replace(self.drawing, strokes=self.drawing.strokes[-1:])
+        parts = {"toolpath": toolpath, "motion": motion, "starts": starts, "blocks": blocks, "begins": begins}
+        return dataclasses.replace(self, drawing=drawing, target_time=self.target_time[moves], **parts)
 
     @cached_property
     def stretched(self) -> float:
@@ -168,3 +232,14 @@ class Plan:
             t = np.append(0.0, np.cumsum(self.target_time[row : row + many]))
             strokes.append(Stroke(t, self._on_page(toolpath.points[row : row + many + 1]), word=stroke.word))
         return Drawing(tuple(strokes), self.drawing.page, self.drawing.about, timed=False)
+
+
+def _turns(way: Array) -> Array:
+    """(m, 2) the places of a way at which it turns, and both its ends."""
+    if len(way) < 3:
+        return way
+    step = np.diff(way, axis=0)
+    across = np.abs(step[:-1, 0] * step[1:, 1] - step[:-1, 1] * step[1:, 0])
+    long = np.hypot(*step[:-1].T) * np.hypot(*step[1:].T)
+    back = (step[:-1] * step[1:]).sum(axis=1) < 0
+    return np.asarray(way[np.concatenate([[True], (across > 1e-3 * long + 1e-9) | back, [True]])])

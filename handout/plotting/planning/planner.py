@@ -1,6 +1,6 @@
 """The steps from a drawing to a plan, in order; `plan` is where the time of every stroke is decided.
 
-1. `order`: in which order the strokes are drawn.
+1. `hooking`: strokes longer than the pen has ink for are parted; `order`: in which order they are drawn.
 2. `bed`: where the page lies on the machine; what lies outside is refused.
 3. `Request.path`: all strokes as one trajectory, on the clock of the drawing.
 4. `_PLANNERS`, by who makes the speeds of the machine (`Dialect.motion`):
@@ -20,6 +20,7 @@ from handout.errors import InputError
 from handout.plotting import bed
 from handout.plotting.dialects import dialect
 from handout.plotting.planning import feed_segments, time_slices, vectors
+from handout.plotting.planning.hooking import hooking, parted
 from handout.plotting.planning.order import shortened
 from handout.plotting.planning.plan import Order, Plan, Request, Speed
 from handout.plotting.planning.segments import on_one_clock
@@ -30,7 +31,14 @@ from handout.values import Drawing, Stroke
 _PLANNERS = {"planned": feed_segments.plan, "timed": time_slices.plan, "vectors": vectors.plan}
 
 
-def plan(drawing: Drawing, profile: Plotter, *, speed: Speed = 1.0, order: Order = "writing") -> Plan:
+def plan(
+    drawing: Drawing,
+    profile: Plotter,
+    *,
+    speed: Speed = 1.0,
+    order: Order = "writing",
+    whole: tuple[bool, bool] = (True, True),
+) -> Plan:
     """Turn a drawing into motion within a machine's limits, at the speeds of the hand as far as it can keep them.
 
     Parameters
@@ -39,21 +47,25 @@ def plan(drawing: Drawing, profile: Plotter, *, speed: Speed = 1.0, order: Order
         without times is always drawn.
     order : "writing" keeps the order of the strokes; "travel" shortens the way between them: by moving whole words
         about, or in a drawing without times in any way.
+    whole : whether the page begins with the drawing, and ends with it, for the hooks before and after a page.
 
     Raises
     ------
     DoesNotFit
-        Part of the drawing lies outside the bed.
+        Part of the drawing, or the place of a hook, lies outside the bed.
     InputError
         Nothing to draw, or a speed that is not positive.
     """
+    drawing = parted(drawing, profile.hooks.dip_every)
     drawing = dataclasses.replace(drawing, strokes=_ordered(drawing, profile, speed, order))
     speed = speed if drawing.timed else "fast"
     placement = bed.place(drawing.page, profile)
     paths = [placement.to_machine(stroke.xy) for stroke in drawing.strokes]
     bed.check(np.concatenate(paths), profile)
     path = on_one_clock([stroke.t for stroke in drawing.strokes], paths)
-    return _PLANNERS[dialect(profile.dialect).motion](Request(drawing, profile, speed, order, placement, path))
+    hooked = hooking(drawing, profile, whole)
+    request = Request(drawing, profile, speed, order, placement, path, whole, hooked)
+    return _PLANNERS[dialect(profile.dialect).motion](request)
 
 
 def _ordered(drawing: Drawing, profile: Plotter, speed: Speed, order: Order) -> tuple[Stroke, ...]:

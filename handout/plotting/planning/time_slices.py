@@ -17,13 +17,13 @@ import numpy as np
 
 from handout.plotting import pen_lift
 from handout.plotting.planning import time_scaling
-from handout.plotting.planning.blocks import Pause, Pen, Timed
+from handout.plotting.planning.blocks import Timed
 from handout.plotting.planning.lookahead import Motion
 from handout.plotting.planning.pace import pace
 from handout.plotting.planning.plan import Plan, Request
 from handout.plotting.planning.segments import Trajectory, stroke_ends
 from handout.plotting.planning.time_scaling import MotionLimits, TimedCurve
-from handout.plotting.planning.toolpath import TRAVEL, Toolpath, lay_out, start_times
+from handout.plotting.planning.toolpath import FREE, TRAVEL, WIPE, Instruction, Span, Toolpath, lay_out, start_times
 from handout.profiles import Pen as PenProfile
 from handout.profiles import Plotter, Time
 from handout.values import Array, readonly
@@ -47,7 +47,7 @@ def plan(request: Request) -> Plan:
     drawn = np.interp(path.trajectory.t, asked.path.t, asked.drawn)  # on the drawing's clock, which has the pressure
     clock = np.interp(when, slow.trajectory.t, drawn) * request.factor
     values = pen_lift.along(request.drawing, clock, profile.pen)
-    toolpath, motion = _motion(lay_out(cuts, asked.dots, _attentive(profile), values), profile)
+    toolpath, motion = _motion(lay_out(cuts, asked.dots, _attentive(profile), request.hooked, values), profile)
     starts = start_times(toolpath, motion, _attentive(profile))
     ends, took = toolpath.points[1:, :2].tolist(), np.round(motion.duration, 6).tolist()
     servo = _pressed(toolpath, took, profile.pen)
@@ -157,7 +157,7 @@ def _ends_of_slices(
 
 def travel(begin: Array, end: Array, profile: Plotter) -> list[Timed]:
     """A move with the pen lifted from one place to another, (2,) mm each: speeding up, level, braking."""
-    run = _travel(begin, end, profile)
+    run = _travel(begin, end, profile, float(profile.limits.travel_speed))
     return [Timed(x, y, seconds) for (x, y), seconds in zip(run.points.tolist(), run.took.tolist(), strict=True)]
 
 
@@ -170,13 +170,13 @@ class _Run:
     speed: Array
 
 
-def _travel(begin: Array, end: Array, profile: Plotter) -> _Run:
+def _travel(begin: Array, end: Array, profile: Plotter, fastest: float) -> _Run:
     length = float(np.hypot(*(end - begin)))
     if length == 0.0:
         return _Run(np.zeros((0, 2)), np.zeros(0), np.zeros(1))
     machine, unit = motion_limits(profile), (end - begin) / length
     motor = machine.motor / float(np.abs(machine.mix @ unit).max())
-    most = min(float(profile.limits.travel_speed), motor, (machine.acceleration * length) ** 0.5)
+    most = min(fastest, motor, (machine.acceleration * length) ** 0.5)
     up = max(int(np.ceil(most / machine.acceleration * _MS - 1e-6)), round(_SHORTEST * _MS))
     level = max(int(np.ceil(length / most * _MS - up - 1e-6)), 0)
     level = max(level, round(_SHORTEST * _MS)) if level else 0
@@ -196,11 +196,14 @@ def _travel(begin: Array, end: Array, profile: Plotter) -> _Run:
 
 def _motion(toolpath: Toolpath, profile: Plotter) -> tuple[Toolpath, Motion]:
     """The toolpath with its travels in slices, and how it runs: drawn slices at their mean speeds."""
-    rows = np.flatnonzero(toolpath.kind == TRAVEL).tolist()
-    runs = {row: _travel(toolpath.points[row, :2], toolpath.points[row + 1, :2], profile) for row in rows}
+    fastest = {TRAVEL: float(profile.limits.travel_speed), WIPE: float(profile.limits.draw_speed)}
+    runs = {
+        row: _travel(toolpath.points[row, :2], toolpath.points[row + 1, :2], profile, fastest[int(toolpath.kind[row])])
+        for row in np.flatnonzero(np.isin(toolpath.kind, FREE)).tolist()
+    }
     toolpath = _sliced(toolpath, runs)
     length = np.hypot(*np.diff(toolpath.points[:, :2], axis=0).T)
-    took, travels = toolpath.requested_time.copy(), toolpath.kind == TRAVEL
+    took, travels = toolpath.requested_time.copy(), np.isin(toolpath.kind, FREE)
     if runs:
         took[travels] = np.concatenate([run.took for run in runs.values()])
     mean = length / np.maximum(took, 1e-9)
@@ -225,10 +228,13 @@ def _sliced(toolpath: Toolpath, runs: dict[int, _Run]) -> Toolpath:
         points[inside, :2], points[inside, 2] = run.points[:-1], toolpath.points[row + 1, 2]
     stands, pause = np.zeros(begin[-1], dtype=bool), np.zeros(begin[-1] + 1)
     stands[begin[:-1]], pause[begin] = toolpath.stands, toolpath.pause
-    instructions: list[tuple[Pen | Pause | None, int]] = []
+    instructions: list[Instruction] = []
+    begins: list[int] = []  # of each instruction, where it begins among the new ones
     for block, row in toolpath.instructions:
+        begins.append(len(instructions))
         first = int(begin[row])
         instructions += [(block, first)] if block is not None else [(None, first + part) for part in range(many[row])]
+    begins.append(len(instructions))
     return Toolpath(
         points=readonly(points, None, 3),
         kind=np.repeat(toolpath.kind, many),
@@ -238,4 +244,5 @@ def _sliced(toolpath: Toolpath, runs: dict[int, _Run]) -> Toolpath:
         pause=pause,
         first=begin[toolpath.first],
         instructions=tuple(instructions),
+        hooks=tuple(Span(name, begins[first], begins[stop]) for name, first, stop in toolpath.hooks),
     )

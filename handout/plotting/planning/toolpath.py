@@ -5,20 +5,36 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.hooks import Go, Lower, Send, Steps, Wait, goes
 from handout.plotting import pen_lift
 from handout.plotting.dialects import dialect
-from handout.plotting.planning.blocks import Block, Pause, Pen
+from handout.plotting.planning.blocks import Block, Lines, Pause, Pen
+from handout.plotting.planning.hooking import NONE, Hooking
 from handout.plotting.planning.lookahead import Flags, Machine, Motion, to_steps
 from handout.plotting.planning.segments import Trajectory
 from handout.profiles import Plotter
 from handout.summary import one_line
 from handout.values import Array, readonly
 
-TRAVEL, LIFT, LOWER, DRAW = range(4)
+TRAVEL, LIFT, LOWER, DRAW, WIPE = range(5)
+FREE = (TRAVEL, WIPE)  # moves over the bed that no time is asked for
+Instruction = tuple[Pen | Pause | Lines | None, int]
+
+
+class Span(NamedTuple):
+    """Instructions with a hook among them, and the ways to and from it: from `first` to before `stop`.
+
+    name : "before_page", "after_page", "dip", or "stroke": between two strokes without a dip.
+    """
+
+    name: str
+    first: int
+    stop: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,13 +42,15 @@ class Toolpath:
     """Moves in order; the pen starts and ends at the machine's zero, lifted.
 
     points : (n + 1, 3) float, mm, machine coordinates; move i leads from point i to point i + 1.
-    kind : (n,) TRAVEL, LIFT, LOWER (of a pen on the Z axis) or DRAW; stroke : (n,) index of the stroke, −1 for none.
+    kind : (n,) TRAVEL, LIFT, LOWER (of a pen on the Z axis), DRAW or WIPE (of a hook, with the pen down); stroke : (n,)
+        index of the stroke, −1 for none.
     requested_time : (n,) float, s, what a drawn segment is to take; 0 for all else.
     stands : (n,) bool: the machine comes to rest before the move and the controller's queue runs empty.
     pause : (n + 1,) float, s, rest before each move, and after the last.
     first : (strokes,) the move before which the pen is down.
-    instructions : what the machine is told, in order: a pen command or a pause and the row of the move it comes before,
-        or None and the row of a move.
+    instructions : what the machine is told, in order: a pen command, a pause or lines and the row of the move they come
+        before, or None and the row of a move.
+    hooks : where hooks are among them, in order.
     """
 
     points: Array
@@ -42,7 +60,8 @@ class Toolpath:
     stands: Flags
     pause: Array
     first: NDArray[np.intp]
-    instructions: tuple[tuple[Pen | Pause | None, int], ...]
+    instructions: tuple[Instruction, ...]
+    hooks: tuple[Span, ...] = ()
 
     __repr__ = one_line
 
@@ -106,7 +125,8 @@ class _Builder:
         self.requested_time: list[Array] = []
         self.stands: list[int] = [0]
         self.pauses: list[tuple[int, float]] = []
-        self.instructions: list[tuple[Pen | Pause | None, int]] = []
+        self.instructions: list[Instruction] = []
+        self.hooks: list[Span] = []
         self.count = 0
 
     def rest(self, seconds: float) -> None:
@@ -120,31 +140,74 @@ class _Builder:
         self.kinds.append((kind, stroke, len(points)))
         self.requested_time.append(np.zeros(len(points)) if requested_time is None else requested_time)
         self.at = points[-1]
-        if kind in (TRAVEL, DRAW):  # a pen on the Z axis is told to move as any other pen
+        if kind in (DRAW, *FREE):  # a pen on the Z axis is told to move as any other pen
             self.instructions.extend((None, self.count + i) for i in range(len(points)))
         self.count += len(points)
 
-    def travel(self, x: float, y: float) -> None:
+    def travel(self, x: float, y: float, kind: int = TRAVEL) -> None:
         """Go there, unless the pen already is, to within less than a step."""
         there = np.array([[x, y, self.at[2]]])
         steps = np.array([self.profile.limits.steps_per_mm] * 2 + [Z_STEPS])
         if (to_steps(there[0], steps) != to_steps(self.at, steps)).any():
-            self.go(TRAVEL, there)
+            self.go(kind, there)
 
-    def move_pen(self, down: bool) -> None:
-        """Lift or lower the pen and wait for it."""
-        wait = pen_lift.wait(self.pen, down, float(self.profile.port.line_time))
+    def move_pen(self, down: bool, value: float | None = None, inks: bool = True) -> None:
+        """Lift or lower the pen and wait for it; see `Pen`."""
+        pen = pen_lift.lowered(self.pen, value)
+        wait = pen_lift.wait(pen, down, float(self.profile.port.line_time))
         if down:
             wait += dialect(self.profile.dialect).lowering_bytes * 10.0 / self.profile.port.baud
-        self.instructions.append((Pen(down), self.count))
+        self.instructions.append((Pen(down, value, inks), self.count))
         if self.on_z:
-            height = self.pen.down if down else self.pen.up
+            height = pen.down if down else pen.up
             self.go(LOWER if down else LIFT, np.array([[self.at[0], self.at[1], height]]))
         if wait > 0:
             self.rest(wait)
 
+    def hook(self, steps: Steps) -> None:
+        """Do the steps of a hook; the pen is lifted when they end."""
+        down = False
+        for step in steps:
+            if isinstance(step, Go):
+                self.travel(step.x, step.y, WIPE if down else TRAVEL)
+            elif isinstance(step, Wait):
+                self.instructions.append((Pause(step.seconds), self.count))
+                self.rest(step.seconds)
+            elif isinstance(step, Send):
+                self.instructions.append((Lines(step.lines), self.count))
+                self.rest(len(step.lines) * float(self.profile.port.line_time))
+            elif isinstance(step, Lower) or down:
+                down = isinstance(step, Lower)
+                self.move_pen(down, step.value if isinstance(step, Lower) else None, inks=False)
+        if down:
+            self.move_pen(False, inks=False)
 
-def lay_out(cuts: Trajectory, dots: Array, profile: Plotter, heights: Array | None = None) -> Toolpath:
+    def at_zero(self, name: str, steps: Steps) -> None:
+        """A hook of the page: from zero, and back to it."""
+        first = len(self.instructions)
+        self.hook(steps)
+        self.travel(0.0, 0.0)
+        self.hooks.append(Span(name, first, len(self.instructions)))
+
+    def to_stroke(self, stroke: int, there: Array, hooked: Hooking) -> None:
+        """From the end of a stroke to the beginning of the next, (2,) mm, with what is done in between."""
+        first = len(self.instructions)
+        if stroke > 0:
+            self.hook(hooked.after_stroke)
+        if stroke in hooked.dips:
+            self.hook(hooked.dip)
+        if not goes(hooked.before_stroke):
+            self.travel(*there)
+        self.hook(hooked.before_stroke)
+        self.travel(*there)
+        dips, idle = stroke in hooked.dips, not (hooked.before_stroke or (hooked.after_stroke and stroke > 0))
+        if dips or not idle:
+            self.hooks.append(Span("dip" if dips else "stroke", first, len(self.instructions)))
+
+
+def lay_out(
+    cuts: Trajectory, dots: Array, profile: Plotter, hooked: Hooking = NONE, heights: Array | None = None
+) -> Toolpath:
     """The toolpath that draws the strokes one after the other.
 
     Parameters
@@ -157,9 +220,11 @@ def lay_out(cuts: Trajectory, dots: Array, profile: Plotter, heights: Array | No
     build.instructions.append((Pen(down=False), 0))
     build.rest((0.0 if build.on_z else profile.pen.up_time) + profile.port.line_time)
     starts = np.append(np.flatnonzero(np.diff(cuts.stroke, prepend=-1)), len(cuts.t))
+    if hooked.before_page:
+        build.at_zero("before_page", hooked.before_page)
     first = []
     for stroke, (a, b) in enumerate(itertools.pairwise(starts)):
-        build.travel(*cuts.xy[a])
+        build.to_stroke(stroke, cuts.xy[a], hooked)
         build.move_pen(down=True)
         first.append(build.count)
         if b - a > 1:
@@ -170,7 +235,9 @@ def lay_out(cuts: Trajectory, dots: Array, profile: Plotter, heights: Array | No
             build.instructions.append((Pause(float(dots[stroke])), build.count))
             build.rest(float(dots[stroke]))
         build.move_pen(down=False)
-    build.travel(0.0, 0.0)
+    build.to_stroke(len(first), np.zeros(2), Hooking(after_stroke=hooked.after_stroke))
+    if hooked.after_page:
+        build.at_zero("after_page", hooked.after_page)
     return _toolpath(build, np.array(first, dtype=np.intp))
 
 
@@ -178,8 +245,8 @@ def pen_up_speeds(toolpath: Toolpath, profile: Plotter) -> Array:
     """(n,) float, mm/s: of the moves that do not draw; of those that do, any."""
     pen = profile.pen
     speeds = {TRAVEL: float(profile.limits.travel_speed), LIFT: float(pen.z_speed), DRAW: float(pen.z_speed)}
-    speeds[LOWER] = pen_lift.lowering_speed(pen)
-    return np.array([speeds[kind] for kind in range(4)])[toolpath.kind]
+    speeds |= {LOWER: pen_lift.lowering_speed(pen), WIPE: float(profile.limits.draw_speed)}
+    return np.array([speeds[kind] for kind in range(5)])[toolpath.kind]
 
 
 def _toolpath(build: _Builder, first: NDArray[np.intp]) -> Toolpath:
@@ -198,6 +265,7 @@ def _toolpath(build: _Builder, first: NDArray[np.intp]) -> Toolpath:
         pause=pause,
         first=first,
         instructions=tuple(build.instructions),
+        hooks=tuple(build.hooks),
     )
 
 

@@ -22,7 +22,7 @@ from handout.plotting.planning.blocks import Block, Move
 from handout.plotting.planning.lookahead import Blocks
 from handout.plotting.planning.plan import Plan, Request
 from handout.plotting.planning.segments import Trajectory
-from handout.plotting.planning.toolpath import Toolpath, lay_out, machine_of, start_times
+from handout.plotting.planning.toolpath import WIPE, Toolpath, lay_out, machine_of, start_times
 from handout.profiles import Plotter
 from handout.values import Array
 
@@ -53,7 +53,7 @@ def plan(request: Request) -> Plan:
     profile, per_mm = request.profile, request.profile.limits.steps_per_mm
     cuts = _shorter(segments.cut(request.path, SETTINGS.rate, SETTINGS.shortest / per_mm, SETTINGS.deviation))
     cuts = dataclasses.replace(cuts, xy=np.round(cuts.xy * per_mm) / per_mm)
-    toolpath = lay_out(cuts, np.zeros(len(request.drawing.strokes)), profile)
+    toolpath = lay_out(cuts, np.zeros(len(request.drawing.strokes)), profile, request.hooked)
     lines = _lines(toolpath, profile)
     target = toolpath.requested_time / request.factor
     feed = _feeds(toolpath, lines, np.zeros_like(target) if request.speed == "fast" else target, profile)
@@ -102,7 +102,7 @@ def _feeds(toolpath: Toolpath, lines: Blocks, wanted: Array, profile: Plotter) -
     pen that waits leaves a blot.
     """
     limits, draws = profile.limits, toolpath.draws
-    feed = np.full(len(toolpath.kind), float(limits.travel_speed))
+    feed = np.where(toolpath.kind == WIPE, _speeds(profile)[-1], float(limits.travel_speed))
     if not draws.any():
         return feed
     stroke, many = toolpath.stroke[draws], len(toolpath.first)

@@ -126,7 +126,8 @@ def _own(root: Element, lines: Sequence[Line]) -> Drawing | None:
     try:
         metadata = json.loads(note.text or "")
         page = Page(float(metadata["page"]["width"]), float(metadata["page"]["height"]), str(metadata["page"]["name"]))
-        strokes = tuple(_timed(line) for line in lines)
+        # layers may part what was written one after the other
+        strokes = tuple(sorted((_timed(line) for line in lines), key=lambda stroke: float(stroke.t[0])))
     except (ValueError, KeyError, TypeError, RecursionError):
         return None
     if any(b.t[0] <= a.t[-1] for a, b in pairwise(strokes)):

@@ -3,7 +3,7 @@
 import { follow, request, task, text as fetched } from './api.js';
 import { choice, field, h, s, say, tick } from './dom.js';
 import { batches } from './batches.js';
-import { writtenTo } from './replay.js';
+import { alike, inOrder, writtenTo } from './replay.js';
 
 const KEPT = 'handout-machine';
 const STEPS = { 1: '1 mm', 10: '10 mm', 50: '50 mm' };
@@ -71,15 +71,15 @@ function bed(place) {
     shown = page;
     const source = await fetched(`/api/plots/${plot.job}/pages/${page}`);
     const svg = new DOMParser().parseFromString(source.replace(/<(style|script|metadata)\b[\s\S]*?<\/\1>/g, ''), 'image/svg+xml').documentElement;
-    const ink = document.importNode(svg.querySelector('#ink'), true);
+    const ink = s('g', {}, ...[...svg.querySelectorAll('.ink')].map((layer) => document.importNode(layer, true)));
     const [wide, high] = plot.bed, [width, height] = plot.page;
     const group = s('g', { transform: `matrix(${plot.lies.matrix.join(' ')})` },
       s('rect', { class: 'leaf', width, height }), ink);
     const [x, y] = plot.lies.zero, edge = Math.max(wide, high) * 0.02;
-    strokes = [...ink.querySelectorAll('.stroke')];
+    strokes = inOrder(ink);
     ghost = s('path', { fill: 'none' });
     nib = s('circle', { class: 'nib', r: Math.max(wide, high) / 160, hidden: true });
-    ink.append(ghost); group.append(nib);
+    ink.firstChild.append(ghost); group.append(nib);
     place.replaceChildren(s('svg', { viewBox: `${-edge} ${-edge} ${wide + 2 * edge} ${high + 2 * edge}`, role: 'img', 'aria-label': `${named(plot)} on the bed, ${wide} by ${high} mm` },
       s('rect', { class: 'table', width: wide, height: high }), group, s('path', { class: 'zero', d: `M${x - edge} ${y}h${2 * edge}M${x} ${y - edge}v${2 * edge}` })));
   }
@@ -90,7 +90,7 @@ function bed(place) {
     if (!stroke) { ghost?.setAttribute('d', ''); return; }
     const ms = at.time === null ? 0 : (at.time - parseFloat(stroke.getAttribute('data-t0'))) * 1000;
     ghost.setAttribute('d', ms > 0 ? writtenTo(stroke, ms) : '');
-    ghost.setAttribute('stroke-width', stroke.getAttribute('stroke-width') || stroke.parentNode.getAttribute('stroke-width'));
+    alike(ghost, stroke);
     const end = ms > 0 ? ghost.getPointAtLength(ghost.getTotalLength()) : stroke.getPointAtLength(0);
     nib.setAttribute('cx', end.x); nib.setAttribute('cy', end.y);
   }

@@ -146,9 +146,12 @@ export async function show(main, shared, [name, number = '0']) {
         return null;
       }
     }).catch((error) => { refusal.textContent = error.message; });
-    return chain;
+    const answered = chain;
+    // the words around it follow
+    chain = chain.then(async (answer) => { if (answer?.behind) renew(await request('GET', `${url}/alignment`)); }).catch((error) => { refusal.textContent = error.message; });
+    return answered;
   }
-  const correct = (corrections, how) => change('corrections', { corrections: [corrections].flat().map((one) => ({ page, ...one })) }, how);
+  const correct = (correction, how) => change('corrections', { corrections: [{ page, ...correction }], later: true }, how);
   const back = (count) => change('history', { back: count }, { painted: true });
 
   function confirmLetter() {

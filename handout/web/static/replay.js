@@ -20,9 +20,19 @@ export function writtenTo(path, ms) {
   return `${d}h.001`;
 }
 
+/** The strokes of a page as they were written, whatever layers part them. */
+export function inOrder(svg) {
+  return [...svg.querySelectorAll('.stroke')].sort((a, b) => time(a, 'data-t0') - time(b, 'data-t0'));
+}
+
+/** Draw a path as a stroke is drawn. */
+export function alike(path, stroke) {
+  for (const name of ['stroke', 'stroke-width']) path.setAttribute(name, stroke.closest(`[${name}]`).getAttribute(name));
+}
+
 /** Play an SVG page; `ended` is called at its end. Gives a function that stops it. */
 export function play(svg, speed, ended) {
-  const strokes = [...svg.querySelectorAll('.stroke')];
+  const strokes = inOrder(svg);
   const moves = [...svg.querySelectorAll('.travel path')];
   const nib = document.createElementNS(svg.namespaceURI, 'path');
   let start = null, next = 0, asked = 0;
@@ -43,7 +53,7 @@ export function play(svg, speed, ended) {
     if (next === strokes.length) { stop(); return; }
     const t0 = time(strokes[next], 'data-t0');
     nib.setAttribute('d', t < t0 ? '' : writtenTo(strokes[next], (t - t0) * 1000));
-    nib.setAttribute('stroke-width', strokes[next].getAttribute('stroke-width') || strokes[next].parentNode.getAttribute('stroke-width'));
+    alike(nib, strokes[next]);
     nib.setAttribute('clip-path', strokes[next].getAttribute('clip-path') || 'none');
     asked = requestAnimationFrame(frame);
   }

@@ -196,7 +196,6 @@ export async function show(main, shared) {
     const parsed = new DOMParser().parseFromString(bare, 'image/svg+xml').documentElement;
     for (const part of parsed.querySelectorAll('desc, title')) part.remove();
     const svg = document.importNode(parsed, true);
-    svg.querySelector('#ink').classList.add('ink');
     svg.querySelector('#travel').removeAttribute('display');
     svg.querySelector('#travel').toggleAttribute('hidden', !way.checked);
     svg.setAttribute('role', 'img'); svg.setAttribute('aria-label', made.text.value);

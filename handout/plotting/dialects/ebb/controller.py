@@ -72,6 +72,9 @@ class EbbController(BaseController):
         self._wake()
         if data.startswith(_LOWER) and self.version >= POSITION:
             self._check_steps()
+        if not protocol.is_own(data):  # lines of the user's own act at once, whatever waits in the queue
+            self.conversation.drain()
+            self.conversation.settle()
         if data.startswith(_LIFT) and self._since_pen >= self._in_hand:
             self._ask_pen()
         while len(self.conversation.open) >= self._open:

@@ -15,7 +15,7 @@ from handout.plotting import pen_lift
 from handout.plotting.dialect import Command
 from handout.plotting.dialects.ebb.firmware import HOME, Version
 from handout.plotting.dialects.ebb.stepping import Motors
-from handout.plotting.planning.blocks import Block, Move, Pause, Pen, Timed
+from handout.plotting.planning.blocks import Block, Lines, Move, Pause, Pen, Timed
 from handout.profiles import Pen as PenProfile
 from handout.profiles import Plotter
 
@@ -104,6 +104,11 @@ QUEUED = frozenset({"SM", "LM", "LT", "HM", "SP", "S2"})  # commands that wait f
 _LONGEST_WAY = 60.0  # s that a board may take to go back to its zero
 
 
+def is_own(data: bytes) -> bool:
+    """Whether a command is of the kind that programs here are made of: it waits for its turn, or may come at once."""
+    return data.split(b",")[0].strip().decode("ascii") in QUEUED | {"SC", "CS", "EM"}
+
+
 def seconds(data: bytes) -> float:
     """How long a command keeps the board, s; nothing for what it does at once."""
     name, *fields = data.decode("ascii").strip().split(",")
@@ -186,7 +191,7 @@ def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
     """
     for data in opening(profile):
         yield Command(data, 0)
-    down = False  # the opening has lifted it
+    lift = _Lift(profile.pen)
     motors = Motors(profile)
     pin = _BRUSHLESS_PIN if profile.pen.servo == "brushless" else _SERVO_PIN
     index = 0
@@ -202,13 +207,36 @@ def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
             continue
         index += 1
         if isinstance(block, Pen):
-            if block.down != down:
-                yield Command(pen(block.down, profile.pen), index)
-            down = block.down
+            yield from _ending(lift.move(block), index)
+        elif isinstance(block, Lines):
+            yield from _ending([f"{line}\r".encode("ascii") for line in block.lines], index)
         elif isinstance(block, Pause):
             yield from (Command(data, index) for data in pause(block.seconds))
         elif isinstance(block, Move):
             raise InputError("This plan was made for another machine: plan the drawing for the EBB that will draw it.")
+
+
+class _Lift:
+    """The pen as it was told last: the opening has lifted it, and set how low it goes."""
+
+    def __init__(self, profile: PenProfile) -> None:
+        self.profile, self.down, self.low = profile, False, profile.down
+
+    def move(self, block: Pen) -> list[bytes]:
+        """Commands that lift or lower it, to a value of a hook's too; none if it is there."""
+        told, low = [], self.profile.down if block.value is None else block.value
+        if block.down and low != self.low:
+            self.low = low
+            told.append(command("SC", 5, round(low)))
+        if block.down != self.down:
+            told.append(pen(block.down, self.profile))
+        self.down = block.down
+        return told
+
+
+def _ending(told: Sequence[bytes], done: int) -> Iterator[Command]:
+    """The commands of a block, after the last of which so many blocks are done."""
+    yield from (Command(data, done if data is told[-1] else done - 1) for data in told)
 
 
 def _run(blocks: Sequence[Block], first: int) -> list[Timed]:

@@ -229,7 +229,7 @@ class StepCounter:
     def send(self, data: bytes) -> None:
         """A command is sent."""
         name, *fields = data.decode("ascii").strip().split(",")
-        numbers = [int(field) for field in fields]
+        numbers = [int(field) for field in fields] if name in ("SM", "LM", "LT") else []
         if name in ("CS", "HM") or (name == "EM" and self.clears):
             self.steps, self._filled = [0, 0], [0, 0]
         elif name == "SM":

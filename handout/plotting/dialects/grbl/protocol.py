@@ -14,7 +14,7 @@ from handout.plotting import pen_lift
 from handout.plotting.dialect import Command
 from handout.plotting.dialects import gcode
 from handout.plotting.dialects.gcode import number
-from handout.plotting.planning.blocks import Block, Move, Pause, Pen
+from handout.plotting.planning.blocks import Block, Lines, Move, Pause, Pen
 from handout.profiles import Pen as PenProfile
 from handout.profiles import Plotter
 
@@ -226,12 +226,16 @@ def program(blocks: Sequence[Block], profile: Plotter, *, absolute: bool = False
     for index, block in enumerate(blocks):
         if isinstance(block, Pen):
             if block.down != down:
-                *first, last = memory.pen(block.down, profile.pen)
+                *first, last = memory.pen(block.down, pen_lift.lowered(profile.pen, block.value))
                 yield from (Command(line, index) for line in first)
                 yield Command(last, index + 1)
             down = block.down
         elif isinstance(block, Pause):
             yield Command(pause(block.seconds), index + 1)
+        elif isinstance(block, Lines):
+            *first, last = memory.told(block)
+            yield from (Command(line, index) for line in first)
+            yield Command(last, index + 1)
         else:
             assert isinstance(block, Move)  # timed moves are for machines that keep time
             yield Command(memory.move(block), index + 1)
@@ -255,6 +259,12 @@ class _Memory:
             self.at, self.motion = {}, ""
         self.feed = self.feed if profile.lift == "servo" else ""
         return lines if profile.lift == "servo" else [*self.back(), *lines]
+
+    def told(self, block: Lines) -> list[bytes]:
+        """Lines of the user's own, which wait until it stands and may change all of it."""
+        lines = [*self.back(), STANDING, *gcode.lines(block), *MODES]
+        self.at, self.motion, self.feed = {}, "", ""
+        return lines
 
     def back(self) -> list[bytes]:
         """Return to absolute coordinates."""

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from handout.plotting.dialect import Command
-from handout.plotting.planning.blocks import Block, Move, Pause, Pen
+from handout.plotting.planning.blocks import Block, Lines, Move, Pause, Pen
 from handout.profiles import Plotter
 
 SPACE, SIZE, LINE_ERROR, STATE = b"\x1b.B", b"\x1b.L", b"\x1b.E", b"\x1b.O"  # asked and answered at once
@@ -136,6 +136,8 @@ def program(blocks: Sequence[Block], profile: Plotter, *, absolute: bool = False
             yield Command(stroke.instruction(), done)
         if isinstance(block, Pen):
             yield Command(stroke.turn(block.down), index + 1)
+        elif isinstance(block, Lines):
+            yield Command(stroke.told(block), index + 1)
         elif isinstance(block, Move):
             if not stroke.down:
                 yield Command(stroke.travel(block), index + 1)
@@ -172,6 +174,12 @@ class _Stroke:
         """The pen is lowered or lifted."""
         self.down = down
         return (PEN_DOWN if down else PEN_UP) * (1 if self.absolute else 2)
+
+    def told(self, block: Lines) -> bytes:
+        """Instructions of the user's own, which may change velocity and place; and back to where it stood."""
+        self._speed = ""
+        there = [] if self._unit is None else ["PA{},{}".format(*self._unit)]
+        return "".join(f"{line.rstrip(';')};" for line in (*block.lines, *there)).encode("ascii")
 
     def change_speed(self, block: Move) -> list[bytes]:
         """The instruction for a velocity that differs from the last one told, if it does."""

@@ -31,12 +31,19 @@ _HURRY = 5.0  # s to wait for an answer when something has gone wrong already
 Place = tuple[float, float]
 
 
+# what leads nowhere but where it says; lines of the user's own may lead anywhere
+_OURS = tuple(
+    word.encode("ascii") for word in ("G1", "G4", "M400", "G21", "G90", "M220", "SET_", "MANUAL_STEPPER", "G92")
+)
+
+
 class _Way(NamedTuple):
-    """A command and the straight way it leads."""
+    """A command and the straight way it leads; free : it may lead elsewhere."""
 
     number: int
     begin: Place
     end: Place
+    free: bool
 
 
 class KlipperController(BaseController):
@@ -53,7 +60,7 @@ class KlipperController(BaseController):
         self._sent = self._answered = 0  # commands in scripts that were sent; that were answered
         self._ways: deque[_Way] | None = None
         self._at: Place = (0.0, 0.0)  # where the last command leads to
-        self._idle = False
+        self._idle = self._astray = False
         self._asked = False
 
     def send(self, data: bytes) -> None:
@@ -63,9 +70,12 @@ class KlipperController(BaseController):
         assert self._ways is not None
         words = {chr(word[0]): word[1:] for word in _words(data)} if data.startswith(b"G1") else {}
         to = float(words.get("X", self._at[0])), float(words.get("Y", self._at[1]))
+        self._astray = free = self._astray or not data.startswith(_OURS)
+        if {"X", "Y"} <= words.keys():
+            self._astray = False
         if data.startswith(protocol.HERE[0]):
             self._at = to = (0.0, 0.0)
-        self._ways.append(_Way(self.sent, self._at, to))
+        self._ways.append(_Way(self.sent, self._at, to, free))
         self._at = to
         self._batch.append(data)
         self.sent += 1
@@ -114,7 +124,7 @@ class KlipperController(BaseController):
             return
         begin, end = (np.array(ends) for ends in zip(*((way.begin, way.end) for way in ways), strict=True))
         off = distance_to_lines(np.array(place), begin, end)
-        if off.min() > _FAR:
+        if off.min() > _FAR and not any(way.free for way in ways):
             raise DeviceGarbled(
                 f"Klipper is at {place[0]:.1f}, {place[1]:.1f} mm and not on its way: another program has moved it, or "
                 "it corrects skew (SET_SKEW CLEAR=1)."

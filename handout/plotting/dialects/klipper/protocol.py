@@ -12,8 +12,9 @@ from typing import Any, NamedTuple
 
 from handout.plotting import pen_lift
 from handout.plotting.dialect import Command
+from handout.plotting.dialects import gcode
 from handout.plotting.dialects.gcode import number
-from handout.plotting.planning.blocks import Block, Move, Pause, Pen
+from handout.plotting.planning.blocks import Block, Lines, Move, Pause, Pen
 from handout.profiles import Pen as PenProfile
 from handout.profiles import Plotter
 
@@ -171,7 +172,7 @@ def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
     for index, block in enumerate(blocks):
         if isinstance(block, Pen):
             if block.down != down:
-                *first, last = pen(block.down, profile.pen)
+                *first, last = pen(block.down, pen_lift.lowered(profile.pen, block.value))
                 yield from (Command(line, index) for line in first)
                 yield Command(last, index + 1)
                 for axis in {"command": "XYZF", "z": "ZF"}.get(profile.pen.lift, ""):
@@ -179,6 +180,10 @@ def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
             down = block.down
         elif isinstance(block, Pause):
             yield Command(pause(block.seconds), index + 1)
+        elif isinstance(block, Lines):
+            told = [STANDING, *gcode.lines(block), *MODES]
+            yield from (Command(line, index + (line is told[-1])) for line in told)
+            memory.clear()
         else:
             assert isinstance(block, Move)  # timed moves are for machines that keep time
             words = {"X": number(block.x), "Y": number(block.y)}

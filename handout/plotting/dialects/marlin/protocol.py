@@ -18,7 +18,7 @@ from handout.plotting import pen_lift
 from handout.plotting.dialect import Command
 from handout.plotting.dialects import gcode
 from handout.plotting.dialects.gcode import number
-from handout.plotting.planning.blocks import Block, Move, Pause, Pen
+from handout.plotting.planning.blocks import Block, Lines, Move, Pause, Pen
 from handout.profiles import Pen as PenProfile
 from handout.profiles import Plotter
 
@@ -254,13 +254,17 @@ def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
     for index, block in enumerate(blocks):
         if isinstance(block, Pen):
             if block.down != down:
-                *first, last = pen(block.down, profile.pen)
+                *first, last = pen(block.down, pen_lift.lowered(profile.pen, block.value))
                 yield from (Command(line, index) for line in first)
                 yield Command(last, index + 1)
                 memory.pen_moved(profile.pen)
             down = block.down
         elif isinstance(block, Pause):
             yield Command(pause(block.seconds), index + 1)
+        elif isinstance(block, Lines):
+            yield from (Command(line, index) for line in [STANDING, *gcode.lines(block), *MODES[:1]])
+            yield Command(MODES[1], index + 1)
+            memory = _Memory()
         else:
             assert isinstance(block, Move)  # timed moves are for machines that keep time
             lone = _rests(blocks, index - 1, profile) and _rests(blocks, index + 1, profile)
@@ -277,7 +281,7 @@ def _rests(blocks: Sequence[Block], index: int, profile: Plotter) -> bool:
     block = blocks[index]
     if isinstance(block, Pen):
         return profile.pen.lift != "z" or pen_lift.wait(profile.pen, block.down, 0.0) > 0
-    return isinstance(block, Pause)
+    return isinstance(block, Pause | Lines)
 
 
 class _Memory:

@@ -1,0 +1,466 @@
+"""Defaults of options from the environment and from files: `HANDOUT_…`, the project's `handout.toml`, the user's.
+
+A key is what an option is called: ``hand`` for every verb in which it means the same (`Shared`), ``plot.port``
+or ``hand.prompt.page`` for one verb.  Nearer places win, and in one place a verb's key wins over a bare one.
+click takes the values as its own defaults (`Context.default_map`), so every option checks them as if they were typed.
+"""
+
+from __future__ import annotations
+
+import difflib
+import json
+import os
+import re
+import tomllib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TypeGuard
+
+import click
+from click.core import ParameterSource
+
+from handout import atomic, shipped
+from handout.errors import InputError
+from handout.pipeline.names import CHECKS
+
+PROJECT = "handout.toml"
+Value = str | int | float | bool | list[str | int | float]
+Option = Callable[[Callable[..., object]], Callable[..., object]]
+Verb = Callable[..., object]
+SHARED: set[str] = set()  # what options are called that a bare key of the configuration sets
+
+
+class Shared(click.Option):
+    """An option that means the same in every verb that has it, so that one key of the configuration sets it for all.
+
+    unless : names of parameters; where one of them is given on the command line, what is configured is left aside.
+    """
+
+    unless: Sequence[str] = ()
+
+    def consume_value(self, ctx: click.Context, opts: Mapping[str, click.Parameter]) -> tuple[object, ParameterSource]:
+        """As click's; what is configured yields to what is asked for now, and to a plot that goes on as it began."""
+        value, source = super().consume_value(ctx, opts)
+        if source is not ParameterSource.DEFAULT_MAP:
+            return value, source
+        resumed = _typed(ctx, "resume") and ctx.params.get("text") == ()
+        if resumed or any(_typed(ctx, name) for name in self.unless):
+            assert ctx.default_map is not None
+            ctx.default_map.pop(str(self.name))
+            return super().consume_value(ctx, opts)
+        return value, source
+
+
+def _typed(context: click.Context, name: str) -> bool:
+    return context.get_parameter_source(name) is ParameterSource.COMMANDLINE
+
+
+def shared(*names: str, unless: Sequence[str] = (), **settings: object) -> Option:
+    """`click.option` of a `Shared` option."""
+    SHARED.add(names[0].removeprefix("--"))
+    option = click.option(*names, cls=Shared, **settings)
+
+    def decorate(verb: Verb) -> Verb:
+        result: Verb = option(verb)
+        vars(result)["__click_params__"][-1].unless = unless
+        return result
+
+    return decorate
+
+
+_META = "handout.configured"  # in `Context.meta`: (verb, parameter) → Setting
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A value that is configured: as which key, in which place."""
+
+    key: str
+    value: Value
+    layer: Layer
+
+    @property
+    def text(self) -> str:
+        """The value as it is shown."""
+        return _text(self.value)
+
+
+@dataclass(frozen=True)
+class Layer:
+    """A place of settings.
+
+    kind : "environment", "project" or "user"; file : none of the environment.
+    """
+
+    kind: str
+    file: Path | None = None
+    values: Mapping[str, Value] = field(default_factory=dict)
+
+    def named(self, key: str) -> str:
+        """Where a key stands, for people."""
+        return f"environment {variable(key)}" if self.file is None else f"{self.kind} file {self.file}"
+
+    def find(self, keys: Sequence[str]) -> Setting | None:
+        """The first of some keys that is here."""
+        for key in keys:
+            name = variable(key) if self.file is None else key
+            if name in self.values:
+                return Setting(key, self._from_here(self.values[name]), self)
+        return None
+
+    def _from_here(self, value: Value) -> Value:
+        """A value that names a file beside this one, with its folder."""
+        if self.file is None or not isinstance(value, str) or not Path(value).suffix:
+            return value
+        try:
+            beside = self.file.parent / value
+            return str(beside) if beside.is_file() else value
+        except OSError:  # a text that is longer than names of files may be
+            return value
+
+
+def variable(key: str) -> str:
+    """The environment variable of a key: HANDOUT_PLOT_PORT of ``plot.port``."""
+    return "HANDOUT_" + re.sub(r"[.-]", "_", key).upper()
+
+
+def _text(value: object) -> str:
+    if isinstance(value, list | tuple):
+        return ", ".join(map(_text, value))
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def user_file() -> Path:
+    """Where the user's settings are kept; it need not exist."""
+    return shipped.user_folder("config.toml")
+
+
+def project_file() -> Path | None:
+    """The nearest ``handout.toml`` of this folder and those that it is in."""
+    try:
+        here = Path.cwd()
+    except OSError:  # the folder is gone
+        return None
+    every = (place / PROJECT for place in (here, *here.parents))
+    return next((file for file in every if os.access(file, os.R_OK) and file.is_file()), None)
+
+
+def strangers(file: Path) -> bool:
+    """Whether a file belongs to neither this user nor the system's: what it says could send letters elsewhere."""
+    return hasattr(os, "geteuid") and file.stat().st_uid not in (os.geteuid(), 0)
+
+
+def layers(chosen: str | None = None) -> list[Layer]:
+    """All places, the nearest first.
+
+    chosen : a file that is read instead of the project's and the user's, or "none" for built-in defaults alone.
+
+    Raises
+    ------
+    InputError
+        A file that is not TOML, or holds what no option takes.
+    """
+    if chosen == "none":
+        return []
+    variables: dict[str, Value] = {
+        name: text for name, text in os.environ.items() if name.startswith("HANDOUT_") and text
+    }
+    found = [Layer("environment", None, variables)]
+    if chosen is not None:
+        return [*found, Layer("chosen", Path(chosen), read(Path(chosen)))]
+    project, user = project_file(), user_file()
+    if project is not None and project != user and not strangers(project):
+        found.append(Layer("project", project, read(project)))
+    return [*found, Layer("user", user, read(user))] if user.is_file() else found
+
+
+def read(file: Path) -> dict[str, Value]:
+    """The settings of a file by their whole keys: a table [plot] with port gives ``plot.port``.
+
+    Raises
+    ------
+    InputError
+        No such file, not TOML, or a value that is no text, number, true or false, or list of these.
+    """
+    try:
+        return dict(_flat(tomllib.loads(file.read_text(encoding="utf-8")), ""))
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"{file}: cannot be read as a configuration: {getattr(error, 'strerror', 0) or error}."
+        ) from error
+
+
+def _flat(table: Mapping[str, object], prefix: str) -> Iterator[tuple[str, Value]]:
+    for name, value in table.items():
+        if isinstance(value, dict):
+            yield from _flat(value, f"{prefix}{name}.")
+        elif _is_value(value):
+            yield prefix + name, value
+        else:
+            raise ValueError(f"{prefix}{name} is no text, number, true or false, nor a list of these")
+
+
+def _is_value(value: object) -> TypeGuard[Value]:
+    return all(isinstance(each, str | int | float) for each in (value if isinstance(value, list) else [value]))
+
+
+def key_of(option: click.Option) -> str:
+    """What an option is called in a configuration: its first long name without the dashes."""
+    return next((name for name in option.opts if name.startswith("--")), option.opts[0]).lstrip("-")
+
+
+def options_of(command: click.Command) -> list[click.Option]:
+    """The options of a verb that can be configured."""
+    return [each for each in command.params if isinstance(each, click.Option) and not each.is_eager]
+
+
+def keys_of(path: str, option: click.Option) -> list[str]:
+    """The keys that an option of a verb listens to, the verb's own first."""
+    key = key_of(option)
+    return [f"{path}.{key}", *([key] if isinstance(option, Shared) else [])]
+
+
+def find(path: str, option: click.Option, places: Sequence[Layer]) -> Setting | None:
+    """What is configured for an option of a verb such as ``"plot"`` or ``"hand.prompt"``."""
+    return next((found for layer in places if (found := layer.find(keys_of(path, option)))), None)
+
+
+def provide(context: click.Context, command: click.Command, name: str, complaining: bool) -> None:
+    """Give a verb that is about to be called what is configured for it.
+
+    complaining : whether an error in a file is one of the command; it is none where only help is asked for.
+
+    Raises
+    ------
+    InputError
+        As `layers`; or a key that no option is called.
+    """
+    try:
+        places = layers(context.params.get("config"))
+        if complaining:
+            for layer in places:
+                _check_keys(layer, context, command, name)
+        found: dict[tuple[str, str], Setting] = context.meta.setdefault(_META, {})
+        context.default_map = {**(context.default_map or {}), name: _defaults(command, name, places, found)}
+    except InputError:
+        if complaining:
+            raise
+
+
+def _defaults(
+    command: click.Command, path: str, places: Sequence[Layer], found: dict[tuple[str, str], Setting]
+) -> dict[str, object]:
+    if isinstance(command, click.Group):
+        return {name: _defaults(each, f"{path}.{name}", places, found) for name, each in command.commands.items()}
+    values: dict[str, object] = {}
+    for option in options_of(command):
+        setting = find(path, option, places)
+        if setting is not None:
+            found[path, str(option.name)] = setting
+            values[str(option.name)] = _fitting(option, setting)
+    return values
+
+
+def _fitting(option: click.Option, setting: Setting) -> object:
+    """A configured value as click wants it for its option."""
+    value = setting.value
+    if isinstance(value, list) and not option.multiple:
+        raise InputError(f"{place(setting)}: one value is wanted, not a list.")
+    if isinstance(value, bool) != option.is_flag and setting.layer.file is not None:
+        wanted = "true or false is" if option.is_flag else "a text or a number is"
+        raise InputError(f"{place(setting)}: {wanted} wanted.")
+    return [value] if option.multiple and not isinstance(value, list) else value
+
+
+def place(setting: Setting) -> str:
+    """Where a setting stands, and what it says: the beginning of a sentence on what is wrong with it."""
+    layer = setting.layer
+    if layer.file is None:
+        return f"Environment variable {variable(setting.key)} = {setting.text!r}"
+    return f"{layer.file}: {setting.key} = {json.dumps(setting.value, ensure_ascii=False)}"
+
+
+def _check_keys(layer: Layer, context: click.Context, command: click.Command, name: str) -> None:
+    """Keys that every verb could take, and those of this verb; `handout config` and `doctor` look at all others."""
+    if layer.file is None:
+        return
+    verbs = _leaves(command, name)
+    for key in layer.values:
+        path, _, last = key.rpartition(".")
+        if not path and last not in SHARED:
+            assert isinstance(context.command, click.Group)
+            all_verbs(context.command)  # which makes the set whole
+        if not path and last not in SHARED:
+            raise unknown_key(f"{layer.file}: ", key, sorted(SHARED))
+        if path == name or path.startswith(f"{name}."):
+            choices = [key_of(option) for option in options_of(verbs[path])] if path in verbs else []
+            if last not in choices:
+                raise unknown_key(f"{layer.file}: ", key, [f"{path}.{choice}" for choice in choices])
+
+
+def unknown_key(where: str, key: str, choices: Sequence[str]) -> InputError:
+    """The error that no option is called so, with the nearest that are."""
+    name = key.rpartition(".")[2]
+    near = difflib.get_close_matches(key, choices, 3, 0.6) or [each for each in choices if name and name in each][:3]
+    hint = f" Did you mean {' or '.join(near)}?" if near else " `handout config show --all` lists those that there are."
+    return InputError(f"{where}no option is called {key!r}.{hint}")
+
+
+def _leaves(command: click.Command, path: str) -> dict[str, click.Command]:
+    """The verbs in a verb by their paths; itself where it has none in it."""
+    if not isinstance(command, click.Group):
+        return {path: command}
+    found: dict[str, click.Command] = {}
+    for name, each in command.commands.items():
+        found |= _leaves(each, f"{path}.{name}")
+    return found
+
+
+def all_verbs(root: click.Group) -> dict[str, click.Command]:
+    """Every verb by its path; loads all of them."""
+    context, found = click.Context(root), dict[str, click.Command]()
+    for name in root.list_commands(context):
+        command = root.get_command(context, name)
+        assert command is not None
+        found |= _leaves(command, name)
+    return found
+
+
+def in_force(context: click.Context) -> dict[str, Setting]:
+    """Parameter → setting of what the running verb takes from a configuration, and would not have done without it."""
+    found: Mapping[tuple[str, str], Setting] = context.meta.get(_META, {})
+    path = ".".join(context.command_path.split()[1:])
+    usual = {option.name: option.default for option in options_of(context.command)}
+    return {
+        name: found[path, name]
+        for name in context.params
+        if context.get_parameter_source(name) is ParameterSource.DEFAULT_MAP
+        and (path, name) in found
+        and _text(found[path, name].value) != _text(usual.get(name))
+    }
+
+
+def sentences(context: click.Context) -> list[str]:
+    """What the running verb takes from a configuration, a sentence a place.
+
+    Raises
+    ------
+    InputError
+        A value that its option cannot take; the message names the place, the key and what it may be.
+    """
+    by_place: dict[str, list[str]] = {}
+    for name, setting in in_force(context).items():
+        check(name, setting)
+        where = "the environment" if setting.layer.file is None else str(setting.layer.file)
+        by_place.setdefault(where, []).append(f"{setting.key} = {setting.text}")
+    return [f"From {where}: {', '.join(told)}." for where, told in by_place.items()]
+
+
+def check(name: str, setting: Setting) -> None:
+    """Raise InputError where a name, length or colour is configured that there is not."""
+    if name in CHECKS and isinstance(setting.value, str):
+        try:
+            CHECKS[name](setting.value)
+        except InputError as error:
+            raise InputError(f"{place(setting)}: {error}") from error
+
+
+def wrong(error: click.BadParameter) -> str | None:
+    """The sentence on a value that its option refused, where it comes from a configuration."""
+    context, option = error.ctx, error.param
+    if context is None or option is None or option.name is None:
+        return None
+    if context.get_parameter_source(option.name) is not ParameterSource.DEFAULT_MAP:
+        return None
+    setting = context.meta[_META].get((".".join(context.command_path.split()[1:]), option.name))
+    return None if setting is None else f"{place(setting)}: {error.message}"
+
+
+def changed(text: str, key: str, value: Value | None) -> str:
+    """The text of a configuration file with a key set to a value, or without it (None); all else stays as it is.
+
+    Raises
+    ------
+    InputError
+        The key stands there in a way that this does not understand.
+    """
+    table, _, name = key.rpartition(".")
+    lines = text.splitlines(keepends=True)
+    if lines and not lines[-1].endswith("\n"):
+        lines[-1] += "\n"
+    _replace(lines, table, name, [] if value is None else [f"{name} = {_toml(value)}\n"])
+    result = "".join(lines)
+    wanted = {name: each for name, each in _flat(tomllib.loads(text), "") if name != key}
+    try:
+        done = dict(_flat(tomllib.loads(result), ""))
+    except tomllib.TOMLDecodeError:
+        done = {}
+    if done != wanted | ({} if value is None else {key: value}):
+        raise InputError(f"{key} stands in the file in a way that only an editor can change.")
+    return result
+
+
+def _replace(lines: list[str], table: str, name: str, new: list[str]) -> None:
+    """Put new lines where a key of a table is set, or at the end of its table; without new lines take it out."""
+    begin, end = _section(lines, table)
+    old = _statement(lines, begin, end, name)
+    if old is not None:
+        lines[old] = new
+    elif begin is None and new:
+        head = table if re.fullmatch(r"[\w-]+", table) else json.dumps(table)
+        lines += [*(["\n"] if lines else []), f"[{head}]\n", *new]
+    elif new:
+        while end > (begin or 0) and not lines[end - 1].strip():
+            end -= 1
+        lines[end:end] = new + (["\n"] if end < len(lines) and lines[end].strip() else [])
+
+
+def _section(lines: Sequence[str], table: str) -> tuple[int | None, int]:
+    """Where the lines of a table begin and end; those before all tables for "", None where it is not there."""
+    heads = [index for index, line in enumerate(lines) if re.match(r"\s*\[", line)]
+    if not table:
+        return 0, heads[0] if heads else len(lines)
+    for index in heads:
+        if re.match(rf'\s*\[\s*"?{re.escape(table)}"?\s*\]', lines[index]):
+            return index + 1, next((other for other in heads if other > index), len(lines))
+    return None, len(lines)
+
+
+def _statement(lines: Sequence[str], begin: int | None, end: int, name: str) -> slice | None:
+    """The lines in which a key of a table is set."""
+    for index in range(end if begin is None else begin, end):
+        if re.match(rf'\s*"?{re.escape(name)}"?\s*=', lines[index]):
+            for after in range(index + 1, end + 1):
+                try:
+                    tomllib.loads("".join(lines[index:after]))
+                except tomllib.TOMLDecodeError:  # the value has more lines
+                    continue
+                return slice(index, after)
+    return None
+
+
+def _toml(value: Value) -> str:
+    if isinstance(value, list):
+        return f"[{', '.join(map(_toml, value))}]"
+    return json.dumps(value, ensure_ascii=False)
+
+
+def write(file: Path, key: str, value: Value | None) -> None:
+    """Set a key in a file, or take it out (None), as a whole or not at all.
+
+    Raises
+    ------
+    InputError
+        As `read`, `changed` and `atomic.write`.
+    """
+    text = ""
+    if file.is_file():
+        read(file)
+        text = file.read_text(encoding="utf-8")
+    try:
+        result = changed(text, key, value)
+        file.parent.mkdir(parents=True, exist_ok=True)
+    except (InputError, OSError) as error:
+        raise InputError(f"Cannot write {file}: {getattr(error, 'strerror', 0) or error}") from error
+    atomic.write(file, result.encode())

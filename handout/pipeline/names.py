@@ -1,0 +1,109 @@
+"""What may be called by name, listed and checked without loading what the names stand for.
+
+`KNOWN` and `CHECKS` are by what an option is called wherever it is (``hand``, ``x_height``): what its value may be.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from handout import page_sizes, profiles, shipped, units
+from handout.errors import InputError
+from handout.inking.pen import PENS, brushes, named
+from handout.pipeline.options import pace
+
+_HOUSE = Path(__file__).resolve().parents[1] / "hand" / "house"
+# the endings of files that may stand for a name
+_ENDINGS = {
+    "hand": (".hand", ".toml", ".svg"), "pen": (".brush", ".hand"), "style": (".toml", ".style"), "pose": (".pose",)
+}  # fmt: skip
+
+
+def hands() -> list[str]:
+    """Hands that come with the program, and the user's own."""
+    folders = (_HOUSE, shipped.user_folder("hands"))
+    return sorted({path.stem for place in folders for path in place.glob("*") if path.suffix in _ENDINGS["hand"]})
+
+
+def _styles() -> list[str]:
+    return sorted(shipped.files("styles", "*.toml") | shipped.files("styles", "*.style"))
+
+
+def _machines(kind: str) -> list[str]:
+    return [name.removeprefix(f"{kind}-") for name in profiles.names(kind)]
+
+
+def _ports() -> list[str]:
+    from serial.tools.list_ports import comports
+
+    return [*sorted(port.device for port in comports()), "auto", "sim:"]
+
+
+KNOWN: dict[str, Callable[[], list[str]]] = {
+    "hand": hands,
+    "pen": lambda: [*PENS, *brushes(), *hands()],
+    "style": _styles,
+    "pose": lambda: sorted(shipped.files("poses", "*.pose")),
+    "device": lambda: _machines("plotter"),
+    "printer": lambda: _machines("printer"),
+    "machine": profiles.names,
+    "port": _ports,
+    "page": lambda: list(page_sizes.NAMES),
+}
+
+
+def _named(what: str) -> Callable[[str], object]:
+    def check(text: str) -> None:
+        choices = KNOWN[what]()
+        if not text.endswith(_ENDINGS[what]) and text not in choices:
+            near = difflib.get_close_matches(text, choices, 3, 0.5) or choices
+            raise InputError(
+                f"no {what} is called {text!r}: use {', '.join(near)}, or a {_listed(_ENDINGS[what])} file."
+            )
+
+    return check
+
+
+def _listed(endings: Iterable[str]) -> str:
+    *others, last = endings
+    return f"{', '.join(others)} or {last}" if others else last
+
+
+def _paper(text: str) -> None:
+    from handout.inking.papers import named as paper
+
+    paper(text)
+
+
+def _country(text: str) -> None:
+    from handout.printing.countries import find
+
+    if text and find(text) is None:
+        raise InputError(f"no country is called {text!r}: give its name or its code, such as Germany or DE.")
+
+
+def _language(text: str) -> None:
+    from babel import Locale, UnknownLocaleError
+
+    try:
+        Locale.parse(text.replace("-", "_"))
+    except (ValueError, UnknownLocaleError):
+        raise InputError(f"{text!r} is no language; give its code, such as de, fr or en-GB.") from None
+
+
+CHECKS: dict[str, Callable[[str], object]] = {
+    "hand": _named("hand"),
+    "pen": _named("pen"),
+    "style": _named("style"),
+    "pose": _named("pose"),
+    "device": lambda text: profiles.locate(text, "plotter"),
+    "page": page_sizes.page,
+    "paper": lambda text: None if text == "none" else _paper(text),
+    "ink": named,
+    "speed": pace,
+    "home_country": _country,
+    "language": _language,
+    **dict.fromkeys(("x_height", "line_spacing", "pen_width"), units.length),
+}

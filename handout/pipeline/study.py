@@ -1,0 +1,290 @@
+"""A study of hands: sheets on which people tell real writing from made, their scans read, and the answers scored."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import msgspec
+import numpy as np
+
+from handout import atomic, units
+from handout.errors import InputError
+from handout.hand import file, library
+from handout.pipeline.options import SheetOptions, StudyOptions, WritingOptions, seed_of
+from handout.pipeline.results import SILENT, Fact, Facts, Listener, Result
+from handout.pipeline.study_material import Material, Twin, material, parted, twins
+from handout.pipeline.writing import write
+from handout.progress import within
+from handout.prompting.sheet_layout import paper_of_name
+from handout.study import design, evenness, sheets
+from handout.study.design import Item, Key, Person, Snippet
+
+if TYPE_CHECKING:
+    from handout.pipeline.study_material import Parted
+    from handout.study.evenness import Tell
+    from handout.study.snippets import Picture
+
+_READ, _WRITTEN = 0.1, 0.9  # of the work on a study, when its pages are known, and when all is written; measured
+KEY, SHEETS, ABOUT = "study.key", "sheets.pdf", "study.json"
+_MOST_PEOPLE = 10_000  # far more than any study has: a bound against slips
+_FEWEST_ENVELOPES = 4  # two of either kind
+_ADDRESS = "45mm,10mm,10mm,90mm"  # margins of an envelope: the address stands right of its middle
+_STAYS = "whose size, slant and distance of lines stay those of all"
+
+
+@dataclass(frozen=True, eq=False)
+class MadeStudy(Result):
+    """A study that was made.
+
+    name : of the study, printed on its sheets; tells : what might give the made snippets away.
+    """
+
+    name: str
+    files: tuple[Path, ...]
+    people: int
+    pages: int
+    snippets: int
+    folds: int
+    tells: tuple[Tell, ...]
+    seed: int
+
+    def facts(self) -> Facts:
+        tells: list[Fact] = [
+            {"measure": t.name, "made": t.made, "real": t.real, "share": round(t.share, 3), "error": round(t.error, 3),
+             "tells": t.tells} for t in self.tells
+        ]  # fmt: skip
+        return {
+            "study": self.name,
+            "files": [str(path) for path in self.files],
+            "people": self.people,
+            "pages": self.pages,
+            "snippets": self.snippets,
+            "hands_made": self.folds,
+            "tells": tells,
+            "seed": self.seed,
+        }
+
+
+def make(output: str | Path, options: StudyOptions = StudyOptions(), *, listener: Listener = SILENT) -> MadeStudy:
+    """Make the sheets of a study, with their key in a file of its own.
+
+    Parameters
+    ----------
+    output : a folder, new or empty.
+
+    Raises
+    ------
+    InputError
+        A hand that is not scanned, too few snippets for what each person is asked, a folder that holds something.
+    """
+    folder = _new_folder(Path(output))
+    _check(options)
+    seed = seed_of(options.seed)
+    rng = np.random.default_rng([seed, 8])
+    materials = _materials(options, listener)
+    control = file.load(library.scanned_file(options.control)) if options.control else None
+    controls = options.controls if control is not None else 0
+    lots = parted(materials, options.singles + options.pairs + controls, rng)
+    made, references = twins(materials, lots, control, seed, within(listener.progress, _READ, _WRITTEN))
+    kept, scales, notes = _fitting(materials, made)
+    people = _people(kept, lots, controls, options, rng)
+    hands, words = tuple(each.hand.name for each in materials), tuple(_lettered(twin.snippet, rng) for twin in kept)
+    key = Key(seed=seed, hands=hands, snippets=words, people=people)
+    told = tuple(evenness.tells([twin.made for twin in kept], [twin.real for twin in kept]))
+    notes += _notes(materials, lots, kept, told)
+    listener.progress(_WRITTEN, "drawing the sheets")
+    show = _show(kept, scales, lots, references, options.title)
+    name, files, pages = _written(folder, key, show, options)
+    files += _pictures(folder / "snippets", kept, words)
+    result = MadeStudy(name, (*files, folder / ABOUT), len(people), pages, len(kept), len(lots.folds), told, seed,
+                       notes=tuple(notes))  # fmt: skip
+    about = {**result.facts(), "key_sha256": sha256((folder / KEY).read_bytes()).hexdigest(), "notes": notes}
+    atomic.write(folder / ABOUT, (json.dumps(about, ensure_ascii=False, indent=1) + "\n").encode())
+    return result
+
+
+def _show(
+    kept: Sequence[Twin], scales: Sequence[float], lots: Parted, references: Sequence[Picture], title: str
+) -> sheets.Show:
+    """What the sheets show, each hand at its scale."""
+    pictures = {
+        (n, kind): (picture, scales[twin.snippet.hand])
+        for n, twin in enumerate(kept)
+        for kind, picture in ((design.REAL, twin.real), (design.OURS, twin.made), (design.CONTROL, twin.control))
+        if picture is not None
+    }
+    hands_of = [k for k, _ in lots.references]
+    above = {n: (picture, scales[k]) for n, (k, picture) in enumerate(zip(hands_of, references, strict=True))}
+    return sheets.Show(pictures, above, title)
+
+
+def _written(folder: Path, key: Key, show: sheets.Show, options: StudyOptions) -> tuple[str, list[Path], int]:
+    """The name of the study, its files and the number of its pages; key and sheets are written."""
+    page = paper_of_name(options.page)
+    folder.mkdir(parents=True, exist_ok=True)
+    name = design.seal(key, folder / KEY)
+    pages = [
+        (record, person)
+        for number, person in enumerate(key.people, 1)
+        for record in sheets.records(page, name, number, person, options.about)
+    ]
+    atomic.write(folder / SHEETS, sheets.to_pdf(page, pages, show))
+    return name, [folder / SHEETS, folder / KEY, *_envelopes(folder, key, options)], len(pages)
+
+
+def _new_folder(folder: Path) -> Path:
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise InputError(f"{folder} holds something already: give a folder that is new or empty.")
+    atomic.check_writable(folder)
+    return folder
+
+
+def _check(options: StudyOptions) -> None:
+    """Raise InputError for options that no study can have."""
+    paper_of_name(options.page)
+    if not options.hand:
+        raise InputError("A study is of a scanned hand: give one with --hand.")
+    if options.real and len(options.real) != len(options.hand):
+        raise InputError(
+            f"{len(options.real)} --real for {len(options.hand)} --hand: give one for each, in the same order, or none."
+        )
+    if not 1 <= options.people <= _MOST_PEOPLE:
+        raise InputError(f"people: {options.people} is outside 1 to {_MOST_PEOPLE}.")
+    if min(options.singles, options.pairs, options.controls) < 0:
+        raise InputError("singles, pairs and controls are 0 or more.")
+
+
+def _materials(options: StudyOptions, listener: Listener) -> list[Material]:
+    found = []
+    for k, name in enumerate(options.hand):
+        listener.progress(_READ * k / len(options.hand), "reading the pages")
+        found.append(material(name, options.real[k] if options.real else None, options.dpi, listener))
+    return found
+
+
+def _fitting(materials: Sequence[Material], made: Sequence[Twin]) -> tuple[list[Twin], list[float], list[str]]:
+    """The snippets that fit their frames, by how much those of each hand are made smaller, and what to say of that."""
+    kept, scales, notes = list[Twin](), list[float](), list[str]()
+    for k, each in enumerate(materials):
+        own = [twin for twin in made if twin.snippet.hand == k]
+        pictures = [picture for twin in own for picture in (twin.real, twin.made, twin.control) if picture is not None]
+        scales.append(sheets.scale_of(pictures))
+        fit = [
+            twin
+            for twin in own
+            if all(sheets.fits(p, scales[k]) for p in (twin.real, twin.made, twin.control) if p is not None)
+        ]
+        kept += fit
+        if scales[k] < 1:
+            notes.append(f"The writing of {each.hand.name} is shown at {scales[k]:.0%} of its size, real and made.")
+        if len(fit) < len(own):
+            notes.append(f"{units.count(len(own) - len(fit), 'snippet')} of {each.hand.name} too large for its frame.")
+    return kept, scales, notes
+
+
+def _people(
+    kept: Sequence[Twin], lots: Parted, controls: int, options: StudyOptions, rng: np.random.Generator
+) -> tuple[Person, ...]:
+    """What everybody is asked."""
+    folds = [[n for n, twin in enumerate(kept) if twin.snippet.fold == fold] for fold in range(len(lots.folds))]
+    plans = design.dealt(folds, options.people, options.singles, options.pairs, rng)
+    count = len(_addresses(options.envelopes)) if options.envelopes else 0
+    opened = design.envelopes(count, (count + 1) // 2, options.people, rng)
+    above = [[n for n, (hand, _) in enumerate(lots.references) if hand == k] for k in range(len(options.hand))]
+    people = []
+    for number, ((singles, pairs), seen) in enumerate(zip(plans, opened, strict=True)):
+        rest = sorted({*folds[number % len(folds)]} - {item.snippet for item in (*singles, *pairs)})
+        if len(rest) < controls:
+            raise InputError(f"Too few snippets for {units.count(controls, 'control')} besides: use --controls 0.")
+        easy = [Item(int(n), (design.LEFT, design.RIGHT)[(number + k) % 2], design.CONTROL)
+                for k, n in enumerate(rng.permutation(rest)[:controls])]  # fmt: skip
+        both = [*pairs, *easy]
+        both = [both[k] for k in rng.permutation(len(both))] if easy else both
+        referred = [
+            msgspec.structs.replace(item, reference=int(rng.choice(above[kept[item.snippet].snippet.hand])))
+            for item in both
+        ]
+        people.append(Person(singles, tuple(referred), seen))
+    return tuple(people)
+
+
+def _lettered(snippet: Snippet, rng: np.random.Generator) -> Snippet:
+    return msgspec.structs.replace(snippet, made="ab"[rng.integers(2)])
+
+
+def _pictures(folder: Path, kept: Sequence[Twin], words: Sequence[Snippet]) -> list[Path]:
+    """Every snippet as two pictures, a and b; the key says which is made."""
+    from PIL import Image
+
+    folder.mkdir()
+    files = []
+    for n, (twin, snippet) in enumerate(zip(kept, words, strict=True), 1):
+        both = (twin.made, twin.real) if snippet.made == "a" else (twin.real, twin.made)
+        for letter, picture in zip("ab", both, strict=True):
+            files.append(folder / f"{n:03d}-{letter}.png")
+            Image.fromarray(picture.rgb).save(files[-1], dpi=(picture.dpi, picture.dpi))
+    return files
+
+
+def _addresses(path: Path) -> list[str]:
+    """The addresses of a file, parted by empty lines."""
+    try:
+        blocks = path.read_text(encoding="utf-8").split("\n\n")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"Cannot read {path}: {error}.") from error
+    found = [block.strip() for block in blocks if block.strip()]
+    if len(found) < _FEWEST_ENVELOPES:
+        raise InputError(
+            f"{path} holds {units.count(len(found), 'address', 'addresses')}: at least {_FEWEST_ENVELOPES}."
+        )
+    return found
+
+
+def _envelopes(folder: Path, key: Key, options: StudyOptions) -> list[Path]:
+    """The made envelopes, each as a PDF, and a list of those that people write; it says which is which."""
+    if options.envelopes is None:
+        return []
+    texts = _addresses(options.envelopes)
+    real = {item.snippet for item in key.people[0].envelopes if item.truth == design.REAL}
+    place = folder / "envelopes"
+    place.mkdir()
+    files = [place / f"{n + 1:02d}.pdf" for n in range(len(texts)) if n not in real]
+    sheet = SheetOptions(page="DL", margin=_ADDRESS)
+    for path in files:
+        n = int(path.stem) - 1
+        writing = WritingOptions(hand=options.hand[n % len(options.hand)], seed=key.seed + n, fallback=True)
+        write(texts[n], [path], writing, sheet)
+    wanted = "\n\n".join(f"Envelope {n + 1}, to be written by a person:\n{texts[n]}" for n in sorted(real))
+    atomic.write(place / "to-write.txt", f"{wanted}\n".encode())
+    return [*files, place / "to-write.txt"]
+
+
+def _notes(materials: Sequence[Material], lots: Parted, kept: Sequence[Twin], told: Sequence[Tell]) -> list[str]:
+    """What was decided, and what might tell the made snippets without a look at the writing."""
+    notes = []
+    for each in materials:
+        shared = any(each.own(page) for page in each.used)
+        notes.append(
+            f"Real words of {each.hand.name} are from pages that it was read from: each of "
+            f"{units.count(len(lots.folds), 'hand')} is made without the lines that its readers see, {_STAYS}."
+            if shared
+            else f"No page that real words of {each.hand.name} are from is one that it was read from."
+        )
+    lent = sum(bool(twin.snippet.lent) for twin in kept)
+    if lent:
+        notes.append(f"{lent} of {len(kept)} made snippets have a letter that the hand lacked; the key says which.")
+    doubtful = sum(bool(twin.snippet.doubtful) for twin in kept)
+    if doubtful:
+        notes.append(f"{doubtful} of {len(kept)} made snippets have a word that reads as another.")
+    notes += [
+        f"Not even: {tell.name} alone tells the made one in {max(tell.share, 1 - tell.share):.0%} of pairs (made "
+        f"{tell.made:.3g}, real {tell.real:.3g}); half is even."
+        for tell in told
+        if tell.tells
+    ]
+    return notes
