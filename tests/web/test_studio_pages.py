@@ -1,10 +1,12 @@
 """The studio's pages in Chromium, by real events: written, looked through, corrected; axe-core finds nothing there."""
 
+import io
 import re
 from pathlib import Path
 
 import pytest
 from browser import CHROMIUM, axe, kept
+from PIL import Image
 
 pytestmark = [
     pytest.mark.slow,
@@ -140,6 +142,21 @@ def test_a_word_is_written_again_and_the_block_is_moved_by_keys_alone(page):
     assert asked.value.post_data_json["rewritten"] == [[8, 1]]
     page.get_by_role("button", name="Block", exact=True).press("Enter")
     page.get_by_label("Kind of text").select_option("letter")
+    page.get_by_label("Text", exact=True).fill("# A card\n\nDear *Ada*")
+    page.locator(".told", has_text="2 lines").wait_for()
+    page.get_by_role("button", name="Words", exact=True).press("Enter")
+    for key in ("ArrowLeft", "Enter"):
+        page.locator(".marks.words:focus").press(key)
+    page.locator(".told", has_text="Written again: “Ada”.").wait_for()
+    page.get_by_label("Text", exact=True).fill("# A *new* card\n\nDear *Ada*")
+    page.locator(".told", has_text="Written again: “Ada”.").wait_for()
+    picture = io.BytesIO()
+    Image.new("RGB", (60, 40), (200, 30, 30)).save(picture, "PNG")
+    shown = {"name": "a garden.png", "mimeType": "image/png", "buffer": picture.getvalue()}
+    page.get_by_label("A picture for the letter").set_input_files(shown)
+    page.locator(".sheet img").wait_for()
+    assert "![](a-garden.png)" in page.get_by_label("Text", exact=True).input_value()
+    assert axe(page) == []
     page.get_by_label("Text", exact=True).fill("# A card\n\n![](/etc/passwd)")
     page.locator("form .bad", has_text="alone").wait_for()
     page.get_by_label("Kind of text").select_option("text")
