@@ -56,7 +56,7 @@ def listen(seconds: float = _LISTENS, wanted: int = 0, interfaces: list[str] | N
             heard.put((service_type, zeroconf.get_service_info(service_type, name, _ASKS)))
 
     try:
-        zeroconf = Zeroconf(**({"interfaces": interfaces} if interfaces else {}))
+        zeroconf = Zeroconf(interfaces=interfaces) if interfaces else Zeroconf()
     except OSError as error:
         raise PortError(f"This computer is on no network ({error.strerror or error}).") from error
     try:
