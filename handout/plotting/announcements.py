@@ -61,20 +61,26 @@ def listen(seconds: float = _LISTENS, wanted: int = 0, interfaces: list[str] | N
         raise PortError(f"This computer is on no network ({error.strerror or error}).") from error
     try:
         browser = ServiceBrowser(zeroconf, [_MOONRAKER, _TELNET, _PAGE], handlers=[note])
-        found, end = dict[str, Announced](), time.monotonic() + seconds
-        while (left := end - time.monotonic()) > 0 and not (wanted and len(found) >= wanted):
-            try:
-                kind, info = heard.get(timeout=left)
-            except Empty:
-                break
-            if info is not None and (machine := _machine(kind, info)) is not None:
-                found[machine.address] = machine
+        found = _heard(heard, seconds, wanted)
         browser.cancel()
     finally:
         zeroconf.close()
-    telnets = {machine.name for machine in found.values() if machine.address.startswith("tcp:")}
-    rows = [one for one in found.values() if not (one.address.startswith("ws:") and one.name in telnets)]
+    telnets = {machine.name for machine in found if machine.address.startswith("tcp:")}
+    rows = [one for one in found if not (one.address.startswith("ws:") and one.name in telnets)]
     return sorted(rows, key=lambda machine: machine.address)
+
+
+def _heard(heard: SimpleQueue[tuple[str, Any]], seconds: float, wanted: int) -> list[Announced]:
+    """The machines that are heard of within some seconds, each once; `wanted` are enough, if that is not 0."""
+    found, end = dict[str, Announced](), time.monotonic() + seconds
+    while (left := end - time.monotonic()) > 0 and not (wanted and len(found) >= wanted):
+        try:
+            kind, info = heard.get(timeout=left)
+        except Empty:
+            break
+        if info is not None and (machine := _machine(kind, info)) is not None:
+            found[machine.address] = machine
+    return list(found.values())
 
 
 def _machine(kind: str, info: Any) -> Announced | None:
