@@ -114,11 +114,17 @@ def _escaped(error: UnicodeError) -> tuple[str, int]:
     return json.dumps(error.object[error.start : error.end])[1:-1], error.end
 
 
-def _configured(error: click.BadParameter) -> str | None:
-    """What is wrong with a value, where a configuration has it."""
-    from handout.cli.configuration import wrong
+def _sentence(error: click.ClickException) -> str | None:
+    """What is wrong with a value, where a configuration has it; what an option of another program is called here."""
+    if isinstance(error, click.NoSuchOption) and error.ctx is not None and error.ctx.info_name in ("plot", "export"):
+        from handout.cli.elsewhere import hint
 
-    return wrong(error)
+        return hint(error.option_name)
+    if isinstance(error, click.BadParameter):
+        from handout.cli.configuration import wrong
+
+        return wrong(error)
+    return None
 
 
 def _run(args: list[str] | None) -> int:
@@ -127,7 +133,7 @@ def _run(args: list[str] | None) -> int:
     except click.exceptions.Exit as leave:
         return leave.exit_code
     except click.ClickException as error:
-        if isinstance(error, click.BadParameter) and (sentence := _configured(error)):
+        if sentence := _sentence(error):
             click.echo(f"handout: {sentence}", err=True)
         else:
             error.show()

@@ -146,12 +146,14 @@ def ink_colours(hand: ScannedHand) -> InkColours:
 def _usual(hand: ScannedHand, number: int, pieces: list[Indices]) -> Array:
     """(k, 3), 0–1: the median colour along each piece of a page's line, laid on white; nan without ink."""
     page = hand.pages[number]
-    rgba = page.texture.load()  # not kept: a page is large
+    rgba = page.texture.load()  # not kept, nor put right as a whole: a page is large
     at = np.rint(page.graph.uv - np.array(page.texture.corner)).astype(np.intp)
     height, width = page.texture.shape
     inside = ((at >= 0) & (at < (width, height))).all(axis=1)
     pixels = np.zeros((len(at), 4))
     pixels[inside] = rgba[at[inside, 1], at[inside, 0]] / 255
+    if page.texture.blue_first:
+        pixels = pixels[:, [2, 1, 0, 3]]
     light = 1 - pixels[:, 3:] * (1 - pixels[:, :3])
     inky = pixels[:, 3] > 0
     colours = [light[piece[inky[piece]]] for piece in pieces]

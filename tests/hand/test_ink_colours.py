@@ -70,6 +70,11 @@ def test_a_pen_without_letters_has_a_colour(small_hand):
     assert near(ink_colours(pen).colours[0], RED)
 
 
+def test_ink_of_a_file_has_its_colour(small_hand, tmp_path):
+    file.save(replace(small_hand, pages=(inked(small_hand.pages[0], BLUE),)), tmp_path / "blue.hand")
+    assert near(ink_colours(file.load(tmp_path / "blue.hand")).colours[0], BLUE)
+
+
 @pytest.fixture
 def grey_hand(small_hand, tmp_path):
     path = tmp_path / "grey.hand"
