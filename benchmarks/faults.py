@@ -12,6 +12,10 @@ damaged bytes all are right to 0.04 mm, at most 9.9 mm drawn twice; of 24 with d
 noticed.  64 of the newest profiles (NextDraw, iDraw H SE, UUNA TEK, Bachin): of the 52 without damaged bytes all are
 right to 0.07 mm, at most 8.3 mm drawn twice (14.3 mm where an EBB refused an instruction); of 12 with damaged commands
 10 right, 2 spoilt and noticed.
+
+224 runs with a dip every 25 mm and other hooks (seven machines): of the 192 without damaged bytes none misses ink and
+no load is too long; 189 are right, one draws 18 mm again (an instruction that an EBB refused), two are 0.13 and 0.29 mm
+off (one that a GRBL refused, a limit switch of an EBB); of 32 with damaged commands 27 right, 5 spoilt and noticed.
 """
 
 from __future__ import annotations

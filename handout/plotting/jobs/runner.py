@@ -24,6 +24,7 @@ from handout.plotting import bed
 from handout.plotting.dialect import BUTTON_LOOK, ButtonPressed, Controller
 from handout.plotting.dialects import dialect
 from handout.plotting.driving.driver import Monitor, Progress, Report, connect, draw, park
+from handout.plotting.jobs import store
 from handout.plotting.jobs.job import Job, load
 from handout.plotting.jobs.journal import Journal
 from handout.plotting.jobs.page_producer import PageProducer
@@ -121,7 +122,7 @@ def run_job(
                 at_zero = False
                 if not person.try_again(error):
                     raise
-        job.drop_drawings()
+        store.drop_drawings(job.folder.parent)
     return run.reports
 
 
