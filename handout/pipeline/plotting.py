@@ -331,7 +331,7 @@ def asked_machine(plotting: PlotOptions, port: str | None) -> Plotter:
     def height(text: str | None, what: str) -> float | None:
         if text is None:
             return None
-        if profile.pen.lift == "z":
+        if profile.pen.in_mm:
             return units.length(text, what)
         try:
             return float(text)
