@@ -160,6 +160,12 @@ def test_a_word_is_written_again_and_the_block_is_moved_by_keys_alone(page):
     page.get_by_label("Text", exact=True).fill("# A card\n\n![](/etc/passwd)")
     page.locator("form .bad", has_text="alone").wait_for()
     page.get_by_label("Kind of text").select_option("text")
+    with page.expect_response("**/api/drafts/draft"):
+        page.get_by_label("Text", exact=True).fill("What is typed last")
+    page.evaluate("localStorage.removeItem('handout-draft')")  # a browser that is killed writes seconds late
+    page.reload()
+    page.locator(".told", has_text="1 line").wait_for()
+    assert page.get_by_label("Text", exact=True).input_value() == "What is typed last"
 
 
 def test_a_text_goes_to_the_plotter_and_its_pen_is_seen(page):
