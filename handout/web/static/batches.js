@@ -75,7 +75,7 @@ async function opened(name, machines, devices, changed) {
   const question = h('p', { class: 'asked', role: 'alert' });
   const bar = h('progress', { max: 1, value: 0, 'aria-label': 'Progress', hidden: true });
   const proofs = h('div', { class: 'proofs' }), rows = h('div', { class: 'rows', tabindex: 0, role: 'region', 'aria-label': 'Rows' });
-  const more = h('button', { type: 'button', hidden: true, onclick: () => pictures(proofs.childElementCount + SHOWN) });
+  const more = h('button', { type: 'button', hidden: true, onclick: () => pictures(proofs.childElementCount) });
   let batch = null, running = null;
   const act = (label, work, main = false) => h('button', {
     type: 'button', class: main ? 'main' : undefined,
@@ -86,7 +86,7 @@ async function opened(name, machines, devices, changed) {
   }, label);
   const prove = act('Make a proof', () => followed(`/api/batches/${name}/proof`, {}));
   const approve = act('Approve', async () => shown(await request('POST', `/api/batches/${name}/approval`)), true);
-  const [sharing, others] = ticks('Shared with the plotters at', machines.ports.map((one) => one.name), Object.fromEntries(machines.ports.map((one) => [one.name, one.title])));
+  const [sharing, others] = ticks('Shared with the plotters at', machines.ports.map((one) => one.name), Object.fromEntries(machines.ports.map((one) => [one.name, one.name.startsWith('sim') ? one.title : `${one.name} ${one.title}`])));
   const make = act('Make it', () => followed(`/api/batches/${name}/make`, { port: batch.to === 'plotter' ? [devices.port.value, ...others(devices.port.value)] : '' }), true);
   const on = act('Go on', () => word('on'), true), stop = act('Stop', () => word('stop'));
   const take = act('Save the PDF', async () => save(await blob(`/api/batches/${name}/files/batch.pdf`), `${name}.pdf`));
@@ -136,10 +136,10 @@ async function opened(name, machines, devices, changed) {
     const begun = await task(path, body, null);
     await watch(begun.id);
   }
-  async function pictures(most = SHOWN) {
+  async function pictures(before = 0) {
+    const most = before + SHOWN;
     const pages = batch.proof.pages_shown || [];
     const looked = new Set((batch.proof.look_at || []).map((one) => one.row));
-    const before = proofs.childElementCount < most ? proofs.childElementCount : 0;
     if (!before) proofs.replaceChildren();
     proofs.append(...pages.slice(before, most).map((page) => {
       const image = h('img', { alt: `Row ${page.row}, ${page.part}`, loading: 'lazy' });
