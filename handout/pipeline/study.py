@@ -204,18 +204,21 @@ def _people(
     plans = design.dealt(folds, options.people, options.singles, options.pairs, rng)
     count = len(_addresses(options.envelopes)) if options.envelopes else 0
     opened = design.envelopes(count, (count + 1) // 2, options.people, rng)
-    above = [[n for n, (hand, _) in enumerate(lots.references) if hand == k] for k in range(len(options.hand))]
     people = []
     for number, ((singles, pairs), seen) in enumerate(zip(plans, opened, strict=True)):
         shown = {item.snippet for item in (*singles, *pairs)}
         rest = [n for n in folds[number % len(folds)] if n not in shown]
         both = [*pairs, *_easy([n for n in rest if kept[n].control is not None], controls, number, rng)]
-        referred = [
-            msgspec.structs.replace(item, reference=int(rng.choice(above[kept[item.snippet].snippet.hand])))
-            for item in (both[k] for k in rng.permutation(len(both)))
-        ]
+        both = [both[k] for k in rng.permutation(len(both))]
+        referred = [_referred(item, kept[item.snippet].snippet.hand, lots, rng) for item in both]
         people.append(Person(singles, tuple(referred), seen))
     return tuple(people)
+
+
+def _referred(item: Item, hand: int, lots: Parted, rng: np.random.Generator) -> Item:
+    """A pair with one of its hand's references."""
+    own = [n for n, (each, _) in enumerate(lots.references) if each == hand]
+    return msgspec.structs.replace(item, reference=int(rng.choice(own)))
 
 
 def _easy(rest: Sequence[int], controls: int, person: int, rng: np.random.Generator) -> list[Item]:
