@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -27,6 +27,7 @@ from handout.simulated.printer import Inkjet
 from handout.simulated.scanner import Flatbed
 from handout.study import answers, design, scoring, sheets
 from handout.study.design import Key, Person, Snippet
+from handout.study.figure import figure
 from handout.study.snippets import Picture
 
 SLIPS = 0.12  # of rows that are marked otherwise than asked
@@ -223,6 +224,19 @@ def answering(runs: int) -> None:
                     width[kind] += high - low
             shares = ", ".join(f"{kind} {held[kind] / runs:.3f} (±{width[kind] / runs / 2:.3f})" for kind in held)
             print(f"skill {skill}, spread of people {people}, of snippets {snippets}: {runs} runs, held: {shares}")
+
+
+def figure_of_many() -> bytes:
+    """The figure of a study of 170 simulated people of skill .54 and three hands, as SVG."""
+    made = key(170, 48, 7, envelopes=0)
+    judged = told(made, 0.54, 0.35, 0.6, np.random.default_rng(1))
+    hands = ("H1", "H2", "H3")
+    parts = tuple(replace(one, hand=hands[made.snippets[one.snippet].hand]) for one in judged)
+    figures = scoring.scores(made, scoring.Taken(parts, {}, 0, 0, (), ()))
+    histograms = {
+        kind: scoring.difficulty_histogram([one for one in parts if one.questionnaire == kind]) for kind in figures
+    }
+    return figure(figures, histograms, "170 simulated people of skill .54")
 
 
 def main() -> None:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 import msgspec
@@ -108,12 +109,17 @@ def make(output: str | Path, options: StudyOptions = StudyOptions(), *, listener
     notes += _notes(materials, lots, kept, told)
     listener.progress(_WRITTEN, "drawing the sheets")
     show = _show(kept, scales, lots, references, options.title)
-    name, files, pages = _written(folder, key, show, options)
-    files += _pictures(folder / "snippets", kept, words)
-    result = MadeStudy(name, (*files, folder / ABOUT), len(people), pages, len(kept), len(lots.folds), told, seed,
-                       notes=tuple(notes))  # fmt: skip
-    about = {**result.facts(), "key_sha256": sha256((folder / KEY).read_bytes()).hexdigest(), "notes": notes}
-    atomic.write(folder / ABOUT, (json.dumps(about, ensure_ascii=False, indent=1) + "\n").encode())
+    with TemporaryDirectory(prefix=".study-", dir=folder.resolve().parent) as aside:
+        work = Path(aside) / "study"
+        name, files, pages = _written(work, key, show, options)
+        files += [*_pictures(work / "snippets", kept, words), work / ABOUT]
+        paths = tuple(folder / path.relative_to(work) for path in files)
+        result = MadeStudy(name, paths, len(people), pages, len(kept), len(lots.folds), told, seed, notes=tuple(notes))
+        about = {**result.facts(), "key_sha256": sha256((work / KEY).read_bytes()).hexdigest(), "notes": notes}
+        atomic.write(work / ABOUT, (json.dumps(about, ensure_ascii=False, indent=1) + "\n").encode())
+        if folder.exists():
+            folder.rmdir()
+        work.rename(folder)
     return result
 
 
@@ -135,7 +141,7 @@ def _show(
 def _written(folder: Path, key: Key, show: sheets.Show, options: StudyOptions) -> tuple[str, list[Path], int]:
     """The name of the study, its files and the number of its pages; key and sheets are written."""
     page = paper_of_name(options.page)
-    folder.mkdir(parents=True, exist_ok=True)
+    folder.mkdir()
     name = design.seal(key, folder / KEY)
     pages = [
         (record, person)
