@@ -123,6 +123,35 @@ def test_letters_are_corrected_by_keys_alone(page):
     side.get_by_text("4 corrections are kept.").wait_for()
 
 
+def test_a_pen_draws_on_the_page_of_letters_and_fingers_move_it(page):
+    page.goto(page.home + "#letters/mine")
+    page.wait_for_selector(".scan-view image")
+    side, send = page.locator(".side"), page.context.new_cdp_session(page).send
+    box = page.locator("path.ink.here").bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+    def seen():
+        return page.locator(".scan-view").get_attribute("viewBox")
+
+    def finger(*ways):
+        for kind, step in (("touchStart", 0), ("touchMove", 20), ("touchMove", 40), ("touchEnd", 40)):
+            points = [{"x": x + by * step, "y": y, "id": i} for i, by in enumerate(ways)]
+            send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [] if kind == "touchEnd" else points})
+
+    page.keyboard.press("Alt+p")
+    for kind, step in (("mousePressed", 0), ("mouseMoved", 10), ("mouseReleased", 20)):
+        pen = {"type": kind, "x": x + step, "y": y, "button": "left", "buttons": 1, "clickCount": 1}
+        send("Input.dispatchMouseEvent", {**pen, "pointerType": "pen", "force": 0.5})
+    side.get_by_text("5 corrections are kept.").wait_for()
+    before = seen()
+    finger(1)  # the hand that holds the pen lies on the glass
+    moved = seen()
+    finger(-1, 1)
+    assert len({before, moved, seen()}) == 3 and float(seen().split()[2]) < float(moved.split()[2])
+    side.get_by_text("5 corrections are kept.").wait_for()
+    page.keyboard.press("Escape")
+
+
 def test_a_word_is_written_again_and_the_block_is_moved_by_keys_alone(page):
     page.goto(page.home + "#write")
     page.get_by_label("Text", exact=True).fill("Dear Ada, again")
