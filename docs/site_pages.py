@@ -11,6 +11,7 @@ import importlib
 import inspect
 import json
 import re
+import sys
 from collections.abc import Iterator
 from html.parser import HTMLParser
 from pathlib import Path
@@ -389,6 +390,7 @@ def rooms_drawing(block: str) -> str:
 
 def on_config(config: Any) -> Any:
     """The navigation takes in every verb that there is."""
+    sys.path.insert(0, str(ROOT))  # what is told is this checkout, whatever is installed
     for section in config["nav"]:
         if "Commands" in section:
             section["Commands"] = ["verbs/index.md", *({name: f"verbs/{name}.md"} for name in verbs())]
