@@ -16,7 +16,7 @@ import msgspec
 from handout.errors import DeviceError, InputError, PortError
 from handout.plotting import announcements
 from handout.plotting.dialects import DIALECTS, dialect
-from handout.plotting.greetings import Firmware, recognise
+from handout.plotting.greetings import Clues, Firmware, Fitting, narrowed, recognise
 from handout.plotting.moonraker_ports import is_moonraker, open_moonraker
 from handout.plotting.network_ports import is_network, open_network
 from handout.plotting.ports import Port, SerialDevice, SerialPort, serial_devices
@@ -75,11 +75,13 @@ def _simulated() -> Any:
 
 
 class Answer(NamedTuple):
-    """Who answered: a dialect ("": none of ours), what the machine says it is, and the firmware if it is known."""
+    """Who answered: a dialect ("": none of ours), what the machine says it is, the firmware if it is known, and which
+    profiles fit it."""
 
     dialect: str
     firmware: str
     known: Firmware | None = None
+    fitting: Fitting = Fitting(())
 
 
 def ask(port: Port, dialects: Sequence[str], wakes: float = _WAKES) -> Answer | None:
@@ -141,13 +143,26 @@ def identify(url: str, open_at: Callable[[str, int], Port] = _open_at) -> Answer
     for baud in bauds:
         port = open_at(url, baud)
         try:
+            clues = ""
             wakes = 0.0 if is_moonraker(url) else _WAKES
             answer = ask(port, [name for name, bauds in speeds.items() if baud in bauds], wakes)
+            if answer is not None and answer.known is not None and answer.dialect:
+                for asked in dialect(answer.dialect).clues:
+                    port.write(asked)
+                    clues += _listen(port).decode("ascii", "replace")
         finally:
             port.close()
         if answer is not None:
-            return answer
+            return answer if answer.known is None else answer._replace(fitting=_fitting(url, answer, clues))
     return None
+
+
+def _fitting(url: str, answer: Answer, said: str) -> Fitting:
+    """Which profiles fit a machine, by what it has said and where it is."""
+    assert answer.known is not None
+    device = next((one for one in serial_devices() if one.name == url), None)
+    clues = Clues(said) if device is None else Clues(said, device.title, device.usb)
+    return narrowed(answer.known, answer.firmware, clues)
 
 
 def find_port(
