@@ -201,7 +201,7 @@ def _by_travel(candidates: Sequence[str], words: str, clues: Clues) -> tuple[tup
 
 
 def _by_chip(candidates: Sequence[str], words: str, clues: Clues) -> tuple[tuple[str, ...], str]:
-    """AxiDraws and NextDraws have an EBB, whose processor is on USB itself; behind another chip it is an iDraw's board."""
+    """An AxiDraw or NextDraw has an EBB, whose processor is on USB itself; behind another chip it is an iDraw."""
     boards = [name for name in candidates if name.startswith("idraw-")]
     if clues.usb is None or clues.usb == _EBB_CHIP or not boards or "axidraw-v3" not in candidates:
         return (), ""
