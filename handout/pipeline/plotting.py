@@ -247,8 +247,11 @@ def _all_pages(
 def with_hooks(planned: Plan) -> Drawing:
     """What a plan draws, with what it does besides, for pictures of the travel."""
     ways = planned.hook_ways()
-    drawing = planned.drawing
-    return dataclasses.replace(drawing, about={**drawing.about, "hooks": ways}) if ways else drawing
+    return (
+        dataclasses.replace(planned.drawing, about={**planned.drawing.about, "hooks": ways})
+        if ways
+        else planned.drawing
+    )
 
 
 def _notes(task: WritingTask, profile: Plotter) -> tuple[str, ...]:
@@ -449,7 +452,7 @@ def with_rest(page: Drawing, piece: stretch.Piece, planned: Plan) -> Drawing:
         return part
     rest = [dataclasses.replace(stroke, colour=_REST) for stroke in page.strokes]
     strokes = (*rest[: piece.first], *part.strokes, *rest[piece.stop :])
-    about = {**part.about, "part": [piece.first, piece.first + len(part.strokes)]}
+    about = {**part.about, "part": [piece.first, piece.first + len(part.strokes), _REST]}
     return dataclasses.replace(part, strokes=strokes, about=about)
 
 
