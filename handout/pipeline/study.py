@@ -127,7 +127,7 @@ def _show(
     kept: Sequence[Twin], scales: Sequence[float], lots: Parted, references: Sequence[Picture], title: str
 ) -> sheets.Show:
     """What the sheets show, each hand at its scale."""
-    pictures = {}
+    pictures: dict[tuple[int, str], tuple[Picture, float]] = {}
     for n, twin in enumerate(kept):
         scale = scales[twin.snippet.hand]
         pictures |= {(n, design.REAL): (twin.real, scale), (n, design.OURS): (twin.made, scale)}
