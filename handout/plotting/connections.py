@@ -149,7 +149,7 @@ def identify(url: str, open_at: Callable[[str, int], Port] = _open_at) -> Answer
 
 
 def _speeds(url: str) -> dict[str, tuple[int, ...]]:
-    """The dialects that may be spoken at an address, with their usual speeds; on a network, which has none, with one."""
+    """The dialects that may be spoken at an address, with their usual speeds (of a network: any)."""
     if is_moonraker(url):
         return {"klipper": (115200,)}
     speeds = {name: dialect(name).question.bauds for name in DIALECTS}
