@@ -12,6 +12,10 @@ damaged bytes all are right to 0.04 mm, at most 9.9 mm drawn twice; of 24 with d
 noticed.  64 of the newest profiles (NextDraw, iDraw H SE, UUNA TEK, Bachin): of the 52 without damaged bytes all are
 right to 0.07 mm, at most 8.3 mm drawn twice (14.3 mm where an EBB refused an instruction); of 12 with damaged commands
 10 right, 2 spoilt and noticed.
+
+224 runs with a dip every 25 mm and other hooks (seven machines): of the 192 without damaged bytes none misses ink and
+no load is too long; 189 are right, one draws 18 mm again (an instruction that an EBB refused), two are 0.13 and 0.29 mm
+off (one that a GRBL refused, a limit switch of an EBB); of 32 with damaged commands 27 right, 5 spoilt and noticed.
 """
 
 from __future__ import annotations
@@ -34,6 +38,9 @@ import numpy as np
 import handout
 from handout import profiles
 from handout.errors import DeviceError
+from handout.plotting import plan
+from handout.plotting.dialects import dialect
+from handout.plotting.driving import overlap
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.job import Options as JobOptions
 from handout.plotting.planning.hooking import without_pots
@@ -94,6 +101,13 @@ NEWEST = (
     Machine("uuna-tek-a3"),
     Machine("bachin-t-a4"),
 )
+KLIPPER = (
+    Machine("klipper-servo"),
+    Machine("klipper-stepper"),
+    Machine("klipper-z"),
+    Machine("klipper-servo", (("homing", False), ("zero", "here"))),
+    Machine("klipper-servo", options=(("network", "ws"), ("latency", 0.01))),
+)
 EVERY = 25.0  # mm of ink between two dips
 _DIP = ("go 110mm 30mm", "down", "go 114mm 30mm", "up")
 HOOKS = Hooks(
@@ -121,8 +135,12 @@ FAULTS = (
 )  # fmt: skip
 
 NETWORK_FAULTS = (*FAULTS, "stall")
+# no byte is damaged on the way to Moonraker, and what it answers is not lost: the network sees to that
+KLIPPER_FAULTS = (
+    "late", "error", "alarm", "reset", "jam", "unplugged", "power-cut", "ctrl-c", "ctrl-c twice", "crash", "stall",
+)  # fmt: skip
 DAMAGES = ("lost-byte", "flipped-byte", "doubled-byte")
-RUNS, NETWORK_RUNS, NEWEST_RUNS, HOOKED_RUNS = 720, 136, 64, 224
+RUNS, NETWORK_RUNS, NEWEST_RUNS, HOOKED_RUNS, KLIPPER_RUNS = 720, 136, 64, 224, 220
 SHORT = "i"
 SHORTLY = (MACHINES[0], MACHINES[5], MACHINES[8], MACHINES[12])
 _STEPS = 0.2  # mm by which a place may be known too early: steps, and points of what is compared
@@ -209,6 +227,7 @@ class Run:
     stops: list[str] = field(default_factory=list)
     said: list[str] = field(default_factory=list)
     inked: InkComparison | None = None
+    overlap: float = OVERLAP  # mm that may be drawn twice at a break
     load: float = 0.0
     finished: bool = False
     endless: bool = False
@@ -334,6 +353,15 @@ def perform(run: Run, plotter: Desk, whole: Drawing) -> None:
     drawn = plotter.executed()
     inked = without_pots(drawn, plotter.profile)
     run.inked, run.load = compare(whole, inked.strokes), load(drawn, inked)
+    run.overlap = max(OVERLAP, drawn_in(whole, plotter.profile, dialect(plotter.profile.dialect).in_hand))
+
+
+def drawn_in(whole: Drawing, profile: Plotter, seconds: float) -> float:
+    """mm of ink at most that a plot draws in some seconds."""
+    made = plan(whole, profile)
+    ink = np.append(0.0, np.cumsum(overlap.ink(made)))
+    clock = np.append(made.begins, made.duration)
+    return float((ink - np.interp(clock - seconds, clock, ink)).max())
 
 
 def load(drawn: Drawing, inked: Drawing) -> float:
@@ -377,8 +405,8 @@ def cases(
 
 def spoils(run: Run) -> bool:
     """Whether the ink may be wrong: a damaged byte makes another command, and the dialect has no check sums."""
-    dialect = profile_of(run.machine).dialect
-    return (dialect != "marlin" and run.fault in DAMAGES) or (dialect, run.fault) == ("hpgl", "error")
+    language = profile_of(run.machine).dialect
+    return (language != "marlin" and run.fault in DAMAGES) or (language, run.fault) == ("hpgl", "error")
 
 
 def verdict(run: Run) -> str:
@@ -393,7 +421,7 @@ def verdict(run: Run) -> str:
     every = profile_of(run.machine).hooks.dip_every
     if every and run.load > every + _STEPS + 0.02 * every:  # steps of a motor are longer than a line
         return "dry"
-    return "right" if ink.doubled <= OVERLAP * len(run.stops) + _STEPS else "twice"
+    return "right" if ink.doubled <= run.overlap * len(run.stops) + _STEPS else "twice"
 
 
 def main() -> None:
@@ -406,6 +434,8 @@ def main() -> None:
         told(runs)
         print("GRBL over a network:")
         told(pool.starmap(_one, cases(NETWORK_RUNS, NETWORK, NETWORK_FAULTS), chunksize=4))
+        print("Klipper behind Moonraker:")
+        told(pool.starmap(_one, cases(KLIPPER_RUNS, KLIPPER, KLIPPER_FAULTS), chunksize=4))
         print("The newest profiles:")
         told(pool.starmap(_one, cases(NEWEST_RUNS, NEWEST), chunksize=4))
         print("With dips and other hooks:")
@@ -431,13 +461,13 @@ def extent_of(machine: Machine, whole: Drawing) -> Extent:
 def told(runs: Sequence[Run]) -> None:
     """Print a line for every dialect and fault; damaged bytes apart."""
     by_dialect = sorted(runs, key=lambda run: (spoils(run), profile_of(run.machine).dialect))
-    for (spoilt, dialect), group in itertools.groupby(
+    for (spoilt, language), group in itertools.groupby(
         by_dialect, lambda run: (spoils(run), profile_of(run.machine).dialect)
     ):
         of_dialect = list(group)
         for fault in NETWORK_FAULTS:
             if some := [run for run in of_dialect if run.fault == fault]:
-                tell(f"{dialect:<6} {fault}", some, spoilt)
+                tell(f"{language:<7} {fault}", some, spoilt)
 
 
 def tell(title: str, runs: Sequence[Run], spoilt: bool = False) -> None:

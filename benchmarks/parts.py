@@ -30,6 +30,7 @@ from handout.writing.glyph_index import WEIGHTS, neighbours
 from handout.writing.layout import Layout
 from handout.writing.scanned_words import LayoutModel
 from handout.writing.spacing import HeightModel, SpacingModel
+from handout.writing.variation import Chances
 
 DPI = 300.0
 LUMA = np.array([0.299, 0.587, 0.114])
@@ -125,11 +126,12 @@ def any_glyphs(
     stock = chooser._stock
     assert isinstance(stock, glyph_index.GlyphIndex)
     letters = [stock.letters[int(each[0])] for each in numbers]
-    return np.array([chooser._rng.choice(stock.of(letter)) for letter in letters], dtype=np.intp)
+    rng = np.random.default_rng([*chooser._seeds[0], len(chooser._written)])
+    return np.array([rng.choice(stock.of(letter)) for letter in letters], dtype=np.intp)
 
 
 def constant_gaps(
-    model: SpacingModel, numbers: Indices, new_word: NDArray[np.bool_], rng: np.random.Generator, variation: float
+    model: SpacingModel, numbers: Indices, new_word: NDArray[np.bool_], chances: Chances, variation: float
 ) -> Array:
     """(n − 1,) Distances of centres with which all bodies of a word are equally far apart.  See `SpacingModel.between`.
 
@@ -161,7 +163,7 @@ def constant_still(
 
 
 def source_heights(
-    model: HeightModel, numbers: Indices, new_word: NDArray[np.bool_], rng: np.random.Generator, variation: float
+    model: HeightModel, numbers: Indices, new_word: NDArray[np.bool_], chances: Chances, variation: float
 ) -> Array:
     """(n,) Heights of centres as they were in the source.  See `HeightModel.heights_of`."""
     return np.asarray(model.height[numbers])

@@ -270,7 +270,8 @@ def figures_page(kept: dict[str, Any]) -> str:
         lines.append(f"| `{name}` | {plain(about)} | {when} |")
     for name, run in kept.items():
         lines += ["", f"## {name} {{#{name.replace('_', '-')}}}", "", plain(names().get(name, "")), ""]
-        told = f"{run['date']}, version {run['version']}, {run['machine']}; {run['cpu_seconds']:.0f} s of CPU."
+        took = f"; {run['cpu_seconds']:.0f} s of CPU" if "cpu_seconds" in run else ""
+        told = f"{run['date']}, version {run['version']}, {run['machine']}{took}."
         lines += [" ".join([told, run.get("note", "")]).strip(), ""]
         lines += ["```text", run["printed"].rstrip(), "```"]
     return "\n".join(lines) + "\n"

@@ -3,6 +3,7 @@
 python examples/read_files.py FILE …  says what is in .hand, .style, .pose and .brush files, drawings and journals.
 """
 
+import hashlib
 import io
 import json
 import sys
@@ -127,6 +128,15 @@ def read_drawing(path):
     return [{name: np.array(v) if isinstance(v, list) else v for name, v in s.items()} for s in file["strokes"]]
 
 
+def read_key(path):
+    """The name of a study and what is true of its sheets, of a .key file."""
+    data = Path(path).read_bytes()
+    head, packed = data[:20], data[20:]
+    if head != b"handout study key 1\n":
+        raise ValueError("not the key of a study")
+    return hashlib.sha256(data).hexdigest()[:12], json.loads(zlib.decompress(packed))
+
+
 def read_journal(path):
     """Words of the whole lines of a plot's journal; ValueError if it is damaged before its end."""
     lines, torn = [], False
@@ -151,6 +161,9 @@ def main(paths):
             print(path.name, {name: len(rows) for name, rows in read_style(path)["primers"].items()})
         elif path.suffix == ".brush":
             print(path.name, [pixels.shape for pixels, _ in read_brush(path)])
+        elif path.suffix == ".key":
+            name, key = read_key(path)
+            print(path.name, name, len(key["people"]), "people")
         elif path.suffix == ".json":
             print(path.name, [len(stroke["t"]) for stroke in read_drawing(path)], "samples")
         else:

@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
+import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import IO, Any, BinaryIO
 
 from handout.errors import InputError
+
+_LOCKED = 1 << 30  # the byte of a file that is locked on Windows: no file that is locked has so many
+# names of devices, which Windows takes no file for, whatever their suffix
+_RESERVED = re.compile(r"(con|prn|aux|nul|com[0-9¹²³]|lpt[0-9¹²³])\s*(\..*)?", re.IGNORECASE)
 
 
 @contextlib.contextmanager
@@ -63,8 +69,10 @@ def target(path: Path) -> Path:
     Raises
     ------
     InputError
-        It is a folder, or a link that leads to itself.
+        It is a folder, a link that leads to itself, or on Windows the name of a device.
     """
+    if sys.platform == "win32" and _RESERVED.fullmatch(path.name):
+        raise InputError(f"Cannot write {path}: on Windows {path.stem} is the name of a device; choose another.")
     if path.is_symlink():
         path = Path(os.path.realpath(path))
         if path.is_symlink():
@@ -89,12 +97,23 @@ def write(path: Path, data: bytes) -> None:
 def lock(stream: IO[Any]) -> None:
     """Hold an open file against other programs; raises OSError if another has it.
 
-    The lock goes with the program, however it ends; where the system has no such locks there is none.
+    The lock goes with the program, however it ends.
     """
-    with contextlib.suppress(ImportError):
-        import fcntl
+    number = stream.fileno()
+    if sys.platform == "win32":
+        import msvcrt
 
-        fcntl.flock(stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+        # of one byte far behind the end: what is locked there nobody else may read
+        before = os.lseek(number, 0, os.SEEK_CUR)
+        os.lseek(number, _LOCKED, os.SEEK_SET)
+        try:
+            msvcrt.locking(number, msvcrt.LK_NBLCK, 1)
+        finally:
+            os.lseek(number, before, os.SEEK_SET)
+        return
+    import fcntl
+
+    fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 def check_writable(path: Path) -> None:

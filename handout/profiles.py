@@ -60,17 +60,18 @@ class Limits(Table, frozen=True):
 
 
 class Pen(Table, frozen=True):
-    """How the pen is lifted: by a servo (``M3 S…``), by the Z axis, by commands of the user's own, or by a plotter that
-    has words for it.
+    """How the pen is lifted: by a servo (``M3 S…``), by the Z axis, by a stepper motor of its own (Klipper), by
+    commands of the user's own, or by a plotter that has words for it.
 
-    up, down: servo values, or heights in mm for ``lift = "z"``; pressed: the same at full pressure, to which a Z axis
-    or the servo of an EBB follows the pressure of a stroke (no number: it does not); up_time, down_time: how long to
-    wait for the pen after the command; ramp: how long the pen is on its way down; up_command, down_command: lines for
-    ``lift = "command"``; servo: of an EBB, the standard one, or a brushless one on a pin of its own; z: whether the Z
-    axis counts upwards; z_speed, z_acceleration: of the Z axis; width: of the pen's line.
+    up, down: servo values, or heights in mm for ``lift = "z"`` and ``"stepper"``; pressed: the same at full pressure,
+    to which a Z axis or the servo of an EBB follows the pressure of a stroke (no number: it does not); up_time,
+    down_time: how long to wait for the pen after the command; ramp: how long the pen is on its way down; up_command,
+    down_command: lines for ``lift = "command"``; servo: of an EBB, the standard one, or a brushless one on a pin of
+    its own; z: whether the Z axis counts upwards; z_speed, z_acceleration: of the Z axis, or of the stepper; name:
+    what a Klipper calls the servo or the stepper; width: of the pen's line.
     """
 
-    lift: Literal["servo", "z", "command", "own"]
+    lift: Literal["servo", "z", "stepper", "command", "own"]
     up: float
     down: float
     up_time: Time
@@ -83,7 +84,13 @@ class Pen(Table, frozen=True):
     z: Literal["up", "down"] = "up"
     z_speed: Speed = Speed(20.0)
     z_acceleration: Acceleration = Acceleration(200.0)
+    name: str = "pen"
     width: Length = Length(0.4)
+
+    @property
+    def in_mm(self) -> bool:
+        """Whether `up` and `down` are heights, mm."""
+        return self.lift in ("z", "stepper")
 
 
 class Hpgl(Table, frozen=True):
@@ -200,7 +207,7 @@ class Plotter(Table, frozen=True):
 
     kind: Literal["plotter"]
     title: str
-    dialect: Literal["grbl", "marlin", "ebb", "hpgl"]
+    dialect: Literal["grbl", "marlin", "ebb", "hpgl", "klipper"]
     bed: Bed
     limits: Limits
     pen: Pen
@@ -337,6 +344,13 @@ def _checked(check: Callable[[Plotter], None], profile: Plotter, path: Path) -> 
 
 def _check_dialect(profile: Plotter, path: Path) -> None:
     """What a dialect cannot do must not be asked of it."""
+    pen = profile.pen
+    if pen.lift == "stepper" and profile.dialect != "klipper":
+        raise ProfileError(f'{path}: pen.lift = "stepper" is known to Klipper only.')
+    if not re.fullmatch(r"[a-z0-9_]{1,40}", pen.name):
+        raise ProfileError(f"{path}: pen.name = {pen.name!r} is not a name of small letters, digits and underscores.")
+    if profile.dialect == "klipper" and pen.lift == "servo" and pen.ramp > 0:
+        raise ProfileError(f"{path}: pen.ramp = {pen.ramp:g} s, but Klipper tells a servo ten values a second at most.")
     if profile.dialect != "ebb":
         if profile.bed.gantry != "cartesian":
             raise ProfileError(

@@ -91,6 +91,7 @@ MAY = {
         "plotting",
         "printing",
         "scanning",
+        "study",
         "tagging",
         "writing",
     },

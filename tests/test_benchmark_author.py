@@ -105,7 +105,7 @@ def test_heights_of_the_source_are_those_of_the_page(hand, written, forms):
         return [ink.graph.xy[:, 1].mean() for ink in inks] + np.multiply(over, hand.pitch * hand.x_height)
 
     source, own = (np.ptp(bases(written(heights=heights, **plain))) for heights in ("source", "learned"))
-    assert source < 1e-6 < 0.05 < own  # mm
+    assert source < 2e-3 < 0.05 < own  # mm; heights are rounded to a thousandth
 
 
 @pytest.mark.slow

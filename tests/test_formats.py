@@ -1,7 +1,9 @@
 """Files of the program, read by a reader that knows docs/formats.md and not the program, are what the program reads."""
 
 import importlib.util
+import json
 
+import msgspec
 import numpy as np
 import pytest
 from test_readme import ROOT
@@ -15,6 +17,7 @@ from handout.motion.styles import style_file
 from handout.plotting.jobs.journal import Journal
 from handout.plotting.jobs.places import Place
 from handout.sinks.drawing_json import to_json
+from handout.study.design import Item, Key, Person, Snippet, seal
 from handout.values import Drawing, Page, Stroke
 
 CODE = ROOT / "examples" / "read_files.py"
@@ -111,6 +114,13 @@ def test_a_drawing(tmp_path):
     np.testing.assert_array_equal(found["t"], t)
     np.testing.assert_array_equal(found["pressure"], stroke.pressure)
     assert (found["word"], found["colour"], "tilt" in found) == (2, "#c01020", False)
+
+
+def test_the_key_of_a_study(tmp_path):
+    person = Person((Item(0, "made"),), (Item(0, "left", "control", 1),))
+    key = Key(7, ("me",), (Snippet(0, 1, 2, "the jam", 3, lent="j", made="b"),), (person,))
+    name = seal(key, tmp_path / "study.key")
+    assert reader.read_key(tmp_path / "study.key") == (name, json.loads(msgspec.json.encode(key)))
 
 
 def test_a_journal(tmp_path):

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import codecs
 import contextlib
+import io
+import json
 import os
 import sys
 from importlib import import_module
@@ -97,16 +100,31 @@ def cli(config: str | None) -> None:
 
 def main(args: list[str] | None = None) -> None:
     """Run the command and leave with its exit code: 0 done, 2 bad input, 3 device fault, 4 some rows failed."""
+    codecs.register_error("handout", _escaped)
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="handout")
     with signals.orderly():
         code = _run(args)
     sys.exit(code)
 
 
-def _configured(error: click.BadParameter) -> str | None:
-    """What is wrong with a value, where a configuration has it."""
-    from handout.cli.configuration import wrong
+def _escaped(error: UnicodeError) -> tuple[str, int]:
+    """What a terminal cannot show, or the code page of a file of Windows, as JSON writes it."""
+    assert isinstance(error, UnicodeEncodeError)
+    return json.dumps(error.object[error.start : error.end])[1:-1], error.end
 
-    return wrong(error)
+
+def _sentence(error: click.ClickException) -> str | None:
+    """What is wrong with a value, where a configuration has it; what an option of another program is called here."""
+    if isinstance(error, click.NoSuchOption) and error.ctx is not None and error.ctx.info_name in ("plot", "export"):
+        from handout.cli.elsewhere import hint
+
+        return hint(error.option_name)
+    if isinstance(error, click.BadParameter):
+        from handout.cli.configuration import wrong
+
+        return wrong(error)
+    return None
 
 
 def _run(args: list[str] | None) -> int:
@@ -115,7 +133,7 @@ def _run(args: list[str] | None) -> int:
     except click.exceptions.Exit as leave:
         return leave.exit_code
     except click.ClickException as error:
-        if isinstance(error, click.BadParameter) and (sentence := _configured(error)):
+        if sentence := _sentence(error):
             click.echo(f"handout: {sentence}", err=True)
         else:
             error.show()

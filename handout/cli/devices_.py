@@ -19,9 +19,21 @@ def command() -> None:
 
 @command.command("list")
 @click.option("--ports", is_flag=True, help="The serial ports of this computer instead.")
+@click.option(
+    "--network", is_flag=True, help="Plotters that announce themselves on the network instead (three seconds)."
+)
 @_json
-def list_(ports: bool, as_json: bool) -> None:
-    """All known machines; your own files win over shipped ones of the same name."""
+def list_(ports: bool, network: bool, as_json: bool) -> None:
+    """All known machines; your own files win over shipped ones of the same name.
+
+    \b
+    handout devices list
+    handout devices list --ports
+    handout devices list --network
+    """
+    if network:
+        _list_network(as_json)
+        return
     if ports:
         _list_ports(as_json)
         return
@@ -53,8 +65,29 @@ def _list_ports(as_json: bool) -> None:
             click.echo(f"{port.name:<{width}}  {port.usb_text or '-':<9}  {port.title}".rstrip())
 
 
+def _list_network(as_json: bool) -> None:
+    from handout.pipeline.devices import on_network
+
+    machines = on_network()
+    if as_json:
+        rows = [{"port": one.address, "reached": one.reached, "dialect": one.dialect or None} for one in machines]
+        click.echo(json.dumps({"network": rows}, ensure_ascii=False))
+    elif not machines:
+        click.echo(
+            "No plotter has announced itself: is it on this network, and does it do so (mDNS)? Its address can be "
+            "named all the same: --port tcp://192.168.1.7",
+            err=True,
+        )
+    else:
+        width = max(len(one.address) for one in machines)
+        for one in machines:
+            click.echo(f"{one.address:<{width}}  {one.dialect or 'who this is must be asked':<7}  {one.reached}")
+
+
 @command.command("probe")
-@options.shared("--port", default="auto", show_default=True, help="/dev/ttyUSB0, COM3, tcp://host, ws://host, or sim:.")
+@options.shared(
+    "--port", default="auto", show_default=True, help="/dev/ttyUSB0, tcp://host, ws://host, moonraker://host, or sim:."
+)
 @click.option("--device", help="The plotter's profile; without it every dialect is tried.")
 @_json
 def probe(port: str, device: str | None, as_json: bool) -> None:

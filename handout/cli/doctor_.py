@@ -43,7 +43,7 @@ def command(test_page: Path | None, as_json: bool) -> int:
             click.echo(group)
         click.echo(f"{_MARKS[finding.state]}  {finding.words}.")
         if finding.remedy:
-            click.echo(f"      → {finding.remedy}")
+            click.echo(f"      > {finding.remedy}")
     failed = sum(finding.state == "broken" for finding in result.findings)
     click.echo(f"{failed} of these must be put right." if failed else "All that is needed is here.", err=True)
     return _FAILED if result.broken else 0

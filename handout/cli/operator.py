@@ -123,6 +123,10 @@ def _enter(request: str, *before: str) -> None:
 
 def _entered() -> bool:
     """Whether somebody at the terminal has pressed Enter."""
+    if sys.platform == "win32":
+        import msvcrt
+
+        return "\r" in [msvcrt.getwch() for _ in iter(msvcrt.kbhit, False)]  # all that was typed
     import select
 
     with contextlib.suppress(OSError, ValueError):  # what cannot be looked at is not waited for

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import json
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,12 +18,15 @@ from handout.cli.console import Console
 from handout.errors import InputError
 from handout.pipeline.inputs import Source
 from handout.pipeline.options import MergeOptions, PictureOptions, SheetOptions, TableOptions, WritingOptions
-from handout.pipeline.plot_request import AttendanceOptions, PlotOptions, PlotRequest
+from handout.pipeline.plot_request import AttendanceOptions, PartOptions, PlotOptions, PlotRequest
 
 if TYPE_CHECKING:
     from handout.pipeline.plot_jobs import JobState
 
 _LATEST = "the latest"
+# what may be given with --again
+_AGAIN = {"again", "ports", "dry_run", "show_travel", "report", "home_after", "hold_limit", "yes", "as_json", "quiet"}
+_AGAIN |= {"begin", "end", "from_word", "to_word", "sheets"}
 _JOB_WORDS = ("jobs", "show", "forget")
 # what may be given with --resume
 _RESUMING = {"resume", "ports", "report", "at_zero", "home_after", "hold_limit", "yes", "as_json", "quiet"}
@@ -42,6 +46,7 @@ class _Mode:
     home_after: bool
     hold_limit: str | None
     yes: bool
+    part: PartOptions
 
     @property
     def port(self) -> str | None:
@@ -60,11 +65,18 @@ class _Mode:
         return AttendanceOptions(self.at_zero, self.home_after, self.hold_limit, self.report)
 
 
+def _mode(**values: object) -> _Mode:
+    """The mode, with the part that is plotted."""
+    kinds: tuple[Callable[..., PartOptions], Callable[..., _Mode]] = PartOptions, _Mode
+    own = {field.name: values.pop(field.name) for field in fields(PartOptions)}
+    return kinds[1](**values, part=kinds[0](**own))
+
+
 @click.command("plot")
 @click.argument("text", nargs=-1)
 @options.bind(
     "mode",
-    _Mode,
+    _mode,
     click.option("--file", "-f", help="Read the text from a file; - for standard input."),
     options.port("ports", multiple=True),
     click.option(
@@ -88,6 +100,11 @@ class _Mode:
         "without a terminal, else for ever.",
     ),
     click.option("--yes", "-y", is_flag=True, help="Do not stop between sheets and pens."),
+    click.option("--from", "begin", metavar="PLACE", help="Plot from there on: 40% of the ink, or 2m30s of the time."),
+    click.option("--to", "end", metavar="PLACE", help="And no further than there."),
+    click.option("--from-word", metavar="WORD", help="Plot from that word on: a word, several, or its number."),
+    click.option("--to-word", metavar="WORD", help="And no further than that word."),
+    click.option("--sheets", default="", metavar="NUMBERS", help="Plot these sheets alone: 2, 2-3, 1,4-."),
 )
 @options.bind_hooked(
     "plotting",
@@ -147,16 +164,17 @@ def command(
 
     \b
     handout plot --resume [JOB]     go on with it
+    handout plot --again JOB        plot it once more, or a part: --from-word kindness --to 60%; JOB: its name, or last
     handout plot jobs               list all that are kept
     handout plot show JOB           how far it has come
     handout plot forget JOB         delete it
     """
     if batch[1].letter is not None or batch[1].with_envelopes or batch[0].columns:
         request = PlotRequest(Source(""), writing, sheet, picture, plotting)
+        if mode.part:
+            raise InputError("--from, --to and --sheets take a part of a text or a drawing; of a table give --rows.")
         return _plot_rows(text, request, mode, batch, console)
-    if mode.resume is not None:
-        _check_resuming(text)
-        _resume(mode, console)
+    if _of_kept(text, mode, batch[0].again, console):
         return None
     if mode.at_zero:
         raise InputError("--at-zero says where the pen of a plot stands that is resumed: give it with --resume.")
@@ -171,12 +189,25 @@ def command(
     from handout.pipeline.writing import check_outputs
 
     check_outputs(mode.dry_run)
-    request = PlotRequest(read_source(text, mode.file, console, options.given()), writing, sheet, picture, plotting)
+    source = read_source(text, mode.file, console, options.given())
+    request = PlotRequest(source, writing, sheet, picture, plotting, mode.part)
     if mode.dry_run:
         _preview(request, mode, console)
     else:
         _plot(request, mode, console)
     return None
+
+
+def _of_kept(text: tuple[str, ...], mode: _Mode, again: str, console: Console) -> bool:
+    """--resume and --again, if one of them is given."""
+    if mode.resume is not None:
+        known, why = "--resume goes on with a plot whose text is known", "a plot that is resumed goes on as it began"
+        _check_kept(text, _RESUMING, known, why)
+        _resume(mode, console)
+    elif again:
+        _check_kept(text, _AGAIN, "--again plots what is kept", "a plot that is drawn again is drawn as it was")
+        _again(None if again == "last" else again, mode, console)
+    return mode.resume is not None or bool(again)
 
 
 def _plot_rows(
@@ -257,15 +288,15 @@ def _preview(request: PlotRequest, mode: _Mode, console: Console) -> None:
     )
 
 
-def _check_resuming(text: tuple[str, ...]) -> None:
+def _check_kept(text: tuple[str, ...], allowed: Collection[str], known: str, why: str) -> None:
     """Refuse what cannot be changed any more."""
     context = click.get_current_context()
     if text:
-        raise InputError(f"--resume goes on with a plot whose text is known: leave {text[0]!r} out.")
+        raise InputError(f"{known}: leave {text[0]!r} out.")
     for name in context.params:
-        if name not in _RESUMING and context.get_parameter_source(name) == ParameterSource.COMMANDLINE:
+        if name not in allowed and context.get_parameter_source(name) == ParameterSource.COMMANDLINE:
             option = next(p.opts[0] for p in context.command.params if p.name == name)
-            raise InputError(f"{option} cannot be changed any more: a plot that is resumed goes on as it began.")
+            raise InputError(f"{option} cannot be changed any more: {why}.")
 
 
 def _resume(mode: _Mode, console: Console) -> None:
@@ -280,6 +311,25 @@ def _resume(mode: _Mode, console: Console) -> None:
     result = resume(job.name, address, mode.attendance, operator=operator, listener=console)
     sentence = f"Plotted the rest of {result.job.name} in {units.duration(result.executed_s)}."
     console.report(result, f"{sentence}\n{result.fidelity}".strip())
+
+
+def _again(job: str | None, mode: _Mode, console: Console) -> None:
+    """--again."""
+    from handout.cli.operator import Operator
+    from handout.pipeline import plot_jobs
+    from handout.pipeline.plotting import again, preview_again
+
+    if mode.dry_run:
+        shown = preview_again(job, mode.part, mode.dry_run, show_travel=mode.show_travel, listener=console)
+        took = f"plotting would take {units.duration(shown.planned_s)}{sentences.hooked(shown.dips, shown.hooks_s)}"
+        console.report(shown, f"Wrote {sentences.names(shown.files)}; {took}.")
+        return
+    address = mode.port or plot_jobs.find_drawn(job).port
+    operator = Operator(address, mode.yes, console.quiet)
+    result = again(job, mode.part, address, mode.attendance, operator=operator, listener=console)
+    console.report(
+        result, f"Plotted {result.job.name} in {units.duration(result.executed_s)}.\n{result.fidelity}".strip()
+    )
 
 
 def _manage(word: str, names: tuple[str, ...], console: Console) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -10,6 +11,12 @@ from handout import units
 from handout.cli import options
 from handout.cli.console import Console
 from handout.pipeline.options import StudyOptions
+
+if TYPE_CHECKING:
+    from handout.pipeline.study import ScoredStudy, Scores, Share
+
+_CAPTIONS = {"A": "A: real or made", "B": "B: which of two is made", "E": "E: envelopes"}
+_FEW = 3  # snippets that are shown of the hardest, and of the easiest
 
 
 @click.group("study")
@@ -69,3 +76,88 @@ def make(output: str, study: StudyOptions, console: Console) -> None:
         f"Wrote {result.files[0]}: {pages} for {people}, {units.count(result.snippets, 'snippet')} real and made; its "
         f"key is {result.files[1]}; study {result.name}, seed {result.seed}.",
     )
+
+
+@command.command("read")
+@click.argument("scans", metavar="SCAN...", nargs=-1, required=True)
+@click.option("--output", "-o", required=True, help="The CSV file for the answers.")
+@options.console
+def read(scans: tuple[str, ...], output: str, console: Console) -> int:
+    """Read the filled sheets of a study from SCANs: pictures, PDF files, or folders of them, lying any way round.
+
+    Rows that are not plain (two boxes marked, or none, or only a trace) are left empty in the table, with a picture of
+    each beside it: look, and write the answers in.
+
+    \b
+    handout study read filled-scans/ -o answers.csv
+    """
+    from handout.pipeline.study import read
+
+    with console.working():
+        result = read(scans, output, listener=console)
+    sheets, people = units.count(result.sheets, "sheet"), units.count(result.people, "person", "people")
+    console.report(
+        result,
+        f"Wrote {result.path}: {sheets} of {people}, {units.count(len(result.answers), 'row')}, "
+        f"{len(result.doubtful)} doubtful.",
+    )
+    return 4 if result.unread else 0
+
+
+@command.command("score")
+@click.argument("table", metavar="ANSWERS", type=click.Path(path_type=Path))
+@click.option("--key", type=click.Path(path_type=Path), help="The study's key; default: looked for near the answers.")
+@click.option("--output", "-o", type=click.Path(path_type=Path), help="An SVG file for the figure.")
+@click.option(
+    "--least-controls", type=click.IntRange(0), default=0, show_default=True, help="Leave out who told fewer of them."
+)
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the permutation test.")
+@options.console
+def score(table: Path, key: Path | None, output: Path | None, least_controls: int, seed: int, console: Console) -> None:
+    """Score the ANSWERS of a study: shares told right with 95 % intervals, skill, difficulty, confusions.
+
+    Three intervals go with each share: "people+words" holds for other people and other words, and is the one to
+    report; "people" for other people who see the same words; "exact" takes all answers as independent, which they
+    hardly are.
+
+    \b
+    handout study score answers.csv -o figure.svg
+    """
+    from handout.pipeline.study import score
+
+    result = score(table, key, output, least_controls=least_controls, seed=seed)
+    if not console.as_json:
+        click.echo("\n".join(_table(result)))
+    console.report(result, f"Scored {units.count(len(result.answers.judged), 'answer')} of study {result.study}.")
+
+
+def _table(result: ScoredStudy) -> list[str]:
+    lines = [f"{'':<40}{'right':>12}{'share':>8}  {'people+words':<15}{'people':<15}exact"]
+    for kind, each in result.scores.items():
+        lines.append(_row(_CAPTIONS[kind], each.share))
+        lines += [_row(f"  {name}", share) for name, share in each.hands.items() if len(each.hands) > 1]
+        if len(each.conditions) > 1:
+            lines += [_row(f"  condition {name}", share) for name, share in each.conditions.items()]
+            lines += [f"    {test.first} and {test.second} differ: p = {test.p:.4f}" for test in each.tests]
+        for group, shares in each.groups.items():
+            lines += [_row(f"  {group}: {name}", share) for name, share in shares.items() if len(shares) > 1]
+        lines += _about(each)
+    hard = [one for one in result.snippets if one.found_out == one.found_out]
+    few = hard if len(hard) <= 2 * _FEW else (*hard[:_FEW], *hard[-_FEW:])
+    return [*lines, *(f"made snippet told {one.found_out:.0%}: {one.text} ({one.hand})" for one in few)]
+
+
+def _row(name: str, share: Share) -> str:
+    counted = f"{share.right} / {share.of}"
+    both, people, exact = (f"{low:.1%}–{high:.1%}" for low, high in (share.both, share.people, share.exact))
+    return f"{name[:39]:<40}{counted:>12}{share.share:>8.1%}  {both:<15}{people:<15}{exact}"
+
+
+def _about(scores: Scores) -> list[str]:
+    skill, confusions = scores.skill, scores.confusions
+    said = "; ".join(f"{truth} called {answer} {n}" for (truth, answer), n in confusions.counts.items())
+    return [
+        f"    guessing p = {scores.share.p:.4f}; d' = {confusions.sensitivity:.2f}, bias {confusions.bias:.2f}; {said}",
+        f"    people differ by ±{skill.spread:.1%} of their own (all alike: p = {skill.p:.3f}); {len(skill.above)} did "
+        f"better than 19 of 20 who guess, {skill.above_by_chance:.1f} would by chance",
+    ]

@@ -15,7 +15,9 @@ Source: seed 000, §6.5.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from hashlib import blake2b
 from itertools import groupby
 
 import numpy as np
@@ -62,6 +64,9 @@ def _at(graph: LineGraph, whole: Array, dpi: float) -> LineGraph:
 
 
 _MOST = 4e9  # pixels of a page
+# glyphs whose ink is kept, so that of a page that is made again only what changed is drawn: that of a page of A4 as
+# screens show it, about 50 MB; at resolutions of printers it would take sixteen times as much, and pages come once
+_KEPT, _SCREEN = 2048, 200.0
 
 
 def texture(manuscript: Manuscript, hand: ScannedHand, dpi: float, *, margin: float = MARGIN) -> Raster:
@@ -98,7 +103,7 @@ def texture(manuscript: Manuscript, hand: ScannedHand, dpi: float, *, margin: fl
     for line in manuscript.lines:
         words = groupby((placed for placed in line.placed if placed.ink is not None), key=lambda placed: placed.word)
         inks = [ink for _, word in words for ink in snap_to_pixels([placed.ink for placed in word if placed.ink], dpi)]
-        for layer in _parted(_layers(inks, sources, dpi, (height, width), margin)):
+        for layer in _parted(_layers(inks, sources, dpi, (height, width), margin), dpi):
             _lay(rgba, layer)
             first, end = min(first, layer.corner[1]), max(end, layer.corner[1] + len(layer.near))
     return Raster(rgba, dpi, rows=(min(first, end), end))
@@ -122,18 +127,46 @@ def _layers(
     for ink in inks:
         if not 0 <= ink.source < len(sources):
             raise InputError(f"A glyph is written with ink of page {ink.source} of a hand of {len(sources)} pages.")
-        layer = warp(ink, sources[ink.source], dpi, shape, margin=margin)
+        source = sources[ink.source]
+        layer = (
+            _kept(_Line.of(ink), source, dpi, shape, margin)
+            if dpi <= _SCREEN
+            else warp(ink, source, dpi, shape, margin=margin)
+        )
         if layer is not None:
             yield layer
 
 
-def _parted(layers: Iterator[Layer]) -> Iterator[Layer]:
+@dataclass(frozen=True)
+class _Line:
+    """Ink that is told from other ink by all that says how it looks."""
+
+    digest: bytes
+    ink: Ink = field(compare=False)
+
+    @staticmethod
+    def of(ink: Ink) -> _Line:
+        graph, digest = ink.graph, blake2b(bytes([ink.number < 0]))
+        for values in (graph.xy, graph.radius, graph.density, graph.uv, graph.edges):
+            digest.update(values.tobytes())
+        return _Line(digest.digest(), ink)
+
+
+@lru_cache(maxsize=_KEPT)
+def _kept(line: _Line, source: Source, dpi: float, shape: tuple[int, int], margin: float) -> Layer | None:
+    return warp(line.ink, source, dpi, shape, margin=margin)
+
+
+_kept_parted = lru_cache(maxsize=_KEPT)(parted)  # of the same two layers
+
+
+def _parted(layers: Iterator[Layer], dpi: float) -> Iterator[Layer]:
     """The layers, each parted from the one before where both show one line."""
     before: Layer | None = None
     for layer in layers:
         current = layer
         if before is not None:
-            before, current = parted(before, layer)
+            before, current = (_kept_parted if dpi <= _SCREEN else parted)(before, layer)
             yield before
         before = current
     if before is not None:

@@ -78,17 +78,18 @@ _BARE_VALUE = re.compile(r"(?<=[\s{])([A-Za-z][\w-]*)=([^\s\"'{}]+)(?=[\s}])")
 _EMPHASIS = ("em", "strong", "s")
 _KEYS = ("ink", "size", "hand")
 BARE = re.compile(r"[\w-]{1,80}")  # a name that leads to no file
+SENT = re.compile(r"[\w-][\w.-]{0,99}", re.ASCII)  # of a picture that is sent with a letter
 _BARE_PAPER = re.compile(r"(none|plain|laid|ruled|squared)(:[0-9.]+mm(,[0-9.]+mm)?)?")
 _UNCLOSED = re.compile(r"\*\*|~~|\]\(")
 
 
-def load(source: str | Path, name: str = "the letter", folder: Path | None = Path()) -> Letter:
+def load(source: str | Path, name: str = "the letter", folder: Path = Path(), *, alone: bool = False) -> Letter:
     """A letter, of the path of its file, or of its text.
 
     Parameters
     ----------
-    name : what messages call a text; folder : where the pictures of a text are looked for; None: it stands alone, and
-        names that lead to files are refused.
+    name : what messages call a text; folder : where the pictures of a text are looked for.
+    alone : whether names that lead to files are refused, but for those of pictures in the folder.
 
     Raises
     ------
@@ -105,8 +106,8 @@ def load(source: str | Path, name: str = "the letter", folder: Path | None = Pat
         raise InputError(
             f"{name} is {len(source)} characters long; letters have {MOST_TEXT} at most: write it in parts."
         )
-    letter = _Reader(name, folder).letter(source)
-    if folder is None:
+    letter = _Reader(name, folder, alone).letter(source)
+    if alone:
         _check_alone(letter)
     return letter
 
@@ -166,7 +167,8 @@ class _Reader:
     """
 
     name: str
-    folder: Path | None
+    folder: Path
+    alone: bool = False
     line: int = 1
     verse: bool = False
     boxes: frozenset[str] = frozenset()
@@ -190,7 +192,7 @@ class _Reader:
         blocks = self._blocks(nodes, Manner())
         if not blocks:
             raise InputError(f"{self.name} holds nothing to write.")
-        return Letter(blocks, head, self.name, self.folder or Path(), tuple(self.dropped))
+        return Letter(blocks, head, self.name, self.folder, tuple(self.dropped))
 
     def _wrong(self, what: str) -> InputError:
         return InputError(f"{self.name}, line {self.line}: {what}")
@@ -313,9 +315,10 @@ class _Reader:
         image = node.children[0].children[0]
         own = {name: value for name, value in _attrs(image).items() if name not in ("src", "alt", "title")}
         given = self._given(own, Manner(), ("left", "right", "centre", "center", "page"), ("width",))
-        if self.folder is None:
-            raise self._wrong("this letter stands alone: the file of a picture cannot be found from here.")
-        path = self.folder / str(image.attrs["src"])
+        source = str(image.attrs["src"])
+        path = self.folder / source
+        if self.alone and not (SENT.fullmatch(source) and path.is_file()):
+            raise self._wrong(f"this letter stands alone, and no picture {source!r} was sent with it.")
         if not path.is_file():
             raise self._wrong(f"there is no picture {path}.")
         more = self._given(_attrs(node), Manner(), ("left", "right", "centre", "center", "page"), ("width",))

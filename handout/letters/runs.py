@@ -19,7 +19,7 @@ from handout.hand.drawn import Hand
 from handout.hand.places import graphemes
 from handout.hand.scanned import ScannedHand
 from handout.letters.document import Boxed, Letter, Manner, Paragraph, Signature, Span, TableBlock, blocks_in
-from handout.writing.choosing import Chooser, choices
+from handout.writing.choosing import NO_REWRITES, Chooser, Rewrites, choices
 from handout.writing.compose import Proofreader, handwriting, set_paragraph
 from handout.writing.pages import Handwriting, Unit, Word
 from handout.writing.slips import slip
@@ -177,6 +177,7 @@ class WriterOptions:
     jitter: float
     fallback: bool = False
     slips: float = 0.0
+    rewrites: Rewrites = NO_REWRITES
 
 
 def written(
@@ -191,7 +192,7 @@ def written(
     rng = np.random.default_rng(seed)
     slip_stream = rng.spawn(1)[0] if options.slips else None
     streams = (rng, rng.spawn(1)[0])
-    writer = handwriting(hand, streams, options.jitter)
+    writer = handwriting(hand, streams, options.jitter, options.rewrites)
     own, ratio = runs.of(name), options.x_height / options.usual
     if not own:
         return Writer(hand, writer, ratio, ())
@@ -205,7 +206,7 @@ def written(
         ]
     choosers = [Chooser(writer.stock, stream, min(options.jitter, 1.0)) for stream in streams]
     words = [
-        tuple(_words(set_paragraph(writer, choosers[0], chosen, proofread), run, ratio, spans))
+        tuple(_words(set_paragraph(writer, choosers[0], chosen, proofread, options.rewrites), run, ratio, spans))
         for run, chosen in zip(own, choices(parted, choosers), strict=True)
     ]
     return Writer(hand, writer, ratio, tuple(words))

@@ -6,9 +6,11 @@ with the same; what became of its rows is in the journal that every batch has (`
 
 from __future__ import annotations
 
+import contextlib
 import json
 import shutil
 import tempfile
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from datetime import datetime
 from pathlib import Path
@@ -17,7 +19,8 @@ from typing import Any, Literal
 from handout import atomic, shipped
 from handout.errors import InputError
 from handout.pipeline import merging
-from handout.pipeline.inputs import Source
+from handout.pipeline.inputs import Source, check_pictures
+from handout.pipeline.merging import SENT_PICTURES
 from handout.pipeline.options import (
     MergeOptions,
     PictureOptions,
@@ -27,7 +30,7 @@ from handout.pipeline.options import (
     WritingOptions,
     seed_of,
 )
-from handout.pipeline.plot_desk import Attendant, Wire, known_port
+from handout.pipeline.plot_desk import Attendant, Shared, Wire, known_port
 from handout.pipeline.plot_request import AttendanceOptions, PlotOptions, PlotRequest
 from handout.pipeline.plot_rows import plot_rows
 from handout.pipeline.printing import Printed, print_
@@ -50,7 +53,7 @@ class BatchPlan:
     """How a batch is made.
 
     to : a PDF file, a printer (`printer`, by its profile or queue), or a plotter (`device`, its profile).
-    grid : of a plotter, cards side by side, see `PlotOptions`.
+    queues : further queues, which share it with that; grid : of a plotter, cards side by side, see `PlotOptions`.
     """
 
     title: str
@@ -61,6 +64,7 @@ class BatchPlan:
     merge: MergeOptions
     page: str
     printer: str = ""
+    queues: tuple[str, ...] = ()
     device: str | None = None
     grid: str = ""
 
@@ -118,9 +122,15 @@ def folder() -> Path:
 
 
 def keep_batch(
-    table: Path | None, letter: str, markdown: bool, plan: BatchPlan, *, listener: Listener = SILENT
+    table: Path | None,
+    letter: str,
+    markdown: bool,
+    plan: BatchPlan,
+    pictures: Path | None = None,
+    *,
+    listener: Listener = SILENT,
 ) -> Facts:
-    """Keep a batch: its table, which is copied, its letter, "" for none, and its plan.
+    """Keep a batch: its table and pictures, which are copied, its letter, "" for none, and its plan.
 
     Without a table the letter is a text as it stands, which is made once.
 
@@ -146,6 +156,9 @@ def keep_batch(
             shutil.copyfile(table, own / table.name)
         if letter.strip():
             (work / f"letter.{'md' if markdown else 'txt'}").write_text(letter, encoding="utf-8")
+        if pictures is not None:
+            check_pictures(pictures)
+            shutil.copytree(pictures, work / SENT_PICTURES)
         begun = datetime.now().isoformat(timespec="seconds")
         options: dict[str, Any] = {"given": [], "approved": None, "letter": None}
         kept = asdict(plan) | {"merge": asdict(plan.merge) | options, "begun": begun}
@@ -166,6 +179,7 @@ def _batch(path: Path) -> _Batch:
     for name, kind in _PARTS.items():
         data[name] = kind(**data[name])
     data["table"] = replace(data["table"], columns=tuple(data["table"].columns))
+    data["queues"] = tuple(data.get("queues", ()))
     return _Batch(path, BatchPlan(**data), begun)
 
 
@@ -211,6 +225,7 @@ def show_batch(name: str) -> Facts:
         "begun": batch.begun,
         "to": plan.to,
         "printer": plan.printer,
+        "queues": list(plan.queues),
         "device": plan.device,
         "state": batch.state,
         "ended": "" if run is None else run.ended,
@@ -276,8 +291,8 @@ def approve_batch(name: str) -> Facts:
     return show_batch(name)
 
 
-def make_batch(name: str, port: str, at_zero: bool, *, listener: Wire) -> Facts:
-    """Print or plot a batch, or go on with it where its journal says; `port` : of a plotter.
+def make_batch(name: str, ports: Sequence[str], at_zero: bool, *, listener: Wire) -> Facts:
+    """Print or plot a batch, or go on with it where its journal says; `ports` : of plotters, which share it.
 
     Raises
     ------
@@ -293,31 +308,38 @@ def make_batch(name: str, port: str, at_zero: bool, *, listener: Wire) -> Facts:
         raise InputError(f"All of the batch {name} was made: keep it anew to make it once more.")
     # who keeps a batch anew and approves it wants all of it, whatever became of another with the same rows
     table = replace(plan.table, resume=run is not None, afresh=run is None and plan.to != "pdf")
-    attendant = Attendant(port, listener)
-    made: Printed
+    shared = Shared(listener) if len(_queues(plan) if plan.to == "printer" else ports) > 1 else None
     try:
-        if plan.to == "plotter":
-            known_port(port)
-            ways = PlotOptions(device=plan.device, copies=plan.table.copies, grid=plan.grid)
-            sheet = SheetOptions(plan.page, merge.margin, merge.pages)
-            request = PlotRequest(Source(""), plan.writing, sheet, plan.picture, ways)
-            made = plot_rows(
-                batch.table,
-                request,
-                port,
-                (table, merge),
-                AttendanceOptions(at_zero),
-                operator=attendant,
-                listener=attendant,
-            )
-        else:
-            printing = PrintOptions(**_of(table), printer=plan.printer or "pdf", page=plan.page, dry_run=_out(batch))
-            made = print_(
-                batch.table, printing, plan.writing, plan.picture, merge, change=attendant.do, listener=attendant
-            )
+        with shared or contextlib.nullcontext():
+            made = _made(batch, table, (ports, at_zero), Attendant(ports, shared or listener))
     except KeyboardInterrupt:
         return {**show_batch(name), "complete": False}
     return {**show_batch(name), "complete": True, "made": {**made.facts(), "files": []}}
+
+
+def _made(batch: _Batch, table: TableOptions, where: tuple[Sequence[str], bool], attendant: Attendant) -> Printed:
+    """What becomes of a batch at some ports, or at its printers."""
+    (ports, at_zero), plan, merge = where, batch.plan, batch.merge
+    if plan.to != "plotter":
+        own: dict[str, Any] = {"printer": plan.printer or "pdf", "queue": _queues(plan), "page": plan.page}
+        printing = PrintOptions(**_of(table), **own, dry_run=_out(batch))
+        return print_(batch.table, printing, plan.writing, plan.picture, merge, change=attendant.do, listener=attendant)
+    for port in ports:
+        known_port(port)
+    ways = PlotOptions(device=plan.device, copies=plan.table.copies, grid=plan.grid)
+    request = PlotRequest(
+        Source(""), plan.writing, SheetOptions(plan.page, merge.margin, merge.pages), plan.picture, ways
+    )
+    attendance = AttendanceOptions(at_zero)
+    return plot_rows(batch.table, request, ports, (table, merge), attendance, operator=attendant, listener=attendant)
+
+
+def _queues(plan: BatchPlan) -> tuple[str, ...]:
+    """The queues that share a batch: the printer's own, if it is one, and the further ones; none of a printer alone."""
+    if not plan.queues:
+        return ()
+    profile = printers.resolve(plan.printer)
+    return tuple(dict.fromkeys([*([profile.queue] if profile.queue else []), *plan.queues]))
 
 
 def _of(table: TableOptions) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from handout import profiles, shipped
 from handout.errors import DeviceSilent
 from handout.pipeline.plotting import machine
 from handout.pipeline.results import SILENT, Facts, Listener, Result
-from handout.plotting import connections, open_port
+from handout.plotting import announcements, connections, open_port
 from handout.plotting.connections import is_simulated
 from handout.plotting.dialects import dialect
 from handout.plotting.ports import serial_devices as serial_devices
@@ -53,6 +53,17 @@ def list_devices() -> list[Device]:
     return [Device(name, profile.kind, profile.title, files[name]) for name, profile in read.items()]
 
 
+def on_network() -> list[announcements.Announced]:
+    """Machines that have announced themselves on the network.
+
+    Raises
+    ------
+    PortError
+        zeroconf is not installed, or this computer is on no network.
+    """
+    return announcements.listen()
+
+
 def probe(port: str = "auto", device: str | None = None, listener: Listener = SILENT) -> Probe:
     """Ask the plotter at a port who it is and what it can do; nothing moves.
 
@@ -83,8 +94,8 @@ def _identified(port: str, answer: connections.Answer | None) -> Probe:
     """What is told of who is there."""
     if answer is None:
         raise DeviceSilent(
-            f"Nobody at {port} answers in a language handout knows (GRBL, EBB, Marlin, HP-GL): is the plotter switched "
-            "on, is this its port?"
+            f"Nobody at {port} answers in a language handout knows (GRBL, EBB, Marlin, HP-GL, Klipper): is the plotter "
+            "switched on, is this its port?"
         )
     known = answer.known
     if known is not None and not known.dialect:

@@ -133,7 +133,7 @@ def python() -> Iterator[Finding]:
         yield Finding("Python", "python", "fine", words)
     encoding = (getattr(sys.stdout, "encoding", "") or "").lower().replace("-", "")
     if encoding != "utf8":
-        words = f"the terminal takes {encoding or 'no'} text: letters that it lacks are shown as ?"
+        words = f"the terminal takes {encoding or 'no'} text: letters that it lacks are shown as \\u0142"
         yield Finding("Python", "encoding", "note", words, "set PYTHONUTF8=1, or choose a UTF-8 locale")
 
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from handout.values import Drawing
 
 _MOST_TEXT = 2_000_000  # bytes; a longer file is surely not meant to be written by hand
+_MOST_PIXELS = 50_000_000  # of a picture in a letter that was sent: more than any camera's print on a page shows
 _LONGEST_NAME = 255  # bytes, of a file on the usual file systems
 # of the files of drawings that `sources` reads, which is imported only where there is one
 _DRAWINGS = (".svg", ".json", ".inkml", ".svc", ".gml")
@@ -68,14 +69,36 @@ def written_source(
     return Source(letter.text, letter=letter, given=given)
 
 
-def sent_source(text: str, letter: bool) -> Source:
-    """A text, or what a letter file says, that was sent from elsewhere: it leads to no file, and its head is heard."""
+def sent_source(text: str, letter: bool, pictures: Path | None = None) -> Source:
+    """A text, or what a letter file says, that was sent from elsewhere: it leads to no file, and its head is heard.
+
+    pictures : a folder with those that were sent with it.
+    """
     if not letter:
         return Source(text)
     from handout.letters import load
 
-    read = load(text, "The letter", None)
+    if pictures is not None:
+        check_pictures(pictures)
+    read = load(text, "The letter", pictures or Path(), alone=True)
     return Source(read.text, letter=read, given=frozenset())
+
+
+def check_pictures(folder: Path) -> None:
+    """Refuse what is no picture, whatever it is called, or takes more memory than a picture in a letter may."""
+    from PIL import Image
+
+    for path in folder.iterdir():
+        try:
+            with Image.open(path, formats=("PNG", "JPEG", "WEBP")) as picture:
+                pixels = picture.width * picture.height
+        except (OSError, ValueError, Image.DecompressionBombError) as error:
+            raise InputError(f"{path.name} cannot be read: a letter takes pictures in PNG, JPEG and WebP.") from error
+        if pixels > _MOST_PIXELS:
+            most = _MOST_PIXELS / 1e6
+            raise InputError(
+                f"{path.name} has {pixels / 1e6:.0f} megapixels, {most:.0f} are the most: make it smaller."
+            )
 
 
 def _letter_name(words: Sequence[str], file: str | None) -> str | None:

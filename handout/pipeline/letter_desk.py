@@ -242,7 +242,7 @@ def _letters(desk: _Desk, page: int) -> Iterator[tuple[int, bool, Facts]]:
 
 
 def _lines(sheet: ScannedPage, glyphs: Sequence[ScannedGlyph]) -> list[tuple[Indices, Indices]]:
-    """Of each glyph of a page the line of its ink: places (n, 2), pixels, and edges (m, 2) between them."""
+    """Of each glyph of a page the line of its ink: places (n, 2), half pixels, and edges (m, 2) between them."""
     graph, size = sheet.graph, [len(glyph.vertices) for glyph in glyphs]
     vertices = np.concatenate([np.zeros(0, dtype=np.intp), *(glyph.vertices for glyph in glyphs)])
     begin = np.cumsum([0, *size])
@@ -253,17 +253,17 @@ def _lines(sheet: ScannedPage, glyphs: Sequence[ScannedGlyph]) -> list[tuple[Ind
     inside = np.flatnonzero((owner[a] == owner[b]) & (owner[a] != NOBODY))
     inside = inside[np.argsort(owner[a[inside]], kind="stable")]
     ends = np.searchsorted(owner[a[inside]], np.arange(len(glyphs) + 1))
-    places, edges = np.rint(graph.uv[vertices]).astype(np.intp), place[graph.edges[inside]]
+    places, edges = np.rint(2 * graph.uv[vertices]).astype(np.intp), place[graph.edges[inside]]
     return [(places[i:j], edges[k:n]) for (i, j), (k, n) in zip(pairwise(begin), pairwise(ends), strict=True)]
 
 
 def _ink(places: Indices, edges: Indices) -> str:
     """The lines of a glyph's ink; single vertices are left out."""
-    at, lines = places.tolist(), []
+    at, lines = (places / 2).tolist(), []
     for path in branches(edges, len(at)):
         if len(path) > 1:
             shown = [*path[:-1:_THINNED].tolist(), int(path[-1])]
-            lines.append("M" + "L".join(f"{at[v][0]} {at[v][1]}" for v in shown))
+            lines.append("M" + "L".join(f"{at[v][0]:g} {at[v][1]:g}" for v in shown))
     return "".join(lines)
 
 

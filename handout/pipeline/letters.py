@@ -5,12 +5,13 @@ A page is a function of the letter, the options, the seed and the row: `draw_let
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache, partial
+from itertools import accumulate
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +36,7 @@ from handout.pipeline.writing import INK, STROKES, WritingTask, Written, check_o
 from handout.progress import Tell, silent, within
 from handout.sinks import OF_INK, losses, write_drawings
 from handout.values import Drawing, Line, Manuscript, Raster, Stroke
+from handout.writing.choosing import Rewrites
 from handout.writing.layout import Layout
 from handout.writing.text import LEFT_OUT
 
@@ -173,6 +175,13 @@ def draw_letter(
     InputError, MissingCharacters, DoesNotFit
         The message has the line of the letter.
     """
+    pages, drawings = _drawn_pages(task, row, wanted, tell)
+    return [page.whole for page in pages], drawings
+
+
+def _drawn_pages(
+    task: LetterTask, row: int | None, wanted: frozenset[str], tell: Tell
+) -> tuple[list[LetterPage], list[Drawing]]:
     tell(0.0, "setting the letter")
     hands, pages = _set(task, row)
     about = {"title": texts.title(task.letter.text), "pages": len(pages)} | ({} if row is None else {"row": row})
@@ -180,7 +189,19 @@ def draw_letter(
     for number, page in enumerate(pages, 1):
         tell(_SET + (1 - _SET) * (number - 1) / len(pages), f"writing {number}/{len(pages)}")
         drawings.append(_drawn(page, task, hands, {**about, "page_number": number}, wanted))
-    return [page.whole for page in pages], drawings
+    return pages, drawings
+
+
+def _word_places(task: LetterTask, pages: Sequence[LetterPage]) -> tuple[Facts, ...]:
+    """Of every word where it is, as of a text; `at` is its place in what all hands write, see `_first_places`."""
+    first, found = _first_places(runs_of(task.letter, _page_numbers(task.letter)), task.tasks), dict[int, Facts]()
+    for number, page in enumerate(pages, 1):
+        for voice, manuscript in page.layers.items():
+            for word in texts.word_places([manuscript]):
+                # what is struck out comes before the word in whose place it stands
+                at = first[voice.hand] + cast("int", word["at"])
+                found[at] = {**word, "page": number, "at": at}
+    return tuple(found[at] for at in sorted(found))
 
 
 def check_letter(task: LetterTask, row: int | None = None) -> None:
@@ -196,10 +217,11 @@ def _set(task: LetterTask, row: int | None) -> tuple[Mapping[str, Hand | Scanned
     supplied = {name: _supplied(name, runs, task) for name in task.tasks}
     hands = {name: hand for name, (hand, _) in supplied.items()}
     readers = {name: _rereader(hand, task.tasks[name]) for name, hand in hands.items()}
-    writers = {}
+    writers, first = {}, _first_places(runs, hands)
     for number, (name, hand) in enumerate(hands.items()):
         with _located(name, runs):
-            writers[name] = written(runs, name, hand, _writer_options(task, name), [*key, number], readers[name])
+            options = _writer_options(task, name, first[name])
+            writers[name] = written(runs, name, hand, options, [*key, number], readers[name])
     limit = main.pages or (1 if main.layout.fit else None)
     setting = Setting(letter, runs, writers, task.first, task.following, _sizes(letter), limit)
     pages = set_letter(setting, lines_of(runs, writers), [*key, len(writers)])
@@ -222,9 +244,17 @@ def _page_numbers(letter: Letter) -> int:
     return 2 + len(letter.text) // _PAGE + len(letter.blocks) // 2
 
 
-def _writer_options(task: LetterTask, name: str) -> WriterOptions:
+def _first_places(runs: Runs, hands: Iterable[str]) -> dict[str, int]:
+    """Where what each hand writes begins, in all that they write, one hand after the other: by that words are told."""
+    lengths = [len(runs.text(name)) + 1 if runs.of(name) else 0 for name in hands]
+    return dict(zip(hands, accumulate([0, *lengths]), strict=False))
+
+
+def _writer_options(task: LetterTask, name: str, first: int) -> WriterOptions:
+    """How a hand writes; `first` : see `_first_places`."""
     main, own = task.main, task.tasks[name].layout.x_height
-    return WriterOptions(own, main.layout.x_height, main.layout.jitter, main.fallback, main.slips)
+    rewrites = Rewrites(tuple((at - first, times) for at, times in main.layout.rewritten))
+    return WriterOptions(own, main.layout.x_height, main.layout.jitter, main.fallback, main.slips, rewrites)
 
 
 def _supplied(name: str, runs: Runs, task: LetterTask) -> tuple[Hand | ScannedHand, Sequence[Borrowed]]:
@@ -471,17 +501,30 @@ def write_letter(
     InputError, MissingCharacters, DoesNotFit
         The message has the line of the letter; nothing is written then.
     """
+    task = partial(prepare_letter, letter, writing, sheet, picture, given)
+    asked = replace(_headed(letter, picture, given), ink=None)  # which scanned ink follows here
+    return _write(task, outputs, asked, device, listener)[0]
+
+
+def _write(
+    prepared: Callable[[], LetterTask],
+    outputs: Sequence[str | Path],
+    asked: PictureOptions,
+    device: str | None,
+    listener: Listener,
+) -> tuple[Written, LetterTask, list[LetterPage]]:
+    """A letter in files, and its pages; asked : what it is to look like."""
     paths = [Path(name) for name in outputs]
     extra = programs.Programs(device, paths).sinks
     check_outputs(paths, extra)
-    task = prepare_letter(letter, writing, sheet, picture, given)
+    task = prepared()
     wanted = frozenset[str]().union(*(INK if path.suffix.lower() in OF_INK else STROKES for path in paths))
-    pages, drawings = draw_letter(task, wanted=wanted, tell=within(listener.progress, 0.0, _WRITTEN))
+    pages, drawings = _drawn_pages(task, None, wanted, within(listener.progress, 0.0, _WRITTEN))
     files = write_drawings(drawings, paths, task.main.look, extra=extra, tell=within(listener.progress, _WRITTEN, 1.0))
-    asked = replace(_headed(letter, picture, given), ink=None)  # which scanned ink follows here
     notes = (*task.notes(), *texts.not_followed(task.main, asked, wanted >= INK), *task.main.given_notes)
     notes = (*notes, *texts.style_notes(task.main, drawings), *_unshown(drawings, paths), *losses(paths, drawings))
-    return texts.written(Tally.of(pages, drawings), task.main, files, notes)
+    tally = Tally.of([page.whole for page in pages], drawings)
+    return texts.written(tally, task.main, files, notes), task, pages
 
 
 def _unshown(drawings: Sequence[Drawing], paths: Sequence[Path]) -> list[str]:
@@ -517,9 +560,14 @@ def write_sent(
     options: tuple[WritingOptions, SheetOptions, PictureOptions],
     *,
     device: str | None = None,
+    pictures: Path | None = None,
     listener: Listener = SILENT,
 ) -> Written:
-    """The same for what was sent from elsewhere, see `inputs.sent_source`; of a text, with where each word is."""
-    if not letter:
+    """The same for what was sent from elsewhere, see `inputs.sent_source`, with where each word is."""
+    source = sent_source(text, letter, pictures)
+    if source.letter is None:
         return texts.write(text, outputs, *options, device=device, places=True, listener=listener)
-    return write_source(sent_source(text, letter), outputs, *options, device=device, listener=listener)
+    prepared = partial(prepare_letter, source.letter, *options, source.given)
+    asked = replace(_headed(source.letter, options[2], source.given), ink=None)
+    result, task, pages = _write(prepared, outputs, asked, device, listener)
+    return replace(result, words=_word_places(task, pages))

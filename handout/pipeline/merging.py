@@ -45,6 +45,7 @@ _NOT_OF_THE_BATCH = {
     *("queue", "envelopes_to"),
     *("jobs", "cluster"),
 }
+SENT_PICTURES = "pictures"  # the folder beside a letter that stands alone, with those that were sent with it
 # the head of a letter file, as `letters.letter_file` finds it
 _HEAD = re.compile(r"\ufeff?(?:---|\+\+\+)[ \t]*\n(?:.*\n)*?(?:---|\+\+\+)[ \t]*(?:\n|\Z)")
 # options that the head of a letter file may give, too
@@ -415,8 +416,9 @@ class RowPages:
     def _letter_file(self, text: str, manner: RowManner) -> LetterTask:
         """The letter file of a row, with its hands and layouts."""
         path, given = Path(str(self.merge.options.letter)), self.merge.options.given
-        folder = None if self.merge.options.alone else path.parent
-        letter = letter_files.load(f"{self.merge.head}{text}", path.name, folder)
+        alone = self.merge.options.alone
+        folder = path.parent / SENT_PICTURES if alone else path.parent
+        letter = letter_files.load(f"{self.merge.head}{text}", path.name, folder, alone=alone)
         self.account.dropped |= dict.fromkeys(letter.dropped)
         options = replace(self.writing, hand=manner.hand or self.writing.hand, seed=self.seed)
         picture = replace(self.picture, pen=manner.pen or self.picture.pen)

@@ -57,8 +57,8 @@ class WritingOptions:
     style : a handstyle, by its name or file, in which the written strokes are moved through anew; None: none.
     prime : of a learned style, the example that primes it, by its name or the file of a drawing; None: the style's own.
     temperature : of a learned style, how much chance there is, 1 as in its examples; None: the style's own.
-    rewritten : words of a text that are written again while all others stay as they are: where each begins in the
-        text, and how many times; of a letter file it says nothing.
+    rewritten : words that are written again while all others stay as they are: where each begins in the text, and how
+        many times; in a letter file, where in what its hands write, as `Written.words` tells it.
     """
 
     hand: str | Hand | ScannedHand = "house-joined"

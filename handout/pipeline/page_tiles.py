@@ -58,9 +58,8 @@ class Tiles:
         a, b = max(left, x), min(right, x + ink.shape[1])
         c, d = max(top, y), min(low, y + ink.shape[0])
         if a < b and c < d:
-            part = ink[c - y : d - y, a - x : b - x].astype(np.float32)
-            if not level:
-                part[:, :, :3] *= part[:, :, 3:] / 255
+            part = ink[c - y : d - y, a - x : b - x]
+            part = (part if level else _laid(part, self._texture.blue_first)).astype(np.float32)
             under = picture[c - top : d - top, a - left : b - left]
             picture[c - top : d - top, a - left : b - left] = under * (1 - part[:, :, 3:] / 255) + part[:, :, :3]
         made, data = cv2.imencode(".jpg", np.rint(picture).astype(np.uint8), [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
@@ -80,18 +79,26 @@ class Tiles:
         return np.asarray(cv2.remap(paper, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
 
     def _ink(self, level: int) -> Pixels:
-        """(h, w, 4) the ink, blue first; smaller than it is: its colours times its opacity."""
+        """(h, w, 4) the ink; smaller than it is as `_laid` gives it."""
         if not level:
-            pixels = self._texture.pixels
-            return pixels if self._texture.blue_first else pixels[:, :, [2, 1, 0, 3]]
+            return self._texture.pixels
         while len(self._smaller) < level:
             finer = self._smaller[-1] if self._smaller else self._texture.pixels
             self._smaller.append(_halved(finer, not self._smaller, self._texture.blue_first))
         return self._smaller[level - 1]
 
 
+def _laid(part: Pixels, blue_first: bool) -> Pixels:
+    """(h, w, 4) some straight pixels with blue first, their colours multiplied by their opacity."""
+    import cv2
+
+    # the program does not care which colour is the first
+    part = np.asarray(cv2.cvtColor(np.ascontiguousarray(part), cv2.COLOR_RGBA2mRGBA), dtype=np.uint8)
+    return part if blue_first else np.ascontiguousarray(part[:, :, [2, 1, 0, 3]])
+
+
 def _halved(finer: Pixels, straight: bool, blue_first: bool) -> Pixels:
-    """Half as large each way; `straight` colours are first multiplied by their opacity, and blue comes first then."""
+    """Half as large each way; `straight` pixels are laid first."""
     import cv2
 
     height, width = finer.shape[:2]
@@ -99,9 +106,7 @@ def _halved(finer: Pixels, straight: bool, blue_first: bool) -> Pixels:
     for top in range(0, height, _ROWS):
         part = finer[top : top + _ROWS]
         if straight:
-            part = part if blue_first else part[:, :, [2, 1, 0, 3]]
-            opacity = part[:, :, 3:].astype(np.uint16)
-            part = np.concatenate([(part[:, :, :3] * opacity + 127) // 255, opacity], axis=2).astype(np.uint8)
+            part = _laid(part, blue_first)
         if part.shape[0] % 2 or part.shape[1] % 2:
             part = np.pad(part, ((0, part.shape[0] % 2), (0, part.shape[1] % 2), (0, 0)), mode="edge")
         size = (part.shape[1] // 2, part.shape[0] // 2)

@@ -7,10 +7,12 @@ it goes on.  What the page wants while the pen moves comes as words through a `W
 from __future__ import annotations
 
 import contextlib
+import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from typing import Literal, Protocol
+from pathlib import Path
+from typing import Literal, Protocol, Self
 
 import numpy as np
 
@@ -29,6 +31,7 @@ from handout.plotting.jobs import pages
 from handout.plotting.jobs.job import Job
 from handout.plotting.jobs.places import Place
 from handout.printing.cups import queues
+from handout.printing.several import interrupt
 from handout.profiles import Plotter
 from handout.sinks.svg import to_svg
 from handout.values import Page
@@ -53,13 +56,13 @@ class Wire(Listener, Protocol):
 class Attendant:
     """The person at the page: an `Operator`, and the listener of work that ends where the page says stop.
 
-    address : of the plotter; for a simulated one nobody puts in sheets.
+    addresses : of the plotters; for simulated ones nobody puts in sheets.
     """
 
     watches = True
 
-    def __init__(self, address: str, wire: Wire) -> None:
-        self._simulated, self._wire, self._told = is_simulated(address), wire, 0.0
+    def __init__(self, addresses: Sequence[str], wire: Wire) -> None:
+        self._simulated, self._wire, self._told = all(map(is_simulated, addresses)), wire, 0.0
 
     def do(self, request: str) -> None:
         """Ask, and wait."""
@@ -124,6 +127,44 @@ class Attendant:
         self._wire.progress(share, stage)
 
 
+class Shared:
+    """The page as a `Wire` of work that several threads do: what stops it stops all, by its first thread.
+
+    It is that thread that enters and leaves it.
+    """
+
+    def __init__(self, wire: Wire) -> None:
+        self.say, self.note, self.progress, self.live = wire.say, wire.note, wire.progress, wire.live
+        self._wire, self._on, self._over, self._lock = wire, threading.Event(), False, threading.Lock()
+        self._first = threading.get_ident()
+
+    def word(self, seconds: float = 0.0) -> str:
+        """ "on" for whoever waits for that, and nothing else."""
+        if not seconds or not self._on.wait(seconds):
+            return ""
+        self._on.clear()
+        return "on"
+
+    def __enter__(self) -> Self:
+        threading.Thread(target=self._watch, daemon=True).start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        with self._lock:
+            self._over = True
+
+    def _watch(self) -> None:
+        while not self._over:
+            word = self._wire.word(_LOOK)
+            if word == "on":
+                self._on.set()
+            elif word in _STOPS:
+                with self._lock:
+                    if not self._over:
+                        interrupt(self._first)
+                return
+
+
 def machines() -> Facts:
     """What can be chosen: ports, plotters with their beds, print queues and printers."""
     listed = list_devices()
@@ -168,10 +209,12 @@ def known_port(port: str) -> None:
         raise InputError(f"There is no port {port} here any more: is the plotter plugged in and switched on?")
 
 
-def keep_plot(text: str, letter: bool, request: PlotRequest, *, listener: Listener = SILENT) -> Facts:
+def keep_plot(
+    text: str, letter: bool, request: PlotRequest, pictures: Path | None = None, *, listener: Listener = SILENT
+) -> Facts:
     """Keep a plot of what was sent (`inputs.sent_source`), which has not begun; how it lies on the bed."""
     listener.progress(0.0, "writing")
-    job, notes = plotting.keep(replace(request, source=sent_source(text, letter)))
+    job, notes = plotting.keep(replace(request, source=sent_source(text, letter, pictures)))
     listener.note(*notes)
     return {**show_plot(job.name), "notes": list(notes)}
 
@@ -236,7 +279,7 @@ def draw_plot(name: str, port: str, at_zero: bool, home_after: bool, *, listener
         The message says how to go on.
     """
     known_port(port)
-    job, attendant = find_job(name), Attendant(port, listener)
+    job, attendant = find_job(name), Attendant((port,), listener)
     attendance = AttendanceOptions(at_zero, home_after, reached=attendant.reached(job))
     try:
         facts = plotting.resume(name, port, attendance, operator=attendant, listener=listener).facts()

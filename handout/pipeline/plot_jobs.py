@@ -100,6 +100,11 @@ def find_job(name: str | None) -> Job:
     return store.find(name)
 
 
+def find_drawn(name: str | None) -> Job:
+    """The plot of that name, or the one that was drawn last, whose drawings are kept; InputError if there is none."""
+    return store.drawn_before(name)
+
+
 def show_job(name: str) -> JobState:
     """How far the job of that name has come."""
     return JobState.of(store.find(name))

@@ -65,14 +65,29 @@ class PlotOptions:
 
 
 @dataclass(frozen=True)
+class PartOptions:
+    """Which part is plotted; see `plotting.jobs.stretch.Stretch`."""
+
+    begin: str | None = None
+    end: str | None = None
+    from_word: str | None = None
+    to_word: str | None = None
+    sheets: str = ""
+
+    def __bool__(self) -> bool:
+        return self != PartOptions()
+
+
+@dataclass(frozen=True)
 class PlotRequest:
-    """What is plotted, and how: what is to be written, in which hand, on which sheet, with which pen."""
+    """What is plotted, which part of it, and how: what is written, in which hand, on which sheet, with which pen."""
 
     source: Source
     writing: WritingOptions = WritingOptions()
     sheet: SheetOptions = SheetOptions(usual_page="A5")
     picture: PictureOptions = PictureOptions()
     plotting: PlotOptions = PlotOptions()
+    part: PartOptions = PartOptions()
 
 
 @dataclass(frozen=True)

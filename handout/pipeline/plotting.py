@@ -14,6 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from handout import atomic, profiles, units
 from handout.errors import DeviceError, InputError
 from handout.pipeline import job_pages
@@ -22,7 +24,7 @@ from handout.pipeline.letters import LetterTask, draw_letter, prepare_letter
 from handout.pipeline.lined_paper import page_name
 from handout.pipeline.options import Length, millimetres
 from handout.pipeline.plot_jobs import JobState, outlook
-from handout.pipeline.plot_request import AttendanceOptions, Operator, PlotOptions, PlotRequest
+from handout.pipeline.plot_request import AttendanceOptions, Operator, PartOptions, PlotOptions, PlotRequest
 from handout.pipeline.programs import hooked, pressed_evenly
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.pipeline.writing import STROKES, WritingTask, draw_pages, on_lined_paper, prepare, style_notes, written
@@ -33,7 +35,8 @@ from handout.plotting.driving import plot_report
 from handout.plotting.driving.driver import Progress as Progress
 from handout.plotting.driving.driver import Report
 from handout.plotting.driving.overlap import OVERLAP, usual_overlap
-from handout.plotting.jobs import runner, store
+from handout.plotting.jobs import pages as kept_pages
+from handout.plotting.jobs import runner, store, stretch
 from handout.plotting.jobs.job import Job, Options, load
 from handout.plotting.jobs.pages import NewPage, laid_out
 from handout.plotting.jobs.runner import is_about_zero as is_about_zero
@@ -42,11 +45,12 @@ from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
 from handout.plotting.setup.pen_heights import replaced
 from handout.profiles import Plotter
-from handout.sinks import check_outputs, write_drawings
+from handout.sinks import Look, check_outputs, write_drawings
 from handout.values import Drawing, Manuscript
 
 # s that a plotter may stand on hold where nobody is asked: long enough for somebody at the machine to look at the pen
 _UNWATCHED = 120.0
+_REST = "#d2d2d2"  # of what a preview shows and is not plotted
 
 
 class Unattended:
@@ -172,7 +176,7 @@ def plot(
     options = _job_options(request, task, profile)
     connected = port_to(port, profile)
     try:
-        job = _begun(request, letter or task, profile, options, port)
+        job = _begun(request, letter or task, profile, options, port, listener)
     except BaseException:
         connected.close()
         raise
@@ -193,7 +197,7 @@ def keep(request: PlotRequest, port: str | None = None) -> tuple[Job, tuple[str,
     letter = _letter(request)
     task = _task(request) if letter is None else letter.main
     options = _job_options(request, task, profile)
-    job = _begun(request, letter or task, profile, options, port or "")
+    job = _begun(request, letter or task, profile, options, port or "", SILENT)
     told = () if letter is None else letter.notes(apart=options.layers == "colour")
     return job, (*told, *_notes(task, profile))
 
@@ -217,18 +221,16 @@ def preview(
     pages, drawings = _all_pages(request, letter or task, listener)
     if request.writing.fit:
         drawings = [fit_to_bed(drawing, profile) for drawing in drawings]
-    drawings = [laid_out(drawing, profile, request.plotting.layers, request.plotting.order) for drawing in drawings]
-    plans = [plan(drawing, profile, speed="fast" if task.fast else 1.0) for drawing in drawings]
+    shown, plans = _shown(drawings, request.part, profile, _job_options(request, task, profile), listener)
     told = () if letter is None else letter.notes(apart=request.plotting.layers == "colour")
-    notes = (*told, *_notes(task, profile), *style_notes(task, drawings), *said(drawings, profile))
+    besides = said([planned.drawing for planned in plans], profile)
+    notes = (*told, *_notes(task, profile), *style_notes(task, drawings), *besides)
     listener.note(*notes)
     look = dataclasses.replace(task.look, show_travel=show_travel)
-    files = write_drawings([with_hooks(planned) for planned in plans], paths, look)
+    files = write_drawings(shown, paths, look)
     account.planned(plans)
-    result = written(Tally.of(pages, drawings), task, files, notes)
-    planned_s, hooks_s = (sum(planned.duration for planned in plans), sum(planned.hooked for planned in plans))
-    facts = result.facts(), result.files, planned_s, stretched(plans), result.tally, task.seed
-    return Previewed(*facts, sum(planned.dips for planned in plans), hooks_s, notes=notes)
+    result = written(Tally.of(pages, [planned.drawing for planned in plans]), task, files, notes)
+    return _previewed(plans, result.facts(), result.files, result.tally, task.seed, notes)
 
 
 def _all_pages(
@@ -326,7 +328,7 @@ def asked_machine(plotting: PlotOptions, port: str | None) -> Plotter:
     def height(text: str | None, what: str) -> float | None:
         if text is None:
             return None
-        if profile.pen.lift == "z":
+        if profile.pen.in_mm:
             return units.length(text, what)
         try:
             return float(text)
@@ -388,8 +390,16 @@ def port_to(port: str, profile: Plotter) -> Port:
         raise type(error)(f"{error} No job was begun.") from error
 
 
-def _begun(request: PlotRequest, task: WritingTask | LetterTask, profile: Plotter, options: Options, port: str) -> Job:
-    """The job, with the first page of a text and what the others are made from, or with the drawing or the letter."""
+def _begun(
+    request: PlotRequest,
+    task: WritingTask | LetterTask,
+    profile: Plotter,
+    options: Options,
+    port: str,
+    listener: Listener,
+) -> Job:
+    """The job, with the first page of a text and what the others are made from, or with the drawing, the letter, or the
+    part that is asked for; the listener hears which."""
     source, writing, rest = request.source, request.writing, None
     if isinstance(task, LetterTask):
         pages = list(job_pages.of_letter(task, profile, writing.fit))
@@ -400,12 +410,130 @@ def _begun(request: PlotRequest, task: WritingTask | LetterTask, profile: Plotte
     else:
         produced = job_pages.made(source.text, task, profile, writing.fit, [])
         pages = [next(produced)]
-        if pages[0].share < 1.0 and isinstance(writing.hand, str):
+        if pages[0].share < 1.0 and isinstance(writing.hand, str) and not request.part:
             page = page_name(request.sheet, request.picture)
             rest = job_pages.inputs(source.text, task, writing, request.sheet, page)
         else:  # a hand that is in memory alone cannot be found again
             pages += produced
+    if request.part:
+        pages = _part(pages, request.part, profile, options, listener)
     return store.begin(pages, profile, options, rest, title=" ".join(source.text.split())[:40], port=port)
+
+
+def _part(
+    pages: Sequence[NewPage], part: PartOptions, profile: Plotter, options: Options, listener: Listener
+) -> list[NewPage]:
+    """The pages with the part alone that is asked for; the listener hears which that is."""
+    laid = [laid_out(page.drawing, profile, options.layers, options.order) for page in pages]
+    chosen = stretch.pieces(laid, stretch.Stretch(**dataclasses.asdict(part)), profile, options.speed)
+    listener.say(stretch.named(chosen, laid))
+    kept = []
+    for number, piece in enumerate(chosen, 1):
+        drawing = cut_out(laid[piece.sheet], piece)
+        figures = {"strokes": len(drawing.strokes), "duration": drawing.duration}
+        figures |= {"pen_down": drawing.pen_down, "pen_up": drawing.pen_up}
+        told = pages[piece.sheet].told
+        kept.append(NewPage(drawing, number / len(chosen), {**told, **figures} if told else {}))
+    return kept
+
+
+def cut_out(page: Drawing, piece: stretch.Piece) -> Drawing:
+    """The strokes of a page that are drawn."""
+    return dataclasses.replace(page, strokes=page.strokes[piece.first : piece.stop])
+
+
+def with_rest(page: Drawing, piece: stretch.Piece, planned: Plan) -> Drawing:
+    """A page of a preview: what is plotted, and all else pale."""
+    part = with_hooks(planned)
+    if (piece.first, piece.stop) == (0, len(page.strokes)):
+        return part
+    rest = [dataclasses.replace(stroke, colour=_REST) for stroke in page.strokes]
+    strokes = (*rest[: piece.first], *part.strokes, *rest[piece.stop :])
+    about = {**part.about, "part": [piece.first, piece.first + len(part.strokes)]}
+    return dataclasses.replace(part, strokes=strokes, about=about)
+
+
+def again(
+    name: str | None,
+    part: PartOptions,
+    port: str | None = None,
+    attendance: AttendanceOptions = AttendanceOptions(),
+    *,
+    operator: Operator | None = None,
+    listener: Listener = SILENT,
+) -> Plotted:
+    """Plot a kept job, or a part of it, once more, as a job of its own; None: the one that was drawn last.
+
+    Raises
+    ------
+    InputError, DeviceError, KeyboardInterrupt
+        As `plot`; or its drawings are not kept any more.
+    """
+    account, before = ReportFile(attendance.report), store.drawn_before(name)
+    address = port or before.port
+    connected = port_to(address, before.profile)
+    try:
+        options = msgspec.structs.replace(before.options, copies=1)
+        pages = _part(_kept_pages(before), part, before.profile, options, listener)
+        job = store.begin(pages, before.profile, options, None, title=before.title, port=address)
+    except BaseException:
+        connected.close()
+        raise
+    listener.say(f"{before.profile.title}: {_amount(job)}, job {job.name}, of {before.name}.")
+    reports = _run(job, address, attendance, account, operator or Unattended(address, listener), connected)
+    return Plotted(load(job.folder), tuple(reports))
+
+
+def _kept_pages(job: Job) -> list[NewPage]:
+    told = [*job.told, *[{}] * (job.pages - len(job.told))]
+    return [NewPage(kept_pages.read(job.folder, number), 1.0, told[number]) for number in range(job.pages)]
+
+
+def preview_again(
+    name: str | None,
+    part: PartOptions,
+    outputs: Sequence[str | Path],
+    *,
+    show_travel: bool = False,
+    listener: Listener = SILENT,
+) -> Previewed:
+    """Write to files what `again` would plot."""
+    paths = [Path(path) for path in outputs]
+    check_outputs(paths)
+    before = store.drawn_before(name)
+    kept = _kept_pages(before)
+    drawings, plans = _shown([page.drawing for page in kept], part, before.profile, before.options, listener)
+    files = write_drawings(drawings, paths, Look(show_travel=show_travel))
+    tally = sum((Tally(**page.told) for page in kept if page.told), Tally())
+    about = kept[0].drawing.about
+    facts: Facts = {"job": before.name, "files": [str(file) for file in files]}
+    return _previewed(plans, facts, files, tally, int(about.get("seed") or 0))
+
+
+def _shown(
+    pages: Sequence[Drawing], part: PartOptions, profile: Plotter, options: Options, listener: Listener
+) -> tuple[list[Drawing], list[Plan]]:
+    """Pages as a preview shows them, and the plans of what is drawn of them."""
+    laid = [laid_out(page, profile, options.layers, options.order) for page in pages]
+    asked = stretch.Stretch(**dataclasses.asdict(part))
+    chosen = stretch.pieces(laid, asked, profile, options.speed) if part else _whole(laid)
+    if part:
+        listener.say(stretch.named(chosen, laid))
+    plans = [plan(cut_out(laid[piece.sheet], piece), profile, speed=options.speed) for piece in chosen]
+    shown = [with_rest(laid[piece.sheet], piece, made) for piece, made in zip(chosen, plans, strict=True)]
+    return shown, plans
+
+
+def _whole(pages: Sequence[Drawing]) -> list[stretch.Piece]:
+    return [stretch.Piece(number, 0, len(page.strokes)) for number, page in enumerate(pages)]
+
+
+def _previewed(
+    plans: Sequence[Plan], facts: Facts, files: Sequence[Path], tally: Tally, seed: int, notes: Sequence[str] = ()
+) -> Previewed:
+    times = sum(planned.duration for planned in plans), stretched(plans)
+    dips, hooks_s = sum(planned.dips for planned in plans), sum(planned.hooked for planned in plans)
+    return Previewed(facts, tuple(files), *times, tally, seed, dips, hooks_s, notes=tuple(notes))
 
 
 def _unwritten(drawing: Drawing) -> Manuscript:

@@ -3,30 +3,39 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
 from handout import atomic, units
 from handout.errors import InputError
 from handout.hand import file, library
 from handout.pipeline.options import SheetOptions, StudyOptions, WritingOptions, seed_of
 from handout.pipeline.results import SILENT, Fact, Facts, Listener, Result
-from handout.pipeline.study_material import Material, Twin, material, parted, twins
+from handout.pipeline.study_material import Material, Twin, material, parted, pictures_in, twins
 from handout.pipeline.writing import write
 from handout.progress import within
 from handout.prompting.sheet_layout import paper_of_name
-from handout.study import design, evenness, sheets
+from handout.scanning.picture_files import read_picture
+from handout.study import answers as answering
+from handout.study import design, evenness, scoring, sheets
+from handout.study.answers import Answer
 from handout.study.design import Item, Key, Person, Snippet
+from handout.study.figure import figure
+from handout.study.scoring import Scores as Scores
+from handout.study.scoring import Share as Share
+from handout.tagging.page_sources import chosen_pages
 
 if TYPE_CHECKING:
     from handout.pipeline.study_material import Parted
     from handout.study.evenness import Tell
+    from handout.study.scoring import Difficulty, Taken
     from handout.study.snippets import Picture
 
 _READ, _WRITTEN = 0.1, 0.9  # of the work on a study, when its pages are known, and when all is written; measured
@@ -288,3 +297,261 @@ def _notes(materials: Sequence[Material], lots: Parted, kept: Sequence[Twin], to
         if tell.tells
     ]
     return notes
+
+
+@dataclass(frozen=True, eq=False)
+class ReadStudy(Result):
+    """Scans that were read.
+
+    unread : pages that could not be, with the reason; missing : person → pages of him that were not there.
+    """
+
+    path: Path
+    study: str
+    people: int
+    sheets: int
+    answers: tuple[Answer, ...]
+    unread: tuple[str, ...]
+    missing: Mapping[int, Sequence[int]]
+
+    @property
+    def doubtful(self) -> tuple[Answer, ...]:
+        """Rows for a person to decide."""
+        return tuple(answer for answer in self.answers if answer.state == answering.DOUBTFUL)
+
+    def facts(self) -> Facts:
+        return {
+            "files": [str(self.path)],
+            "study": self.study,
+            "people": self.people,
+            "sheets": self.sheets,
+            "answers": len(self.answers),
+            "doubtful": [
+                {
+                    "person": one.person,
+                    "questionnaire": one.questionnaire,
+                    "item": one.item,
+                    "why": one.why,
+                    "picture": one.picture,
+                }
+                for one in self.doubtful
+            ],
+            "unread": list(self.unread),
+            "missing": {str(person): list(pages) for person, pages in self.missing.items()},
+        }
+
+
+def read(scans: Sequence[str | Path], output: str | Path, *, listener: Listener = SILENT) -> ReadStudy:
+    """Read the filled sheets of a study into a table of answers.
+
+    Rows that are not plain are left empty, with a picture of each in a folder beside the table.
+
+    Parameters
+    ----------
+    scans : pictures or PDF files of one or more pages, or folders of them: scans or photographs, any way round.
+    output : the table, a .csv file.
+
+    Raises
+    ------
+    InputError
+        Nothing can be read, or sheets of several studies.
+    """
+    path = Path(output)
+    if path.suffix.lower() != ".csv":
+        raise InputError(f"Answers are written as CSV, not {path.suffix or 'without a suffix'}: use {path.stem}.csv.")
+    atomic.check_writable(path)
+    found, unread = _sheets(scans, listener)
+    rows, pictures = answering.answers(found)
+    folder = path.with_name(f"{path.stem}-doubtful")
+    rows = [
+        replace(row, picture=str(Path(folder.name) / _picture_name(row))) if row.place in pictures else row
+        for row in rows
+    ]
+    for row in rows:
+        if row.picture:
+            folder.mkdir(exist_ok=True)
+            atomic.write(path.parent / row.picture, _png(pictures[row.place]))
+    atomic.write(path, answering.to_csv(rows))
+    people = {sheet.record.person for sheet in found}
+    missing = answering.missing(found)
+    notes = [f"Not read: {reason}" for reason in unread]
+    notes += [f"Person {person}: {_pages(gone)} not among the scans." for person, gone in missing.items()]
+    doubtful = sum(row.state == answering.DOUBTFUL for row in rows)
+    if doubtful:
+        notes.append(
+            f"{units.count(doubtful, 'row')} doubtful: look at the pictures in {folder}, and write the answers into "
+            "the table, or leave them empty."
+        )
+    return ReadStudy(path, found[0].record.study, len(people), len(found), tuple(rows), tuple(unread), missing,
+                     notes=tuple(notes))  # fmt: skip
+
+
+def _sheets(scans: Sequence[str | Path], listener: Listener) -> tuple[list[answering.ReadSheet], list[str]]:
+    """The sheets that could be read, and why others could not."""
+    names = [str(path) for scan in scans for path in (pictures_in(Path(scan)) if Path(scan).is_dir() else [Path(scan)])]
+    pages = chosen_pages(names)
+    found, unread = list[answering.ReadSheet](), list[str]()
+    for number, (path, page) in enumerate(pages):
+        listener.progress(number / len(pages), f"reading {number + 1}/{len(pages)}")
+        source = str(path) if page is None else f"{path}, page {page}"
+        try:
+            found.append(answering.read_sheet(read_picture(path, page).rgb, source))
+        except InputError as error:
+            unread.append(str(error) if str(error).startswith(source) else f"{source}: {error}")
+    if not found:
+        raise InputError(f"No sheet of a study could be read. {unread[0]}")
+    return found, unread
+
+
+def _pages(numbers: Sequence[int]) -> str:
+    return (
+        ("page " if len(numbers) == 1 else "pages ")
+        + ", ".join(map(str, numbers))
+        + (" is" if len(numbers) == 1 else " are")
+    )
+
+
+def _picture_name(row: Answer) -> str:
+    return f"person-{row.person}-{row.questionnaire}-{row.item}.png"
+
+
+def _png(pixels: NDArray[np.uint8]) -> bytes:
+    import cv2
+
+    return bytes(cv2.imencode(".png", pixels[:, :, ::-1])[1])
+
+
+@dataclass(frozen=True, eq=False)
+class ScoredStudy(Result):
+    """The figures of a study."""
+
+    study: str
+    answers: Taken
+    scores: Mapping[str, Scores]
+    snippets: tuple[Difficulty, ...]
+    histograms: Mapping[str, Sequence[float]]
+    files: tuple[Path, ...]
+
+    def facts(self) -> Facts:
+        return {
+            "study": self.study,
+            "files": [str(path) for path in self.files],
+            "people": len({one.person for one in self.answers.judged}),
+            "answers": len(self.answers.judged),
+            "empty": self.answers.empty,
+            "decided_by_a_person": self.answers.decided,
+            "without_consent": list(self.answers.unwilling),
+            "too_few_controls": list(self.answers.careless),
+            "questionnaires": {kind: _score_facts(each) for kind, each in self.scores.items()},
+            "difficulty": {kind: list(shares) for kind, shares in self.histograms.items()},
+            "snippets": [_snippet_facts(one) for one in self.snippets],
+        }
+
+
+def _snippet_facts(one: Difficulty) -> Facts:
+    shares = {"real": one.real, "made": one.made, "pair": one.pair}
+    found: Facts = {name: _share_facts(share) for name, share in shares.items() if share is not None}
+    return {"snippet": one.snippet, "text": one.text, "hand": one.hand, **found}
+
+
+def _share_facts(share: Share) -> Facts:
+    return {
+        "right": share.right, "of": share.of, "share": round(share.share, 5), "exact": _rounded(share.exact),
+        "people": _rounded(share.people), "people_and_words": _rounded(share.both), "p": share.p,
+    }  # fmt: skip
+
+
+def _rounded(interval: tuple[float, float]) -> list[Fact]:
+    return [round(end, 5) for end in interval]
+
+
+def _score_facts(scores: Scores) -> Facts:
+    skill, confusions = scores.skill, scores.confusions
+    return {
+        **_share_facts(scores.share),
+        "hands": {name: _share_facts(share) for name, share in scores.hands.items()},
+        "conditions": {name: _share_facts(share) for name, share in scores.conditions.items()},
+        "tests": [{"first": test.first, "second": test.second, "p": test.p} for test in scores.tests],
+        "groups": {
+            name: {said: _share_facts(share) for said, share in group.items()} for name, group in scores.groups.items()
+        },
+        "skill": {
+            "rows": skill.rows, "people_with_score": {str(k): n for k, n in skill.scores.items()},
+            "if_guessing": {str(k): round(n, 3) for k, n in skill.expected.items()}, "spread": round(skill.spread, 5),
+            "p_alike": skill.p, "above_chance": list(skill.above), "above_by_chance": round(skill.above_by_chance, 3),
+        },
+        "confusions": {f"{truth} called {answer}": n for (truth, answer), n in confusions.counts.items()},
+        "sensitivity": round(confusions.sensitivity, 5),
+        "bias": round(confusions.bias, 5),
+    }  # fmt: skip
+
+
+def score(
+    table: str | Path,
+    key: str | Path | None = None,
+    output: str | Path | None = None,
+    *,
+    least_controls: int = 0,
+    seed: int = 0,
+) -> ScoredStudy:
+    """Score the answers of a study.
+
+    Parameters
+    ----------
+    table : what `read` wrote, with what a person decided of the doubtful rows.
+    key : the key of the study; None: a .key file beside the table, in a folder there, or in the working folder.
+    output : an .svg file for the figure, if any.
+    least_controls : people who told fewer of the easy pairs are left out.
+    seed : of the permutations.
+
+    Raises
+    ------
+    InputError
+        No such table or key, a key that was changed, answers of several studies, nothing that counts.
+    """
+    path, figure_path = Path(table), None if output is None else Path(output)
+    if figure_path is not None:
+        if figure_path.suffix.lower() != ".svg":
+            raise InputError(f"The figure is written as SVG: use {figure_path.stem}.svg.")
+        atomic.check_writable(figure_path)
+    rows = answering.from_csv(path)
+    studies = {row.study for row in rows}
+    if len(studies) != 1:
+        raise InputError(f"{path} holds answers of {units.count(len(studies), 'study', 'studies')}: give those of one.")
+    (study,) = studies
+    opened = design.opened(_key_of(study, path) if key is None else Path(key), study)
+    answers = scoring.taken(opened, rows, least_controls)
+    found = scoring.scores(opened, answers, seed)
+    parts = {kind: [one for one in answers.judged if one.questionnaire == kind] for kind in found}
+    histograms = {kind: scoring.difficulty_histogram(own) for kind, own in parts.items() if kind != design.ENVELOPES}
+    files: tuple[Path, ...] = ()
+    if figure_path is not None:
+        atomic.write(figure_path, figure(found, histograms, f"Study {study}"))
+        files = (figure_path,)
+    return ScoredStudy(study, answers, found, tuple(scoring.difficulties(opened, answers.judged)), histograms, files,
+                       notes=tuple(_left_out(answers)))  # fmt: skip
+
+
+def _left_out(answers: Taken) -> list[str]:
+    notes = []
+    if answers.empty:
+        notes.append(f"{units.count(answers.empty, 'row')} without an answer left out.")
+    if answers.decided:
+        notes.append(f"{units.count(answers.decided, 'doubtful row')} as a person decided.")
+    for people, why in ((answers.unwilling, "did not agree"), (answers.careless, "told too few of the controls")):
+        if people:
+            named = ", ".join(map(str, people))
+            notes.append(f"{units.count(len(people), 'person', 'people')} left out who {why}: {named}.")
+    return notes
+
+
+def _key_of(study: str, table: Path) -> Path:
+    """The key of a study, looked for near its answers."""
+    folders = dict.fromkeys((table.resolve().parent, Path.cwd()))
+    keys = [path for folder in folders for pattern in ("*.key", "*/*.key") for path in sorted(folder.glob(pattern))]
+    for path in keys:
+        if design.name_of(path.read_bytes()) == study:
+            return path
+    others = ", ".join(map(str, keys[:3]))
+    seen = f" ({others}: of other studies, or changed)" if keys else ""
+    raise InputError(f"The key of study {study} is not beside {table} nor in a folder there{seen}: give it with --key.")

@@ -86,7 +86,7 @@ def material(name: str, scans: Path | None, dpi: float | None, listener: Listene
     own = tuple(WrittenWords(hand, number) for number in range(len(hand.pages)))
     if scans is None:
         return Material(hand, own, tuple(range(len(own))))
-    known, fresh = _told_apart(_scans(scans), hand)
+    known, fresh = _told_apart(pictures_in(scans), hand)
     if not fresh:
         return Material(hand, own, tuple(sorted(known)))
     texts = [text for path in fresh if (text := path.with_suffix(".txt")).is_file()]
@@ -98,7 +98,14 @@ def material(name: str, scans: Path | None, dpi: float | None, listener: Listene
     return Material(hand, (*own, *others), used)
 
 
-def _scans(folder: Path) -> list[Path]:
+def pictures_in(folder: Path) -> list[Path]:
+    """The scans in a folder, by their names; a file is one.
+
+    Raises
+    ------
+    InputError
+        There are none.
+    """
     if folder.is_file():
         return [folder]
     try:
@@ -106,7 +113,7 @@ def _scans(folder: Path) -> list[Path]:
     except OSError as error:
         raise InputError(f"Cannot read {folder}: {error.strerror or error}.") from error
     if not found:
-        raise InputError(f"{folder} holds no scans: put pictures of pages there, each with its text in a .txt file.")
+        raise InputError(f"{folder} holds no scans: put pictures of the pages there.")
     return found
 
 

@@ -14,8 +14,10 @@ from typing import Any, NamedTuple, cast
 import msgspec
 
 from handout.errors import DeviceError, InputError, PortError
+from handout.plotting import announcements
 from handout.plotting.dialects import DIALECTS, dialect
 from handout.plotting.greetings import Firmware, recognise
+from handout.plotting.moonraker_ports import is_moonraker, open_moonraker
 from handout.plotting.network_ports import is_network, open_network
 from handout.plotting.ports import Port, SerialDevice, SerialPort, serial_devices
 from handout.profiles import Plotter
@@ -30,7 +32,8 @@ def open_port(url: str, profile: Plotter) -> Port:
 
     Parameters
     ----------
-    url : ``/dev/ttyUSB0``, ``COM3``; ``tcp://host:23``, ``ws://host:81`` (see `network_ports`); another address of
+    url : ``/dev/ttyUSB0``, ``COM3``; ``tcp://host:23``, ``ws://host:81`` (see `network_ports`); ``moonraker://host``
+        (see `moonraker_ports`); another address of
         pyserial's; ``auto``: the only serial port that the machine can be at; ``sim:`` for the simulated plotter, with
         options such as ``sim:?fault=alarm&after=40&buffer=64&realtime=1``.
 
@@ -50,6 +53,8 @@ def open_port(url: str, profile: Plotter) -> Port:
 
 
 def _open_at(url: str, baud: int) -> Port:
+    if is_moonraker(url):
+        return open_moonraker(url)
     return open_network(url) if is_network(url) else SerialPort(url, baud)
 
 
@@ -128,13 +133,16 @@ def identify(url: str, open_at: Callable[[str, int], Port] = _open_at) -> Answer
         The port cannot be opened.
     """
     speeds = {name: dialect(name).question.bauds for name in DIALECTS}
-    if is_network(url):  # which has no speeds
-        speeds = dict.fromkeys(DIALECTS, (115200,))
+    if is_moonraker(url):  # where nobody else is, and which has no speeds
+        speeds = {"klipper": (115200,)}
+    elif is_network(url):
+        speeds = {name: (115200,) for name, bauds in speeds.items() if bauds}
     bauds = sorted({baud for bauds in speeds.values() for baud in bauds}, key=lambda baud: baud != 115200)
     for baud in bauds:
         port = open_at(url, baud)
         try:
-            answer = ask(port, [name for name, bauds in speeds.items() if baud in bauds])
+            wakes = 0.0 if is_moonraker(url) else _WAKES
+            answer = ask(port, [name for name, bauds in speeds.items() if baud in bauds], wakes)
         finally:
             port.close()
         if answer is not None:
@@ -145,14 +153,24 @@ def identify(url: str, open_at: Callable[[str, int], Port] = _open_at) -> Answer
 def find_port(
     profile: Plotter, ports: Sequence[SerialDevice] | None = None, open_at: Callable[[str, int], Port] = _open_at
 ) -> str:
-    """The name of the only serial port that a machine can be at: by its USB id, or else by who answers.
+    """Where the only machine is that a profile can be for: a serial port, by its USB id or else by who answers; without
+    any, an address on the network, by what is announced there.
 
     Raises
     ------
     PortError
         None, or several.
     """
-    boards = _candidates(profile, _usb_devices(ports))
+    serial = bool(dialect(profile.dialect).question.bauds)
+    boards = _candidates(profile, _usb_devices(ports)) if serial else []
+    if not boards and (found := _on_network(profile.dialect)):
+        return found
+    if not boards and not serial:
+        raise PortError(
+            f"No Moonraker has announced itself on the network ({profile.title}): is it switched on, has its "
+            "moonraker.conf [zeroconf], is zeroconf installed here (pip install 'handout-driver[network]')? Else "
+            "name it with --port."
+        )
     if not boards:
         raise PortError(
             f"None of this computer's serial ports can be that of the plotter ({profile.title}): is it plugged in and "
@@ -166,6 +184,19 @@ def find_port(
     names = ", ".join(answering or boards)
     reason = "Several plotters answer" if answering else "Several serial ports are there and none answers"
     raise PortError(f"{reason} as {profile.title} should: choose one of {names} with --port.")
+
+
+def _on_network(language: str) -> str:
+    """Where the only machine on the network is that can speak a language ("": any); "" if none has announced itself."""
+    try:
+        machines = [one for one in announcements.listen() if not language or one.dialect in ("", language)]
+    except PortError:  # nobody can be heard
+        return ""
+    sure = [one for one in machines if one.dialect] or machines
+    if len(sure) > 1:
+        names = ", ".join(one.address for one in sure)
+        raise PortError(f"Several machines have announced themselves: choose one of {names} with --port.")
+    return sure[0].reached if sure else ""
 
 
 def _usb_devices(ports: Sequence[SerialDevice] | None) -> list[SerialDevice]:
@@ -182,7 +213,8 @@ def _candidates(profile: Plotter, devices: Sequence[SerialDevice]) -> list[str]:
 def only_port(
     ports: Sequence[SerialDevice] | None = None, open_at: Callable[[str, int], Port] = _open_at
 ) -> tuple[str, Answer | None]:
-    """The only serial port with a USB id, and who is there; of several, the only one at which anybody answers.
+    """The only serial port with a USB id, and who is there; of several, the only one at which anybody answers; without
+    any, the only machine that has announced itself on the network.
 
     Raises
     ------
@@ -190,6 +222,8 @@ def only_port(
         None, or several; a single one cannot be opened.
     """
     names = [port.name for port in _usb_devices(ports)]
+    if not names and (found := _on_network("")):
+        return found, identify(found, open_at)
     if not names:
         raise PortError("Nothing with a serial port is plugged in: is the plotter, and is it switched on?")
     if len(names) == 1:

@@ -165,9 +165,10 @@ class Dialect:
     suffixes : of files; usual_device : the machine that a file is for if none is named.
     motion : who makes the speeds: the controller, from feeds, with its own planner ("planned"); the program, which
         tells a time for every move ("timed"); the plotter, which keeps a velocity along each line ("vectors").
-    plans_along_path : its planner limits the acceleration along the path, and takes short segments for curves.
+    curves : of a planner that limits the acceleration along the path: what it takes for a curve (`lookahead.Machine`).
     shortest_segment : steps that a segment has at least.
     lowering_bytes : bytes that are asked and answered before the pen is lowered.
+    in_hand : s of motion that it must be sent ahead, however much ink that is, or it stops in the middle of a stroke.
     pen_values : of a servo; None if the dialect has words of its own for the pen.
     steps_setting : where the machine keeps its steps per mm, "" if its scale is not set so.
     """
@@ -184,10 +185,11 @@ class Dialect:
     pen_values: PenValues | None
     steps_setting: str
     usb: frozenset[tuple[int, int]] = frozenset()
-    plans_along_path: bool = False
+    curves: Literal["", "short", "all"] = ""
     # own method: with fewer steps a segment has no direction, and its feed makes a GRBL crawl
     shortest_segment: float = 3.0
     lowering_bytes: float = 0.0
+    in_hand: float = 0.0
 
 
 def ignore_report(report: StateReport) -> None:

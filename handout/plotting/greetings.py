@@ -54,7 +54,11 @@ _KNOWN: tuple[tuple[str, Firmware], ...] = (
     ),
     (
         r"FIRMWARE_NAME:\s*Klipper|Klipper state",
-        Firmware("Klipper", advice="export a file and print it from Moonraker (handout export -o page.gcode)"),
+        Firmware("Klipper", advice="reach it through Moonraker (--port moonraker://its-name.local)"),
+    ),
+    (
+        r'"klippy_state"',
+        Firmware("Klipper behind Moonraker", "klipper", ("klipper-servo", "klipper-stepper", "klipper-z")),
     ),
     (
         r"RepRapFirmware",

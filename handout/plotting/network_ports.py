@@ -25,7 +25,7 @@ from handout.plotting.ports import Port
 _PORTS = {"tcp": 23, "telnet": 23, "socket": 0, "ws": 81}  # what a machine uses that was told nothing else; 0: none
 _CONNECTS = 5.0  # s
 _SENDS = 10.0  # s that what is sent may wait for the network
-_MISSING = "needs the library websockets: pip install 'handout-driver[network]'; or use the machine's telnet, tcp://{}."
+_MISSING = "needs the library websockets: pip install 'handout-driver[network]'; or "
 # what FluidNC tells its own page in the browser; not lines of the conversation
 _FOR_BROWSERS = re.compile(r"(CURRENT_ID|ACTIVE_ID|currentID|activeID):|PING\b")
 
@@ -89,23 +89,27 @@ class WebSocketPort:
     """The lines of a machine over WebSocket; its pings are answered while nobody reads.
 
     greets : as of `TcpPort`.
+    missing, other : what to do where the library is missing, and where who answers is no WebSocket.
     """
 
     greets = True
+    missing = "use the machine's telnet, tcp://{}."
+    other = "the port is 81 on most FluidNC and grblHAL machines."
 
-    def __init__(self, url: str) -> None:
+    def __init__(self, url: str, protocols: tuple[str, ...] = ("arduino",)) -> None:
         try:
             from websockets.exceptions import WebSocketException
             from websockets.sync.client import connect
         except ImportError as error:
-            raise PortError(f"{url} {_MISSING.format(urlsplit(url).hostname)}") from error
+            raise PortError(f"{url} {_MISSING}{self.missing.format(urlsplit(url).hostname)}") from error
         self.url, self._socket = url, _connected(url)
-        arduino: Any = ["arduino"]
+        subprotocols: Any = list(protocols) or None
         try:  # no pings of ours: older grblHAL answers them with a broken frame
             self._connection = connect(
                 url,
                 sock=self._socket,
-                subprotocols=arduino,
+                subprotocols=subprotocols,
+                additional_headers=self.headers(),
                 compression=None,
                 open_timeout=_CONNECTS,
                 ping_interval=None,
@@ -113,12 +117,17 @@ class WebSocketPort:
             ).__enter__()  # left by closing the socket, without the farewells of its own way out
         except (OSError, WebSocketException) as error:
             self._socket.close()
-            raise PortError(
-                f"{url} answers, but not as a WebSocket does: the port is 81 on most FluidNC and grblHAL machines."
-            ) from error
+            raise PortError(f"{url} answers, but not as a WebSocket does: {self.other}") from error
+
+    def headers(self) -> dict[str, str]:
+        """What is told when it connects."""
+        return {}
 
     def write(self, data: bytes) -> None:
         """Send bytes."""
+        self._send(data)
+
+    def _send(self, data: bytes | str) -> None:
         from websockets.exceptions import ConnectionClosed
 
         try:
@@ -139,11 +148,14 @@ class WebSocketPort:
                     if isinstance(error, TimeoutError) or data:
                         break
                     raise lost(self.url) from error
-                if isinstance(message, bytes):
-                    data += message
-                elif not _FOR_BROWSERS.match(message):
-                    data += message.encode()
+                data += self._heard(message)
         return data
+
+    def _heard(self, message: str | bytes) -> bytes:
+        """What a message means to the conversation."""
+        if isinstance(message, bytes):
+            return message
+        return b"" if _FOR_BROWSERS.match(message) else message.encode()
 
     def close(self) -> None:
         """Abort the connection."""
@@ -153,6 +165,15 @@ class WebSocketPort:
 def lost(url: str) -> PortError:
     """The error of a connection that was there."""
     return PortError(f"The connection to {url} is lost: is the plotter still switched on, and on the network?")
+
+
+def unreachable(url: str, host: str, error: OSError) -> PortError:
+    """The error of a place that takes no connection."""
+    reason = f"nobody on this network is called {host}" if isinstance(error, socket.gaierror) else _reason(error)
+    return PortError(
+        f"{url} cannot be opened ({reason}): check the address, that the machine is switched on and on the network, "
+        "and that no other program is connected to it."
+    )
 
 
 def _connected(url: str) -> socket.socket:
@@ -167,11 +188,7 @@ def _connected(url: str) -> socket.socket:
     try:
         made = socket.create_connection((host, port), _CONNECTS)
     except OSError as error:
-        reason = f"nobody on this network is called {host}" if isinstance(error, socket.gaierror) else _reason(error)
-        raise PortError(
-            f"{url} cannot be opened ({reason}): check the address, that the machine is switched on and on the "
-            "network, and that no other program is connected to it."
-        ) from error
+        raise unreachable(url, host, error) from error
     made.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     made.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))  # closing aborts
     made.settimeout(None)

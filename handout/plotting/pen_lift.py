@@ -29,13 +29,15 @@ def way(pen: Pen, down: bool) -> list[tuple[float, float]]:
 
 
 def lowering_speed(pen: Pen) -> float:
-    """Of a Z axis on its way down, mm/s: as slow as the ramp asks for."""
+    """Of a Z axis or a stepper on its way down, mm/s: as slow as the ramp asks for."""
     return min(float(pen.z_speed), abs(pen.up - pen.down) / pen.ramp) if pen.ramp > 0 else float(pen.z_speed)
 
 
 def wait(pen: Pen, down: bool, line_time: float) -> float:
     """How long the machine stands while the pen moves, s; a Z axis that moves is not waited for by it."""
     waits = [seconds for _, seconds in way(pen, down)]
+    if pen.lift == "stepper":
+        waits[-1] += abs(pen.up - pen.down) / (lowering_speed(pen) if down else float(pen.z_speed))
     return sum(waits) + (0.0 if pen.lift == "z" and not any(waits) else len(waits) * line_time)
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import math
 import threading
 import time
 from collections import deque
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from handout.printing.batch import Spool
 
 Makes = Literal["rows", "letters", "envelopes"]
+_GLANCE = 0.05  # s between two looks whether all devices have ended
 _PATIENCE = 30.0  # s that an interrupted device has to lift its pen or to cancel its job; set by eye
 
 
@@ -164,9 +166,9 @@ def send_to_several(
     halted = [piece for station in stopped for piece in station.sheet]
     sent, rest = run.parted(halted)
     rest = _left(rest, todo, run, table)
-    if interrupt := sharing.interrupted:
-        interrupt.add_note(f"Stopped.{_running(place)} {run.way_out((), sent, rest)}")
-        raise interrupt
+    if sharing.interrupted is not None:
+        sharing.interrupted.add_note(f"Stopped.{_running(place)} {run.way_out((), sent, rest)}")
+        raise sharing.interrupted
     told = [f"{station.name}: {station.error}" for station in stopped]
     if rest or halted:
         failed = tuple(Failed(number, "not made") for number in rest)
@@ -214,18 +216,24 @@ class _Sharing:
         for thread in threads:
             thread.start()
         try:
-            for thread in threads:
-                while thread.is_alive():
-                    thread.join(0.5)  # a join without an end would not hear Ctrl-C on every system
-        except KeyboardInterrupt as interrupt:
-            self.interrupted = interrupt
+            self._wait(math.inf)
+        except KeyboardInterrupt as stop:
+            self.interrupted = stop
             with self._changed:
                 self._changed.notify_all()
-            for thread in threads:
-                _interrupt(thread)
-            end = time.monotonic() + _PATIENCE  # of all together
-            for thread in threads:
-                thread.join(max(end - time.monotonic(), 0.0))
+            for station, thread in zip(self.place.stations, threads, strict=True):
+                if not station.ended and thread.ident is not None:
+                    interrupt(thread.ident)
+            self._wait(_PATIENCE)
+
+    def _wait(self, seconds: float) -> None:
+        """Until all devices have ended, at most so long.
+
+        Not by joining their threads: Python before 3.13 takes a thread for ended when its join is interrupted.
+        """
+        end = time.monotonic() + seconds
+        while not all(station.ended for station in self.place.stations) and time.monotonic() < end:
+            time.sleep(_GLANCE)
 
     def _work(self, station: Station, waiting: Sequence[Piece]) -> None:
         """One device, until nothing is left for it."""
@@ -240,8 +248,8 @@ class _Sharing:
                     run.send(station.spool, sheet)
         except HandoutError as error:
             station.error = error
-        except KeyboardInterrupt as interrupt:
-            station.error = interrupt
+        except KeyboardInterrupt as stop:
+            station.error = stop
             if station.sheet:
                 run.cancel(station.spool.queue, station.sheet)
         except BaseException as error:  # of this program: all stop, and it is raised where they were begun
@@ -349,7 +357,6 @@ class _Sharing:
         station.held, station.own = [], deque()
 
 
-def _interrupt(thread: threading.Thread) -> None:
+def interrupt(thread: int) -> None:
     """Raise KeyboardInterrupt in a thread, as Ctrl-C does in the first: it lifts its pen, or cancels its job."""
-    if thread.is_alive() and thread.ident is not None:
-        ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread.ident), ctypes.py_object(KeyboardInterrupt))
+    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(KeyboardInterrupt))

@@ -124,6 +124,8 @@ def _read_image(path: Path, page: int | None) -> Picture:
     Image.MAX_IMAGE_PIXELS = None
     try:
         with _quietly(), Image.open(path) as image:
+            if image.format == "EPS":  # Pillow would have another program run it
+                raise InputError(f"{path} is PostScript, which is a program: save it as PNG or TIFF.")
             refuse_large(image.width, image.height, path)
             frames = int(getattr(image, "n_frames", 1)) if image.format == "TIFF" else 1
             index = page_index(frames, page, path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from itertools import pairwise
 from typing import Any
@@ -45,7 +46,7 @@ def travel_moves(drawing: Drawing) -> list[Array]:
     Where a plotter does something in between, ``about["hooks"]`` has its way, as `plotting` writes it: the stroke that
     comes after it, its places.  Ways before the first stroke and after the last come last.
     """
-    moves = [np.stack([a.xy[-1], b.xy[0]]) for a, b in pairwise(drawing.strokes)]
+    moves = [np.stack([a.xy[-1], b.xy[0]]) for a, b in pairwise(plotted(drawing))]
     around: list[Array] = []
     for way in hook_ways(drawing):
         if 0 < way["stroke"] <= len(moves):
@@ -53,6 +54,12 @@ def travel_moves(drawing: Drawing) -> list[Array]:
         elif len(way["way"]) > 1:
             around.append(np.array(way["way"], dtype=float))
     return moves + around
+
+
+def plotted(drawing: Drawing) -> Sequence[Stroke]:
+    """The strokes that are drawn: all, or those from and to before the two that ``about["part"]`` says."""
+    first, stop = drawing.about.get("part") or (0, len(drawing.strokes))
+    return drawing.strokes[first:stop]
 
 
 def hook_ways(drawing: Drawing) -> list[dict[str, Any]]:

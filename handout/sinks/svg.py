@@ -285,7 +285,9 @@ def _travel(drawing: Drawing, shown: bool) -> list[str]:
     # AxiDraw's programs never plot a layer whose name begins so
     group = f'<g id="travel" class="travel"{hidden} {_layer("% travel of the lifted pen")} fill="none" {look}>'
     ways = paths.travel_moves(drawing)
-    times = [f' data-t0="{_mm(float(a.t[-1]))}" data-t1="{_mm(float(b.t[0]))}"' for a, b in pairwise(drawing.strokes)]
+    times = [
+        f' data-t0="{_mm(float(a.t[-1]))}" data-t1="{_mm(float(b.t[0]))}"' for a, b in pairwise(paths.plotted(drawing))
+    ]
     times += [""] * (len(ways) - len(times))
     moves = [_move(way, when) for way, when in zip(ways, times, strict=True)]
     return [group, *moves, *_dips(drawing), "</g>"]

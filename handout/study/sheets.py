@@ -156,6 +156,11 @@ def _row(record: SheetRecord, k: int) -> Row:
     return Row(record.kind, number, ANSWERS[record.kind], _boxes(middle))
 
 
+def above(row: Row) -> float:
+    """mm from the boxes of a row up to what they are about."""
+    return {PAIRS: _REFERENCE + FRAME[1], SINGLES: (FRAME[1] - BOX) / 2}.get(row.questionnaire, 0.0)
+
+
 def _boxes(middles: Sequence[tuple[float, float]]) -> Array:
     half = BOX / 2 * np.array([-1, -1, 1, 1])
     return np.array([(x, y, x, y) for x, y in middles]) + half

@@ -505,7 +505,7 @@ def _placed(hand: ScannedHand, number: int, drafts: Drafts) -> tuple[list[Scanne
     place = {at: i for i, at in enumerate(ats)}
     # of neighbours that are gone, nobody
     here = {NOBODY: NOBODY} | {i: place.get(key, NOBODY) for (i, _), key in zip(own, keys, strict=True)}
-    glyphs = (replace(drafts[at], page=number) if at >= 0 else hand.glyphs[-1 - at] for at in ats)
+    glyphs = (drafts[at] if at >= 0 else hand.glyphs[-1 - at] for at in ats)
     return [_numbered(glyph, here) for glyph in glyphs], ats
 
 

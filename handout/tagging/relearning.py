@@ -382,18 +382,19 @@ def _marked(alignment: Alignment, present: Mapping[int, bool]) -> Alignment:
 
 def with_page(hand: ScannedHand, number: int, glyphs: Sequence[ScannedGlyph]) -> ScannedHand:
     """The hand with other glyphs on one page; `glyphs` are numbered from 0."""
-    parts: list[list[ScannedGlyph]] = []
-    for page in range(len(hand.pages)):
-        own = [(i, glyph) for i, glyph in enumerate(hand.glyphs) if glyph.page == page]
-        order = {old: new for new, (old, _) in enumerate(own)} | {NOBODY: NOBODY}
-        parts.append(
-            [replace(glyph, page=page) for glyph in glyphs]
-            if page == number
-            else [glyph.beside(order) for _, glyph in own]
-        )
+    pages: list[list[int]] = [[] for _ in hand.pages]
+    for i, glyph in enumerate(hand.glyphs):
+        pages[glyph.page].append(i)
+    place, own, count = {NOBODY: NOBODY}, {NOBODY: NOBODY}, 0
+    for page, numbers in enumerate(pages):
+        here = range(len(glyphs)) if page == number else numbers
+        (own if page == number else place).update(zip(here, range(count, count + len(here)), strict=True))
+        count += len(here)
     together: list[ScannedGlyph] = []
-    for part in parts:
-        first = len(together)
-        numbers = {NOBODY: NOBODY} | {n: n + first for n in range(len(part))}
-        together += [glyph.beside(numbers) for glyph in part]
+    for page, numbers in enumerate(pages):
+        if page == number:
+            moved = (glyph if glyph.page == page else replace(glyph, page=page) for glyph in glyphs)
+            together += [glyph.beside(own) for glyph in moved]
+        else:
+            together += [hand.glyphs[i].beside(place) for i in numbers]
     return replace(hand, glyphs=tuple(together))

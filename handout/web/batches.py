@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+import shutil
 
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import FileResponse, Response
 
 from handout.web.calls import MadeBatch, NewBatch
-from handout.web.hands import sent
+from handout.web.hands import beside, sent
 from handout.web.routes import Way, json_answer
 from handout.web.studio import TABLES, Studio
 from handout.web.tasks import TYPES, followed
@@ -53,8 +54,13 @@ async def keep(studio: Studio, request: Request, body: NewBatch) -> Response:
     """A batch is kept."""
     table = None if body.table is None else sent(studio, body.table, *TABLES)
     name = "a text" if body.table is None else studio.uploads[body.table].name
-    call = Call("batch_desk.keep_batch", (table, body.text, body.letter, body.plan(studio.hand(body.hand), name)))
-    return json_answer(await studio.answer("keeping a batch", call, studio.long))
+    folder = studio.folder()
+    wanted = table, body.text, body.letter, body.plan(studio.hand(body.hand), name)
+    call = Call("batch_desk.keep_batch", (*wanted, beside(studio, body.pictures, folder)))
+    try:
+        return json_answer(await studio.answer("keeping a batch", call, studio.long))
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 async def show(studio: Studio, request: Request, body: None) -> Response:
@@ -77,8 +83,8 @@ async def approve(studio: Studio, request: Request, body: None) -> Response:
 async def make(studio: Studio, request: Request, body: MadeBatch) -> Response:
     """A batch is printed or plotted, or gone on with."""
     _idle(studio, name := _name(request))
-    call = Call("batch_desk.make_batch", (name, body.port, body.at_zero), listens=True, moves=True)
-    return await followed(request, await studio.attend(body.port, f"batch {name}", call))
+    call = Call("batch_desk.make_batch", (name, body.ports, body.at_zero), listens=True, moves=True)
+    return await followed(request, await studio.attend(body.ports, f"batch {name}", call))
 
 
 async def file(studio: Studio, request: Request, body: None) -> Response:

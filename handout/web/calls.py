@@ -57,6 +57,9 @@ class Write(Body, frozen=True):
 
     text: Text
     letter: bool = False  # whether the text is that of a letter file, in Markdown
+    pictures: Annotated[
+        tuple[UploadId, ...], Meta(max_length=20)
+    ] = ()  # that it shows, by the names they were sent with
     format: Format = "svg"
     hand: Name = "house-joined"
     seed: Seed | None = None
@@ -159,6 +162,7 @@ class NewBatch(Write, frozen=True):
     title: Annotated[str, Meta(max_length=200)] = ""
     to: Literal["pdf", "printer", "plotter"] = "pdf"
     printer: PrinterName = ""
+    queues: Annotated[tuple[PrinterName, ...], Meta(max_length=16)] = ()  # further ones that share it
     grid: Annotated[str, Meta(pattern=r"^([1-9]\d?x[1-9]\d?)?(?!\n)$")] = ""
     rows: Annotated[str, Meta(pattern=r"^[0-9, -]{0,500}(?!\n)$")] = ""
     columns: Annotated[tuple[Annotated[str, Meta(max_length=200)], ...], Meta(max_length=50)] = ()
@@ -186,7 +190,7 @@ class NewBatch(Write, frozen=True):
         )
         table = TableOptions(self.rows, self.columns, no_name=True, copies=self.copies)
         title = self.title or name
-        ways = {"printer": self.printer, "device": self.device, "grid": self.grid}
+        ways = {"printer": self.printer, "queues": self.queues, "device": self.device, "grid": self.grid}
         return BatchPlan(
             title,
             self.to,
@@ -200,10 +204,15 @@ class NewBatch(Write, frozen=True):
 
 
 class MadeBatch(Body, frozen=True):
-    """Where a batch is made: the port of a plotter; at_zero : its pen stands above the machine's zero."""
+    """Where a batch is made: the ports of plotters, which share it; at_zero : each pen stands above its zero."""
 
-    port: PortName = ""
+    port: PortName | Annotated[tuple[PortName, ...], Meta(min_length=1, max_length=16)] = ""
     at_zero: bool = False
+
+    @property
+    def ports(self) -> tuple[str, ...]:
+        """All of them."""
+        return (self.port,) if isinstance(self.port, str) else self.port
 
 
 class NewHand(Body, frozen=True):

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import re
+from collections.abc import Sequence
 from pathlib import Path
 
 from starlette.exceptions import HTTPException
@@ -11,10 +14,11 @@ from starlette.responses import FileResponse, Response
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
 from handout.web.calls import GivenHand, Lacking, MorePages, NewHand, Sheets
 from handout.web.routes import Way, json_answer
-from handout.web.studio import Studio
+from handout.web.studio import PICTURES, Studio
 from handout.web.tasks import followed
 from handout.web.worker import Call
 
+_PICTURE = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,99}")
 _SAMPLE = "The quick brown fox jumps over the lazy dog"
 _SAMPLE_SHEET = SheetOptions("110x24mm", "4mm", 1)
 _SAMPLE_DPI = 200.0  # of a line of writing in the gallery: sharp on screens of two pixels a point
@@ -36,6 +40,26 @@ def sent(studio: Studio, key: str, *suffixes: str) -> Path:
     if suffixes and upload.path.suffix not in suffixes:
         raise HTTPException(422, f"{upload.name} is no {' or '.join(suffixes)} file.")
     return upload.path
+
+
+def beside(studio: Studio, keys: Sequence[str], folder: Path) -> Path | None:
+    """A folder in a folder with the pictures of a letter, by the names they were sent with; None without any.
+
+    Raises
+    ------
+    HTTPException
+        422: one is not here, or its name is none for a picture.
+    """
+    if not keys:
+        return None
+    (pictures := folder / "pictures").mkdir()
+    for key in keys:
+        path, name = sent(studio, key, *PICTURES), studio.uploads[key].name
+        if not _PICTURE.fullmatch(name):
+            raise HTTPException(422, f"{name!r}: a picture is called by letters, digits, ., - and _.")
+        (pictures / name).unlink(missing_ok=True)
+        os.link(path, pictures / name)
+    return pictures
 
 
 async def sample(studio: Studio, request: Request, body: None) -> Response:

@@ -9,6 +9,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from handout.web.calls import DrawnPlot, NewPlot, PenMove, Said
+from handout.web.hands import beside
 from handout.web.routes import Way, json_answer
 from handout.web.studio import Studio
 from handout.web.tasks import followed, task_of
@@ -38,7 +39,7 @@ async def machines(studio: Studio, request: Request, body: None) -> Response:
 async def move(studio: Studio, request: Request, body: PenMove) -> Response:
     """The pen is moved by hand."""
     call = Call("plot_desk.move_pen", (body.port, body.device, body.move, body.x, body.y), listens=True, moves=True)
-    return await followed(request, await studio.attend(body.port, "moving the pen", call))
+    return await followed(request, await studio.attend((body.port,), "moving the pen", call))
 
 
 async def plots(studio: Studio, request: Request, body: None) -> Response:
@@ -49,8 +50,10 @@ async def plots(studio: Studio, request: Request, body: None) -> Response:
 
 async def keep(studio: Studio, request: Request, body: NewPlot) -> Response:
     """A text is kept as a plot."""
-    call = Call("plot_desk.keep_plot", (body.text, body.letter, body.request(studio.hand(body.hand))), listens=True)
-    return await followed(request, studio.begin(studio.long, "a plot", call))
+    pictures = beside(studio, body.pictures, folder := studio.folder())
+    wanted = body.text, body.letter, body.request(studio.hand(body.hand)), pictures
+    call = Call("plot_desk.keep_plot", wanted, listens=True)
+    return await followed(request, studio.begin(studio.long, "a plot", call, folder))
 
 
 async def show(studio: Studio, request: Request, body: None) -> Response:
@@ -71,7 +74,7 @@ async def draw(studio: Studio, request: Request, body: DrawnPlot) -> Response:
     if name in _drawn(studio):
         raise HTTPException(409, f"The plot {name} is being drawn.")
     call = Call("plot_desk.draw_plot", (name, body.port, body.at_zero, body.home_after), listens=True, moves=True)
-    return await followed(request, await studio.attend(body.port, f"plot {name}", call))
+    return await followed(request, await studio.attend((body.port,), f"plot {name}", call))
 
 
 async def forget(studio: Studio, request: Request, body: None) -> Response:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, get_args
 
 import msgspec
 from starlette.exceptions import HTTPException
@@ -17,6 +17,7 @@ from handout import __version__
 from handout.web.calls import Body
 from handout.web.guard import OPEN
 from handout.web.studio import Studio
+from handout.web.workers import State
 
 Handle = Callable[[Studio, Request, Any], Awaitable[Response]]
 _IN_PATH = re.compile(r"{(\w+)(?::\w+)?}")
@@ -41,13 +42,18 @@ class Way:
     body: type[Body] | type[bytes] | Any = None
     query: tuple[tuple[str, str], ...] = ()
 
+    @property
+    def task(self) -> bool:
+        """Whether it answers with a task: what its handler calls says so."""
+        return not {"followed", "snapshot"}.isdisjoint(getattr(self.handle, "__code__").co_names)  # noqa: B009
+
     def route(self) -> Route:
         """The same for starlette."""
 
         async def endpoint(request: Request) -> Response:
             body = None
             if self.body not in (None, bytes):
-                body = parsed(await request.body(), self.body)
+                body = parsed(await request.body() or b"{}", self.body)
             return await self.handle(request.app.state.studio, request, body)
 
         return Route(self.path, endpoint, methods=[self.method], name=f"{self.method} {self.path}")
@@ -91,10 +97,20 @@ def openapi(ways: Sequence[Way]) -> dict[str, Any]:
         "info": {"title": "handout studio", "version": __version__},
         "paths": paths,
         "components": {
-            "schemas": {**parts, "Error": error},
+            "schemas": {**parts, "Error": error, "Task": TASK},
             "securitySchemes": {"key": {"type": "http", "scheme": "bearer"}},
         },
     }
+
+
+def _answers(way: Way) -> dict[str, Any]:
+    """What a route answers where it does what is asked."""
+    task = {"application/json": {"schema": {"$ref": "#/components/schemas/Task"}}}
+    if not way.task:
+        return {"200": {"description": "done", "content": {way.answer: {}}}}
+    own: dict[str, Any] = {} if way.answer == "application/json" else {way.answer: {}}  # where Accept names it
+    begun = {"description": "begun, with the header Prefer: respond-async", "content": task}
+    return {"200": {"description": "done", "content": {**task, **own}}, "202": begun}
 
 
 def _operation(way: Way, schema: dict[Any, Any]) -> dict[str, Any]:
@@ -105,7 +121,7 @@ def _operation(way: Way, schema: dict[Any, Any]) -> dict[str, Any]:
     fault = {"description": "refused", "content": {"application/json": {"schema": {"$ref": _ERROR}}}}
     operation: dict[str, Any] = {
         "summary": way.summary,
-        "responses": {"200": {"description": "done", "content": {way.answer: {}}}, "4XX": fault},
+        "responses": {**_answers(way), "4XX": fault},
         **({"parameters": [*named, *asked]} if named or asked else {}),
         **({} if way.path in OPEN else {"security": [{"key": []}]}),
     }
@@ -116,4 +132,20 @@ def _operation(way: Way, schema: dict[Any, Any]) -> dict[str, Any]:
     return operation
 
 
+_TEXT, _NUMBER, _OBJECT = ({"type": kind} for kind in ("string", "number", "object"))
+TASK = {
+    "type": "object",
+    "required": ["id", "kind", "state", "share", "stage"],
+    "properties": {
+        "id": _TEXT,
+        "kind": {**_TEXT, "description": "what it is, for people"},
+        "state": {"enum": list(get_args(State))},
+        "share": {**_NUMBER, "minimum": 0, "maximum": 1, "description": "how much of it is done"},
+        "stage": {**_TEXT, "description": "what is being done"},
+        "said": {"type": "array", "items": _TEXT, "description": "what a person should know"},
+        "error": {**_TEXT, "description": "why it was refused, or failed"},
+        "facts": {**_OBJECT, "description": "what came of it, as --json of the command says; `files` at …/files/0"},
+        "live": {**_OBJECT, "description": "what is so at this moment: `question`, or `place` of a pen"},
+    },
+}
 _ERROR = "#/components/schemas/Error"

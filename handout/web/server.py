@@ -15,7 +15,7 @@ from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
-from starlette.routing import Mount
+from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
 
@@ -53,7 +53,14 @@ def application(studio: Studio, port: int) -> ASGIApp:
         finally:
             await studio.close()
 
-    routes = [*(way.route() for way in WAYS), Mount("/", StaticFiles(directory=_STATIC, html=True))]
+    ways = [way.route() for way in WAYS]
+
+    async def nothing(request: Request) -> Response:
+        known = {method for way in ways if way.path_regex.match(request.url.path) for method in way.methods or ()}
+        raise HTTPException(405 if known else 404, headers={"Allow": ", ".join(sorted(known))} if known else None)
+
+    others = Route("/api/{path:path}", nothing, methods=["GET", "POST", "PUT", "PATCH", "DELETE"])
+    routes = [*ways, others, Mount("/", StaticFiles(directory=_STATIC, html=True))]
     faults: dict[Any, Any] = {HTTPException: _fault, Exception: _fault}
     app = Starlette(routes=routes, lifespan=lifespan, exception_handlers=faults)
     app.state.studio = studio

@@ -7,7 +7,7 @@ import contextlib
 import os
 import secrets
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,8 @@ from handout.web.worker import Call
 from handout.web.workers import HALTS, Busy, Lane, Task
 
 TABLES = (".csv", ".tsv", ".txt", ".xlsx")
-SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".pdf", ".webp", ".bmp", ".hand", *TABLES)  # of uploads
+PICTURES = (".png", ".jpg", ".jpeg", ".webp")  # in letters
+SUFFIXES = (*PICTURES, ".tif", ".tiff", ".pdf", ".bmp", ".hand", *TABLES)  # of uploads
 _MOST_UPLOADS, _MOST_BYTES = 40, 1 << 30  # kept at once; a hand of ten pages at 600 dpi is a third of that
 _MOST_TASKS = 60  # that have ended and whose files are kept
 _QUIET, _AGAIN, _LAST = 2.0, 15.0, 10.0  # s: without a correction, then they are kept; tried again; at the end
@@ -175,26 +176,29 @@ class Studio:
         if len(self.uploads) >= _MOST_UPLOADS or kept + size > _MOST_BYTES:
             raise HTTPException(507, "No more scans can be kept: use those that were sent, or take some away.")
 
-    async def attend(self, port: str, kind: str, call: Call) -> Task:
-        """A task that moves the machine at a port, alone; "" for a printer.
+    async def attend(self, ports: Sequence[str], kind: str, call: Call) -> Task:
+        """A task that moves the machines at some ports, alone; "" for printers.
 
         Raises
         ------
         HTTPException
             422: there is no such port; 409: something else moves it.
         """
-        if port:
+        for port in filter(None, ports):
             await self.answer("looking for a port", Call("plot_desk.known_port", (port,)))
-        port = port.partition(":")[0] if port.startswith("sim") else port  # of simulated machines there is one
-        before = self.attended.get(port)
-        if before is not None and not before.ended:
+        # of simulated machines there is one
+        places = [port.partition(":")[0] if port.startswith("sim") else port for port in ports]
+        before = next((task for place in places if (task := self.attended.get(place)) and not task.ended), None)
+        if before is not None:
             raise HTTPException(409, f"The machine is busy with {before.kind}: wait, or stop that first.")
-        if port not in self._machines:
+        first = places[0]
+        if first not in self._machines:
             if len(self._machines) >= _MOST_MACHINES:
                 raise HTTPException(429, "So many machines are not attended at once: start the studio again.")
-            self._machines[port] = Lane(1, _WAITING, HALTS)
-            self._machines[port].open()
-        self.attended[port] = task = self.begin(self._machines[port], kind, call)
+            self._machines[first] = Lane(1, _WAITING, HALTS)
+            self._machines[first].open()
+        task = self.begin(self._machines[first], kind, call)
+        self.attended |= dict.fromkeys(places, task)
         return task
 
     async def open(self) -> None:

@@ -6,6 +6,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from handout.web.calls import Write
+from handout.web.hands import beside
 from handout.web.routes import Way, json_answer
 from handout.web.studio import Studio
 from handout.web.tasks import TYPES, followed
@@ -25,7 +26,8 @@ async def write(studio: Studio, request: Request, body: Write) -> Response:
     await studio.settled(studio.hand(body.hand))
     options = body.writing(studio.hand(body.hand)), body.sheet(), body.picture()
     arguments = body.text, body.letter, [folder / f"page.{body.format}"], options
-    call = Call("letters.write_sent", arguments, {"device": body.device}, listens=True)
+    shown = {"device": body.device, "pictures": beside(studio, body.pictures, folder)}
+    call = Call("letters.write_sent", arguments, shown, listens=True)
     lane = studio.quick if body.hand in studio.drawn and body.format == "svg" else studio.long
     task = studio.begin(lane, "writing", call, folder)
     return await followed(request, task, TYPES.get(f".{body.format}", "application/octet-stream"))

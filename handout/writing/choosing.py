@@ -12,6 +12,7 @@ Source: seed 000, §6.2 (perturb-and-MAP; the cost of writing a glyph again is t
 from __future__ import annotations
 
 from array import array
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -37,24 +38,30 @@ def fading_cost(age: Array, weight: float, forgotten: float) -> Array:
     return np.asarray(weight * np.maximum(0.0, 1.0 - age / forgotten))
 
 
+def word_stream(seed: Sequence[int], key: Sequence[int]) -> np.random.Generator:
+    """By which one word of a text varies, told by its letters and how many of that word were before it.
+
+    So a text that is changed in one place is varied as it was in all others.  Source: own method.
+
+    Parameters
+    ----------
+    seed : of what varies, drawn from the generator of the text; key : see `Choice`.
+    """
+    return np.random.default_rng([*seed, *key])
+
+
 @dataclass(frozen=True)
 class Rewrites:
     """Words of a text that are written again while all others stay as they are.
 
     times : (place of its first letter in the text, how many times), each word once.
-    seed : of the text.
     """
 
     times: tuple[tuple[int, int], ...] = ()
-    seed: tuple[int, ...] = ()
 
     def of(self, at: int) -> int:
         """How many times the word that begins there is written again."""
         return dict(self.times).get(at, 0)
-
-    def rng(self, at: int) -> np.random.Generator:
-        """By which that word varies, and no other."""
-        return np.random.default_rng([*self.seed, at, self.of(at)])
 
 
 NO_REWRITES = Rewrites()
@@ -108,6 +115,7 @@ class Choice:
 
     spaces : before it.
     first : how many glyphs its chooser had written before it.
+    key : by which it varies: how many of that word its chooser had written before it, and its letters.
     numbers : (n,) int: its glyphs.
     candidates, chance, again : n, of each letter; what chance, and having been written before, added to the costs (k,).
     intended : the word that was to be written, where this one is struck out.
@@ -116,6 +124,7 @@ class Choice:
     letters: Sequence[Letter]
     spaces: int
     first: int
+    key: tuple[int, ...]
     numbers: Indices
     candidates: Sequence[Candidates]
     chance: Sequence[Array]
@@ -132,13 +141,18 @@ class Chooser:
     """
 
     def __init__(self, stock: GlyphStock, rng: np.random.Generator, variation: float = 1.0) -> None:
-        self._stock, self._rng, self._variation = stock, rng, variation
+        self._stock, self._variation = stock, variation
+        self._seeds, self._known = rng.integers(2**63, size=(2, 2)).tolist(), Counter[str]()
         kinds = int(stock.kind.max(initial=-1)) + 1
         self._last, self._times, self._written = np.full(kinds, -np.inf), np.zeros(kinds), array("q")
 
     def word(self, letters: Sequence[Letter], spaces: int = 1, intended: str | None = None) -> Choice:
         """The glyphs for the letters of one word (with its punctuation), `spaces` after the one before."""
-        stock, rng, varied, first = self._stock, self._rng, self._variation > 0, len(self._written)
+        stock, varied, first = self._stock, self._variation > 0, len(self._written)
+        word = "".join(part for letter in letters for part in (letter.base, *letter.marks))
+        key = (self._known[word], *word.encode())
+        self._known[word] += 1
+        rng = word_stream(self._seeds[0], key)
         candidates = stock.candidates(letters, rng if varied else None)
         numbers = [each.numbers for each in candidates]
         chance = [np.zeros(len(each)) for each in numbers]
@@ -149,7 +163,7 @@ class Chooser:
             kinds = [stock.kind[each] for each in numbers]
             ages = [first + ahead - self._last[kind] for ahead, kind in enumerate(kinds)]
             again = [stock.repetition(age, self._times[kind]) for age, kind in zip(ages, kinds, strict=True)]
-        choice = Choice(letters, spaces, first, np.zeros(0, dtype=np.intp), candidates, chance, again, intended)
+        choice = Choice(letters, spaces, first, key, np.zeros(0, dtype=np.intp), candidates, chance, again, intended)
         choice = self._chosen(choice)
         kind = stock.kind[choice.numbers]
         self._last[kind] = first + np.arange(len(kind))
@@ -172,12 +186,13 @@ class Chooser:
                 again[i] = stock.repetition(age, times[of])
         return self._chosen(replace(choice, again=again), prices)
 
-    def other(self, choice: Choice, times: int, rng: np.random.Generator) -> Choice:
+    def other(self, choice: Choice, times: int) -> Choice:
         """Other glyphs for a word by other chances, so many times over; what was written is not told of it.
 
         A glyph that was taken before has to be better than the others by more than chance often makes out.
         """
         prices, price = dict[tuple[int, int], float](), _TAKEN * self._stock.chance
+        rng = word_stream(self._seeds[1], choice.key)
         for _ in range(times):
             prices |= {
                 (letter.at, number): price

@@ -94,7 +94,7 @@ def each_page(
     # streams of their own for slips and for what is struck out: with slips and without, all else is written alike
     slip_stream = rng.spawn(1)[0] if slips else None
     streams = (rng, rng.spawn(1)[0])
-    rewrites = Rewrites(layout.rewritten, () if isinstance(seed, np.random.Generator) else tuple(seed))
+    rewrites = Rewrites(layout.rewritten)
     writer = handwriting(hand, streams, layout.jitter, rewrites)
     paragraphs: Iterable[Sequence[Piece]] = paragraphs_of(text, writer.repertoire, fallback=fallback)
     if slip_stream is not None:

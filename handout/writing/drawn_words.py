@@ -17,7 +17,7 @@ from handout.hand.drawn import Hand
 from handout.hand.letter_classes import CROSSED
 from handout.values import Array, Glyph, Placed
 from handout.writing import variation as varying
-from handout.writing.choosing import NO_REWRITES, Choice, Rewrites
+from handout.writing.choosing import NO_REWRITES, Choice, Rewrites, word_stream
 from handout.writing.drawn_forms import accented, drawn_forms
 from handout.writing.layout import USUAL_BASELINES
 from handout.writing.pages import ToPage, Unit, Word, wide_gap
@@ -232,7 +232,7 @@ class WordWriter:
     """Writes the words of one text, one after the other; its slant and size drift from word to word."""
 
     def __init__(self, hand: Hand, rng: np.random.Generator, jitter: float) -> None:
-        self._hand, self.rng = hand, rng
+        self._hand, self.seeds = hand, rng.integers(2**63, size=(2, 2)).tolist()
         self._vary: Variation = varying.USUAL.scaled(jitter * hand.variation)
         self._slant = Drift(self._vary.slant, varying.SLANT_MEMORY, rng)
         self._slow_slant = Drift(self._vary.slow_slant, varying.SLOW_MEMORY, rng)
@@ -240,17 +240,17 @@ class WordWriter:
         self._rise = Drift(self._vary.word_rise, varying.RISE_MEMORY, rng)
         self._size = Drift(self._vary.size, varying.SIZE_MEMORY, rng)
 
-    def word(self, forms: Sequence[Glyph], letters: Sequence[Letter]) -> Word[PlannedGlyph]:
-        """The forms that were chosen for the letters of a word, set side by side."""
+    def word(self, forms: Sequence[Glyph], letters: Sequence[Letter], rng: np.random.Generator) -> Word[PlannedGlyph]:
+        """The forms that were chosen for the letters of a word, set side by side; all that varies in it is by `rng`."""
         glyphs = [
-            accented(glyph, letter.marks, self._hand, self.rng) if letter.marks else glyph
+            accented(glyph, letter.marks, self._hand, rng) if letter.marks else glyph
             for glyph, letter in zip(forms, letters, strict=True)
         ]
-        flat, width = self._set(glyphs)
-        flat += warp(flat, self.rng, self._vary.warp, 1.6, 3.4) + warp(flat, self.rng, self._vary.warp_fine, 0.7, 1.6)
-        slant = self._hand.slant + self._slant.next() + self._slow_slant.next()
-        size = 1.0 + self._size.next()
-        flat = size * (flat + slant * flat[:, 1:] * (1.0, 0.0)) + np.array([0.0, self._rise.next()])
+        flat, width = self._set(glyphs, rng)
+        flat += warp(flat, rng, self._vary.warp, 1.6, 3.4) + warp(flat, rng, self._vary.warp_fine, 0.7, 1.6)
+        slant = self._hand.slant + self._slant.next(rng) + self._slow_slant.next(rng)
+        size = 1.0 + self._size.next(rng)
+        flat = size * (flat + slant * flat[:, 1:] * (1.0, 0.0)) + np.array([0.0, self._rise.next(rng)])
         strokes = _unflatten(flat, glyphs)
         joins = (False, *(joined(a, b) for a, b in pairwise(glyphs)))
         return Word(
@@ -268,51 +268,50 @@ class WordWriter:
     def other(self, forms: Sequence[Glyph], letters: Sequence[Letter], rng: np.random.Generator) -> Word[PlannedGlyph]:
         """The word that was just written, as it comes out by another generator; the next one does not hear of it."""
         other = copy(self)
-        other.rng = rng
         for name, drift in vars(self).items():
             if isinstance(drift, Drift):
-                setattr(other, name, drift.onward(rng))
-        return other.word(forms, letters)
+                setattr(other, name, copy(drift))
+        return other.word(forms, letters, rng)
 
-    def _set(self, glyphs: Sequence[Glyph]) -> tuple[Array, float]:
+    def _set(self, glyphs: Sequence[Glyph], rng: np.random.Generator) -> tuple[Array, float]:
         """All points of the glyphs side by side, (n, 2), and the advance of the whole."""
-        n, rng, vary = len(glyphs), self.rng, self._vary
-        shapes = self._shapes(n)
+        n, vary = len(glyphs), self._vary
+        shapes = self._shapes(n, rng)
         widths = _advances(glyphs) * shapes[:, 0, 0] + rng.normal(0.0, vary.gap, n)
         pairs = zip(pairwise(glyphs), widths, shapes[:, 0, 0], strict=False)
         widths[:-1] += [missing_room(a, b, width, breadth) for (a, b), width, breadth in pairs]
         starts = np.column_stack([np.concatenate([[0.0], np.cumsum(widths)[:-1]]), walk(rng, n, vary.rise)])
         points = list[list[Array]]()
-        for glyph, shape, start, share in zip(glyphs, shapes, starts, self._slurs(n), strict=True):
+        for glyph, shape, start, share in zip(glyphs, shapes, starts, self._slurs(n, rng), strict=True):
             points.append([])
             for stroke, delayed in zip(glyph.strokes, glyph.delayed, strict=True):
                 placed = slurred(stroke, share) @ shape
                 if delayed:
-                    placed = placed + self._flight()
+                    placed = placed + self._flight(rng)
                 points[-1].append(placed + start)
         bound_bars(glyphs, points)
         clear_dots(glyphs, points)
         return np.vstack([stroke for strokes in points for stroke in strokes]), float(widths.sum())
 
-    def _flight(self) -> Array:
+    def _flight(self, rng: np.random.Generator) -> Array:
         """Where a dot, bar or accent lands, away from its place."""
         vary = self._vary
-        return self.rng.normal([vary.late_right, 0.0], [vary.late_x, vary.late_y])
+        return rng.normal([vary.late_right, 0.0], [vary.late_x, vary.late_y])
 
-    def _slurs(self, n: int) -> Array:
+    def _slurs(self, n: int, rng: np.random.Generator) -> Array:
         """(n,): by what share the pen falls short of each letter's points; the first letters are written with care."""
         settled = np.minimum((np.arange(n) + 0.5) / 4, 1.0)
-        return np.asarray(np.minimum(np.abs(walk(self.rng, n, self._vary.slur)) * settled, _MOST_SLURRED))
+        return np.asarray(np.minimum(np.abs(walk(rng, n, self._vary.slur)) * settled, _MOST_SLURRED))
 
-    def _shapes(self, n: int) -> Array:
+    def _shapes(self, n: int, rng: np.random.Generator) -> Array:
         """(n, 2, 2): for each letter the matrix that makes it broader or narrower, taller or shorter, and leans it.
 
         In a hurried hand the letters of a word grow flatter towards its end.
         """
-        vary, rng = self._vary, self.rng
+        vary = self._vary
         fading = 1.0 - self._hand.fading * np.minimum(np.arange(n) / 6, 1.0)
         shapes = np.zeros((n, 2, 2))
-        shapes[:, 0, 0] = np.exp(self._slow_breadth.next() + rng.normal(0.0, vary.breadth, n))
+        shapes[:, 0, 0] = np.exp(self._slow_breadth.next(rng) + rng.normal(0.0, vary.breadth, n))
         shapes[:, 1, 1] = np.exp(walk(rng, n, vary.height)) * fading
         shapes[:, 1, 0] = rng.normal(0.0, vary.shear, n)
         return shapes
@@ -371,10 +370,11 @@ class DrawnHandwriting:
         for choice in words:
             writer = self._writers[choice.intended is not None]
             forms, at = [self.stock.glyphs[number] for number in choice.numbers], choice.letters[0].at
-            word = writer.word(forms, choice.letters)
-            if choice.intended is None and self._rewrites.of(at):
-                word = writer.other(forms, choice.letters, self._rewrites.rng(at))
-            yield Unit(word, self._gap(choice.spaces, writer.rng), choice.intended)
+            rng = word_stream(writer.seeds[0], choice.key)
+            word = writer.word(forms, choice.letters, rng)
+            if choice.intended is None and (times := self._rewrites.of(at)):
+                word = writer.other(forms, choice.letters, word_stream(writer.seeds[1], (times, *choice.key)))
+            yield Unit(word, self._gap(choice.spaces, rng), choice.intended)
 
     def _gap(self, spaces: int, rng: np.random.Generator) -> float:
         if not spaces:

@@ -67,7 +67,7 @@ def explain(hand: ScannedHand, text: str, rng: np.random.Generator, variation: f
     InputError, MissingCharacters
         Nothing to write, or the hand has no glyph for some letters.
     """
-    handwriting = ScannedHandwriting(hand, rng, variation)
+    handwriting = ScannedHandwriting(hand, rng.spawn(1)[0], variation)
     choosers = [Chooser(handwriting.stock, stream, min(variation, 1.0)) for stream in (rng, rng)]
     paragraphs = paragraphs_of(text, handwriting.repertoire)
     words = [word for paragraph in choices(paragraphs, choosers) for word in paragraph]

@@ -84,7 +84,7 @@ def line_geometries(
     for number in range(count):
         below = max(rng.normal(0.0, jitter * model.pitch), below - model.closer)
         drift = min(model.edge_drift * (number - begun), _MOST_DRIFT)
-        edge = edges.next() + habit * drift
+        edge = edges.next(rng) + habit * drift
         fresh = rng.normal(0.0, jitter * model.tilt)
         tilt = model.tilt_memory * tilt + math.sqrt(1 - model.tilt_memory**2) * fresh if number else fresh
         sag = habit * model.bend_mean + rng.normal(0.0, jitter * model.bend)

@@ -310,8 +310,7 @@ def paginate(
 ) -> Iterator[Sheet]:
     """Give every row its place, page after page, asking for no more rows than it takes.
 
-    The last page varies by `rng` itself, those before it each by a stream of its own, so that none waits for the words
-    of those behind it.
+    Each page varies by a stream of its own, so that none waits for the words of those behind it.
 
     Raises
     ------
@@ -343,7 +342,7 @@ def _paginated(
     while page:
         number += 1
         following = list(islice(coming, 1))  # all words are written when there is nothing behind a page
-        page_rng = rng.spawn(1)[0] if following else rng
+        page_rng = rng.spawn(1)[0]
         yield Sheet(_sheet(page, writer, layout, page_rng, strike_through, number), page_rng, not following)
         page = list(islice(chain(following, coming), held))
 
@@ -362,7 +361,8 @@ def _sheet(
     half_width = 0.5 * layout.width
     even = _even(layout, pitch, len(rows))
     model = writer.baseline_model if layout.ruling is None else on_rules(writer.baseline_model)
-    wandering = line_geometries(model, len(rows), layout.jitter, 0.5 * layout.room, rng)
+    # by a stream of its own: a line more changes nothing behind it
+    wandering = line_geometries(model, len(rows), layout.jitter, 0.5 * layout.room, rng.spawn(1)[0])
     for number, (row, geometry, (height, slope)) in enumerate(zip(rows, wandering, even, strict=True)):
         if not row.units:
             continue

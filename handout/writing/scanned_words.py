@@ -21,7 +21,7 @@ import numpy as np
 from handout.hand.scanned import ScannedHand
 from handout.values import Array, Glyph, Indices, Ink, LineGraph, Placed
 from handout.writing.bending import Bend, Spread, bend, spread
-from handout.writing.choosing import Choice, Chooser, Prices, Rewrites
+from handout.writing.choosing import Choice, Chooser, Prices, Rewrites, word_stream
 from handout.writing.forms import Form, Forms
 from handout.writing.glyph_index import GlyphIndex, Neighbours, index_glyphs, neighbours
 from handout.writing.joining import set_line
@@ -30,7 +30,11 @@ from handout.writing.layout import author_baselines
 from handout.writing.pages import ToPage, Unit, Word, wide_gap
 from handout.writing.spacing import WORDS, HeightModel, SpacingModel, height_model, resolve_collisions, spacing_model
 from handout.writing.text import spelt
-from handout.writing.variation import walk
+from handout.writing.variation import Chances, correlated
+
+# decimals of the heights of glyphs, line space: a thousandth of a millimetre is seen by nobody, and letters that come
+# 30 after a letter, which move it by less, leave it as it was
+_FINE = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,17 +60,16 @@ class LayoutModel:
         between = self.spacing.joints.between
         return [() if space else between(*pair) for pair, space in zip(pairwise(numbers), apart[1:], strict=True)]
 
-    def bends(self, numbers: Indices, rng: np.random.Generator, variation: float = 1.0) -> list[Bend]:
+    def bends(self, numbers: Indices, chances: Chances, variation: float = 1.0) -> list[Bend]:
         """How each of some glyphs (n,) is bent, never further than the author's own letters vary.
 
         variation : 0 not at all, 1 as much as is usual.
         """
         # size and slant drift, as people's do; a generator a glyph, so that another in its place changes no others
-        drifts = np.stack([walk(rng, len(numbers), 1.0) for _ in range(3)], axis=1)
-        seeds = rng.integers(2**63, size=len(numbers))
+        drifts = correlated(chances.walk)
         return [
             _bent(self, number, tuple(drift), seed, variation)
-            for number, drift, seed in zip(numbers.tolist(), drifts.tolist(), seeds.tolist(), strict=True)
+            for number, drift, seed in zip(numbers.tolist(), drifts.tolist(), chances.seed.tolist(), strict=True)
         ]
 
 
@@ -128,12 +131,12 @@ class ScannedHandwriting:
 
     Attributes
     ----------
-    again : of how words are set that are written again.
+    again, rewriting : seeds by which words are set that read as others, and those that are to be written again.
     """
 
     def __init__(self, hand: ScannedHand, rng: np.random.Generator, variation: float) -> None:
-        self._hand, self._rng, self._variation = hand, rng, variation
-        self.again = rng.spawn(1)[0]
+        self._hand, self._variation = hand, variation
+        self._seed, self.again, self.rewriting = rng.integers(2**63, size=(3, 2)).tolist()
         self._laid = WeakKeyDictionary[Word[InkGlyph], list[LineGraph]]()
         self.stock, self._model = _learnt(hand)
         self.name, self.pitch, self.baseline_model = hand.name, hand.pitch, author_baselines(hand)
@@ -142,10 +145,11 @@ class ScannedHandwriting:
 
     def set_paragraph(self, words: Iterable[Choice]) -> Iterator[SetUnit]:
         """See `pages.Handwriting`; all words of the paragraph are set together, as one line."""
-        return self.set_words(list(words), self._rng)
+        choices = list(words)
+        return self.set_words(choices, [word_stream(self._seed, choice.key) for choice in choices])
 
-    def set_words(self, choices: Sequence[Choice], rng: np.random.Generator) -> Iterator[SetUnit]:
-        """Words of a paragraph, which vary by `rng`."""
+    def set_words(self, choices: Sequence[Choice], streams: Sequence[np.random.Generator]) -> Iterator[SetUnit]:
+        """Words of a paragraph, each of which varies by a stream of its own."""
         if not choices:
             return
         model, variation = self._model, self._variation
@@ -153,9 +157,11 @@ class ScannedHandwriting:
         first = np.cumsum([0, *(len(choice.numbers) for choice in choices)])
         starts = np.zeros(len(numbers), dtype=bool)
         starts[first[:-1]] = [choice.spaces > 0 for choice in choices]
-        apart = model.spacing.between(numbers, starts, rng, variation)
-        y = model.heights.heights_of(numbers, starts, rng, variation)
-        bends = model.bends(numbers, rng, variation)
+        parts = zip(choices, streams, strict=True)
+        chances = Chances.joined([Chances.of(rng, len(choice.numbers)) for choice, rng in parts])
+        apart = model.spacing.between(numbers, starts, chances, variation)
+        y = model.heights.heights_of(numbers, starts, chances, variation).round(_FINE)
+        bends = model.bends(numbers, chances, variation)
         apart = resolve_collisions(model.spacing, numbers, starts, apart, y, bends) * self.pitch
         x = np.concatenate([[0.0], np.cumsum(apart)])
         extents = x[:, None] + model.reach(numbers, bends) * self.pitch
@@ -231,6 +237,7 @@ class SetParagraph:
     def __init__(self, handwriting: ScannedHandwriting, chooser: Chooser, choices: Sequence[Choice]) -> None:
         self._handwriting, self._chooser = handwriting, chooser
         self.choices, self.units = list(choices), list(handwriting.set_paragraph(choices))
+        self._tries: dict[int, int] = {}  # of each word, how many times it was tried again
 
     def ink(self, unit: SetUnit) -> list[LineGraph]:
         """The graphs of a word's glyphs, x-heights from where it begins on its line, y upwards."""
@@ -242,21 +249,22 @@ class SetParagraph:
 
     def again(self, k: int, prices: Prices) -> Attempt:
         """A word chosen anew and set between those beside it, which stay as they are; see `Chooser.again`."""
-        return self._set(k, self._chooser.again(self.choices[k], prices), self._handwriting.again)
+        self._tries[k] = self._tries.get(k, 0) + 1
+        return self._set(k, self._chooser.again(self.choices[k], prices), self._handwriting.again, self._tries[k])
 
     def rewrite(self, rewrites: Rewrites) -> list[int]:
         """Write the words again that are to be, each by itself; which of the paragraph they are."""
         places = [k for k, unit in enumerate(self.units) if unit.intended is None and rewrites.of(unit.word.at[0])]
         for k in places:
-            at = self.units[k].word.at[0]
-            rng = rewrites.rng(at)
-            self._replace(self._set(k, self._chooser.other(self.choices[k], rewrites.of(at), rng), rng))
+            times = rewrites.of(self.units[k].word.at[0])
+            other = self._chooser.other(self.choices[k], times)
+            self._replace(self._set(k, other, self._handwriting.rewriting, times))
         return places
 
-    def _set(self, k: int, choice: Choice, rng: np.random.Generator) -> Attempt:
+    def _set(self, k: int, choice: Choice, seed: Sequence[int], number: int) -> Attempt:
         begin, end = max(k - 1, 0), k + 2
         beside = [*self.choices[begin:k], choice, *self.choices[k + 1 : end]]
-        units = list(self._handwriting.set_words(beside, rng))
+        units = list(self._handwriting.set_words(beside, word_stream(seed, (number, *choice.key)).spawn(len(beside))))
         others = zip(self.units[begin:end], units, strict=True)
         rises = [
             old.y - new.y

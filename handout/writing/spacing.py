@@ -46,6 +46,7 @@ from handout.writing.forms import Form, Forms, Line
 from handout.writing.glyph_index import Neighbours
 from handout.writing.joining import matches, meets, partners, rises
 from handout.writing.joints import Joints
+from handout.writing.variation import Chances
 
 _HEIGHTS = np.arange(-0.48, 1.13, 0.04)  # over the baseline, line space
 LETTERS, WORDS, MARKS = range(3)  # kinds of pairs: two letters of a word, across a space, with punctuation in a word
@@ -210,9 +211,7 @@ class SpacingModel:
     gaps: Gaps
     least: float
 
-    def between(
-        self, numbers: Indices, new_word: NDArray[np.bool_], rng: np.random.Generator, variation: float
-    ) -> Array:
+    def between(self, numbers: Indices, new_word: NDArray[np.bool_], chances: Chances, variation: float) -> Array:
         """(n − 1,): see `gaps`."""
         first, second = numbers[:-1], numbers[1:]
         kind = kinds(self.forms, first, second, new_word[1:])
@@ -221,8 +220,8 @@ class SpacingModel:
         usual, spread = np.where(kind == LETTERS, of_letters, self.gaps.mean[kind]), self.gaps.deviation[kind]
         sourced = self.sourced(first, second, kind)
         parted = ~sourced & (kind == WORDS)
-        estimates[:, parted] = self._word_gaps(int(parted.sum()), rng, variation)
-        wanted = _sampled_gaps(estimates, usual, np.where(parted, 0.0, spread), rng, variation)
+        estimates[:, parted] = self._word_gaps(chances.gap[1:][parted, 2], variation)
+        wanted = _sampled_gaps(estimates, usual, np.where(parted, 0.0, spread), chances.gap[1:], variation)
         low, high = self.gaps.low[kind], self.gaps.high[kind]
         pairs = zip(first.tolist(), second.tolist(), strict=True)
         lifted = (kind == LETTERS) & np.array([not self.joints.between(i, j) for i, j in pairs], dtype=bool)
@@ -242,11 +241,14 @@ class SpacingModel:
         """(n,) whether pairs were neighbours in the source; those keep their clearance, however unusual."""
         return np.isclose(self.gaps.to_right[kind, first], self.gaps.to_left[kind, second], rtol=0.0, atol=1e-12)
 
-    def _word_gaps(self, count: int, rng: np.random.Generator, variation: float) -> Array:
-        """(count,) clearances drawn from those between words, the median at `variation` 0, wider around it above."""
+    def _word_gaps(self, chance: Array, variation: float) -> Array:
+        """(n,) clearances drawn from those between words, the median at `variation` 0, wider around it above.
+
+        chance : (n,) uniform from 0 to 1.
+        """
         low, high = _WORD_SHARES
-        shares = 50 + min(variation, 1.0) * (rng.uniform(low, high, count) - 50)
-        return np.percentile(self.gaps.words, shares) if len(self.gaps.words) else np.full(count, np.nan)
+        shares = 50 + min(variation, 1.0) * (low + (high - low) * chance - 50)
+        return np.percentile(self.gaps.words, shares) if len(self.gaps.words) else np.full(len(chance), np.nan)
 
     def _word_distance(self, numbers: Indices, new_word: NDArray[np.bool_], away: Array, k: int) -> float:
         """Distance of the centres on the two sides of a gap between words.
@@ -292,9 +294,12 @@ class SpacingModel:
         return more
 
 
-def _sampled_gaps(estimates: Array, mean: Array, deviation: Array, rng: np.random.Generator, variation: float) -> Array:
-    """(n,): drawn from between two estimates, around the only one, or without any from the Gaussian of all pairs."""
-    uniform, normal = rng.uniform(-1, 1, len(mean)), rng.standard_normal(len(mean))
+def _sampled_gaps(estimates: Array, mean: Array, deviation: Array, chance: Array, variation: float) -> Array:
+    """(n,): drawn from between two estimates, around the only one, or without any from the Gaussian of all pairs.
+
+    chance : (n, 3), see `Chances.gap`.
+    """
+    uniform, normal = chance[:, 0], chance[:, 1]
     low, high = np.fmin(*estimates), np.fmax(*estimates)
     reach = (high - low) / 2 * (1 + _MARGIN) + _MARGIN * deviation / 2
     drawn = (low + high) / 2 + variation * uniform * reach
@@ -416,9 +421,7 @@ class HeightModel:
     marks: NDArray[np.bool_]
     neighbours: Neighbours
 
-    def heights_of(
-        self, numbers: Indices, new_word: NDArray[np.bool_], rng: np.random.Generator, variation: float
-    ) -> Array:
+    def heights_of(self, numbers: Indices, new_word: NDArray[np.bool_], chances: Chances, variation: float) -> Array:
         """(n,): see `heights`."""
         joined = self._ligature_rises(numbers, new_word)
         free = self.marks[numbers].copy()
@@ -428,7 +431,7 @@ class HeightModel:
         chain = np.flatnonzero(~free)
         if len(chain) > 1:
             rise, deviation = self._rises(numbers, chain, new_word, joined)
-            rise = rise + variation * deviation * rng.standard_normal(len(rise))
+            rise = rise + variation * deviation * chances.rise[chain[1:]]
             y[chain] = smoothed(y[chain], rise, np.maximum(deviation, LEAST), self.hold)
         return y
 

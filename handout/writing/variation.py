@@ -7,12 +7,12 @@ letter has its ideal form.
 
 from __future__ import annotations
 
-from copy import copy
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from handout.values import Array
+from handout.values import Array, Indices
 
 
 @dataclass(frozen=True)
@@ -85,29 +85,55 @@ class Drift:
     """A quantity that wanders slowly about 0: a first-order autoregressive process."""
 
     def __init__(self, sd: float, memory: float, rng: np.random.Generator) -> None:
-        self._sd, self._memory, self._rng = sd, memory, rng
+        self._sd, self._memory = sd, memory
         self._value = float(rng.normal(0.0, sd))
 
-    def onward(self, rng: np.random.Generator) -> Drift:
-        """The same, going on from where it is by another generator."""
-        other = copy(self)
-        other._rng = rng
-        return other
-
-    def next(self) -> float:
+    def next(self, rng: np.random.Generator) -> float:
         """The next value; of standard deviation `sd`, correlated by `memory` with the one before."""
-        fresh = self._rng.normal(0.0, self._sd * np.sqrt(1 - self._memory**2))
+        fresh = rng.normal(0.0, self._sd * np.sqrt(1 - self._memory**2))
         self._value = self._memory * self._value + float(fresh)
         return self._value
 
 
 def walk(rng: np.random.Generator, n: int, sd: float, memory: float = LETTER_MEMORY) -> Array:
     """(n,): values of standard deviation `sd`, each correlated by `memory` with the one before."""
-    fresh = rng.normal(0.0, sd, n)
-    fresh[1:] *= np.sqrt(1 - memory**2)
-    for i in range(1, n):
-        fresh[i] += memory * fresh[i - 1]
-    return fresh
+    return correlated(rng.normal(0.0, sd, n), memory)
+
+
+def correlated(fresh: Array, memory: float = LETTER_MEMORY) -> Array:
+    """(n, …): independent values of one standard deviation, each correlated by `memory` with the one before."""
+    values = fresh.copy()
+    values[1:] *= np.sqrt(1 - memory**2)
+    for i in range(1, len(values)):
+        values[i] += memory * values[i - 1]
+    return values
+
+
+@dataclass(frozen=True, eq=False)
+class Chances:
+    """What chance says of each letter of a line.
+
+    gap : (n, 3): of the gap before it, uniform from −1 to 1, standard normal, uniform from 0 to 1.
+    rise : (n,), walk : (n, 3): standard normal.
+    seed : (n,) int.
+    """
+
+    gap: Array
+    rise: Array
+    walk: Array
+    seed: Indices
+
+    @staticmethod
+    def of(rng: np.random.Generator, n: int) -> Chances:
+        """Of n letters."""
+        gap = np.column_stack([rng.uniform(-1, 1, n), rng.standard_normal(n), rng.uniform(size=n)])
+        return Chances(gap, rng.standard_normal(n), rng.standard_normal((n, 3)), rng.integers(2**63, size=n))
+
+    @staticmethod
+    def joined(parts: Sequence[Chances]) -> Chances:
+        """Of some words, one after the other."""
+        names = [field.name for field in fields(Chances)]
+        return Chances(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 def tremor(rng: np.random.Generator, n: int, rate: float, sd: float) -> Array:

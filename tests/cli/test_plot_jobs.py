@@ -60,6 +60,23 @@ def test_a_plot_that_breaks_off_is_gone_on_with(call):
     assert "nothing to resume" in call("plot", "--resume", code=2)[1]
 
 
+def test_a_part_is_plotted_again_and_goes_on_where_it_broke_off(call):
+    """The line that jammed: shown, plotted, cut off within, gone on with."""
+    whole = json.loads(call("plot", "--port", "sim:", TEXT, "--seed", 1, "--to-word", "all", "--json", "-q")[0])
+    out, err = call("plot", "--again", "last", "--from-word", "Ada", "--dry-run", "part.svg", "--show-travel", "--json")
+    told = json.loads(out)
+    assert told["job"] == whole["job"] and told["planned_s"] < whole["planned_s"]
+    assert 'Of sheet 1, from "Ada," to "all": 0.0' in err
+    assert Path("part.svg").read_text(encoding="utf-8").count('stroke="#d2d2d2"') == 2  # the strokes of "Dear"
+    _, err = call("plot", "--again", whole["job"], "--from-word", "Ada", "--port", "sim:?fault=alarm&after=150", code=3)
+    part = re.search(r"go on with: handout plot --resume (\S+)", err).group(1)
+    done = json.loads(call("plot", "--resume", "--port", "sim:", "--json", "-q")[0])
+    assert (done["job"], done["finished"]) == (part, True) and done["pen_down_mm"] < whole["pen_down_mm"]
+    assert "--to cannot be changed any more" in call("plot", "--resume", "--to", "40%", code=2)[1]
+    assert "--hand cannot be changed any more" in call("plot", "--again", "last", "--hand", "house-print", code=2)[1]
+    assert "leave 'hi' out" in call("plot", "--again", "last", "hi", code=2)[1]
+
+
 def test_a_job_is_forgotten_when_one_asks_for_it(call):
     name = broken(call)
     assert "Forgot" in call("plot", "forget", name)[1]

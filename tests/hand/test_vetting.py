@@ -70,7 +70,8 @@ def test_a_lone_letter_that_lost_its_stem_is_told_by_how_it_reads(small_hand):
     height = small_hand.outline(number)[:, 1] * small_hand.pitch
     bowl = small_hand.glyphs[number].vertices[height > 0]
     stemless = changed(small_hand, number, vertices=bowl, ligatures=())
-    assert vet(stemless).probability[number] < vet(small_hand).probability[number] - 0.2
+    before, after = (1 - vet(hand).probability[number] for hand in (small_hand, stemless))
+    assert after > 4 * before and after > 0.15
 
 
 def test_a_hand_of_one_glyph_can_be_judged(small_hand):

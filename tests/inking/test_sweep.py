@@ -31,7 +31,7 @@ def test_the_ink_is_whole_and_as_wide_as_the_writers_line(small_hand, inked):
     assert count == 2, "nothing but one stroke"
     usual = sweep.stock(small_hand).usual
     length = np.hypot(*np.diff(way, axis=0).T).sum()
-    assert 1.2 * usual < page[:, :, 3].sum() / length < 3 * usual
+    assert 1.1 * usual < page[:, :, 3].sum() / length < 3 * usual
     away = np.hypot(way[0, 0] - np.arange(220), way[0, 1] - np.arange(160)[:, None])
     beyond = (np.arange(160)[:, None] > way[0, 1] + 2.5 * usual + 2) & (away < 30)
     assert not page[beyond].any(), "it ends where the way begins"

@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 from handout.errors import InputError
 from handout.inking.papers import laid
 from handout.inking.texture import texture
+from handout.inking.warping import warp
 from handout.values import Ink, LineGraph, Page
 
 DPI = 300.0
@@ -151,6 +152,25 @@ def test_nothing_but_ink_is_touched(small_hand):
     still = texture(whole(small_hand), small_hand, DPI)
     pixel = 25.4 / DPI
     assert edge.rgba[..., 3].sum() < still.rgba[..., 3].sum() and edge.rgba[:60, :60, 3].any() and pixel > 0
+
+
+def test_a_page_that_is_made_again_is_the_same_and_only_what_changed_is_drawn(small_hand, monkeypatch):
+    """At resolutions of screens, where a page is made anew while its text is typed."""
+    from handout.inking import texture as module
+
+    inks, drawn = [ink(small_hand, number) for number in range(12)], []
+    monkeypatch.setattr(
+        module, "warp", lambda one, *rest, **margin: drawn.append(one.number) or warp(one, *rest, **margin)
+    )
+    module._kept.cache_clear()
+    page = page_of(small_hand)
+    before = texture(written(inks[:9], page), small_hand, 100.0)
+    again = texture(written([*inks[:4], ink(small_hand, 4, lambda xy: xy + 0.5), *inks[5:]], page), small_hand, 100.0)
+    assert drawn == [*range(9), 4, 9, 10, 11]
+    module._kept.cache_clear()
+    assert np.array_equal(texture(written(inks[:9], page), small_hand, 100.0).rgba, before.rgba)
+    fresh = texture(written([*inks[:4], ink(small_hand, 4, lambda xy: xy + 0.5), *inks[5:]], page), small_hand, 100.0)
+    assert np.array_equal(again.rgba, fresh.rgba) and not np.array_equal(again.rgba, before.rgba)
 
 
 def test_a_lone_vertex_is_a_dot(small_hand):

@@ -6,7 +6,7 @@ import pytest
 
 from handout import profiles
 from handout.errors import PortError
-from handout.plotting import connections, open_port, ports
+from handout.plotting import announcements, connections, open_port, ports
 from handout.plotting.dialects import dialect
 from handout.plotting.ports import SerialDevice as Device
 from handout.simulated.plotter.options import parse
@@ -15,6 +15,12 @@ from handout.simulated.plotter.port import SimulatedPlotter
 SERVO = profiles.find("simulated", "plotter")
 CH340, FTDI = (0x1A86, 0x7523), (0x0403, 0x6001)
 NAMES = ("/dev/ttyUSB0", "/dev/ttyUSB1", "/dev/ttyACM0")
+
+
+@pytest.fixture(autouse=True)
+def quiet(monkeypatch):
+    """Nobody announces himself on the network."""
+    monkeypatch.setattr(announcements, "listen", list)
 
 
 class Nobody:

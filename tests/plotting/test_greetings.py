@@ -53,6 +53,12 @@ RECORDED = [
     ("FIRMWARE_NAME:Repetier_0.91 FIRMWARE_URL:z MACHINE_TYPE:Delta", "marlin", "marlin-servo", "Repetier, M115"),
     ("// Klipper state: Ready", "", "", "Klipper, STATUS"),
     ("ok FIRMWARE_VERSION:v0.12.0-60-g0665dc89 FIRMWARE_NAME:Klipper", "", "", "Klipper, M115"),
+    (
+        '{"jsonrpc": "2.0", "result": {"klippy_connected": true, "klippy_state": "ready", "moonraker_version": "v0"}}',
+        "klipper",
+        "klipper-servo",
+        "Moonraker, documentation, server.info",
+    ),
     ("FIRMWARE_NAME:Smoothieware, FIRMWARE_URL:http%3A//smoothieware.org, X-GRBL_MODE:0", "", "", "Smoothieware, M115"),
     ("Smoothie\r\nok", "", "", "Smoothieware, on its USB port"),
     (

@@ -83,9 +83,10 @@ def test_who_is_there_is_asked_once(scheme):
     assert answer.dialect == "grbl" and "FluidNC" in answer.firmware and len(opened) == 1
 
 
-def test_only_grbl_is_simulated_on_a_network():
-    with pytest.raises(InputError, match="only GRBL machines"):
-        open_port("sim:?network=ws", profiles.find("axidraw-v3", "plotter"))
+@pytest.mark.parametrize(("device", "network"), [("axidraw-v3", "ws"), ("klipper-servo", "tcp")])
+def test_only_some_are_simulated_on_a_network(device, network):
+    with pytest.raises(InputError, match=r"only GRBL machines .* and Klipper"):
+        open_port(f"sim:?network={network}", profiles.find(device, "plotter"))
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """Several devices at once: each page once, whatever stops; a row's pages on one, or envelopes after their letters."""
 
 import threading
+import time
 from collections import Counter
 from contextlib import nullcontext
 from pathlib import Path
@@ -17,7 +18,7 @@ from handout.printing.prepared import PreparedPage, PreparedRow
 from handout.printing.queue import Outcome, OutcomeUnknown
 from handout.printing.rows import Row
 from handout.printing.sending import PrintingStopped
-from handout.printing.several import Several
+from handout.printing.several import Several, interrupt
 from handout.values import Page
 
 PARTS = ("letter 1", ENVELOPE)
@@ -128,6 +129,29 @@ def test_rows_are_shared_and_a_row_stays_on_one_device():
     assert made(log) == wanted(12) and {name for name, _ in log} == set("abc") and report.rows == tuple(range(2, 14))
     assert len({(name, piece.row) for name, piece in log}) == 12
     assert {job.device for job in report.jobs} == set("abc")
+
+
+def test_an_interrupt_is_heard_by_every_device_and_waits_for_all_of_them():
+    gate, lifted = threading.Barrier(3, timeout=10), []
+
+    class Drawing(Machine):
+        def take(self, title, pieces):
+            gate.wait()
+            try:
+                while True:
+                    time.sleep(0.005)
+            finally:
+                time.sleep(0.1)
+                lifted.append(self.name)
+
+    def press(first):
+        gate.wait()
+        interrupt(first)
+
+    threading.Thread(target=press, args=(threading.get_ident(),)).start()
+    with pytest.raises(KeyboardInterrupt):
+        run([Drawing(name, []) for name in "ab"], Journal(), 4)
+    assert sorted(lifted) == ["a", "b"]
 
 
 @pytest.mark.parametrize("many", [1, 3])

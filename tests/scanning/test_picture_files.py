@@ -117,6 +117,13 @@ def test_cut_off_file(tmp_path):
         read_scan(path, dpi=300)
 
 
+def test_a_program_in_a_picture_s_clothes_is_not_run(tmp_path):
+    path = tmp_path / "scan.png"
+    path.write_bytes(b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 99 99\n%%EndComments\nshowpage\n")
+    with pytest.raises(InputError, match="PostScript"):
+        read_scan(path)
+
+
 def test_missing_file(tmp_path):
     with pytest.raises(InputError, match="No such file"):
         read_scan(tmp_path / "none.png", dpi=300)

@@ -34,8 +34,8 @@ def test_a_confirmed_letter_mends_its_neighbour(small_hand, quick):
     whole = small_hand.pages[0].graph.uv[small_hand.glyphs[e].vertices]
     outline = Outline(page=0, within=box(small_hand, [v]), text="v")
     taken = correct(small_hand, Outline(page=0, within=box(small_hand, [e, v]), text="e"), learning=False)
-    assert [change.letter for change in taken.changes] == ["v"] and taken.changes[0].how == "lost"
-    assert taken.changes[0].word == "even" and taken.changes[0].line == 0
+    (lost,) = (change for change in taken.changes if change.how == "lost")
+    assert (lost.letter, lost.word, lost.line) == ("v", "even", 0)
     mended = correct(taken.hand, outline)
     (number,) = (i for i, g in enumerate(mended.hand.glyphs) if g.at == small_hand.glyphs[v].at)
     glyph = mended.hand.glyphs[number]

@@ -15,6 +15,8 @@ with warnings.catch_warnings():
 from handout.web.guard import BODY, UPLOAD, Allowance, Guard
 from handout.web.server import WAYS, application
 from handout.web.studio import Studio
+from handout.web.worker import Call
+from handout.web.workers import Task
 
 HOME = "http://127.0.0.1:7217"
 
@@ -206,11 +208,32 @@ def test_the_page_takes_nothing_from_the_net(visitor):
         assert visitor.get(f"/{path.name}").status_code == 200
 
 
+def test_what_is_not_there_and_what_is_not_done_there_are_told_apart(visitor):
+    assert visitor.get("/api/nothing", headers=visitor.key).status_code == 404
+    wrong = visitor.get("/api/write", headers=visitor.key)
+    assert wrong.status_code == 405 and wrong.headers["allow"] == "POST" and "not done" in wrong.json()["error"]
+    assert "text" in visitor.post("/api/write", headers=visitor.key).json()["error"], "of no body what is missing"
+
+
 def test_every_route_is_described(visitor):
     described = visitor.get("/api/openapi.json").json()
     assert described["openapi"].startswith("3.1")
     operations = {(method.upper(), path) for path, ways in described["paths"].items() for method in ways}
     assert operations == {(way.method, way.path.replace(":int", "")) for way in WAYS}
+    tasks = {
+        path
+        for path, ways in described["paths"].items()
+        for way in ways.values()
+        if "202" in way["responses"] and way["responses"]["200"]["content"]["application/json"]["schema"]
+    }
+    assert {"/api/write", "/api/batches/{name}/make", "/api/sheets", "/api/tasks/{id}"} <= tasks
+    assert not tasks & {"/api/choices", "/api/batches", "/api/tasks/{id}/events"}
+    told = described["components"]["schemas"]["Task"]
+    task = Task("kind", Call("x"))
+    task.change(said=["a"], error="b", facts={"c": 1}, live={"d": 1})
+    assert set(task.snapshot()) == set(told["properties"]) and set(told["required"]) == set(
+        Task("kind", Call("x")).snapshot()
+    )
     schema = described["components"]["schemas"]["Write"]
     assert schema["required"] == ["text"] and schema["properties"]["dpi"]["maximum"] == 1200
     assert (

@@ -1,18 +1,30 @@
 """Plots and batches as a program asks for them: kept, drawn, paused, stopped and gone on with; proofed and made."""
 
+import io
 import json
 import re
 import time
 from pathlib import Path
+from queue import Queue
+from types import SimpleNamespace
 
 import pytest
+from PIL import Image
 
 pytestmark = pytest.mark.slow
 
 LIVE, AT_ONCE = "sim:?realtime=1", "sim:"
 ASYNC = {"Prefer": "respond-async"}
 PEOPLE = "First name,Last name,Note\nAda,Byron,jam\nZoë,Quill,tea\n".encode()
+ORDERS = b"First name,Street,Town,Postcode,Country\nAda,1 Lane,London,W1A 1AA,UK\n"
 LETTER = "Dear {{ first_name }},\nthank you for the {{ note }}."
+
+
+def png(side):
+    """A red picture, of some kilobytes."""
+    data = io.BytesIO()
+    Image.new("RGB", (side, side), (200, 0, 0)).save(data, "PNG")
+    return data.getvalue()
 
 
 def kept(program, text="Hi"):
@@ -117,19 +129,57 @@ def test_a_batch_is_proofed_approved_and_made_once(program):
     assert program.delete(one).status_code == 200 and program.get(one).status_code == 422
 
 
-def test_a_batch_for_a_plotter_stops_and_goes_on(program):
+def test_a_batch_is_shared_by_two_plotters_stops_and_goes_on(program):
     made = batch(program, to="plotter", device="plotter-simulated")
     one = f"/api/batches/{made['batch']}"
     program.post(f"{one}/proof")
     program.post(f"{one}/approval")
-    task = program.post(f"{one}/make", json={"port": LIVE}, headers=ASYNC).json()["id"]
-    until(program, task, lambda snapshot: snapshot["stage"] == "plotting")
+    assert program.post(f"{one}/make", json={"port": [LIVE, "/dev/null"]}).status_code == 422
+    task = program.post(f"{one}/make", json={"port": [LIVE, AT_ONCE]}, headers=ASYNC).json()["id"]
+    until(program, task, lambda snapshot: "done" in [row["state"] for row in program.get(one).json()["rows"]])
     assert program.post(f"{one}/proof").status_code == 409
+    for port in (LIVE, AT_ONCE):
+        assert program.post("/api/pen", json={"port": port, "move": "up"}).status_code == 409
     program.post(f"/api/tasks/{task}/word", json={"word": "stop"})
     stopped = until(program, task, lambda snapshot: snapshot["state"] == "done")["facts"]
     assert not stopped["complete"] and stopped["state"] == "broken off"
+    assert sorted(row["state"] for row in stopped["rows"]) != ["done", "done"]  # that which is drawn at true speed
     done = program.post(f"{one}/make", json={"port": AT_ONCE}).json()["facts"]
     assert done["complete"] and [row["state"] for row in done["rows"]] == ["done", "done"]
+
+
+def test_what_is_asked_of_some_plotters_that_share_a_batch_goes_to_the_page():
+    """Each question waits for its own answer, and what stops one stops all of them by their first thread."""
+    from handout.pipeline.plot_desk import Attendant, Shared
+
+    said, shown = Queue(), []
+    wire = SimpleNamespace(say=print, note=print, progress=print, live=shown.append)
+    wire.word = lambda seconds=0.0: said.get(timeout=9)
+    with pytest.raises(KeyboardInterrupt), Shared(wire) as shared:
+        attendant = Attendant(("/dev/ttyUSB0", AT_ONCE), shared)
+        said.put("pause")  # each plotter has a button for that
+        said.put("on")
+        attendant.do("Put in a sheet at /dev/ttyUSB0")
+        assert shown == [{"question": "Put in a sheet at /dev/ttyUSB0."}, {}]
+        attendant.progress(0.5, "send")
+        said.put("stop")
+        attendant.do("Put in a sheet at /dev/ttyUSB0")
+
+
+def test_a_batch_for_several_queues_names_them_once(monkeypatch):
+    from handout.pipeline import batch_desk
+    from handout.pipeline.options import MergeOptions, PictureOptions, TableOptions, WritingOptions
+    from handout.printing import printers
+
+    monkeypatch.setattr(printers, "queues", lambda: ["Left", "Right"])
+    options = WritingOptions(), PictureOptions(), TableOptions(), MergeOptions()
+    for printer, queues, meant in (
+        ("Left", (), ()),
+        ("Left", ("Right", "Left"), ("Left", "Right")),
+        ("simulated", ("Right",), ("Right",)),
+    ):
+        plan = batch_desk.BatchPlan("", "printer", *options, "A6", printer, queues)
+        assert batch_desk._queues(plan) == meant
 
 
 def test_a_text_alone_is_a_batch_of_one_as_it_stands(program):
@@ -156,11 +206,29 @@ def test_letters_from_elsewhere_lead_to_no_file(program):
     ):
         answer = program.post("/api/write", json={"text": letter, "letter": True, "page": "74x105mm"})
         assert answer.status_code == 422 and "alone" in answer.json()["error"], (letter, answer.json())
+    eps = program.sent("eps.png", b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 9 9\n")
+    bomb = program.sent("large.png", png(9_000))
+    for picture, said in ((eps, "PNG, JPEG"), (bomb, "megapixels"), (program.sent("a b.png", b"x"), "letters, digits")):
+        body = {"text": "![](large.png)", "letter": True, "page": "74x105mm", "pictures": [picture]}
+        for path in ("/api/write", "/api/plots", "/api/batches"):
+            answer = program.post(path, json=body)
+            assert answer.status_code == 422 and said in answer.json()["error"], (path, answer.text)
     rows = batch(program, b"name,hand\nAda,../a.hand\n", columns=["hand=hand"], text="Hi {{ name }}")
     done = program.post(f"/api/batches/{rows['batch']}/proof").json()["facts"]
     assert "alone" in done["rows"][0]["why"][0]
     letter = {"text": '---\npage = "74x105mm"\n---\n# Hi\n\nthere', "letter": True, "page": "A4"}
     assert program.post("/api/write", json=letter, headers={"Accept": "image/svg+xml"}).text.count('height="105mm"')
+
+
+def test_pictures_of_a_letter_are_sent_with_it(program):
+    letter = {"text": "Hi\n\n![](red.png){width=30mm}", "letter": True, "page": "74x105mm", "seed": 1}
+    asked = {**letter, "pictures": [program.sent("red.png", png(40))], "format": "png", "dpi": 50}
+    page = Image.open(io.BytesIO(program.post("/api/write", json=asked, headers={"Accept": "image/png"}).content))
+    assert sum(count for count, colour in page.convert("RGB").getcolors(1 << 20) if colour == (200, 0, 0)) > 3000
+    assert "red.png" in program.post("/api/write", json=letter).json()["error"]
+    made = program.post("/api/batches", json=asked | {"to": "pdf"}).json()
+    proof = program.post(f"/api/batches/{made['batch']}/proof").json()["facts"]
+    assert not proof["proof"]["failed"] and proof["rows"][0]["state"] == ""
 
 
 def test_a_full_disk_stops_a_plot_in_a_sentence_and_nothing_is_lost(program):
@@ -186,21 +254,25 @@ def test_a_full_disk_stops_a_plot_in_a_sentence_and_nothing_is_lost(program):
 def test_what_the_manual_asks_for_is_answered(program):
     """The examples of docs/studio.md, with the names that they lead to."""
     manual = (Path(__file__).parents[2] / "docs" / "studio.md").read_text(encoding="utf-8")
-    found = re.findall(r"curl -sN? ([^|]*?)http://127.0.0.1:7217(/api/[^\s]+)", manual)
-    assert len(found) == 4
-    names = {"mar01-1": "", "r8Kd…": ""}
+    found = re.findall(r"curl -sN? ([^|]*?)\"?http://127.0.0.1:7217(/api/[^\s\"]+)", manual)
+    assert len(found) == 10
+    names, answers = {"mar01-1": "", "r8Kd…": "", "Gbiu…": ""}, []
     for options, path in found:
         for name, meant in names.items():
-            path = path.replace(name, meant)
+            path, options = path.replace(name, meant), options.replace(name, meant)
         body = re.search(r"-d '(.*?)'", options, re.DOTALL)
         headers = dict(re.findall(r'-H "(Accept|Prefer): (.*?)"', options))
-        answer = program.post(path, content=body[1], headers=headers) if body else program.get(path)
+        sent = ORDERS if "--data-binary" in options else body[1] if body else b""
+        posted = sent or "-X POST" in options
+        answer = program.post(path, content=sent, headers=headers) if posted else program.get(path)
         assert answer.status_code in (200, 202), (path, answer.text)
-        if path == "/api/plots":
-            names["mar01-1"] = answer.json()["facts"]["job"]
-        if path.endswith("/draw"):
-            names["r8Kd…"] = answer.json()["id"]
-    assert '"state": "done"' in answer.text  # the last is a stream of events
+        answers.append(answer)
+        facts = answer.json() if answer.headers["content-type"] == "application/json" else {}
+        for name, told in (("mar01-1", facts.get("facts", facts)), ("Gbiu…", facts), ("r8Kd…", facts)):
+            own = {"mar01-1": told.get("job") or told.get("batch"), "Gbiu…": told.get("id"), "r8Kd…": told.get("id")}
+            names[name] = own[name] or names[name]
+    assert '"state": "done"' in answers[3].text  # a stream of events
+    assert answers[-1].content.startswith(b"%PDF")
 
 
 def test_a_killed_server_leaves_a_lifted_pen_and_a_plot_to_go_on_with(program):

@@ -43,7 +43,7 @@ def test_a_page_shows_each_letter_where_its_ink_is(hand):
     for one in found:
         left, top, right, low = one["box"]
         assert left <= one["spot"][0] <= right and top <= one["spot"][1] <= low
-        assert one["ink"].startswith("M") and set(one["ink"]) <= set("ML-0123456789 ")
+        assert one["ink"].startswith("M") and set(one["ink"]) <= set("ML-0123456789. ")
     assert "an even line," in " ".join(dict.fromkeys(one["word"] for one in found))
 
 

@@ -1,10 +1,12 @@
 """The studio's pages in Chromium, by real events: written, looked through, corrected; axe-core finds nothing there."""
 
+import io
 import re
 from pathlib import Path
 
 import pytest
 from browser import CHROMIUM, axe, kept
+from PIL import Image
 
 pytestmark = [
     pytest.mark.slow,
@@ -121,6 +123,35 @@ def test_letters_are_corrected_by_keys_alone(page):
     side.get_by_text("4 corrections are kept.").wait_for()
 
 
+def test_a_pen_draws_on_the_page_of_letters_and_fingers_move_it(page):
+    page.goto(page.home + "#letters/mine")
+    page.wait_for_selector(".scan-view image")
+    side, send = page.locator(".side"), page.context.new_cdp_session(page).send
+    box = page.locator("path.ink.here").bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+    def seen():
+        return page.locator(".scan-view").get_attribute("viewBox")
+
+    def finger(*ways):
+        for kind, step in (("touchStart", 0), ("touchMove", 20), ("touchMove", 40), ("touchEnd", 40)):
+            points = [{"x": x + by * step, "y": y, "id": i} for i, by in enumerate(ways)]
+            send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [] if kind == "touchEnd" else points})
+
+    page.keyboard.press("Alt+p")
+    for kind, step in (("mousePressed", 0), ("mouseMoved", 10), ("mouseReleased", 20)):
+        pen = {"type": kind, "x": x + step, "y": y, "button": "left", "buttons": 1, "clickCount": 1}
+        send("Input.dispatchMouseEvent", {**pen, "pointerType": "pen", "force": 0.5})
+    side.get_by_text("5 corrections are kept.").wait_for()
+    before = seen()
+    finger(1)  # the hand that holds the pen lies on the glass
+    moved = seen()
+    finger(-1, 1)
+    assert len({before, moved, seen()}) == 3 and float(seen().split()[2]) < float(moved.split()[2])
+    side.get_by_text("5 corrections are kept.").wait_for()
+    page.keyboard.press("Escape")
+
+
 def test_a_word_is_written_again_and_the_block_is_moved_by_keys_alone(page):
     page.goto(page.home + "#write")
     page.get_by_label("Text", exact=True).fill("Dear Ada, again")
@@ -140,6 +171,21 @@ def test_a_word_is_written_again_and_the_block_is_moved_by_keys_alone(page):
     assert asked.value.post_data_json["rewritten"] == [[8, 1]]
     page.get_by_role("button", name="Block", exact=True).press("Enter")
     page.get_by_label("Kind of text").select_option("letter")
+    page.get_by_label("Text", exact=True).fill("# A card\n\nDear *Ada*")
+    page.locator(".told", has_text="2 lines").wait_for()
+    page.get_by_role("button", name="Words", exact=True).press("Enter")
+    for key in ("ArrowLeft", "Enter"):
+        page.locator(".marks.words:focus").press(key)
+    page.locator(".told", has_text="Written again: “Ada”.").wait_for()
+    page.get_by_label("Text", exact=True).fill("# A *new* card\n\nDear *Ada*")
+    page.locator(".told", has_text="Written again: “Ada”.").wait_for()
+    picture = io.BytesIO()
+    Image.new("RGB", (60, 40), (200, 30, 30)).save(picture, "PNG")
+    shown = {"name": "a garden.png", "mimeType": "image/png", "buffer": picture.getvalue()}
+    page.get_by_label("A picture for the letter").set_input_files(shown)
+    page.locator(".sheet img").wait_for()
+    assert "![](a-garden.png)" in page.get_by_label("Text", exact=True).input_value()
+    assert axe(page) == []
     page.get_by_label("Text", exact=True).fill("# A card\n\n![](/etc/passwd)")
     page.locator("form .bad", has_text="alone").wait_for()
     page.get_by_label("Kind of text").select_option("text")

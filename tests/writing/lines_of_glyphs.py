@@ -6,6 +6,7 @@ from handout.writing import joining
 from handout.writing.choosing import Chooser, choices
 from handout.writing.drawn_forms import DrawnForms
 from handout.writing.drawn_words import DrawnHandwriting
+from handout.writing.variation import Chances
 
 
 class Forms:
@@ -28,15 +29,16 @@ def drawn_units(hand, paragraph, seed):
 
 
 def gaps(model, numbers, new_word, rng, variation=1.0):
-    return model.spacing.between(np.asarray(numbers, dtype=int), np.asarray(new_word, dtype=bool), rng, variation)
+    chances = Chances.of(rng, len(numbers))
+    return model.spacing.between(np.asarray(numbers, dtype=int), np.asarray(new_word, dtype=bool), chances, variation)
 
 
 def heights(model, numbers, new_word, rng, variation=1.0):
-    return model.heights.heights_of(np.asarray(numbers), np.asarray(new_word), rng, variation)
+    return model.heights.heights_of(np.asarray(numbers), np.asarray(new_word), Chances.of(rng, len(numbers)), variation)
 
 
 def bent(model, numbers, rng, variation=1.0):
-    return model.bends(np.asarray(numbers), rng, variation)
+    return model.bends(np.asarray(numbers), Chances.of(rng, len(numbers)), variation)
 
 
 def set_line(model, numbers, x, y, new_word, bends):

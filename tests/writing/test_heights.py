@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from handout.writing.forms import is_mark
 from handout.writing.joining import matches, rises
 from handout.writing.spacing import LEAST, smoothed
+from handout.writing.variation import Chances
 from tests.writing.lines_of_glyphs import heights
 
 
@@ -102,7 +103,7 @@ def test_lines_wander_no_further_than_the_author_s(small_manner, jumbles):
         for seed in range(6):
             rng = np.random.default_rng(seed)
             numbers = rng.choice(np.flatnonzero(~flow.marks), 60)
-            y = used.heights_of(numbers, np.arange(60) % 5 == 0, rng, 1.0)
+            y = used.heights_of(numbers, np.arange(60) % 5 == 0, Chances.of(rng, 60), 1.0)
             left.append(y - used.predicted[numbers])
         return np.std(left)
 

@@ -52,3 +52,59 @@ def test_a_job_keeps_what_was_written_again():
     writing = WritingOptions(seed=4, rewritten=((3, 1),))
     kept = inputs(TEXT, prepare(writing), writing, SheetOptions(), "A4")
     assert kept["options"]["rewritten"] == ((3, 1),)
+
+
+@pytest.mark.parametrize("scanned", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_what_is_added_or_changed_leaves_all_else_as_it_was(request, scanned):
+    """What a page shows while its text is typed: only the lines that changed are others."""
+    hand = request.getfixturevalue("small_hand") if scanned else "house-joined"
+
+    def lines(text):
+        (sheet,) = set_pages(text, prepare(WritingOptions(hand, 4), SheetOptions("120x90mm", "5mm")))[1]
+        return [list(line.placed) for line in sheet.manuscript.lines]
+
+    def places(line):
+        return [placed.ink.graph.xy if placed.ink else np.concatenate(placed.strokes) for placed in line]
+
+    def glyphs(line):
+        return [placed.ink.number if placed.ink else len(placed.strokes[0]) for placed in line]
+
+    def same(one, other):
+        return len(one) == len(other) and all(map(np.array_equal, places(one), places(other)))
+
+    before, longer = lines(TEXT + "\nten hens in"), lines(TEXT + "\nten hens in an inn\nand on\nit\nsent")
+    assert [same(*pair) for pair in zip(before, longer, strict=False)] == [True, True, False]
+    # of scanned letters those before a new one are raised a little with it, so that joins hold
+    unmoved = glyphs if scanned else places
+    assert all(map(np.array_equal, unmoved(before[2][:5]), unmoved(longer[2]))), "nor are the first words of that line"
+    changed = lines(TEXT.replace("even", "open") + "\nten hens in")
+    assert same(before[0], changed[0]) and all(map(np.array_equal, unmoved(before[1][:4]), unmoved(changed[1])))
+    assert glyphs(before[2]) == glyphs(changed[2])
+
+
+LETTER = """+++
+page = "A6"
++++
+# Hello
+
+The [red]{ink=red} jam and [more]{hand=house-print} jam.
+
+- the [jam]{hand=house-print}
+"""
+
+
+def test_words_of_a_letter_are_told_and_written_again_in_each_of_its_hands(tmp_path):
+    from handout.pipeline.letters import write_sent
+    from handout.pipeline.options import PictureOptions
+
+    def words(*rewritten):
+        options = WritingOptions(seed=3, rewritten=rewritten), SheetOptions(), PictureOptions()
+        return write_sent(LETTER, True, [tmp_path / "page.svg"], options).facts()["words"]
+
+    before = words()
+    spelt = [word["word"] for word in before]
+    assert spelt == ["Hello", "The", "red", "jam", "and", "jam.", "the", "more", "jam"]
+    assert len({word["at"] for word in before}) == len(before)
+    for number in (5, 8):  # ends of lines: what comes behind a word on its line goes along with it
+        changed = words((before[number]["at"], 1))
+        assert [k for k, (one, other) in enumerate(zip(before, changed, strict=True)) if one != other] == [number]

@@ -15,8 +15,8 @@ from handout.writing.variation import LETTER_MEMORY, TREMOR, USUAL, Drift, tremo
 @settings(max_examples=20, deadline=None)
 @given(st.floats(0.01, 2.0), st.floats(0.0, 0.95), st.integers(0, 1000))
 def test_drift_has_its_deviation_and_its_memory(sd, memory, seed):
-    drift = Drift(sd, memory, np.random.default_rng(seed))
-    values = np.array([drift.next() for _ in range(6000)])
+    drift = Drift(sd, memory, rng := np.random.default_rng(seed))
+    values = np.array([drift.next(rng) for _ in range(6000)])
     assert abs(values.std() / sd - 1) < 0.3
     assert abs(np.corrcoef(values[1:], values[:-1])[0, 1] - memory) < 0.1
 

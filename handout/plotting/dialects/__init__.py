@@ -1,8 +1,9 @@
 """The languages of plotters: one package each, and the table that names them.
 
 - `base`: what conversations and controllers of all dialects share; `gcode`: what those of G-code do.
-- `grbl`, `marlin`, `ebb`, `hpgl`: in each, `protocol` (blocks → commands, bytes → replies; pure), `conversation` (flow
-  control over one port), `controller` (a `dialect.Controller`); its module has a `dialect.Dialect` named `DIALECT`.
+- `grbl`, `marlin`, `ebb`, `hpgl`, `klipper`: in each, `protocol` (blocks → commands, bytes → replies; pure),
+  `conversation` (flow control over one port), `controller` (a `dialect.Controller`); its module has a
+  `dialect.Dialect` named `DIALECT`.
 
 To add a dialect: a package with its `DIALECT`, its simulated controller (in `handout.simulated.plotter`), one line in
 the table below, and the name among those that `profiles.Plotter.dialect` takes.
@@ -22,6 +23,7 @@ DIALECTS: dict[str, str] = {
     "ebb": "handout.plotting.dialects.ebb",  # EiBotBoard: AxiDraw, iDraw
     "marlin": "handout.plotting.dialects.marlin",  # Marlin and its kin: 3D printers that carry a pen
     "hpgl": "handout.plotting.dialects.hpgl",  # pen plotters from 1977 on, over RS-232
+    "klipper": "handout.plotting.dialects.klipper",  # Klipper and its kin, behind Moonraker
 }
 
 

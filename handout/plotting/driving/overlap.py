@@ -18,6 +18,7 @@ from concurrent.futures import Future
 import numpy as np
 
 from handout.plotting.dialect import Command
+from handout.plotting.dialects import dialect
 from handout.plotting.planning.blocks import Pen
 from handout.plotting.planning.lookahead import Flags
 from handout.plotting.planning.plan import Plan
@@ -45,7 +46,8 @@ class OverlapGuard:
     ----------
     secure : begins to secure what is known to be executed; done when that is so, or with the error of the disk.  None:
         what is executed is secured.
-    overlap : mm of ink that may be sent and not secured.
+    overlap : mm of ink that may be sent and not secured; what the machine draws in the `in_hand` of its dialect may be
+        more.
     clock : the time by which the machine lives, s; None: that stands still while the disk is waited for, so that it
         may be waited for anywhere.
     log : told once if the overlap cannot be kept.
@@ -74,6 +76,7 @@ class OverlapGuard:
         ends = np.append(np.flatnonzero(self._lowers), len(commands))
         self._stroke = self._ink[ends[np.searchsorted(ends, np.arange(len(commands)), side="right")]]  # mm, at its end
         self._longest = float(np.diff(self._ink[ends]).max(initial=0.0))
+        self._least = dialect(plan.profile.dialect).in_hand
         self._secured, self._took = 0, 0.0  # commands; s that the disk needed the last time
         self._pending: tuple[int, Future[None], float] | None = None  # for so many commands, since when
         self._outruns = self._told = False
@@ -108,12 +111,18 @@ class OverlapGuard:
         if self._lowers[number]:
             self._outruns = False
             return self._may_lower(number)
-        return self._way(number) <= self.overlap or not self.draws(number) or self._may_exceed(number, executed)
+        return self._fits(number) or not self.draws(number) or self._may_exceed(number, executed)
+
+    def _fits(self, number: int) -> bool:
+        """Whether no more is on its way once command `number` is sent than may be, or than the machine needs."""
+        if self._way(number) <= self.overlap:
+            return True
+        return float(self._clock[number + 1] - self._clock[self._secured]) <= self._least
 
     def _may_lower(self, number: int) -> bool:
         """Whether a stroke may begin: if it may have to outrun a slow disk, only once all before it is secured."""
         whole = self._way(number) + float(self._stroke[number] - self._ink[number + 1])
-        return self._way(number) <= self.overlap and (whole <= self.overlap or not self._is_slow())
+        return self._fits(number) and (whole <= self.overlap or not self._is_slow())
 
     def _may_exceed(self, number: int, executed: int) -> bool:
         """Whether a stroke may go on beyond the overlap: where the machine would run dry before the disk is done."""

@@ -5,6 +5,7 @@ the person may have to change the sheet or the pen.
 
     job.py            the noun; store.py keeps the jobs
     parts.py          a job's parts: sheets, layers, stops for a look at the pen
+    stretch.py        which part of a plot is asked for, by share, time or word
     pages.py          the pages on the disk, each a drawing and its record
     page_producer.py  the program that makes the pages of a long text while the first are drawn
     places.py         a place on a drawing: how far it is drawn, what is left, where a machine stands

@@ -119,7 +119,7 @@ class Job:
         return dataclasses.replace(page, strokes=page.strokes[part.first : part.stop])
 
     def drop_drawings(self) -> None:
-        """Delete its drawings: all of them are on paper."""
+        """Delete its drawings: all of them are on paper, and have been for a while."""
         pages.drop(self.folder)
 
     def with_pages(self, records: list[Record]) -> Job:

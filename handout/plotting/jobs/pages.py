@@ -123,6 +123,11 @@ def read(folder: Path, number: int) -> Drawing:
         raise InputError(f"{path} is missing or damaged.") from error
 
 
+def are_kept(folder: Path) -> bool:
+    """Whether the drawings of a job are there."""
+    return _drawing(folder, 0).exists()
+
+
 def drop(folder: Path) -> None:
     """Delete all pages, and what an interrupted write left."""
     for path in [*folder.glob("page-*.json*"), *folder.glob(".*.new-*")]:

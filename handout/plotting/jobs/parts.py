@@ -63,7 +63,7 @@ def survey(drawing: Drawing, layers: Layers) -> tuple[Layer, ...]:
     surveyed, at = [], 0
     for name, group in itertools.groupby(drawing.strokes, lambda stroke: layer_of(stroke, layers)):
         first, ends, ink = at, [], []
-        for word in _words(list(group)):
+        for word in words_of(list(group)):
             at += len(word)
             ends.append(at)
             ink.append(sum(stroke.length for stroke in word))
@@ -71,7 +71,7 @@ def survey(drawing: Drawing, layers: Layers) -> tuple[Layer, ...]:
     return tuple(surveyed)
 
 
-def _words(strokes: Sequence[Stroke]) -> Iterator[list[Stroke]]:
+def words_of(strokes: Sequence[Stroke]) -> Iterator[list[Stroke]]:
     """Runs of strokes of one word; a stroke of unknown word is a run by itself."""
     run: list[Stroke] = []
     for stroke in strokes:

@@ -22,7 +22,9 @@ import numpy as np
 from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, InputError
 from handout.plotting import bed
 from handout.plotting.dialect import BUTTON_LOOK, ButtonPressed, Controller
+from handout.plotting.dialects import dialect
 from handout.plotting.driving.driver import Monitor, Progress, Report, connect, draw, park
+from handout.plotting.jobs import store
 from handout.plotting.jobs.job import Job, load
 from handout.plotting.jobs.journal import Journal
 from handout.plotting.jobs.page_producer import PageProducer
@@ -120,7 +122,7 @@ def run_job(
                 at_zero = False
                 if not person.try_again(error):
                     raise
-        job.drop_drawings()
+        store.drop_drawings(job.folder.parent)
     return run.reports
 
 
@@ -274,7 +276,8 @@ class _Run:
             to_page = bed.place(whole.page, self.job.profile).to_page
             xy, zero = to_page(np.array([at, (0.0, 0.0)]))
             detours = [to_page(way) for way in hooking.detours(self.job.profile)]
-            reach = _REACH * self.job.options.overlap + _WRITTEN
+            held = dialect(self.job.profile.dialect).in_hand * float(self.job.profile.limits.draw_speed)
+            reach = _REACH * max(self.job.options.overlap, held) + _WRITTEN
             place = found(whole, self.journal.standing.place, xy, reach, zero, detours)
             if place is not None:
                 self.journal.drawn(place)

@@ -2,8 +2,8 @@
 
 A job's folder holds ``job.json`` (see `job`), a drawing for every page (see `pages`), and the ``journal``.  The
 drawings are kept as they are to be drawn, so that what is left of a job can be drawn by another version of the program,
-or when the hand has changed; when the job is finished they are deleted, and after fifty more finished jobs the rest of
-it is.
+or when the hand has changed.  Those of the last five finished jobs stay, so that a part can be drawn again; the rest
+of a finished job is deleted after fifty more.
 
 A long text need not be written before its first page is drawn: a job can be begun with that page and what the others
 are made from, which are added as they are made.
@@ -30,6 +30,7 @@ from handout.profiles import Plotter
 from handout.values import Drawing
 
 _KEPT = 50  # finished jobs
+_DRAWABLE = 5  # of them, whose drawings are kept too: some MB at most
 _NEW = ".new-"
 _MONTHS = ["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec"]
 
@@ -204,6 +205,36 @@ def prune(place: Path | None = None, keep: int = _KEPT) -> None:
     """Delete all but the newest finished jobs; what is not finished stays."""
     for job in [job for job in every(place) if _is_finished(job)][: -keep or None]:
         shutil.rmtree(job.folder, ignore_errors=True)
+
+
+def drop_drawings(place: Path | None = None, keep: int = _DRAWABLE) -> None:
+    """Delete the drawings of all finished jobs but those that were drawn last."""
+    for job in [job for job in _by_use(place) if _is_finished(job)][: -keep or None]:
+        job.drop_drawings()
+
+
+def drawn_before(name: str | None = None, place: Path | None = None) -> Job:
+    """The job of that name, or the one that was drawn last, whose drawings are still kept.
+
+    Raises
+    ------
+    InputError
+        There is none.
+    """
+    there = [job for job in _by_use(place) if pages.are_kept(job.folder)]
+    if name is None and there:
+        return there[-1]
+    job = find(name, place) if name is not None else None
+    if job is None or not pages.are_kept(job.folder):
+        which = f"The drawings of {job.name} are" if job is not None else "No drawings are"
+        kept = f" Those of {', '.join(other.name for other in there)} are." if there else ""
+        raise InputError(f"{which} not kept any more: only those of the last {_DRAWABLE} finished plots are.{kept}")
+    return job
+
+
+def _by_use(place: Path | None) -> list[Job]:
+    """All jobs, the one that was drawn last at the end."""
+    return sorted(every(place), key=lambda job: (job.folder / JOURNAL).stat().st_mtime)
 
 
 def _is_finished(job: Job) -> bool:

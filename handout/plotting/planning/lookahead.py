@@ -12,6 +12,7 @@ of the queue, a block ends at rest when the queue is empty.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +34,8 @@ class Machine:
     acceleration : (3,) float, mm/s²; rate : (3,) float, mm/s; steps : (3,) float, steps/mm.
     deviation : junction deviation, mm; queue : blocks the planner looks ahead.
     path : mm/s², greatest acceleration along the path, in whatever direction.
-    curves : whether the speed is also limited in the curves that short segments make (Marlin).
+    curves : what else limits the speed in a corner: "short", the curve that short segments make (Marlin); "all", the
+        circle that touches both lines in the middle of the shorter (Klipper); "", nothing.
     jerk : mm/s, greatest change of an axis' speed between two lines, which replaces junction deviation (0: does not).
     """
 
@@ -43,7 +45,7 @@ class Machine:
     deviation: float
     queue: int
     path: float = np.inf
-    curves: bool = False
+    curves: Literal["", "short", "all"] = ""
     jerk: float = 0.0
 
 
@@ -109,7 +111,8 @@ def blocks(points: Array, stands: Flags, machine: Machine) -> Blocks:
     corner, radius = np.zeros(len(length)), np.full(len(length), np.inf)
     corner[1:] = corner_speed2(unit[:-1], unit[1:], machine)
     if machine.curves and not machine.jerk:
-        corner[1:] = np.minimum(corner[1:], _curve_speed2(unit, length, acceleration))
+        limit = _curve_speed2 if machine.curves == "short" else _circle_speed2
+        corner[1:] = np.minimum(corner[1:], limit(unit, length, acceleration))
     radius[1:] = _radius(np.diff(points, axis=0))  # whole steps would make rough what is smooth
     corner[stands], radius[stands] = 0.0, np.inf
     return Blocks(length, acceleration, along(unit, machine.rate), corner, radius)
@@ -156,6 +159,13 @@ def _curve_speed2(unit: Array, length: Array, acceleration: Array) -> Array:
     cosine = np.clip((unit[:-1] * unit[1:]).sum(axis=1), -1.0, 1.0)
     speed2 = acceleration[1:] * length[1:] / np.maximum(np.arccos(cosine), _LEAST_TURN)
     return np.where((length[1:] < _CHORD) & (cosine > _OCTAGON), speed2, np.inf)
+
+
+def _circle_speed2(unit: Array, length: Array, acceleration: Array) -> Array:
+    """Square of the speed on the circle that touches two lines, the shorter in its middle, mm²/s² (Klipper)."""
+    cosine = np.clip(-(unit[:-1] * unit[1:]).sum(axis=1), -_STRAIGHT, _STRAIGHT)
+    energy = 0.5 * acceleration * length
+    return np.asarray(np.minimum(energy[:-1], energy[1:]) * np.sqrt((1.0 - cosine) / (1.0 + cosine)))
 
 
 def run(lines: Blocks, feed: Array, queue: Queue) -> Motion:

@@ -104,8 +104,8 @@ def machine_of(profile: Plotter) -> Machine:
         steps=np.array([limits.steps_per_mm, limits.steps_per_mm, Z_STEPS], dtype=float),
         deviation=float(limits.junction_deviation),
         queue=profile.port.queue,
-        path=float(limits.acceleration) if dialect(profile.dialect).plans_along_path else np.inf,
-        curves=dialect(profile.dialect).plans_along_path,
+        path=float(limits.acceleration) if dialect(profile.dialect).curves else np.inf,
+        curves=dialect(profile.dialect).curves,
         jerk=float(limits.jerk),
     )
 

@@ -92,7 +92,7 @@ def replaced(profile: Plotter, up: float | None, down: float | None) -> Plotter:
 
 def in_words(value: float, profile: Plotter) -> str:
     """A value or a height as a person reads it."""
-    if profile.pen.lift == "z":
+    if profile.pen.in_mm:
         return f"{value:g} mm"
     values = dialect(profile.dialect).pen_values
     return f"{value:g}" if values is None else values.written(value)
@@ -181,9 +181,9 @@ class Steps:
         self.lift_z = pen.lift == "z"
         self.follows = self.lift_z or profile.dialect == "ebb"  # it can be pressed while it draws
         self.sign = 1.0 if pen.down > pen.up else -1.0  # of what is nearer to the paper
-        self.sizes = _STEPS_Z if self.lift_z else tuple(dict.fromkeys(max(round(share * span), 1) for share in _SHARES))
-        self.row = _ROW_Z if self.lift_z else max(float(round(_ROW_SHARE * span)), 1.0)
-        values = None if self.lift_z else dialect(profile.dialect).pen_values
+        self.sizes = _STEPS_Z if pen.in_mm else tuple(dict.fromkeys(max(round(share * span), 1) for share in _SHARES))
+        self.row = _ROW_Z if pen.in_mm else max(float(round(_ROW_SHARE * span)), 1.0)
+        values = None if pen.in_mm else dialect(profile.dialect).pen_values
         least, greatest = _ANY_HEIGHT if values is None else (values.least, values.greatest)
         self.least, self.greatest = min(least, pen.up, pen.down), max(greatest, pen.up, pen.down)
         self.chosen = 0

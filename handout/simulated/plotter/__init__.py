@@ -6,8 +6,8 @@ what the host announces is measured against it.
 - `port`: the plotter as a port, with its clock; `network`: the same behind a real socket; `options`: what can be asked
   of it, and faults; `wire`: bytes on their way to it; `paper`: carriage, pen, and what is drawn; `surroundings`: a slow
   disk, a busy processor.
-- `firmware`: what every controller has in common; `grbl`, `marlin`, `ebb`, `hpgl`: the controllers; `queue`, `stepper`:
-  the planner and the steps of those that plan.
+- `firmware`: what every controller has in common; `grbl`, `marlin`, `ebb`, `hpgl`, `klipper`: the controllers;
+  `queue`, `stepper`: the planner and the steps of those that plan.
 - `ink_comparison`: whether the ink on the paper is the ink that was intended.
 
 To add a controller: a package with a `Firmware`, named by its dialect; a fault: see `options`.

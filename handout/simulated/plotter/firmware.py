@@ -33,11 +33,13 @@ class Firmware(Protocol):
     now : s, its clock; it is set from outside.
     read_time : s it takes to read one instruction.
     acknowledgement : how an answer begins that acknowledges an instruction, in small letters; b"": every answer does.
+    obeys : faults that strike while an instruction is read which it answers itself all the same.
     """
 
     now: float = 0.0
     read_time: float
     acknowledgement: bytes = b"ok"
+    obeys: frozenset[str] = frozenset()
 
     def __init__(self, profile: Plotter, options: Options, wire: Wire, paper: Paper, say: Say) -> None: ...
 

@@ -1,10 +1,10 @@
-"""The simulated plotter behind a real socket of this computer: FluidNC and grblHAL on a network.
+"""The simulated plotter behind a real socket of this computer: FluidNC, grblHAL and Moonraker on a network.
 
 Bytes go through the product's own port, the system's sockets and a server, which hands them to the controller when they
 are written and sends what it answers when that is read; so time stays the plotter's, virtual or real, and no thread
 races with another.  What such machines do of themselves: grblHAL, and FluidNC's telnet, greet whoever connects; the
 WebSocket of FluidNC tells its page in a browser who it is, pings it, and reports its state while it moves.  A machine
-that starts anew drops its connections.
+that starts anew drops its connections; Moonraker, which is another program than Klipper, does not.
 """
 
 from __future__ import annotations
@@ -13,15 +13,18 @@ import contextlib
 import socket
 import threading
 from collections.abc import Iterator
-from typing import Protocol
+from typing import Any, Protocol
 
 from handout.errors import InputError, PortError
+from handout.plotting.moonraker_ports import open_moonraker
 from handout.plotting.network_ports import open_network
+from handout.plotting.ports import Port
 from handout.profiles import Plotter
 from handout.simulated.plotter.options import Options
 from handout.simulated.plotter.port import Clock, SimulatedPlotter
 
 _HERE = "127.0.0.1"
+_REACHED = (("grbl", "tcp"), ("grbl", "ws"), ("klipper", "ws"))
 _LOOP = 10.0  # s that bytes may take through this computer before that is an error
 _REPORTS = 0.2  # s between two reports of FluidNC's WebSocket
 _PINGS = 10.0  # s between two words for its page in the browser
@@ -72,12 +75,14 @@ class _RawServer:
 class _WebSocketServer(_RawServer):
     """Messages: what the host sends in any, answers in binary ones, words for the page in text."""
 
+    subprotocols: tuple[str, ...] = ("arduino",)
+
     def __init__(self, connection: socket.socket) -> None:
         from websockets.server import ServerProtocol
 
         super().__init__(connection)
-        arduino: list[object] = ["arduino"]
-        self._protocol = ServerProtocol(subprotocols=arduino)  # type: ignore[arg-type]  # plain strings at run time
+        spoken: Any = list(self.subprotocols) or None  # plain strings at run time
+        self._protocol = ServerProtocol(subprotocols=spoken)
         self._received = b""
         while not (request := self._events()):
             pass
@@ -110,8 +115,24 @@ class _WebSocketServer(_RawServer):
         self._flush()
 
 
+class _MoonrakerServer(_WebSocketServer):
+    """A message a line, in text frames both ways."""
+
+    subprotocols = ()
+
+    def receive(self, many: int) -> bytes:
+        while len(self._received) < many and (frames := self._events()):
+            self._received += b"".join(frame.data + b"\n" for frame in frames if hasattr(frame, "data"))
+        data, self._received = self._received[:many], self._received[many:]
+        return data
+
+    def send(self, data: bytes) -> None:
+        for line in data.splitlines():
+            self.tell_page(line.decode("ascii"))
+
+
 class NetworkedPlotter(SimulatedPlotter):
-    """A simulated GRBL machine on a network of this computer alone; see `SimulatedPlotter`.
+    """A simulated GRBL machine or Klipper on a network of this computer alone; see `SimulatedPlotter`.
 
     greets : see `plotting.network_ports`.
     """
@@ -119,28 +140,38 @@ class NetworkedPlotter(SimulatedPlotter):
     greets = True
 
     def __init__(self, profile: Plotter, options: Options | None = None, clock: Clock | None = None) -> None:
-        if profile.dialect != "grbl":
-            raise InputError("sim: only GRBL machines are simulated on a network (network=).")
+        if (profile.dialect, options.network if options else "tcp") not in _REACHED:
+            raise InputError(
+                "sim: only GRBL machines (network=tcp, network=ws) and Klipper (network=ws) are simulated on a network."
+            )
         super().__init__(profile, options, clock)
         self._server: _Server | None = None
+        self._client: Port
         self._reported = self._pinged = 0.0
         self._connect()
 
     def _connect(self) -> None:
         """Take a new connection, as after a pause or a start, and say what the machine says then."""
         self._drop()
-        web = self.options.network == "ws"
+        web, moonraker = self.options.network == "ws", self.profile.dialect == "klipper"
+        kind = _MoonrakerServer if moonraker else _WebSocketServer if web else _RawServer
         made: list[_Server] = []
         with socket.create_server((_HERE, 0)) as listener:
 
             def accept() -> None:
-                made.append((_WebSocketServer if web else _RawServer)(listener.accept()[0]))
+                made.append(kind(listener.accept()[0]))
 
             thread = threading.Thread(target=accept)
             thread.start()
-            self._client = open_network(f"{'ws' if web else 'tcp'}://{_HERE}:{listener.getsockname()[1]}")
+            place = f"{_HERE}:{listener.getsockname()[1]}"
+            if moonraker:
+                self._client = open_moonraker(f"moonraker://{place}")
+            else:
+                self._client = open_network(f"{'ws' if web else 'tcp'}://{place}")
             thread.join()
         self._server = made[0]
+        if moonraker:
+            return
         if web and self.options.variant == "fluidnc":
             self.firmware.reports_itself = True
             self._server.tell_page("currentID:1")
@@ -212,6 +243,8 @@ class NetworkedPlotter(SimulatedPlotter):
 
     def _begin_anew(self) -> None:
         super()._begin_anew()
+        if self.profile.dialect == "klipper":
+            return
         self._wire.lose()
         self._gone = True
         self._out.clear()

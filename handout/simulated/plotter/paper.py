@@ -92,8 +92,7 @@ class Paper:
         if pen.lift == "z":
             height = self.at[2] / self.steps[2]
             return abs(height - pen.down) < abs(height - pen.up)
-        power = self.power[-1][1] if self.power else 0.0
-        return power > 0 and abs(power - pen.down) < abs(power - pen.up)
+        return bool(self.power) and _is_down(self.power[-1][1], pen)
 
     def drawn(self, placement: Placement) -> list[Stroke]:
         """Strokes on the page, with the times at which they were executed."""
@@ -138,10 +137,15 @@ def _by_height(t: Array, z: Array, pen: Pen) -> Iterator[tuple[float, float]]:
         yield float(t[begin]), float(t[end - 1])
 
 
+def _is_down(value: float, pen: Pen) -> bool:
+    """Whether a value brings the pen down; a servo with none is let go, a stepper stands where it is told to."""
+    return (value > 0 or pen.lift == "stepper") and abs(value - pen.down) < abs(value - pen.up)
+
+
 def _by_power(power: list[tuple[float, float]], pen: Pen) -> Iterator[tuple[float, float]]:
     begin: float | None = None
     for time, value in power:
-        down = value > 0 and abs(value - pen.down) < abs(value - pen.up)
+        down = _is_down(value, pen)
         if down and begin is None:
             begin = time + pen.down_time
         elif not down and begin is not None:

@@ -298,7 +298,7 @@ class SimulatedPlotter(InstrumentedPort):
         for fault, strike in strikes.items():
             if self.faults.strikes(fault):
                 strike()
-                return fault not in ("unplugged", "hold", "stall")  # what it has, it does
+                return fault not in {"unplugged", "hold", "stall", *self.firmware.obeys}  # what it has, it does
         return False
 
     def _fall_silent(self) -> None:

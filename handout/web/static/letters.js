@@ -5,10 +5,11 @@ import { choice, field, h, s, say } from './dom.js';
 import { apart, middle, stage, strokesOf } from './stage.js';
 
 const VERDICTS = { sure: 'sure', doubtful: 'doubtful', refused: 'probably wrong', unnamed: 'without a name', confirmed: 'confirmed' };
-const NEAR = 12; // x-heights that fit into the height of the view when a letter is looked at
+const NEAR = 12; // x-heights that fit into the shorter side of the view when a letter is looked at
 const LEARN_AFTER = 12, QUIET = 8000; // corrections, and ms without one, after which the page is learned from
-const HINT = 'Enter confirms, a key names the letter anew, ↓ goes to the next doubtful one, ← and → to the letters beside.';
-const BY_KEYS = 'With keys: arrows move the cross, Space puts the pen down, Enter ends; Esc leaves it.';
+const KEYS = matchMedia('(hover: hover)').matches;
+const HINT = KEYS ? 'Enter confirms, a key names the letter anew, ↓ goes to the next doubtful one, ← and → to the letters beside.' : 'A tap chooses a letter, two fingers move and enlarge the page.';
+const BY_KEYS = KEYS ? 'With keys: arrows move the cross, Space puts the pen down, Enter ends; Esc leaves it.' : 'Two fingers move the page; the button again leaves it.';
 
 function chooser(hands, name) {
   const select = choice(['', ...hands.map((hand) => hand.name)], { '': 'Choose a hand' });
@@ -51,7 +52,7 @@ export async function show(main, shared, [name, number = '0']) {
   const title = h('p', { class: 'big', 'aria-live': 'polite' }), about = h('p', { class: 'quiet' });
   const left = h('p', {}), refusal = h('p', { class: 'bad', role: 'alert' }), kept = h('p', { class: 'quiet', 'aria-live': 'polite' });
   const input = h('input', { autocomplete: 'off', autocapitalize: 'off', spellcheck: 'false', maxlength: 8 });
-  const hint = h('p', { class: 'quiet' }, HINT);
+  const hint = h('p', { class: 'quiet' }, HINT), more = h('span', { class: 'row push' });
   const view = stage(url, sheet, pressed);
 
   const here = () => letters[at];
@@ -183,7 +184,7 @@ export async function show(main, shared, [name, number = '0']) {
   const thinned = (points, most) => { const step = Math.ceil(points.length / most); return points.filter((_, index) => index % step === 0 || index === points.length - 1); };
   function stop() {
     mode = null;
-    view.draw(null); view.bases.replaceChildren(); view.written.replaceChildren();
+    view.draw(null); view.bases.replaceChildren(); view.written.replaceChildren(); more.replaceChildren();
     hint.textContent = HINT;
     for (const button of tools.values()) button.removeAttribute('aria-pressed');
     view.svg.focus();
@@ -230,12 +231,14 @@ export async function show(main, shared, [name, number = '0']) {
 
   function beginBase() {
     const row = facts.pages[page].baselines?.[here()?.line ?? 0];
-    if (!row || !begin('base', null, 'Drag the baseline by its ends or its middle; or ↑ and ↓ move it, with Shift the right end alone. Enter keeps it, Esc leaves it.')) return;
+    if (!row || !begin('base', null, KEYS ? 'Drag the baseline by its ends or at the letter; or ↑ and ↓ move it, with Shift the right end alone. Enter keeps it, Esc leaves it.' : 'Drag the baseline by its ends or at the letter; the button again leaves it.')) return;
     mode.base = { line: here()?.line ?? 0, a: [...row[0]], b: [...row[1]] };
     drawBase();
   }
   function drawBase() {
-    const { a, b } = mode.base, mid = [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2];
+    // the middle handle is where the letter is
+    const { a, b } = mode.base, x = Math.max(a[0], Math.min(here() ? middle(here())[0] : (a[0] + b[0]) / 2, b[0]));
+    const mid = [x, a[1] + (b[1] - a[1]) * (x - a[0]) / (b[0] - a[0])];
     view.bases.replaceChildren(
       s('path', { d: `M${a}L${b}`, class: 'base' }), s('path', { d: `M${a}L${b}`, class: 'grip', 'data-handle': 'both', 'stroke-width': unit * 0.4 }),
       ...[['a', a], ['both', mid], ['b', b]].map(([handle, [cx, cy]]) => s('circle', { cx, cy, r: unit * 0.22, 'data-handle': handle })),
@@ -262,11 +265,16 @@ export async function show(main, shared, [name, number = '0']) {
     const { strokes } = await request('GET', `${url}/strokes/${page}/${Math.max(0, Math.round(x))}/${Math.max(0, Math.round(y))}`);
     if (mode !== mine) return;
     mode.strokes = strokes; mode.chosen = Math.max(0, strokes.findIndex((stroke) => stroke.id === here().id));
-    hint.textContent = 'A click reverses a stroke. With keys: ← and → choose one, Enter reverses it, ↑ and ↓ write it earlier or later, Space shows it again; Esc leaves it.';
+    hint.textContent = KEYS ? 'A click reverses a stroke. With keys: ← and → choose one, Enter reverses it, ↑ and ↓ write it earlier or later, Space shows it again; Esc leaves it.' : 'A tap reverses a stroke.';
+    more.replaceChildren(small('Next stroke', () => chooseStroke(1)), small('Earlier', () => reorder(-1)), small('Later', () => reorder(1)), small('Again', () => drawStrokes(false)));
     drawStrokes();
   }
   function drawStrokes(calm = matchMedia('(prefers-reduced-motion: reduce)').matches) {
     view.written.replaceChildren(...strokesOf(mode.strokes, mode.chosen, unit, calm));
+  }
+  function chooseStroke(by) {
+    mode.chosen = (mode.chosen + by + mode.strokes.length) % mode.strokes.length;
+    drawStrokes(true);
   }
   function keepStrokes(id) {
     const own = mode.strokes.filter((stroke) => stroke.id === id);
@@ -292,8 +300,8 @@ export async function show(main, shared, [name, number = '0']) {
     if (!here()) return;
     const { id, spot, letter } = here();
     const ways = mode?.id === 'write' ? mode.ways : [];
-    const pen = { kind: 'path', done: (points) => { ways.push(rounded(thinned(points, 120))); view.written.append(s('path', { d: `M${points.join('L')}`, class: 'stroke', 'stroke-width': unit * 0.07 })); hint.textContent = `${ways.length} drawn: draw the next stroke, or Enter keeps them.`; view.draw(pen, middle(here())); } };
-    if (begin('write', pen, `Draw the strokes of “${letter || '?'}” over its ink, in their order; Enter keeps them.`)) Object.assign(mode, { ways, of: id, spot });
+    const pen = { kind: 'path', done: (points) => { ways.push(rounded(thinned(points, 120))); view.written.append(s('path', { d: `M${points.join('L')}`, class: 'stroke', 'stroke-width': unit * 0.07 })); hint.textContent = `${ways.length} drawn: draw the next stroke, or keep them${KEYS ? ' with Enter' : ''}.`; more.replaceChildren(small('Keep', keepWriting)); view.draw(pen, middle(here())); } };
+    if (begin('write', pen, `Draw the strokes of “${letter || '?'}” over its ink, in their order.`)) Object.assign(mode, { ways, of: id, spot });
   }
   function keepWriting() {
     const { ways, spot } = mode;
@@ -303,6 +311,7 @@ export async function show(main, shared, [name, number = '0']) {
 
   const key = (text) => h('kbd', {}, text);
   const act = (text, keys, work) => h('button', { type: 'button', onclick: () => { work(); view.svg.focus(); } }, h('span', {}, text), key(keys));
+  const small = (text, work) => h('button', { type: 'button', onclick: () => { work(); view.svg.focus(); } }, text);
   const undo = act('Undo', 'Ctrl+Z', () => back(1)), redo = act('Redo', 'Ctrl+Y', () => back(-1));
   const link = act('Link', 'Alt+L', linkNext);
   const tools = new Map([
@@ -321,10 +330,8 @@ export async function show(main, shared, [name, number = '0']) {
       mode.base.b[1] += by;
       drawBase();
     } else if (mode.base && pressedKey === 'Enter') keepBase();
-    else if (mode.strokes && (pressedKey === 'ArrowLeft' || pressedKey === 'ArrowRight')) {
-      mode.chosen = (mode.chosen + (pressedKey === 'ArrowRight' ? 1 : mode.strokes.length - 1)) % mode.strokes.length;
-      drawStrokes(true);
-    } else if (mode.strokes && arrow) reorder(pressedKey === 'ArrowUp' ? -1 : 1);
+    else if (mode.strokes && (pressedKey === 'ArrowLeft' || pressedKey === 'ArrowRight')) chooseStroke(pressedKey === 'ArrowRight' ? 1 : -1);
+    else if (mode.strokes && arrow) reorder(pressedKey === 'ArrowUp' ? -1 : 1);
     else if (mode.strokes && pressedKey === 'Enter') turn(mode.chosen);
     else if (mode.strokes && pressedKey === ' ') drawStrokes();
     else if (view.keyed(event)) return true;
@@ -399,7 +406,7 @@ export async function show(main, shared, [name, number = '0']) {
   main.append(h('div', { class: 'letters' },
     h('h1', { class: 'hidden' }, `Letters of ${name}`),
     h('section', { class: 'stage', 'aria-label': 'The page' },
-      h('div', { class: 'tools' }, hint, h('span', { class: 'joined push' }, h('button', { type: 'button', class: 'icon', 'aria-label': 'Larger', onclick: () => view.zoom(0.7) }, '+'), h('button', { type: 'button', class: 'icon', 'aria-label': 'Smaller', onclick: () => view.zoom(1.4) }, '−'))),
+      h('div', { class: 'tools' }, hint, more, h('span', { class: 'joined push' }, h('button', { type: 'button', class: 'icon', 'aria-label': 'Larger', onclick: () => view.zoom(0.7) }, '+'), h('button', { type: 'button', class: 'icon', 'aria-label': 'Smaller', onclick: () => view.zoom(1.4) }, '−'))),
       view.svg),
     h('aside', { class: 'side', 'aria-label': 'The letter' }, left, h('div', {}, title, about), refusal, naming,
       h('div', { class: 'keys' }, act('Confirm', 'Enter', confirmLetter), act('Next', '↓', nextDoubt), undo, redo, act('Join', 'Alt+J', joinNext), link, tools.get('cut'), tools.get('outline'), act('No letter', 'Del', removeLetter), tools.get('strokes'), tools.get('write'), tools.get('base')),
@@ -407,7 +414,7 @@ export async function show(main, shared, [name, number = '0']) {
       kept, learn, work, trying, chooser(hands, name), field('Page', pages))));
   view.letters(letters);
   const [first] = doubts();
-  view.look(first ? middle(first) : [sheet.width / 2, sheet.height / 4], unit * NEAR);
+  view.look(first ? middle(first) : [sheet.width / 2, sheet.height / 4], view.near(NEAR));
   choose(first ? indexOf(first.id) : 0);
   view.svg.focus();
   return () => { left_ = true; clearTimeout(quiet); learning?.abort(); view.forget(); };

@@ -35,7 +35,7 @@ export function stage(url, facts, picked) {
       for (let column = from[0]; column <= to[0]; column += 1) {
         const key = `${level}/${column}/${row}`, mine = epoch;
         if (there.has(key)) { const had = there.get(key); there.delete(key); there.set(key, had); continue; }
-        const image = s('image', { x: column * side, y: row * side });
+        const image = s('image', { x: column * side - 0.5, y: row * side - 0.5 }); // places are from the middle of a pixel
         there.set(key, image);
         blob(`${url}/tiles/${facts.page}/${key}`).then(async (part) => {
           if (mine !== epoch || there.get(key) !== image) return;
@@ -57,6 +57,7 @@ export function stage(url, facts, picked) {
     waiting = setTimeout(fetchTiles, 40);
   }
   const shape = () => { const { width, height } = svg.getBoundingClientRect(); return height ? width / height : 1.4; };
+  const near = (many) => facts.x_height * many * Math.max(1, 1 / shape());
   const bounded = (high) => Math.max(40, Math.min(high, facts.height * 1.5));
   function look([x, y], high = view.h) {
     view.h = bounded(high); view.w = view.h * shape();
@@ -86,6 +87,8 @@ export function stage(url, facts, picked) {
     if (long) done(points.map(within)); else trace([]);
   }
 
+  const resized = new ResizeObserver(() => { if (view.w !== view.h * shape()) look([view.x + view.w / 2, view.y + view.h / 2]); });
+  resized.observe(svg);
   svg.addEventListener('wheel', (event) => { event.preventDefault(); zoom(1.0015 ** event.deltaY, place(event)); }, { passive: false });
   svg.addEventListener('pointerdown', (event) => {
     if (event.button > 1) return;
@@ -158,7 +161,7 @@ export function stage(url, facts, picked) {
     return path;
   }
   return {
-    svg, look, zoom, keyed, bases, written, view,
+    svg, look, near, zoom, keyed, bases, written, view,
     /** All letters, or those of them that changed. */
     letters(all, changed = all) {
       const gone = new Set(paths.keys()), fresh = new Set(changed.map((letter) => letter.id));
@@ -178,7 +181,7 @@ export function stage(url, facts, picked) {
       set(frame, { x: x - room, y: y - room, width: right - x + 2 * room, height: low - y + 2 * room });
       set(name, { x: (x + right) / 2, y: y - room * 1.5, 'font-size': facts.x_height * 0.8, 'stroke-width': facts.x_height * 0.12 });
       const [cx, cy] = middle(letter);
-      if (cx < view.x + view.w * 0.1 || cx > view.x + view.w * 0.9 || cy < view.y + view.h * 0.15 || cy > view.y + view.h * 0.85) look([cx, cy], Math.min(view.h, facts.x_height * 12));
+      if (cx < view.x + view.w * 0.1 || cx > view.x + view.w * 0.9 || cy < view.y + view.h * 0.15 || cy > view.y + view.h * 0.85) look([cx, cy], Math.min(view.h, near(12)));
     },
     /** Let something be drawn, from `cursor` on with keys; null: nothing any more. */
     draw(what, from = null) {
@@ -202,7 +205,7 @@ export function stage(url, facts, picked) {
       // what is not looked at now is fetched when it is
       for (const [key, image] of stale) if (!there.has(key)) { drop(image); stale.delete(key); }
     },
-    forget() { epoch += 1; clearTimeout(waiting); for (const image of [...there.values(), ...stale.values()]) drop(image); },
+    forget() { epoch += 1; clearTimeout(waiting); resized.disconnect(); for (const image of [...there.values(), ...stale.values()]) drop(image); },
   };
 }
 

@@ -7,13 +7,14 @@ import { marks, moved } from './marks.js';
 
 const KEPT = 'handout-draft';
 const FIRST = 'Dear Ada,\n\nthank you for the jam: it is nearly finished, and we all hope for more.\n\nYours, Zoë';
-const PAUSE = { quick: 120, long: 700 }; // ms after the last key
+const PAUSE = { least: 120, most: 700 }; // ms after the last key; between them half of what the page took last
 const SCREEN_DPI = 150;
 const INKS = { '': 'the pen’s own', '#20223a': 'black', '#24408e': 'blue', '#7c1f2b': 'red', '#1f5a3c': 'green' };
 const FORMATS = { pdf: 'PDF', svg: 'SVG', png: 'PNG', inkml: 'InkML', json: 'JSON', gcode: 'G-code', hpgl: 'HP-GL', ebb: 'EBB' };
 const KINDS = { text: 'Text', letter: 'Letter file (Markdown)' };
 const DIE = 'M5 3h14a2 2 0 0 1 2 2v14a2 2 0 0 1-2 2H5a2 2 0 0 1-2-2V5a2 2 0 0 1 2-2Zm0 2v14h14V5Zm3 1.7A1.6 1.6 0 1 1 8 9.9a1.6 1.6 0 0 1 0-3.2Zm8 0a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm-4 3.7a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm-4 3.7a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm8 0a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Z';
 
+const sent = new Map(); // pictures of letters that were sent: name → its number at the server
 const random = () => Math.floor(Math.random() * 1e6);
 const plural = (count, word) => `${count} ${word}${count === 1 ? '' : 's'}`;
 const clock = (seconds) => (seconds < 90 ? `${Math.round(seconds)} s` : `${Math.round(seconds / 60)} min`);
@@ -73,6 +74,8 @@ function asked(made, ticks) {
   for (const name of ['pen', 'style']) if (made[name].value) body[name] = made[name].value;
   const ink = made.ink.value === 'other' ? made.colour.value : made.ink.value;
   if (ink) body.ink = ink;
+  const shown = body.letter ? [...sent].filter(([name]) => body.text.includes(`](${name})`)).map(([, id]) => id) : [];
+  if (shown.length) body.pictures = shown;
   return body;
 }
 
@@ -86,6 +89,15 @@ function told(facts, said) {
   const lent = [...ways].map(([way, letters]) => `${way}: ${[...new Set(letters)].join(' ')}`);
   const doubts = (facts.doubtful || []).map((one) => `“${one.word}” on line ${one.line}${facts.pages > 1 ? `, page ${one.page},` : ''} may read as “${one.reads_as || 'nothing'}”`);
   return [...doubts, ...lent, ...(said || []), ...(facts.notes || [])].filter((one, at, all) => all.indexOf(one) === at);
+}
+
+/** [name, place] of words: by a name, which counts those that are alike, a word of a letter is found when it was changed. */
+function named(words) {
+  const alike = new Map();
+  return words.map(({ word, at }) => {
+    alike.set(word, (alike.get(word) || 0) + 1);
+    return [`${alike.get(word)} ${word}`, at];
+  });
 }
 
 /** A name for a file, after the first words of its text. */
@@ -104,9 +116,11 @@ export async function show(main, shared) {
   const spread = h('output', {}, made.variation.value);
   const die = h('button', { type: 'button', class: 'icon', title: 'Another seed', 'aria-label': 'Another seed' }, s('svg', { viewBox: '0 0 24 24', 'aria-hidden': 'true' }, s('path', { d: DIE })));
   const refusal = h('p', { class: 'bad', role: 'alert' });
+  const file = h('input', { type: 'file', accept: '.png,.jpg,.jpeg,.webp' });
+  const pictures = field('A picture for the letter', file);
   const form = h(
     'form', { 'aria-label': 'What is written' },
-    h('div', { class: 'row between' }, h('label', { for: 'text' }, 'Text'), made.kind), made.text, refusal,
+    h('div', { class: 'row between' }, h('label', { for: 'text' }, 'Text'), made.kind), made.text, pictures, refusal,
     h('div', { class: 'grid' },
       field('Hand', made.hand), field('Page', made.page),
       field('Pen', made.pen), h('div', {}, h('label', { for: 'ink' }, 'Ink'), h('div', { class: 'joined' }, made.ink, made.colour)),
@@ -149,14 +163,16 @@ export async function show(main, shared) {
   )));
 
   let mode = '', chosen = -1, rewritten = new Map(kept.rewritten || []), margin = kept.margin || null, text = made.text.value;
-  let page = 0, last = null, lines = null, coming = null, waiting = 0, stopped = null;
+  let held = null; // of a letter that was changed, the words that are written again, until it is known where they went
+  let page = 0, took = 0, last = null, lines = null, coming = null, waiting = 0, stopped = null;
 
   const quick = () => shared.choices.hands.find((hand) => hand.name === made.hand.value)?.drawn;
-  const inked = () => !quick() || made.pen.value || made.paper.value !== 'none';
+  const inked = () => !quick() || made.pen.value || made.paper.value !== 'none' || asked(made, ticks).pictures;
 
   function keep() {
     const values = Object.fromEntries(Object.entries(made).map(([name, control]) => [name, control.value]));
     localStorage.setItem(KEPT, JSON.stringify({ ...values, fallback: lend.checked, fit: fit.checked, more: form.querySelector('details').open, rewritten: [...rewritten], margin }));
+    pictures.hidden = made.kind.value !== 'letter';
     made.colour.hidden = made.ink.value !== 'other';
     made.device.hidden = !['gcode', 'hpgl', 'ebb'].includes(made.format.value);
     spread.textContent = made.variation.value === '1' ? 'as people vary' : made.variation.value === '0' ? 'none' : made.variation.value;
@@ -180,8 +196,17 @@ export async function show(main, shared) {
   const asking = () => ({
     ...asked(made, ticks),
     ...(margin ? { margin: margin.map((side) => `${side}mm`).join(',') } : {}),
-    ...(rewritten.size && made.kind.value === 'text' ? { rewritten: [...rewritten] } : {}),
+    ...(rewritten.size && !held ? { rewritten: [...rewritten] } : {}),
   });
+
+  /** Words that are written again in a letter, found by name in what came of it; whether it is to be written with them. */
+  function found(words) {
+    if (!held) return false;
+    rewritten = new Map(named(words).filter(([name]) => held.has(name)).map(([name, at]) => [at, held.get(name)]));
+    held = null;
+    keep();
+    return rewritten.size > 0;
+  }
 
   function heard(snapshot) {
     work.hidden = false;
@@ -252,7 +277,7 @@ export async function show(main, shared) {
   async function drawn() {
     coming?.abort();
     stopped?.();
-    const own = coming = new AbortController();
+    const own = coming = new AbortController(), begun = performance.now();
     if (!made.text.value.trim()) {
       refusal.textContent = 'Nothing to write yet.';
       return;
@@ -261,14 +286,17 @@ export async function show(main, shared) {
     try {
       if (quick()) {
         last = lines = await request('POST', '/api/write', { ...body, format: 'svg' }, own.signal);
+        if (found(lines.facts.words || [])) { await drawn(); return; }
         placed(await lined(lines, own.signal), lines);
       } else lines = null;
       refusal.textContent = '';
       if (inked()) {
         const done = await task('/api/write', { ...body, format: 'png', dpi: SCREEN_DPI }, heard, own.signal);
+        if (found(done.facts.words || [])) { await drawn(); return; }
         last = lines ? { ...done, facts: { ...done.facts, strokes: lines.facts.strokes, duration_s: lines.facts.duration_s } } : done;
         placed(await pictured(done, own.signal), last);
       }
+      took = performance.now() - begun;
     } catch (error) {
       if (error.name === 'AbortError') return;
       refusal.textContent = error.message;
@@ -280,7 +308,7 @@ export async function show(main, shared) {
   function soon() {
     keep();
     clearTimeout(waiting);
-    waiting = setTimeout(drawn, quick() ? PAUSE.quick : PAUSE.long);
+    waiting = setTimeout(drawn, Math.min(Math.max(took / 2, PAUSE.least), PAUSE.most));
   }
 
   async function watched() {
@@ -323,6 +351,22 @@ export async function show(main, shared) {
       if (error.name !== 'AbortError') refusal.textContent = error.message;
     } finally {
       download.disabled = false; work.hidden = true;
+    }
+  }
+
+  /** A picture goes to the server, and its name into the letter, where the cursor stands. */
+  async function pictureSent() {
+    const [chosen] = file.files;
+    file.value = '';
+    if (!chosen) return;
+    refusal.textContent = '';
+    try {
+      const name = chosen.name.replace(/[^A-Za-z0-9.]+/g, '-').replace(/^[.-]+/, '').slice(-60);
+      sent.set(name, (await request('POST', `/api/uploads?name=${encodeURIComponent(name)}`, chosen)).id);
+      if (!made.text.value.includes(`](${name})`)) made.text.setRangeText(`\n\n![](${name})\n\n`, made.text.selectionEnd, made.text.selectionEnd, 'end');
+      made.text.dispatchEvent(new Event('input', { bubbles: true }));
+    } catch (error) {
+      refusal.textContent = error.message;
     }
   }
 
@@ -377,14 +421,17 @@ export async function show(main, shared) {
   form.addEventListener('submit', (event) => event.preventDefault());
   form.addEventListener('input', (event) => {
     if (event.target === made.text) {
-      rewritten = moved(rewritten, text, made.text.value);
+      if (made.kind.value === 'letter') {
+        if (rewritten.size && last) held ||= new Map(named(last.facts.words || []).filter(([, at]) => rewritten.has(at)).map(([name, at]) => [name, rewritten.get(at)]));
+      } else rewritten = moved(rewritten, text, made.text.value);
       text = made.text.value;
     } else if (event.target !== made.variation) page = 0;
     if (event.target === made.page) margin = null;
-    if (event.target === made.hand || event.target === made.seed) rewritten.clear();
+    if ([made.hand, made.seed, made.kind].includes(event.target)) { rewritten.clear(); held = null; }
     soon();
   });
   form.querySelector('details').addEventListener('toggle', keep);
+  file.addEventListener('change', pictureSent);
   for (const control of [made.format, made.device]) control.addEventListener('input', keep);
   die.addEventListener('click', () => { made.seed.value = random(); rewritten.clear(); soon(); });
   back.addEventListener('click', () => { page -= 1; drawn(); });

@@ -1,0 +1,155 @@
+"""A conversation with Moonraker: requests out, answers and notices in, one script of G-code under way at a time.
+
+A script is answered when Klipper has taken its last line, which takes as long as Klipper has two seconds of motion in
+hand.  Klipper does not say in which order it obeys scripts of several requests, and a script whose answer is lost may
+have been obeyed: so no second is sent before the first is answered, and none twice.  Questions are answered meanwhile.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from handout.errors import DeviceAlarm, DeviceSilent
+from handout.plotting.dialect import Log
+from handout.plotting.dialects.base import Conversation, never_answered, unanswered
+from handout.plotting.dialects.klipper import protocol
+from handout.plotting.dialects.klipper.protocol import Answer, Failure, Notice, Reply, Status
+from handout.plotting.ports import Port
+
+_AGAIN = 1.0  # s without a word after which it is asked how it is
+_LONGEST = 600.0  # s that one script may take
+_FORGOTTEN = 40  # times in a row that a question may be asked for one answer
+
+
+class MoonrakerConversation(Conversation[Reply]):
+    """A port with Moonraker behind it.
+
+    Its methods raise DeviceSilent when nothing is answered; DeviceAlarm when Klipper refuses a line, shuts down or
+    starts anew; PortError when the connection breaks.
+
+    Attributes
+    ----------
+    script : number of the request whose script is under way; 0: none is.
+    fallen : Klipper has shut down, or started anew: what it had in hand is lost.
+    """
+
+    def __init__(self, port: Port, timeout: float, log: Log) -> None:
+        super().__init__(port, timeout, log, protocol.reply)
+        self.script = 0
+        self.fallen = False
+        self._number = 0
+        self._question = 0  # number of the question for its status that is not answered yet
+        self._quiet = self._asked = 0.0  # s of silence; when it was asked last
+
+    def request(self, method: str, parameters: dict[str, Any] | None = None) -> int:
+        """Send a request; returns its number."""
+        self._number += 1
+        self.port.write(protocol.request(self._number, method, parameters))
+        return self._number
+
+    def send(self, lines: bytes) -> None:
+        """Send a script; the one before has been answered."""
+        self.script = self._number + 1  # before it is written: an interrupt may come between
+        self.request("printer.gcode.script", {"script": lines.decode("ascii").rstrip("\n")})
+
+    def ask_status(self) -> None:
+        """Ask how Klipper is, unless it has been asked and has not answered."""
+        if not self._question:
+            self._question = self._number + 1
+            self.request("printer.objects.query", {"objects": protocol.ASKED})
+
+    def hear(self, patience: float) -> list[Status]:
+        """Heed what is said within `patience` s; what it says of itself.  One that is silent is asked how it is."""
+        glance = min(patience, self.glance)
+        replies = self.replies(glance)
+        if not replies:
+            self._quiet += glance
+            if self._quiet > self.timeout:
+                raise unanswered(f"{self._quiet:g}")
+            if self._quiet - self._asked >= _AGAIN:
+                self._asked, self._question = self._quiet, 0
+                self.ask_status()
+            return []
+        self._quiet = self._asked = 0.0
+        return [told for reply in replies if (told := self._heed(reply)) is not None]
+
+    def _heed(self, reply: Reply) -> Status | None:
+        if isinstance(reply, Notice):
+            self._note(reply)
+        elif isinstance(reply, Failure):
+            if reply.number == self.script and self.script:
+                self.script = 0
+                raise DeviceAlarm(f"Klipper refused a line: {_first(reply.text)}.")
+            if reply.number == self._question:
+                self._question = 0
+        elif reply.number == self.script and self.script:
+            self.script = 0
+        elif reply.number == self._question and self._question:
+            self._question = 0
+            told = protocol.status(reply.result)
+            if told.state != "ready":
+                self._fell(told.message)
+            return told
+        return None
+
+    def _note(self, notice: Notice) -> None:
+        if notice.kind in ("shutdown", "disconnected"):
+            self._fell("" if notice.kind == "shutdown" else "it is starting anew")
+        if notice.kind == "response" and "Unknown command" in notice.text:
+            raise DeviceAlarm(
+                f"Klipper does not know a line ({_first(notice.text)}): its printer.cfg lacks the section that has it "
+                "(servo, manual_stepper, gcode_macro, or force_move with enable_force_move)."
+            )
+
+    def _fell(self, why: str) -> None:
+        self.fallen = True
+        reason = f" ({_first(why)})" if why else ""
+        raise DeviceAlarm(
+            f"Klipper has stopped{reason} and no longer knows where it is: look at its page in the browser, and bring "
+            "the pen back to its zero."
+        )
+
+    def status(self) -> Status:
+        """How Klipper is."""
+        self._question = 0
+        for _ in range(_FORGOTTEN):
+            self.ask_status()
+            if told := self.hear(self.glance):
+                return told[-1]
+        raise unanswered(f"{self.timeout:g}")
+
+    def finish_script(self) -> list[Status]:
+        """Wait until the script under way is answered, asking now and then how it is."""
+        told, waited = list[Status](), 0.0
+        while self.script:
+            told += self.hear(self.glance)
+            waited += self.glance
+            if waited > _AGAIN:
+                self.ask_status()
+            if waited > _LONGEST:
+                raise DeviceSilent(f"Klipper has been busy with one line for {waited:.0f} s: look at its page.")
+        return told
+
+    def ask(self, data: bytes) -> object:
+        """Have lines obeyed, after those that are under way."""
+        self.finish_script()
+        self.send(data)
+        return self.finish_script()
+
+    def result(self, method: str, parameters: dict[str, Any] | None = None, patience: float = 0.0) -> Any:
+        """The result of a request that is no script; None if it ended with an error.  Notices are not heeded.
+
+        patience : s to wait, the time-out if 0.
+        """
+        number, garbage = self.request(method, parameters), False
+        for replies in self.listen(patience or self.timeout):
+            for reply in replies:
+                if isinstance(reply, Answer | Failure) and reply.number == number:
+                    return reply.result if isinstance(reply, Answer) else None
+                garbage |= isinstance(reply, Notice) and reply.kind == "garbage"
+        raise never_answered("Moonraker", patience or self.timeout, garbage)
+
+
+def _first(text: str) -> str:
+    """The first line of a text, without a full stop."""
+    return next(iter(text.strip().splitlines()), "").strip().rstrip(".")

@@ -1,0 +1,216 @@
+"""Scans of filled sheets to answers, and the table in which answers are kept.
+
+A sheet is found by its marks, however it lies, and its code says whose it is.  An answer that is not plain is left
+empty and doubtful, with a picture of its row: a person looks, and writes the answer into the table.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.errors import InputError
+from handout.prompting.registration import in_grey, register
+from handout.prompting.sheet_codes import read_codes
+from handout.prompting.sheet_detection import rectify
+from handout.study import marks, sheets
+from handout.study.marks import Manner, Mark
+from handout.study.sheets import COVER, SheetRecord
+
+PLAIN, DOUBTFUL = "plain", "doubtful"
+_COLUMNS = ("study", "person", "questionnaire", "item", "answer", "state", "why", "picture")
+_AROUND = 3.0  # mm of a row's picture above and below its boxes and snippet
+
+Place = tuple[int, str, str]  # of an answer: person, questionnaire, item
+
+
+@dataclass(frozen=True)
+class Answer:
+    """One row of somebody's sheet.
+
+    item : its number, or what the cover asks; answer : what its box means, "" where that is doubtful.
+    why : what made it doubtful, or was not plain; picture : the file of a picture of the row.
+    """
+
+    study: str
+    person: int
+    questionnaire: str
+    item: str
+    answer: str
+    state: str = PLAIN
+    why: str = ""
+    picture: str = ""
+
+    @property
+    def place(self) -> Place:
+        """What it answers."""
+        return self.person, self.questionnaire, self.item
+
+
+@dataclass(frozen=True, eq=False)
+class ReadRow:
+    """A row as it was read: what its boxes hold, None where they were not found; and its picture."""
+
+    row: sheets.Row
+    marks: tuple[Mark, ...] | None
+    picture: NDArray[np.uint8] = field(repr=False)
+
+
+@dataclass(frozen=True, eq=False)
+class ReadSheet:
+    """A sheet as it was read."""
+
+    source: str
+    record: SheetRecord
+    rows: tuple[ReadRow, ...]
+
+
+def read_sheet(picture: NDArray[np.uint8], source: str) -> ReadSheet:
+    """Read one sheet in a scan or photograph, any way round.
+
+    Parameters
+    ----------
+    picture : (h, w, 3) uint8
+        From about 120 dpi.
+
+    Raises
+    ------
+    InputError
+        No sheet of a study, too few of its marks, or a code that cannot be read.
+    """
+    grey = in_grey(picture)
+    registration = register(grey)
+    if registration is None:
+        raise InputError(f"{source}: no sheet of a study is on it; scan the whole sheet with its four corner marks.")
+    found = read_codes(grey, registration, sheets.codes(registration.page), (sheets.CODE_VERSION,))
+    record = next((known for data in found if (known := sheets.unpacked(data)) is not None), None)
+    if record is None:
+        raise InputError(
+            f"{source}: neither code at the foot of the sheet can be read: scan it at 150 dpi or more (this has "
+            f"{registration.dpi:.0f}), flat and clean; or it is a sheet of something else."
+        )
+    flat = rectify(picture, registration, marks.DPI)
+    depth = marks.depth_of(flat)
+    rows = sheets.rows(registration.page, record)
+    return ReadSheet(source, record, tuple(_read(depth, flat, row) for row in rows))
+
+
+def _read(depth: NDArray[np.float32], flat: NDArray[np.uint8], row: sheets.Row) -> ReadRow:
+    held = marks.read_row(depth, row)
+    unit = marks.DPI / 25.4
+    above = sheets.above(row)
+    top, foot = float(row.boxes[:, 1].min() - above - _AROUND), float(row.boxes[:, 3].max() + _AROUND)
+    picture = flat[max(0, round(top * unit)) : round(foot * unit)]
+    return ReadRow(row, None if held is None else tuple(held), picture)
+
+
+def answers(read: Iterable[ReadSheet]) -> tuple[list[Answer], dict[Place, NDArray[np.uint8]]]:
+    """What all sheets say, in order, and pictures of the rows that are doubtful.
+
+    How somebody marks is told from all of his sheets.  A row that was scanned twice counts once.
+
+    Raises
+    ------
+    InputError
+        Sheets of several studies.
+    """
+    by_person: dict[int, list[ReadSheet]] = defaultdict(list)
+    studies = dict[str, str]()
+    for sheet in read:
+        by_person[sheet.record.person].append(sheet)
+        studies.setdefault(sheet.record.study, sheet.source)
+    if len(studies) > 1:
+        named = ", ".join(f"{study} ({source})" for study, source in studies.items())
+        raise InputError(f"These are sheets of several studies: {named}. Read those of each by themselves.")
+    found, pictures = dict[Place, Answer](), dict[Place, NDArray[np.uint8]]()
+    for _, own in sorted(by_person.items()):
+        asked = [row for sheet in own if sheet.record.kind != COVER for row in sheet.rows]
+        how = marks.manner([row.marks for row in asked if row.marks is not None])
+        for sheet in sorted(own, key=lambda one: one.record.page):
+            for row in sheet.rows:
+                answer = _answer(sheet.record, row, how)
+                before = found.get(answer.place)
+                found[answer.place] = answer if before is None else _both(before, answer)
+                if found[answer.place].state == DOUBTFUL:
+                    pictures[answer.place] = row.picture
+    return list(found.values()), pictures
+
+
+def _answer(record: SheetRecord, read: ReadRow, how: Manner) -> Answer:
+    row = read.row
+    name = ("P", row.questionnaire) if record.kind == COVER else (record.kind, str(row.number))
+    if read.marks is None:
+        return Answer(record.study, record.person, *name, "", DOUBTFUL, "its boxes were not found")
+    decision = marks.decided(read.marks, how)
+    if decision.box is None:
+        return Answer(record.study, record.person, *name, "", DOUBTFUL, decision.why)
+    return Answer(record.study, record.person, *name, row.answers[decision.box], PLAIN, decision.why)
+
+
+def _both(first: Answer, second: Answer) -> Answer:
+    """A row that was scanned twice."""
+    if first.answer == second.answer:
+        return first
+    if not first.answer or not second.answer:
+        return first if first.answer else second
+    return replace(first, answer="", state=DOUBTFUL, why=f"scanned twice: {first.answer}, and {second.answer}")
+
+
+def missing(read: Sequence[ReadSheet]) -> dict[int, list[int]]:
+    """Person → pages of him that were not among the scans, for those of whom some were."""
+    pages: dict[int, set[int]] = defaultdict(set)
+    count = dict[int, int]()
+    for sheet in read:
+        pages[sheet.record.person].add(sheet.record.page)
+        count[sheet.record.person] = sheet.record.pages
+    lacking = {person: sorted(set(range(1, count[person] + 1)) - have) for person, have in sorted(pages.items())}
+    return {person: gone for person, gone in lacking.items() if gone}
+
+
+def to_csv(rows: Iterable[Answer]) -> bytes:
+    """The table."""
+    stream = io.StringIO(newline="")
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(_COLUMNS)
+    for row in rows:
+        writer.writerow([getattr(row, name) for name in _COLUMNS])
+    return stream.getvalue().encode("utf-8")
+
+
+def from_csv(path: Path) -> list[Answer]:
+    """The table again, with what a person wrote into it.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, or a row is none.
+    """
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"Cannot read {path}: {error}.") from error
+    table = csv.DictReader(io.StringIO(text, newline=""), delimiter=";" if text.startswith("study;") else ",")
+    if not set(_COLUMNS[:5]) <= set(table.fieldnames or ()):
+        raise InputError(f"{path} lacks the columns {', '.join(_COLUMNS[:5])}: give what `handout study read` wrote.")
+    return [_checked(row, f"{path}, line {number}") for number, row in enumerate(table, 2)]
+
+
+def _checked(row: Mapping[str, str | None], where: str) -> Answer:
+    values = {name: (row.get(name) or "").strip() for name in _COLUMNS}
+    allowed: tuple[str, ...] = sheets.ANSWERS.get(values["questionnaire"], ())
+    if not allowed:
+        allowed = next((options for name, _, options in sheets.ABOUT if name == values["item"]), ())
+    if not values["person"].isdigit() or not allowed:
+        person, item = values["person"], values["item"]
+        raise InputError(f"{where}: this is no answer of a study (person {person!r}, item {item!r}).")
+    answer = {word: name for name, word in sheets.WORD.items()}.get(values["answer"].lower(), values["answer"].lower())
+    if answer and answer not in allowed:
+        raise InputError(f"{where}: {values['answer']!r} is not one of {', '.join(allowed)}; leave it empty for none.")
+    return Answer(**{**values, "person": int(values["person"]), "answer": answer})  # type: ignore[arg-type]

@@ -1,0 +1,295 @@
+"""Klipper behind Moonraker: what it is told, what its answers mean, and what becomes of a plot that breaks off."""
+
+import http.server
+import json
+import threading
+
+import msgspec
+import pytest
+from cursive import page
+
+from handout import profiles
+from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent, DoesNotFit, PortError
+from handout.plotting import connections, open_port, plan, run
+from handout.plotting.dialects.klipper import DIALECT as klipper
+from handout.plotting.dialects.klipper import protocol
+from handout.plotting.driving import fidelity
+from handout.plotting.jobs import runner, store
+from handout.plotting.jobs.store import Options
+from handout.plotting.planning.blocks import Move, Pause, Pen
+from handout.simulated.plotter.ink_comparison import compare
+
+replace = msgspec.structs.replace
+SERVO, STEPPER, Z = (profiles.find(f"klipper-{pen}", "plotter") for pen in ("servo", "stepper", "z"))
+MACRO = replace(SERVO, pen=replace(SERVO.pen, lift="command", up_command=("PEN_UP",), down_command=("PEN_DOWN Z=1",)))
+HERE = replace(SERVO, homing=False, bed=replace(SERVO.bed, zero="here"))
+DRAWING = page(words=1)
+BLOCKS = [Pen(False), Move(2, 5, 6000), Pen(True), Move(3, 5, 1200), Pause(0.02), Pen(False)]
+
+
+def lines(profile):
+    return b"".join(command.data for command in klipper.program(BLOCKS, profile)).decode().splitlines()[4:]
+
+
+def test_a_program_is_what_klipper_reads():
+    up, down = ["SET_SERVO SERVO=pen ANGLE=40", "G4P150"], ["SET_SERVO SERVO=pen ANGLE=90", "G4P200"]
+    assert lines(SERVO) == [*up, "G1X2Y5F6000", *down, "G1X3F1200", "G4P20", *up, "M400"]
+    assert lines(HERE)[:2] == ["SET_KINEMATIC_POSITION X=0 Y=0 SET_HOMED=XY", "G92X0Y0"]
+    assert lines(STEPPER)[3:5] == ["MANUAL_STEPPER STEPPER=pen MOVE=0 SPEED=50", "G4P30"]
+    assert lines(Z)[:4] == ["G1Z2F600", "G1X2Y5F6000", "G1Z0F600", "G1X3F1200"]
+    assert lines(MACRO)[:2] == ["PEN_UP", "G4P150"] and "PEN_DOWN Z=1" in lines(MACRO)
+    assert lines(MACRO)[5] == "G1X3Y5F1200"  # a macro may have moved it
+
+
+@pytest.mark.parametrize(
+    ("said", "means"),
+    [
+        (b'{"jsonrpc":"2.0","result":"ok","id":7}', protocol.Answer(7, "ok")),
+        (b'{"jsonrpc":"2.0","error":{"code":400,"message":"Must home"},"id":7}', protocol.Failure(7, "Must home")),
+        (b'{"jsonrpc":"2.0","method":"notify_klippy_shutdown"}', protocol.Notice("shutdown", "")),
+        (b'{"jsonrpc":"2.0","method":"notify_gcode_response","params":["//"]}', protocol.Notice("response", "//")),
+        (b"<html>", protocol.Notice("garbage", "<html>")),
+        (b"[]", protocol.Notice("garbage", "[]")),
+    ],
+)  # fmt: skip
+def test_messages(said, means):
+    assert protocol.reply(said) == means
+
+
+def test_places_are_told_in_the_coordinates_of_the_program():
+    move = {"position": [12.0, 20.0, 0.0], "gcode_position": [2.0, 5.0, 0.0]}
+    told = {"motion_report": {"live_position": [11.0, 18.0, 0.0, 0.0]}, "gcode_move": move}
+    status = protocol.status({"status": told})
+    assert status.live == (1.0, 3.0) and status.end == (2.0, 5.0) and status.state == "startup"
+    assert protocol.status(None).live is None
+
+
+@pytest.mark.parametrize("profile", [SERVO, STEPPER, Z, MACRO, HERE], ids=["servo", "stepper", "z", "macro", "here"])
+def test_a_plot_is_drawn_as_meant(profile):
+    port, said = open_port("sim:", profile), []
+    report = run(plan(DRAWING, profile), port, profile, log=said.append)
+    assert fidelity.compare(DRAWING, port.executed()).deviation < 0.05
+    assert said == (["Homing: the plotter looks for its zero."] if profile.homing else [])
+    assert "four times a second" in report.observation.unknown and port.at_rest and not port.pen_is_down
+    assert abs(report.executed_s - report.announced_s) < 0.8  # it begins late, and is asked for its end
+
+
+class Nobody:
+    """Nobody is asked, and nobody tries again."""
+
+    def do(self, request):
+        raise AssertionError(request)
+
+    def try_again(self, error):
+        return False
+
+
+@pytest.mark.parametrize(
+    ("profile", "way", "error", "said"),
+    [
+        (SERVO, "network=ws&fault=unplugged&after=8", PortError, "is lost: is the plotter still switched on"),
+        (SERVO, "fault=alarm&after=8", DeviceAlarm, "Klipper has stopped.* no longer knows where it is"),
+        (SERVO, "fault=reset&after=8", DeviceAlarm, "Klipper has stopped .it is starting anew"),
+        (SERVO, "fault=error&after=5", DeviceAlarm, "Klipper refused a line: Move out of range"),
+        (SERVO, "fault=jam&after=8", DeviceSilent, "has not answered for"),
+    ],
+)
+def test_what_breaks_off_is_gone_on_with(profile, way, error, said, tmp_path, monkeypatch):
+    monkeypatch.setattr("os.fsync", lambda handle: None)
+    port, told = open_port(f"sim:?{way}", profile), []
+    job = store.create((DRAWING,), profile, Options(overlap=6.0), place=tmp_path)
+    with pytest.raises(error, match=said):
+        runner.run_job(job, lambda: port, Nobody(), log=told.append)
+    port.power_on() if error is DeviceSilent else port.replug()
+    runner.run_job(job, lambda: port, Nobody(), log=told.append)
+    found = compare(DRAWING, port.executed().strokes)
+    assert found.missing == 0 and found.stray == 0 and found.dots == 0 and found.deviation < 0.1
+    assert ("Klipper was shut down (MCU 'mcu' shutdown: Timer too close); it is started" in " ".join(told)) == (
+        "alarm" in way
+    )
+
+
+def test_a_stall_and_slow_answers_only_take_time():
+    for way in ("fault=stall&after=8", "fault=late&late=800ms&after=3", "latency=40ms"):
+        port = open_port(f"sim:?{way}", SERVO)
+        run(plan(DRAWING, SERVO), port, SERVO)
+        assert fidelity.compare(DRAWING, port.executed()).deviation < 0.05
+
+
+def test_an_interrupt_lets_it_finish_what_it_has_in_hand():
+    port, said = open_port("sim:", SERVO), []
+    controller = klipper.connect(port, SERVO, said.append)
+    controller.home()
+    for command in klipper.program(plan(DRAWING, SERVO).blocks, SERVO):
+        if controller.sent == 60:
+            break
+        controller.send(command.data)
+    controller.halt()
+    assert controller.executed > 10 and not port.pen_is_down and port.at_rest
+    at = [steps / SERVO.limits.steps_per_mm for steps in port.paper.at[:2]]
+    assert "two seconds" in said[-1] and controller.position() == pytest.approx(at, abs=0.02)
+
+
+def pressed_twice(port, controller):
+    """Ctrl-C while it finishes what it has in hand."""
+    real, calls = port.read, []
+
+    def read(timeout):
+        calls.append(timeout)
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+        return real(timeout)
+
+    port.read = read
+    controller.halt()
+    port.read = real
+
+
+def test_a_second_interrupt_shuts_klipper_down_and_starts_it_anew():
+    port, said = open_port("sim:", SERVO), []
+    controller = klipper.connect(port, SERVO, said.append)
+    controller.home()
+    for command in list(klipper.program(plan(DRAWING, SERVO).blocks, SERVO))[:60]:
+        controller.send(command.data)
+    pressed_twice(port, controller)
+    assert "stopped dead" in said[-1] and not port.pen_is_down and controller.position() is None
+
+
+def with_object(name, **values):
+    """A simulated machine one of whose objects says something else."""
+
+    def open_(profile):
+        port = open_port("sim:", profile)
+        real = port.firmware._object
+        port.firmware._object = lambda asked: real(asked) | (values if asked == name else {})
+        return port
+
+    return open_
+
+
+def test_the_machine_s_own_limits_win():
+    port, said = with_object("toolhead", max_accel=900.0, max_velocity=80.0)(SERVO), []
+    controller = klipper.connect(port, SERVO, said.append)
+    limits = controller.profile.limits
+    assert (limits.acceleration, limits.draw_speed, limits.travel_speed) == (900.0, 80.0, 80.0)
+    assert len(said) == 4 and said[0].startswith("draw speed: the plotter's own 80")
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "error", "said"),
+    [
+        ("stift", {}, DeviceAlarm, r"has no \[servo stift\] \(of this kind it has: pen\)"),
+        ("pen", {"axis_minimum": [3.0, 0, 0, 0]}, DoesNotFit, r"\[stepper_x\]. leave x from 3 to 220 mm"),
+        ("pen", {"axis_maximum": [220.0, 8.0, 0, 0]}, DoesNotFit, "leave y from 0 to 8 mm"),
+    ],
+)
+def test_what_does_not_fit_is_refused_before_anything_moves(name, values, error, said):
+    port = with_object("toolhead", **values)(SERVO)
+    with pytest.raises(error, match=said):
+        klipper.connect(port, replace(SERVO, pen=replace(SERVO.pen, name=name)), print)
+    assert port.at_rest and not port.executed().strokes
+
+
+def test_an_axis_that_is_not_homed_is_not_moved():
+    profile = replace(SERVO, homing=False)
+    controller = klipper.connect(with_object("toolhead", homed_axes="z")(profile), profile, print)
+    for call in (lambda: controller.send(b"G1X5F600\n"), lambda: controller.jog(1, 1)):
+        with pytest.raises(DeviceAlarm, match="home it"):
+            call()
+    assert controller.position() is None
+    profile = replace(Z, homing=False)
+    controller = klipper.connect(with_object("toolhead", homed_axes="xy")(profile), profile, print)
+    with pytest.raises(DeviceAlarm, match="home Z at its page"):
+        controller.send(b"G1X5F600\n")
+
+
+def test_what_another_program_does_is_noticed():
+    port = with_object("motion_report", live_position=[90.0, 90.0, 0.0, 0.0])(SERVO)
+    with pytest.raises(DeviceGarbled, match=r"at 90.0, 90.0 mm and not on its way: another program"):
+        run(plan(DRAWING, SERVO), port, SERVO)
+
+
+def test_a_command_that_klipper_lacks_is_named():
+    port = open_port("sim:", SERVO)
+    controller = klipper.connect(port, SERVO, print)
+    with pytest.raises(DeviceAlarm, match=r"does not know a line .*FEED_SHEET.*gcode_macro"):
+        controller.conversation.ask(b"FEED_SHEET\n")
+
+
+def test_klipper_that_does_not_start_is_told_with_its_reason():
+    port = open_port("sim:", SERVO)
+    port.firmware.state, port.firmware.message = "error", "Option 'pin' in section 'servo pen' must be specified\nx"
+    with pytest.raises(DeviceAlarm, match=r"is not ready \(Option 'pin' in section 'servo pen' must be specified\)"):
+        klipper.connect(port, SERVO, print)
+
+
+class Handler(http.server.BaseHTTPRequestHandler):
+    """Moonraker's JSON-RPC over HTTP, with the simulated Klipper behind it."""
+
+    protocol_version = "HTTP/1.1"
+
+    def do_POST(self):
+        asked = self.rfile.read(int(self.headers["Content-Length"]))
+        status = 401 if self.server.key and self.headers["X-Api-Key"] != self.server.key else 200
+        body = b"{}"
+        with self.server.lock:
+            if status == 200:
+                self.server.port.write(asked + b"\n")
+                number, body = json.loads(asked)["id"], b""
+                while b'"id":%d}' % number not in body:
+                    body = next((line for line in self.server.port.read(60.0).splitlines() if b'"id"' in line), b"")
+        self.send_response(status)
+        self.send_header("Content-Length", str(len(body)))
+        self.end_headers()
+        self.wfile.write(body)
+
+    def log_message(self, *words):
+        pass
+
+
+@pytest.fixture
+def moonraker():
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    server.port, server.key, server.lock = open_port("sim:", SERVO), "", threading.Lock()
+    thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
+    thread.start()
+    yield server, f"moonraker+http://127.0.0.1:{server.server_address[1]}"
+    server.shutdown()
+    thread.join()
+    server.server_close()
+
+
+def test_over_http_it_is_asked_and_drives(moonraker):
+    server, url = moonraker
+    answer = connections.identify(url)
+    assert answer.dialect == "klipper" and answer.known.profiles[0] == "klipper-servo"
+    port = open_port(url, SERVO)
+    controller = klipper.connect(port, SERVO, print)
+    controller.home()
+    for command in klipper.program(BLOCKS, SERVO):
+        controller.send(command.data)
+    controller.finish()
+    port.close()
+    assert controller.executed == controller.sent and len(server.port.executed().strokes) == 1
+
+
+def test_a_key_is_taken_from_the_environment(moonraker, monkeypatch):
+    server, url = moonraker
+    server.key = "secret"
+    monkeypatch.delenv("MOONRAKER_API_KEY", raising=False)
+    with pytest.raises(
+        PortError, match=r"asks for a key .HTTP 401.: put its API key into .* MOONRAKER_API_KEY"
+    ) as told:
+        connections.identify(url)
+    assert "secret" not in str(told.value)
+    monkeypatch.setenv("MOONRAKER_API_KEY", "secret")
+    assert connections.identify(url).dialect == "klipper"
+
+
+@pytest.mark.parametrize(
+    ("url", "said"),
+    [("moonraker://127.0.0.1:1", "connection refused"), ("moonraker+http://127.0.0.1:1", "connection refused")],
+)
+def test_nobody_there(url, said):
+    with pytest.raises(PortError, match=said):
+        open_port(url, SERVO)
