@@ -31,7 +31,11 @@ _SMOOTH = 0.015  # s, of a Gaussian: passes the 10 Hz of a hand and not the nois
 _STEP = 0.02  # s between the samples that the network sees
 _LENGTH = 100  # of them, with the pen down, a window
 _LONGEST_LIFT = 3.0  # s: longer is thinking
-_COLUMNS = 6  # velocity x, y; whether a stroke begins; the way of the lift before it x, y, and the logarithm of its time
+_COLUMNS = (
+    6  # velocity x, y; whether a stroke begins; the way of the lift before it x, y, and the logarithm of its time
+)
+_INPUTS = _COLUMNS + 2  # the same, with the logarithm of the speed and the turn since the sample before
+_SLOWEST = 0.05  # of the page's speed: what is slower rests
 _WARM = 20  # samples that the network has seen before what it says counts
 _HIDDEN, _BATCH, _UPDATES, _RATE, _FINAL, _DROPPED, _CLIP = 24, 32, 300, 8e-3, 0.05, 0.2, 1.0  # tried on UNIPEN pages
 _SCALE, _TURN = 0.1, np.radians(4)  # by which windows are varied each time they are learned from
@@ -108,7 +112,7 @@ def _seen(stroke: Stroke, before: Stroke | None) -> Array:
 
 
 def steady(drawing: Drawing) -> Drawing:
-    """The same paths at the one speed that the drawing has on average, with its own lifts: crude motion, for control."""
+    """The same paths at the average speed of the drawing throughout, with its own lifts: crude motion, for control."""
     length = sum(stroke.length for stroke in drawing.strokes)
     speed = length / max(sum(float(stroke.t[-1] - stroke.t[0]) for stroke in drawing.strokes), 1e-9)
     strokes, clock, before = [], 0.0, None
@@ -172,13 +176,13 @@ def _folds(writers: dict[bool, list[str]], rng: np.random.Generator) -> dict[str
 
 def _trained(x: Floats, made: Array, who: Indices, rng: np.random.Generator) -> list[Floats]:
     """A network that says of windows (n, steps, columns) whether they were made; writers count alike."""
-    parameters = recurrent.untrained(_COLUMNS, (_HIDDEN,), 1, rng)
+    parameters = recurrent.untrained(_INPUTS, (_HIDDEN,), 1, rng)
     adam = Adam(parameters)
     sides = [[np.flatnonzero((made == kind) & (who == one)) for one in np.unique(who[made == kind])] for kind in (0, 1)]
     label = np.repeat([0.0, 1.0], _BATCH // 2)
     for update in range(_UPDATES):
         rows = [rng.choice(side[rng.integers(len(side))]) for side in sides for _ in range(_BATCH // 2)]
-        outputs, passes = recurrent.forward(parameters, _varied(x[rows], rng), _DROPPED, rng)
+        outputs, passes = recurrent.forward(parameters, _inputs(_varied(x[rows], rng)), _DROPPED, rng)
         logit = outputs[_WARM:, :, 0].mean(axis=0)
         slopes = np.zeros_like(outputs)
         slopes[_WARM:, :, 0] = (1 / (1 + np.exp(-logit)) - label) / (_BATCH * (_LENGTH - _WARM))
@@ -189,17 +193,27 @@ def _trained(x: Floats, made: Array, who: Indices, rng: np.random.Generator) -> 
 
 
 def _varied(x: Floats, rng: np.random.Generator) -> Floats:
-    """Windows, each a little larger or smaller and turned, as (steps, n, columns)."""
+    """Windows, each a little larger or smaller and turned."""
     scale = np.exp(rng.normal(0, _SCALE, len(x)))
     angle = rng.normal(0, _TURN, len(x))
     turn = scale[:, None, None] * np.stack([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]).T
     x = x.copy()
     x[..., :2], x[..., 3:5] = x[..., :2] @ turn, x[..., 3:5] @ turn
-    return np.ascontiguousarray(np.swapaxes(x, 0, 1), dtype=np.float32)
+    return x
+
+
+def _inputs(x: Floats) -> Floats:
+    """(steps, n, inputs) of windows (n, steps, columns): speed and turn are told besides the velocity."""
+    way = x[..., 0] + 1j * x[..., 1]
+    speed = np.log(np.maximum(np.abs(way), _SLOWEST))
+    turn = np.zeros_like(speed)
+    turn[:, 1:] = np.angle(way[:, 1:] * way[:, :-1].conj()) * (x[:, 1:, 2] == 0)
+    told = np.concatenate([x, speed[..., None], turn[..., None]], axis=2)
+    return np.ascontiguousarray(np.swapaxes(told, 0, 1), dtype=np.float32)
 
 
 def _logits(parameters: Sequence[Floats], x: Floats) -> Array:
-    outputs, _ = recurrent.forward(parameters, np.ascontiguousarray(np.swapaxes(x, 0, 1)))
+    outputs, _ = recurrent.forward(parameters, _inputs(x))
     return np.asarray(outputs[_WARM:, :, 0].mean(axis=0), dtype=np.float64)
 
 
