@@ -37,9 +37,12 @@ _COLUMNS = (
 _INPUTS = _COLUMNS + 2  # the same, with the logarithm of the speed and the turn since the sample before
 _SLOWEST = 0.05  # of the page's speed: what is slower rests
 _WARM = 20  # samples that the network has seen before what it says counts
-_HIDDEN, _BATCH, _UPDATES, _RATE, _FINAL, _DROPPED, _CLIP = 24, 32, 300, 8e-3, 0.05, 0.2, 1.0  # tried on UNIPEN pages
+# set by eye, not searched: with them both controls come out as they should
+_HIDDEN, _BATCH, _UPDATES = 24, 32, 300  # units of the network; windows of an update, half of them made; updates
+_RATE, _FINAL = 8e-3, 0.05  # of Adam at first, and the share that it falls to as a cosine
+_DROPPED, _CLIP = 0.2, 1.0  # share of units that is left out in learning; greatest norm of a gradient
 _SCALE, _TURN = 0.1, np.radians(4)  # by which windows are varied each time they are learned from
-_FOLDS, _DRAWS = 5, 1000
+_FOLDS, _DRAWS = 5, 1000  # rounds of learning and judging; times that writers are drawn anew for the interval
 LEAST = 2  # writers of either kind
 
 
