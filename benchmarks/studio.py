@@ -1,8 +1,9 @@
 """How long the studio takes to answer, beside the same call of the library.
 
-Medians, ms: a card in each drawn hand as SVG, asked for and fetched; a line in a scanned hand as PNG; targets that are
-dragged, in each style; of the letters of a scanned hand a page, a tile, a correction that is kept (with the words
-around it aligned anew), how a word is written, ink that is painted, and its undoing.
+Medians, ms: a card in each drawn hand as SVG, asked for and fetched; a line in a scanned hand as PNG; a card that is
+typed on in each scanned hand; targets that are dragged, in each style; of the letters of a scanned hand a page, a tile,
+a correction that is kept (with the words around it aligned anew), how a word is written, ink that is painted, and its
+undoing.
 Columns: through the server; in the library, warm; what the server adds.  The browser waits 120 ms after a key before it
 asks: a card is to be there within 300 ms.  The movement of a drag is to be there within 16 ms.
 """
@@ -17,7 +18,7 @@ import sys
 import tempfile
 import time
 import urllib.request
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +31,7 @@ from handout.pipeline.writing import write
 CARD = "Dear Ada,\n\nthank you for the jam: it is nearly finished, and we all hope for more.\n\nYours, Zoë"
 LINE = "thank you for the jam"
 HANDS = ("house-joined", "house-quick", "house-print")
-SCANNED = "house-print-fountain"
+SCANNED, JOINED = "house-print-fountain", "house-joined-ballpoint"
 TARGETS = (8, 30)  # in a movement
 TIMES, FEW, MANY = 15, 5, 41  # of which the median is taken: of quick calls, and of slow ones
 
@@ -133,6 +134,30 @@ def corrections(server: Server, hand: Path) -> None:
     compared("undone", lambda: post("history", back=1), lambda: change(letter_desk.rewind_letters, 1), FEW - 1)
 
 
+def typed_on(server: Server, folder: Path) -> None:
+    """The rows of a card that is typed on, a letter a time, in each scanned hand: what changed is drawn."""
+    for hand in (SCANNED, JOINED):
+        asked = {"page": "A6", "hand": hand, "seed": 1, "format": "png", "dpi": 150, "fallback": True}
+        there, here = (iter(CARD) for _ in range(2))
+        texts = [CARD, CARD]
+
+        def typed(k: int, letters: Iterator[str], texts: list[str] = texts) -> str:
+            texts[k] += next(letters)
+            return texts[k]
+
+        compared(
+            f"card typed on, {hand}",
+            lambda: server.written(text=typed(0, there), **asked),  # noqa: B023
+            lambda: write(
+                typed(1, here),  # noqa: B023
+                [folder / "card.png"],
+                WritingOptions(hand, 1, fallback=True),  # noqa: B023
+                SheetOptions("A6"),
+                PictureOptions(150),
+            ),
+        )
+
+
 def movements(server: Server) -> None:
     """The rows of targets that are dragged: so many in each style."""
     for name in style.names():
@@ -176,6 +201,7 @@ def main() -> None:
                 lambda: write(LINE, [folder / "line.png"], writing, sheet, picture),
                 FEW,
             )
+            typed_on(server, folder)
             movements(server)
             corrections(server, hand)
         finally:

@@ -29,6 +29,9 @@ handout write "It writes itself." --hand house-joined --page 90x20mm --margin 3m
 handout write "Dear Ada, thank you for the quinces. We shall visit you in August and bring the old zither." \
   --hand house-joined-ballpoint --page 130x30mm --margin 4mm,6mm --pages 1 --fit --seed 1 --dpi 150 --quiet -o "$work/scanned.png"
 handout print examples/envelope.csv --printer pdf --hand house-quick --rows 2-5 --seed 2 --pen fountain --dpi 100 --quiet --dry-run "$work/envelope.png"
+handout write "Ink has" --page 60x22mm --margin 5mm --seed 3 --quiet -o "$work/pen.inkml"
+handout strokes fit "$work/pen.inkml" -o "$work/plan.json" --report "$here/fit.svg"
+handout study make --hand house-joined-ballpoint --people 2 --seed 1 --quiet -o "$work/study"  # proof.png, studio-*.png: screenshots
 python examples/styles.py "$work/styles.png"
 python examples/tags.py "$work/tags.png"
 export XDG_DATA_HOME="$work/data" XDG_STATE_HOME="$work/state"
@@ -96,6 +99,15 @@ pair = Image.new("RGB", (sum(side.width for side in sides) + 12, 540), "white")
 pair.paste(sides[0], (0, 0))
 pair.paste(sides[1], (sides[0].width + 12, 0))
 pair.quantize(96).save(here / "sheet.png", optimize=True)
+import pypdfium2
+sheets = pypdfium2.PdfDocument(work / "study" / "sheets.pdf")
+pages = [sheets[number].render(scale=1.2).to_pil().convert("L") for number in (1, 2)]
+pair = Image.new("L", (sum(page.width for page in pages), pages[0].height), "white")
+pair.paste(pages[0], (0, 0))
+pair.paste(pages[1], (pages[0].width, 0))
+pair.quantize(16).save(here / "study-sheets.png", optimize=True)
 filled = Image.open(work / "form-1.png").convert("RGB").crop((100, 225, 1140, 1070))
 filled.resize((760, round(760 * filled.height / filled.width)), Image.LANCZOS).quantize(48).save(here / "form.png", optimize=True)
+from benchmarks.study import figure_of_many
+(here / "study-figure.svg").write_bytes(figure_of_many())
 PY

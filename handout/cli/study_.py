@@ -40,6 +40,9 @@ def command() -> None:
     click.option("--people", type=click.IntRange(1), default=20, show_default=True, help="How many are asked."),
     click.option("--singles", type=click.IntRange(0), default=10, show_default=True, help="Questions A for each."),
     click.option("--pairs", type=click.IntRange(0), default=10, show_default=True, help="Questions B for each."),
+    click.option(
+        "--snippets", type=click.IntRange(1), default=60, show_default=True, help="Pieces of each hand at most."
+    ),
     click.option("--control", default="", help="Another person's scanned hand, for pairs that everybody should tell."),
     click.option(
         "--controls", type=click.IntRange(0), default=2, show_default=True, help="Such pairs for each person."

@@ -246,8 +246,7 @@ def _all_pages(
 
 def with_hooks(planned: Plan) -> Drawing:
     """What a plan draws, with what it does besides, for pictures of the travel."""
-    ways = planned.hook_ways()
-    drawing = planned.drawing
+    ways, drawing = planned.hook_ways(), planned.drawing
     return dataclasses.replace(drawing, about={**drawing.about, "hooks": ways}) if ways else drawing
 
 
@@ -449,7 +448,7 @@ def with_rest(page: Drawing, piece: stretch.Piece, planned: Plan) -> Drawing:
         return part
     rest = [dataclasses.replace(stroke, colour=_REST) for stroke in page.strokes]
     strokes = (*rest[: piece.first], *part.strokes, *rest[piece.stop :])
-    about = {**part.about, "part": [piece.first, piece.first + len(part.strokes)]}
+    about = {**part.about, "part": [piece.first, piece.first + len(part.strokes), _REST]}
     return dataclasses.replace(part, strokes=strokes, about=about)
 
 

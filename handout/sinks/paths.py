@@ -58,7 +58,7 @@ def travel_moves(drawing: Drawing) -> list[Array]:
 
 def plotted(drawing: Drawing) -> Sequence[Stroke]:
     """The strokes that are drawn: all, or those from and to before the two that ``about["part"]`` says."""
-    first, stop = drawing.about.get("part") or (0, len(drawing.strokes))
+    first, stop, *_ = drawing.about.get("part") or (0, len(drawing.strokes))
     return drawing.strokes[first:stop]
 
 

@@ -5,6 +5,7 @@ Formats are imported only when they are read.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 
@@ -116,6 +117,16 @@ def read_drawing(path: str | Path) -> Drawing:
     if len(data) > _LARGEST:
         raise InputError(f"{path} is larger than {_LARGEST // 2**20} MiB: simplify the drawing or split it.")
     try:
-        return _WITH_PATH[suffix](data, path) if suffix in _WITH_PATH else _FORMATS[suffix](data)
+        return _as_plotted(_WITH_PATH[suffix](data, path) if suffix in _WITH_PATH else _FORMATS[suffix](data))
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
+
+
+def _as_plotted(drawing: Drawing) -> Drawing:
+    """Without what a preview of a plot shows besides: what its plotter does, and pale, what is not plotted."""
+    about = {name: value for name, value in drawing.about.items() if name not in ("hooks", "part")}
+    match drawing.about.get("part"):
+        case [_, _, pale]:
+            strokes = tuple(stroke for stroke in drawing.strokes if stroke.colour != pale)
+            return dataclasses.replace(drawing, strokes=strokes, about=about)
+    return dataclasses.replace(drawing, about=about) if len(about) < len(drawing.about) else drawing

@@ -52,6 +52,12 @@ class Login(Body, frozen=True):
     token: Annotated[str, Meta(max_length=200)]
 
 
+class Draft(Body, frozen=True):
+    """What a page wants kept: any JSON."""
+
+    draft: Raw
+
+
 class Write(Body, frozen=True):
     """A text in a hand, on pages, as files of a format; lengths have units, as "2.5mm"."""
 

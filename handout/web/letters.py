@@ -42,6 +42,11 @@ async def _changed(studio: Studio, request: Request, function: str, *arguments: 
     call = Call(f"letter_desk.{function}", (hand, *arguments))
     facts = await studio.answer("letters", call, studio.desk)
     studio.keep_soon(hand)
+    return _with_trouble(studio, hand, facts)
+
+
+def _with_trouble(studio: Studio, hand: str, facts: dict[str, Any]) -> Response:
+    """What is told of a hand, with why its file has not all of it."""
     trouble = studio.troubles.get(hand)
     return json_answer(facts if trouble is None else {**facts, "trouble": trouble})
 
@@ -52,7 +57,7 @@ async def pages(studio: Studio, request: Request, body: None) -> Response:
     facts = await studio.answer("letters", Call("letter_desk.open_letters", (hand,)), studio.desk)
     if facts["waiting"] and hand not in studio.unkept:
         studio.keep_soon(hand)
-    return json_answer(facts)
+    return _with_trouble(studio, hand, facts)
 
 
 async def letters(studio: Studio, request: Request, body: None) -> Response:
@@ -97,7 +102,9 @@ async def correct(studio: Studio, request: Request, body: Corrections) -> Respon
 
 async def alignment(studio: Studio, request: Request, body: None) -> Response:
     """The words around the last correction are aligned anew."""
-    return await _asked(studio, request, "align_letters")
+    hand = studio.hand(name_of(request))
+    facts = await studio.answer("letters", Call("letter_desk.align_letters", (hand,)), studio.desk)
+    return _with_trouble(studio, hand, facts)
 
 
 async def rewind(studio: Studio, request: Request, body: Rewinding) -> Response:

@@ -9,11 +9,15 @@ import secrets
 from collections.abc import AsyncIterator
 from pathlib import Path, PurePath
 
+import platformdirs
+from msgspec import Raw
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import FileResponse, Response, StreamingResponse
 
-from handout.web.calls import Login
+from handout import atomic
+from handout.errors import InputError
+from handout.web.calls import Draft, Login
 from handout.web.routes import Way, json_answer
 from handout.web.studio import SUFFIXES, Studio, Upload, refused
 from handout.web.workers import Task
@@ -23,8 +27,36 @@ TYPES = {
     ".eps": "application/postscript", ".dxf": "image/vnd.dxf",
     ".json": "application/json", ".hand": "application/zip", ".toml": "application/toml", ".jpg": "image/jpeg",
 }  # fmt: skip
+DRAFTS = ("draft", "style")  # of the pages Write and Style
 _ALIVE = 15.0  # s after which a stream of events says that it is still there
 _LOOK = 0.25  # s between two looks whether who asked is still there
+
+
+async def kept_draft(studio: Studio, request: Request, body: None) -> Response:
+    """What was last written on a page."""
+    try:
+        return json_answer({"draft": Raw(await asyncio.to_thread(_draft(request).read_bytes))})
+    except OSError:
+        return json_answer({"draft": None})
+
+
+async def keep_draft(studio: Studio, request: Request, body: Draft) -> Response:
+    """What is written on a page is kept on the disk."""
+    path = _draft(request)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        await asyncio.to_thread(atomic.write, path, bytes(body.draft))
+    except (OSError, InputError) as error:
+        why = getattr(error, "strerror", None) or str(error).rpartition(": ")[2].rstrip(".")
+        raise HTTPException(507, f"What you do here is kept in this browser alone, not on the disk: {why}.") from None
+    return json_answer({})
+
+
+def _draft(request: Request) -> Path:
+    name = str(request.path_params["name"])
+    if name not in DRAFTS:
+        raise HTTPException(404, f"There are drafts of {' and '.join(DRAFTS)}.")
+    return Path(platformdirs.user_state_dir("handout", appauthor=False)) / f"studio-{name}.json"
 
 
 async def log_in(studio: Studio, request: Request, body: Login) -> Response:
@@ -163,6 +195,9 @@ async def followed(request: Request, task: Task, wanted: str = "") -> Response:
 ROUTES = (
     Way("POST", "/api/session", "The token of the link for the key of a session, once", log_in, body=Login),
     Way("POST", "/api/keys", "A key for a program, which lasts as long as the server", new_key),
+    Way("GET", "/api/drafts/{name}", "What was last written on the page Write (draft) or bent on Style (style)",
+        kept_draft),
+    Way("PUT", "/api/drafts/{name}", "Keep it, for whoever opens the page next", keep_draft, body=Draft),
     Way("POST", "/api/uploads", "A scan, a photograph or a .hand file; up to 128 MB", upload, body=bytes,
         query=(("name", "the file's name, whose suffix says what it is"),)),
     Way("DELETE", "/api/uploads/{id}", "Delete an upload", take_away),

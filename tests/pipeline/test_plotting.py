@@ -1,13 +1,16 @@
 """Plotting from a script: no command, nobody at the plotter."""
 
 import json
+from pathlib import Path
 
 import pytest
 
 import handout
 from handout.errors import DeviceAlarm, InputError
 from handout.pipeline import plot_jobs
+from handout.pipeline.plot_request import HookOptions, PartOptions, PlotOptions
 from handout.pipeline.plotting import Unattended, preview
+from handout.sources import read_drawing
 
 
 @pytest.fixture(autouse=True)
@@ -44,6 +47,22 @@ def test_a_text_is_plotted_previewed_and_gone_on_with():
     request = handout.PlotRequest(handout.pipeline.inputs.Source("ill"), handout.WritingOptions(seed=1))
     shown = preview(request, ["ill.svg"])
     assert json.loads(json.dumps(shown.facts()))["planned_s"] > 0 and shown.files[0].is_file()
+
+
+def test_a_preview_of_a_part_with_dips_shows_both_and_is_read_as_the_part():
+    hooks = HookOptions(dip="go 200mm 20mm; down; up", dip_every="40mm", after_page="send M9")
+    source, writing = handout.pipeline.inputs.Source("oh it is long"), handout.WritingOptions(seed=1)
+    asked = {"plotting": PlotOptions(hooks=hooks), "part": PartOptions(from_word="it", to_word="long")}
+    shown = preview(handout.PlotRequest(source, writing, **asked), ["part.svg", "part.json"])
+    facts = shown.facts()
+    assert facts["dips"] * 40 >= facts["pen_down_mm"] > 60 and 0 < facts["hooks_s"] < facts["planned_s"]
+    svg = Path("part.svg").read_text(encoding="utf-8")
+    assert svg.count('<circle class="dip"') == 2 * facts["dips"] and '"send' not in svg
+    whole = preview(handout.PlotRequest(source, writing, plotting=PlotOptions(hooks=hooks)), ["whole.svg"]).facts()
+    for name in ("part.svg", "part.json"):
+        read = read_drawing(name)
+        assert len(read.strokes) == facts["strokes"] < whole["strokes"] and read.timed
+        assert read.pen_down == pytest.approx(facts["pen_down_mm"], rel=0.01) and not {"hooks", "part"} & {*read.about}
 
 
 def test_a_hand_in_memory_has_all_its_pages_made_at_once():

@@ -56,7 +56,8 @@ def test_another_page_is_refused_even_with_a_key(visitor, origin):
     assert visitor.post("/api/keys", headers={**visitor.key, "Origin": HOME}).status_code == 200
 
 
-def test_without_a_session_nothing_is_told_or_done(visitor):
+def test_without_a_session_nothing_is_told_or_done(visitor, monkeypatch):
+    monkeypatch.setattr(Allowance, "take", lambda self: True)  # there are many ways
     for way in WAYS:
         if way.path not in ("/api/session", "/api/openapi.json"):
             path = way.path.replace("{number:int}", "0").replace("{id}", "x").replace("{name}", "x")

@@ -142,7 +142,7 @@ def test_a_batch_is_shared_by_two_plotters_stops_and_goes_on(program):
         assert program.post("/api/pen", json={"port": port, "move": "up"}).status_code == 409
     program.post(f"/api/tasks/{task}/word", json={"word": "stop"})
     stopped = until(program, task, lambda snapshot: snapshot["state"] == "done")["facts"]
-    assert not stopped["complete"] and stopped["state"] == "broken off"
+    assert not stopped["complete"] and (stopped["state"], stopped["ended"]) == ("broken off", "it was stopped")
     assert sorted(row["state"] for row in stopped["rows"]) != ["done", "done"]  # that which is drawn at true speed
     done = program.post(f"{one}/make", json={"port": AT_ONCE}).json()["facts"]
     assert done["complete"] and [row["state"] for row in done["rows"]] == ["done", "done"]
@@ -234,6 +234,12 @@ def test_pictures_of_a_letter_are_sent_with_it(program):
 def test_a_full_disk_stops_a_plot_in_a_sentence_and_nothing_is_lost(program):
     import resource
 
+    assert program.put("/api/drafts/draft", json={"draft": {"text": "Dear"}}).status_code == 200
+    assert (
+        program.get("/api/drafts/other").status_code
+        == program.put("/api/drafts/x", json={"draft": 1}).status_code
+        == 404
+    )
     plot = kept(program, "Hi hi hi")
     assert drawn(program, kept(program)["job"])["facts"]["finished"]  # so that there is a process
     process = program.studio._machines["sim"]._processes[0]._process.pid
@@ -246,9 +252,12 @@ def test_a_full_disk_stops_a_plot_in_a_sentence_and_nothing_is_lost(program):
     resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, free[1]))
     try:
         answer = program.post("/api/uploads?name=people.csv", content=bytes(1 << 20))
+        unkept = program.put("/api/drafts/draft", json={"draft": {"text": "x" * 20_000}})
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, free)
     assert answer.status_code == 507 and "cannot be kept" in answer.json()["error"]
+    assert unkept.status_code == 507 and unkept.json()["error"].endswith("not on the disk: File too large.")
+    assert program.get("/api/drafts/draft").json() == {"draft": {"text": "Dear"}}, "what was kept before is there"
 
 
 def test_what_the_manual_asks_for_is_answered(program):

@@ -156,6 +156,7 @@ def draw(
         As it came; the machine has been stopped and its pen lifted.  It is still where it was stopped: see `park`.
     """
     monitor = monitor or Monitor()
+    hooking.check(controller.profile)
     bed.check(plan.toolpath.points[:, :2], controller.profile)
     plan = _for_its_limits(plan, msgspec.structs.replace(controller.profile, bed=profile.bed), monitor)
     instrumented = port if isinstance(port, InstrumentedPort) else None

@@ -154,7 +154,7 @@ class Bench:
         """Draw one row at heights to be tried, with as many marks behind it as its number."""
         self.take(up=heights.up, down=heights.down)
         profile = self.controller.profile
-        planned = plan(Drawing(tuple(_strokes(number)), _PAGE), profile)
+        planned = plan(Drawing(tuple(_strokes(number)), _PAGE), profile, whole=(False, False))
         draw(planned, self.controller, self.port, profile, Monitor(log=self.log), fresh=not self._drawn)
         self._drawn += 1
         self.at = heights.up

@@ -24,6 +24,7 @@ _LIFT = 0.1  # s between them
 _NEAREST = 1e-4  # mm; points nearer to the one before are the same
 _LARGEST = 10_000.0  # mm, of a page, and from its corner to anything on it
 _RATE = 140.0  # samples a second where times are known
+_MOMENT = 0.0015  # s by which whole milliseconds may make one stroke end after the next begins
 _MARGIN = 5.0  # mm around a drawing whose page is not known
 
 
@@ -130,7 +131,7 @@ def _own(root: Element, lines: Sequence[Line]) -> Drawing | None:
         strokes = tuple(sorted((_timed(line) for line in lines), key=lambda stroke: float(stroke.t[0])))
     except (ValueError, KeyError, TypeError, RecursionError):
         return None
-    if any(b.t[0] <= a.t[-1] for a, b in pairwise(strokes)):
+    if any(b.t[0] < a.t[-1] - _MOMENT for a, b in pairwise(strokes)):  # parts of one stroke touch
         return None
     about = metadata.get("about")
     return Drawing(strokes, page, about if isinstance(about, dict) else {})

@@ -5,6 +5,7 @@ import { choice, field, h, save, say, tick } from './dom.js';
 
 const STATES = { new: 'not proofed', proofed: 'proof to be approved', approved: 'approved', 'broken off': 'broken off', done: 'done' };
 const TO = { pdf: 'a PDF file', printer: 'a printer', plotter: 'the plotter' };
+const LOOK = 3000; // ms between two looks at the rows of a batch that is made
 const SHOWN = 60; // pictures of a proof that are shown at once
 const GAPS = 'Dear {{ first_name }},\n\n…';
 
@@ -74,7 +75,7 @@ async function opened(name, machines, devices, changed) {
   const question = h('p', { class: 'asked', role: 'alert' });
   const bar = h('progress', { max: 1, value: 0, 'aria-label': 'Progress', hidden: true });
   const proofs = h('div', { class: 'proofs' }), rows = h('div', { class: 'rows', tabindex: 0, role: 'region', 'aria-label': 'Rows' });
-  const more = h('button', { type: 'button', hidden: true, onclick: () => pictures(proofs.childElementCount + SHOWN) });
+  const more = h('button', { type: 'button', hidden: true, onclick: () => pictures(proofs.childElementCount) });
   let batch = null, running = null;
   const act = (label, work, main = false) => h('button', {
     type: 'button', class: main ? 'main' : undefined,
@@ -85,7 +86,7 @@ async function opened(name, machines, devices, changed) {
   }, label);
   const prove = act('Make a proof', () => followed(`/api/batches/${name}/proof`, {}));
   const approve = act('Approve', async () => shown(await request('POST', `/api/batches/${name}/approval`)), true);
-  const [sharing, others] = ticks('Shared with the plotters at', machines.ports.map((one) => one.name), Object.fromEntries(machines.ports.map((one) => [one.name, one.title])));
+  const [sharing, others] = ticks('Shared with the plotters at', machines.ports.map((one) => one.name), Object.fromEntries(machines.ports.map((one) => [one.name, one.name.startsWith('sim') ? one.title : `${one.name} ${one.title}`])));
   const make = act('Make it', () => followed(`/api/batches/${name}/make`, { port: batch.to === 'plotter' ? [devices.port.value, ...others(devices.port.value)] : '' }), true);
   const on = act('Go on', () => word('on'), true), stop = act('Stop', () => word('stop'));
   const take = act('Save the PDF', async () => save(await blob(`/api/batches/${name}/files/batch.pdf`), `${name}.pdf`));
@@ -112,15 +113,19 @@ async function opened(name, machines, devices, changed) {
     running = id;
     let last = null;
     controls();
+    changed();
+    // what became of each row is told by its journal, not by the task
+    const looking = setInterval(() => request('GET', `/api/batches/${name}`).then((facts) => { if (running) listed(facts); }).catch(() => {}), LOOK);
     try {
       for await (const snapshot of follow(id, gone.signal)) {
         last = snapshot;
         bar.value = snapshot.share;
-        told.textContent = [snapshot.stage, ...(snapshot.said || []).slice(-1)].filter(Boolean).join(' · ');
+        told.textContent = [snapshot.stage || 'It begins …', ...(snapshot.said || []).slice(-1)].filter(Boolean).join(' · ');
         controls(snapshot.live);
       }
     } finally {
       running = null;
+      clearInterval(looking);
     }
     told.textContent = '';
     if (last?.error) refusal.textContent = last.error;
@@ -131,10 +136,10 @@ async function opened(name, machines, devices, changed) {
     const begun = await task(path, body, null);
     await watch(begun.id);
   }
-  async function pictures(most = SHOWN) {
+  async function pictures(before = 0) {
+    const most = before + SHOWN;
     const pages = batch.proof.pages_shown || [];
     const looked = new Set((batch.proof.look_at || []).map((one) => one.row));
-    const before = proofs.childElementCount < most ? proofs.childElementCount : 0;
     if (!before) proofs.replaceChildren();
     proofs.append(...pages.slice(before, most).map((page) => {
       const image = h('img', { alt: `Row ${page.row}, ${page.part}`, loading: 'lazy' });
@@ -147,15 +152,18 @@ async function opened(name, machines, devices, changed) {
     more.hidden = pages.length <= most;
     more.textContent = `${most} of ${pages.length} pages are shown: show ${Math.min(SHOWN, pages.length - most)} more`;
   }
+  function listed(facts) {
+    const short = facts.rows.length < facts.count ? `The first ${facts.rows.length} of ${facts.count} rows are listed; all are made. The proof names every row that is to be looked at.` : '';
+    rows.replaceChildren(short && h('p', { class: 'quiet' }, short), h('table', {}, h('thead', {}, h('tr', {}, ['Row', 'Who', 'State', 'Look at'].map((label) => h('th', { scope: 'col' }, label)))),
+      h('tbody', {}, facts.rows.map((row) => h('tr', {}, h('td', {}, row.row), h('td', {}, row.called), h('td', {}, row.state), h('td', {}, row.why.join('; ')))))));
+  }
   function shown(facts) {
     const before = JSON.stringify(batch?.proof);
     batch = facts;
     head.textContent = batch.title;
     const what = [batch.letters && 'letters', batch.envelopes && 'envelopes'].filter(Boolean).join(' and ');
     summary.textContent = `${batch.count} ${batch.count === 1 ? 'row' : 'rows'}, ${what}, for ${batch.printer || TO[batch.to]}; ${STATES[batch.state]}${batch.state === 'broken off' && batch.ended ? `: ${batch.ended}` : ''}.`;
-    const short = batch.rows.length < batch.count ? `The first ${batch.rows.length} of ${batch.count} rows are listed; all are made. The proof names every row that is to be looked at.` : '';
-    rows.replaceChildren(short && h('p', { class: 'quiet' }, short), h('table', {}, h('thead', {}, h('tr', {}, ['Row', 'Who', 'State', 'Look at'].map((label) => h('th', { scope: 'col' }, label)))),
-      h('tbody', {}, batch.rows.map((row) => h('tr', {}, h('td', {}, row.row), h('td', {}, row.called), h('td', {}, row.state), h('td', {}, row.why.join('; ')))))));
+    listed(batch);
     if (JSON.stringify(batch.proof) !== before) pictures();
     controls();
   }

@@ -1,9 +1,9 @@
 // The page Style: targets and ellipses dragged, the path and its speed anew with every move; a style's numbers; a word in it.
 
 import { blob, request } from './api.js';
+import * as drafts from './drafts.js';
 import { choice, field, h, s, save, say, tick } from './dom.js';
 
-const KEPT = 'handout-style';
 const FIRST = { targets: [[24, 62], [40, 34], [50, 74], [64, 38], [76, 72], [94, 40], [104, 66], [126, 46]], up: [], own: null, page: [148, 105] };
 const FORMATS = { toml: 'Style (TOML)', targets: 'Targets (JSON)', svg: 'Drawing (SVG)', pdf: 'PDF', png: 'PNG', inkml: 'InkML', json: 'Drawing (JSON)' };
 const INK = '#20223a', FAINT = '#31457a';
@@ -104,21 +104,13 @@ function knob(facts, value, changed, done) {
   }));
 }
 
-function kept() {
-  try {
-    return JSON.parse(localStorage.getItem(KEPT)) || {};
-  } catch {
-    return {};
-  }
-}
-
 export async function show(main, shared, [wanted]) {
-  const before = kept();
+  const before = await drafts.kept('style');
   let plan = before.plan || copy(FIRST), style = null, facts = null, seed = before.seed || 1, unsaved = false;
   let picked = 0, view = null, fitted = true, adding = false, moving = false, photo = null, dragged = null;
   let answer = { strokes: [], samples: [], ellipses: [] }, past = [], future = [], clean = '', opened = '', playing = 0;
 
-  const refusal = h('p', { class: 'bad', role: 'alert' });
+  const refusal = h('p', { class: 'bad', role: 'alert' }), unkept = h('p', { class: 'bad', role: 'alert' });
   const told = h('p', { class: 'quiet', 'aria-live': 'polite' });
   const figures = h('p', { class: 'quiet figures' });
   const overlay = s('svg', { tabindex: 0, role: 'application', 'aria-label': 'Targets; keys move the one that is chosen', 'aria-describedby': 'style-keys' });
@@ -294,7 +286,7 @@ export async function show(main, shared, [wanted]) {
   }
   function changed() {
     unsaved = true;
-    localStorage.setItem(KEPT, JSON.stringify({ plan, style, seed, unsaved }));
+    drafts.keep('style', { plan, style, seed, unsaved }, unkept);
     undo.disabled = !past.length; redo.disabled = !future.length;
     tell(); aboutTarget(); solve(); soonWord();
   }
@@ -535,7 +527,7 @@ export async function show(main, shared, [wanted]) {
   const chooser = choice(known);
   chooser.addEventListener('change', () => {
     if (unsaved && JSON.stringify(style.values) !== opened && !confirm(`Leave the changes of ${style.name}? They are not kept.`)) { chooser.value = facts.name; return; }
-    unsaved = false; localStorage.setItem(KEPT, JSON.stringify({ plan, seed })); location.hash = `style/${encodeURIComponent(chooser.value)}`;
+    unsaved = false; drafts.keep('style', { plan, seed }, unkept); location.hash = `style/${encodeURIComponent(chooser.value)}`;
   });
   async function keepIt() {
     const own = facts.own && style.name === facts.name;
@@ -547,7 +539,7 @@ export async function show(main, shared, [wanted]) {
       await request('POST', '/api/styles', { style: draft(), replace: true });
     }
     saveRefusal.textContent = '';
-    unsaved = false; localStorage.setItem(KEPT, JSON.stringify({ plan, style, seed, unsaved }));
+    unsaved = false; drafts.keep('style', { plan, style, seed, unsaved }, unkept);
     say(own ? 'It is kept in its file.' : `It is kept: --style ${style.name} takes it.`);
     shared.refresh();
   }
@@ -633,7 +625,7 @@ export async function show(main, shared, [wanted]) {
   main.append(h('div', { class: 'style' }, h('h1', { class: 'hidden' }, 'Style'), h(
     'section', { class: 'desk', 'aria-label': 'Targets' },
     h('div', { class: 'tools' }, undo, redo, adder, button('−', () => zoom(1.25), { class: 'icon', 'aria-label': 'Smaller' }), button('Fit', () => { fit(); paint(); }), button('+', () => zoom(0.8), { class: 'icon', 'aria-label': 'Larger' }), watch, h('span', { class: 'joined push' }, format, download)),
-    stage, h('div', { class: 'beneath' }, h('div', { class: 'row between' }, told, figures), refusal, graph.canvas, keys),
+    stage, h('div', { class: 'beneath' }, h('div', { class: 'row between' }, told, figures), refusal, unkept, graph.canvas, keys),
     h('section', { class: 'word', 'aria-label': 'A word in this style' }, line.canvas, h('div', { class: 'row' }, field('Word', word), field('Hand', hand), ofWord), wordNote),
   ), h(
     'aside', { class: 'side', 'aria-label': 'Style' },

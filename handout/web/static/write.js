@@ -1,11 +1,11 @@
 // The page Write: a text on the left, the page on the right, new after a pause in typing.
 
 import { request, task, blob, text as fetched, fileOf } from './api.js';
+import * as drafts from './drafts.js';
 import { h, s, field, tick, choice, say, save } from './dom.js';
 import { play } from './replay.js';
 import { marks, moved } from './marks.js';
 
-const KEPT = 'handout-draft';
 const FIRST = 'Dear Ada,\n\nthank you for the jam: it is nearly finished, and we all hope for more.\n\nYours, Zoë';
 const PAUSE = { least: 120, most: 700 }; // ms after the last key; between them half of what the page took last
 const SCREEN_DPI = 150;
@@ -18,14 +18,6 @@ const sent = new Map(); // pictures of letters that were sent: name → its numb
 const random = () => Math.floor(Math.random() * 1e6);
 const plural = (count, word) => `${count} ${word}${count === 1 ? '' : 's'}`;
 const clock = (seconds) => (seconds < 90 ? `${Math.round(seconds)} s` : `${Math.round(seconds / 60)} min`);
-
-function draft() {
-  try {
-    return JSON.parse(localStorage.getItem(KEPT)) || {};
-  } catch {
-    return {};
-  }
-}
 
 /** The controls by name, filled with what was chosen last. */
 function controls(choices, kept) {
@@ -107,7 +99,7 @@ function called(text) {
 }
 
 export async function show(main, shared) {
-  const kept = draft();
+  const kept = await drafts.kept('draft');
   const machines = Object.fromEntries(shared.choices.plotters.map((one) => [one.name, one.title]));
   const made = controls(shared.choices, kept);
   const [fallback, lend] = tick('Lend letters that the hand lacks', { checked: kept.fallback ?? true });
@@ -115,12 +107,12 @@ export async function show(main, shared) {
   const ticks = { fallback: lend, fit };
   const spread = h('output', {}, made.variation.value);
   const die = h('button', { type: 'button', class: 'icon', title: 'Another seed', 'aria-label': 'Another seed' }, s('svg', { viewBox: '0 0 24 24', 'aria-hidden': 'true' }, s('path', { d: DIE })));
-  const refusal = h('p', { class: 'bad', role: 'alert' });
+  const refusal = h('p', { class: 'bad', role: 'alert' }), unkept = h('p', { class: 'bad', role: 'alert' });
   const file = h('input', { type: 'file', accept: '.png,.jpg,.jpeg,.webp' });
   const pictures = field('A picture for the letter', file);
   const form = h(
     'form', { 'aria-label': 'What is written' },
-    h('div', { class: 'row between' }, h('label', { for: 'text' }, 'Text'), made.kind), made.text, pictures, refusal,
+    h('div', { class: 'row between' }, h('label', { for: 'text' }, 'Text'), made.kind), made.text, pictures, refusal, unkept,
     h('div', { class: 'grid' },
       field('Hand', made.hand), field('Page', made.page),
       field('Pen', made.pen), h('div', {}, h('label', { for: 'ink' }, 'Ink'), h('div', { class: 'joined' }, made.ink, made.colour)),
@@ -171,7 +163,7 @@ export async function show(main, shared) {
 
   function keep() {
     const values = Object.fromEntries(Object.entries(made).map(([name, control]) => [name, control.value]));
-    localStorage.setItem(KEPT, JSON.stringify({ ...values, fallback: lend.checked, fit: fit.checked, more: form.querySelector('details').open, rewritten: [...rewritten], margin }));
+    drafts.keep('draft', { ...values, fallback: lend.checked, fit: fit.checked, more: form.querySelector('details').open, rewritten: [...rewritten], margin }, unkept);
     pictures.hidden = made.kind.value !== 'letter';
     made.colour.hidden = made.ink.value !== 'other';
     made.device.hidden = !['gcode', 'hpgl', 'ebb'].includes(made.format.value);

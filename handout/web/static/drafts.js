@@ -1,0 +1,42 @@
+// What is being written or bent on a page: kept in the browser at once, and by the studio within a second, so that
+// whichever of the two is killed, the other has it.  The newer one counts.
+
+import { request } from './api.js';
+
+const WAIT = 400; // ms from a change to its keeping by the studio; further changes meanwhile go with it
+const waiting = new Map();
+
+function here(name) {
+  try {
+    return JSON.parse(localStorage.getItem(`handout-${name}`)) || {};
+  } catch {
+    return {};
+  }
+}
+
+export async function kept(name) {
+  const own = here(name);
+  const { draft } = await request('GET', `/api/drafts/${name}`).catch(() => ({}));
+  return (draft?.kept_at || 0) > (own.kept_at || 0) ? draft : own;
+}
+
+/** Keep values under a name; `place` shows why the studio could not. */
+export function keep(name, values, place) {
+  const draft = { ...values, kept_at: Date.now() };
+  try {
+    localStorage.setItem(`handout-${name}`, JSON.stringify(draft));
+  } catch { /* the browser keeps nothing here: the studio does */ }
+  const under_way = waiting.has(name);
+  waiting.set(name, draft);
+  if (under_way) return;
+  setTimeout(async () => {
+    const latest = waiting.get(name);
+    waiting.delete(name);
+    try {
+      await request('PUT', `/api/drafts/${name}`, { draft: latest });
+      place.textContent = '';
+    } catch (error) {
+      place.textContent = error.message;
+    }
+  }, WAIT);
+}
