@@ -1,20 +1,18 @@
 """A study with simulated people: are their ticks read right, and do the figures give back how good they are?
 
-    reading [PEOPLE] [FIRST]   sheets are printed, filled in, scanned by the simulated flatbed, and read; people from
-                               number FIRST on (1000: seeds below 100 are those that the reader was fitted on)
-    whole FOLDER [SKILL]       the sheets of a made study, filled in by people of that skill, scanned into FOLDER/scans,
-                               read and scored
-    answers [RUNS]             answers of people of known skill are scored: how often the intervals hold the truth
+Alone it does a little of both.  `reading(people, first)`: sheets are printed, filled in, scanned by the simulated
+flatbed, and read; seeds below 100 are those that the reader was fitted on.  `answering(runs)`: answers of people of
+known skill are scored, and how often the intervals hold the truth is counted.  `whole(folder, skill)`: the sheets of a
+study that `handout study make --about` made are filled in, scanned into that folder, read and scored.
 
-The sheets show scribbles, since nobody looks at them.
+The sheets of `reading` show scribbles, since nobody looks at them.
 """
 
 from __future__ import annotations
 
-import sys
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -29,6 +27,7 @@ from handout.simulated.printer import Inkjet
 from handout.simulated.scanner import Flatbed
 from handout.study import answers, design, scoring, sheets
 from handout.study.design import Key, Person, Snippet
+from handout.study.figure import figure
 from handout.study.snippets import Picture
 
 SLIPS = 0.12  # of rows that are marked otherwise than asked
@@ -227,16 +226,23 @@ def answering(runs: int) -> None:
             print(f"skill {skill}, spread of people {people}, of snippets {snippets}: {runs} runs, held: {shares}")
 
 
+def figure_of_many() -> bytes:
+    """The figure of a study of 170 simulated people of skill .54 and three hands, as SVG."""
+    made = key(170, 48, 7, envelopes=0)
+    judged = told(made, 0.54, 0.35, 0.6, np.random.default_rng(1))
+    hands = ("H1", "H2", "H3")
+    parts = tuple(replace(one, hand=hands[made.snippets[one.snippet].hand]) for one in judged)
+    figures = scoring.scores(made, scoring.Taken(parts, {}, 0, 0, (), ()))
+    histograms = {
+        kind: scoring.difficulty_histogram([one for one in parts if one.questionnaire == kind]) for kind in figures
+    }
+    return figure(figures, histograms, "170 simulated people of skill .54")
+
+
 def main() -> None:
-    """Run what is asked for."""
-    arguments = sys.argv[2:]
-    if arguments[:1] == ["whole"]:
-        whole(Path(arguments[1]), float(arguments[2]) if arguments[2:] else 0.6)
-    if arguments[:1] == ["answers"]:
-        answering(int(arguments[1]) if arguments[1:] else 100)
-    if arguments[:1] == ["reading"]:
-        numbers = [int(each) for each in arguments[1:]]
-        reading(*numbers, *[10, 1000][len(numbers) :])
+    """A little of both."""
+    answering(100)
+    reading(8, 1000)
 
 
 if __name__ == "__main__":

@@ -108,4 +108,6 @@ pair.paste(pages[1], (pages[0].width, 0))
 pair.quantize(16).save(here / "study-sheets.png", optimize=True)
 filled = Image.open(work / "form-1.png").convert("RGB").crop((100, 225, 1140, 1070))
 filled.resize((760, round(760 * filled.height / filled.width)), Image.LANCZOS).quantize(48).save(here / "form.png", optimize=True)
+from benchmarks.study import figure_of_many
+(here / "study-figure.svg").write_bytes(figure_of_many())
 PY

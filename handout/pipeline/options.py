@@ -393,6 +393,7 @@ class StudyOptions:
     people: int = 20
     singles: int = 10  # questions of questionnaire A for each person
     pairs: int = 10  # of questionnaire B
+    snippets: int = 60  # of each hand at most, real and made
     control: str = ""  # another person's scanned hand: pairs that are easy
     controls: int = 2  # such pairs for each person, where `control` is given
     envelopes: Path | None = None  # a file of addresses, parted by empty lines: half go on made envelopes

@@ -246,12 +246,8 @@ def _all_pages(
 
 def with_hooks(planned: Plan) -> Drawing:
     """What a plan draws, with what it does besides, for pictures of the travel."""
-    ways = planned.hook_ways()
-    return (
-        dataclasses.replace(planned.drawing, about={**planned.drawing.about, "hooks": ways})
-        if ways
-        else planned.drawing
-    )
+    ways, drawing = planned.hook_ways(), planned.drawing
+    return dataclasses.replace(drawing, about={**drawing.about, "hooks": ways}) if ways else drawing
 
 
 def _notes(task: WritingTask, profile: Plotter) -> tuple[str, ...]:

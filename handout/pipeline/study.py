@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 import msgspec
@@ -98,7 +99,7 @@ def make(output: str | Path, options: StudyOptions = StudyOptions(), *, listener
     materials = _materials(options, listener)
     control = file.load(library.scanned_file(options.control)) if options.control else None
     controls = options.controls if control is not None else 0
-    lots = parted(materials, options.singles + options.pairs + controls, rng)
+    lots = parted(materials, options.singles + options.pairs + controls, options.snippets, rng)
     made, references = twins(materials, lots, control, seed, within(listener.progress, _READ, _WRITTEN))
     kept, scales, notes = _fitting(materials, made)
     people = _people(kept, lots, controls, options, rng)
@@ -108,12 +109,17 @@ def make(output: str | Path, options: StudyOptions = StudyOptions(), *, listener
     notes += _notes(materials, lots, kept, told)
     listener.progress(_WRITTEN, "drawing the sheets")
     show = _show(kept, scales, lots, references, options.title)
-    name, files, pages = _written(folder, key, show, options)
-    files += _pictures(folder / "snippets", kept, words)
-    result = MadeStudy(name, (*files, folder / ABOUT), len(people), pages, len(kept), len(lots.folds), told, seed,
-                       notes=tuple(notes))  # fmt: skip
-    about = {**result.facts(), "key_sha256": sha256((folder / KEY).read_bytes()).hexdigest(), "notes": notes}
-    atomic.write(folder / ABOUT, (json.dumps(about, ensure_ascii=False, indent=1) + "\n").encode())
+    with TemporaryDirectory(prefix=".study-", dir=folder.resolve().parent) as aside:
+        work = Path(aside) / "study"
+        name, files, pages = _written(work, key, show, options)
+        files += [*_pictures(work / "snippets", kept, words), work / ABOUT]
+        paths = tuple(folder / path.relative_to(work) for path in files)
+        result = MadeStudy(name, paths, len(people), pages, len(kept), len(lots.folds), told, seed, notes=tuple(notes))
+        about = {**result.facts(), "key_sha256": sha256((work / KEY).read_bytes()).hexdigest(), "notes": notes}
+        atomic.write(work / ABOUT, (json.dumps(about, ensure_ascii=False, indent=1) + "\n").encode())
+        if folder.exists():
+            folder.rmdir()
+        work.rename(folder)
     return result
 
 
@@ -121,12 +127,12 @@ def _show(
     kept: Sequence[Twin], scales: Sequence[float], lots: Parted, references: Sequence[Picture], title: str
 ) -> sheets.Show:
     """What the sheets show, each hand at its scale."""
-    pictures = {
-        (n, kind): (picture, scales[twin.snippet.hand])
-        for n, twin in enumerate(kept)
-        for kind, picture in ((design.REAL, twin.real), (design.OURS, twin.made), (design.CONTROL, twin.control))
-        if picture is not None
-    }
+    pictures: dict[tuple[int, str], tuple[Picture, float]] = {}
+    for n, twin in enumerate(kept):
+        scale = scales[twin.snippet.hand]
+        pictures |= {(n, design.REAL): (twin.real, scale), (n, design.OURS): (twin.made, scale)}
+        if twin.control is not None:  # which may look as it will: it is to be easy
+            pictures[n, design.CONTROL] = twin.control, min(scale, sheets.largest(twin.control))
     hands_of = [k for k, _ in lots.references]
     above = {n: (picture, scales[k]) for n, (k, picture) in enumerate(zip(hands_of, references, strict=True))}
     return sheets.Show(pictures, above, title)
@@ -135,7 +141,7 @@ def _show(
 def _written(folder: Path, key: Key, show: sheets.Show, options: StudyOptions) -> tuple[str, list[Path], int]:
     """The name of the study, its files and the number of its pages; key and sheets are written."""
     page = paper_of_name(options.page)
-    folder.mkdir(parents=True, exist_ok=True)
+    folder.mkdir()
     name = design.seal(key, folder / KEY)
     pages = [
         (record, person)
@@ -181,13 +187,8 @@ def _fitting(materials: Sequence[Material], made: Sequence[Twin]) -> tuple[list[
     kept, scales, notes = list[Twin](), list[float](), list[str]()
     for k, each in enumerate(materials):
         own = [twin for twin in made if twin.snippet.hand == k]
-        pictures = [picture for twin in own for picture in (twin.real, twin.made, twin.control) if picture is not None]
-        scales.append(sheets.scale_of(pictures))
-        fit = [
-            twin
-            for twin in own
-            if all(sheets.fits(p, scales[k]) for p in (twin.real, twin.made, twin.control) if p is not None)
-        ]
+        scales.append(sheets.scale_of([picture for twin in own for picture in (twin.real, twin.made)]))
+        fit = [twin for twin in own if sheets.fits(twin.real, scales[k]) and sheets.fits(twin.made, scales[k])]
         kept += fit
         if scales[k] < 1:
             notes.append(f"The writing of {each.hand.name} is shown at {scales[k]:.0%} of its size, real and made.")
@@ -204,22 +205,30 @@ def _people(
     plans = design.dealt(folds, options.people, options.singles, options.pairs, rng)
     count = len(_addresses(options.envelopes)) if options.envelopes else 0
     opened = design.envelopes(count, (count + 1) // 2, options.people, rng)
-    above = [[n for n, (hand, _) in enumerate(lots.references) if hand == k] for k in range(len(options.hand))]
     people = []
     for number, ((singles, pairs), seen) in enumerate(zip(plans, opened, strict=True)):
-        rest = sorted({*folds[number % len(folds)]} - {item.snippet for item in (*singles, *pairs)})
-        if len(rest) < controls:
-            raise InputError(f"Too few snippets for {units.count(controls, 'control')} besides: use --controls 0.")
-        easy = [Item(int(n), (design.LEFT, design.RIGHT)[(number + k) % 2], design.CONTROL)
-                for k, n in enumerate(rng.permutation(rest)[:controls])]  # fmt: skip
-        both = [*pairs, *easy]
-        both = [both[k] for k in rng.permutation(len(both))] if easy else both
-        referred = [
-            msgspec.structs.replace(item, reference=int(rng.choice(above[kept[item.snippet].snippet.hand])))
-            for item in both
-        ]
+        shown = {item.snippet for item in (*singles, *pairs)}
+        rest = [n for n in folds[number % len(folds)] if n not in shown]
+        both = [*pairs, *_easy(rest, controls, number, rng)]
+        both = [both[k] for k in rng.permutation(len(both))]
+        referred = [_referred(item, kept[item.snippet].snippet.hand, lots, rng) for item in both]
         people.append(Person(singles, tuple(referred), seen))
     return tuple(people)
+
+
+def _referred(item: Item, hand: int, lots: Parted, rng: np.random.Generator) -> Item:
+    """A pair with one of its hand's references."""
+    own = [n for n, (each, _) in enumerate(lots.references) if each == hand]
+    return msgspec.structs.replace(item, reference=int(rng.choice(own)))
+
+
+def _easy(rest: Sequence[int], controls: int, person: int, rng: np.random.Generator) -> list[Item]:
+    """Some pairs whose made one is in another person's hand, as often left as right."""
+    if len(rest) < controls:
+        raise InputError(f"Too few snippets for {units.count(controls, 'control')} besides: use --controls 0.")
+    chosen = rng.permutation(rest)[:controls].tolist()
+    sides = (design.LEFT, design.RIGHT)
+    return [Item(n, sides[(person + k) % 2], design.CONTROL) for k, n in enumerate(chosen)]
 
 
 def _lettered(snippet: Snippet, rng: np.random.Generator) -> Snippet:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, repeat
 from pathlib import Path
@@ -35,7 +35,7 @@ _SAME = 0.7  # correlation above which they are the same; pages of one writer on
 _PLACE = "170x70mm", "25mm,10mm"  # a sheet that any snippet fits, and its margins
 _REFERENCES = (2, 6)  # lines of a hand that stand above pairs and are nothing else: least, most
 _REFERENCE = 160.0  # mm, how wide they may be
-_FITTING = 0.9  # of the snippets that are counted on: some will be too large for their frame; measured on five hands
+_FITTING = 0.8  # of the snippets that are counted on: others are too large for their frame; 13 % were, of four hands
 _SHARE = 0.1  # of its lines, between these
 _FINEST = 600.0  # dpi of pictures: a pen's line shows nothing finer
 _Line = tuple[int, int, int]  # of a hand, a page of it, a line of that
@@ -171,8 +171,10 @@ class Parted:
         return {(run.page, run.line) for k, run in (*self.folds[fold], *self.references) if k == hand}
 
 
-def parted(materials: Sequence[Material], wanted: int, rng: np.random.Generator) -> Parted:
+def parted(materials: Sequence[Material], wanted: int, most: int, rng: np.random.Generator) -> Parted:
     """Lines for references, and the others in folds, so that a person can be shown `wanted` snippets of one fold.
+
+    most : snippets of each hand; lines beyond are left out by chance.
 
     Where real snippets come from the hand's own pages, what is made for them is made without their lines, and without
     those of all else that the same person sees: each fold has a hand of its own.
@@ -185,7 +187,7 @@ def parted(materials: Sequence[Material], wanted: int, rng: np.random.Generator)
     by_line = _by_line(materials)
     lines = [list(by_line)[k] for k in rng.permutation(len(by_line))]
     references = set(chain.from_iterable(_reference_lines(lines, k) for k in range(len(materials))))
-    lines = [line for line in lines if line not in references]
+    lines = _enough([line for line in lines if line not in references], by_line, most)
     count = int(_FITTING * sum(len(by_line[line]) for line in lines))
     inside = any(materials[k].own(page) for k, page, _ in lines)
     number = min(MOST_FOLDS if inside else 1, count // max(1, wanted))
@@ -197,6 +199,17 @@ def parted(materials: Sequence[Material], wanted: int, rng: np.random.Generator)
     whole = [(k, run) for k, each in enumerate(materials) for run in each.runs(_REFERENCE)]
     shown = tuple((k, run) for k, run in whole if (k, run.page, run.line) in references)
     return Parted(tuple(map(tuple, folds)), shown)
+
+
+def _enough(lines: Sequence[_Line], by_line: Mapping[_Line, Sequence[object]], most: int) -> list[_Line]:
+    """The first lines of each hand, until they hold so many snippets."""
+    held: dict[int, int] = defaultdict(int)
+    found = []
+    for line in lines:
+        if held[line[0]] < most:
+            held[line[0]] += len(by_line[line])
+            found.append(line)
+    return found
 
 
 def _by_line(materials: Sequence[Material]) -> dict[_Line, list[tuple[int, Run]]]:

@@ -22,6 +22,7 @@ WIDEST = 72.0  # mm of a real snippet; its made twin may be wider by the rest of
 NARROWEST = 22.0  # mm: less shows too little of a hand; set by eye
 _FEWEST = 2  # words
 _STRANGE = 0.12  # share of a run's line that is no letter's: more is something struck out, or a word misread; by eye
+_CUT = 2  # vertices of another word that hang on a run: more is a stroke that would be cut off
 _REACH = 0.3  # distances of lines, within which ink that is no letter's is its neighbour's; set by eye
 _FAINTEST = 1 / 255  # of the cover: less is a rounding of the interpolation
 _NOWHERE = -1
@@ -116,7 +117,7 @@ class WrittenWords:
         for line, words in sorted(self.lines.items()):
             for piece in _pieces(words):
                 for run in _cut(piece, spans, widest):
-                    if len(run) >= _FEWEST and self._clean(run):
+                    if len(run) >= _FEWEST and self._clean(run, line):
                         text = " ".join(self.words[word][0] for word in run)
                         yield Run(self.number, line, tuple(run), text)
 
@@ -126,10 +127,13 @@ class WrittenWords:
         x = self.page.graph.uv[:, 0] * self.page.pixel
         return {int(k): (float(x[word == k].min()), float(x[word == k].max())) for k in np.unique(word) if k >= 0}
 
-    def _clean(self, run: Sequence[int]) -> bool:
-        word, own, _ = self.owner
+    def _clean(self, run: Sequence[int], on: int) -> bool:
+        """Whether the ink of a run is its letters', and none of it is joined to that of other words of its line."""
+        word, own, line = self.owner
         here = np.isin(word, run)
-        return float((~own[here]).mean()) <= _STRANGE
+        joined = np.isin(self.page.graph.components, np.unique(self.page.graph.components[here]))
+        cut = int((joined & ~here & (line == on)).sum())
+        return float((~own[here]).mean()) <= _STRANGE and cut <= _CUT
 
     def picture(self, run: Run, slope: float, dpi: float) -> Picture:
         """The ink of a run as it was scanned, at `dpi` on white, its line turned so that it rises by `slope`.

@@ -83,19 +83,17 @@ def dips(strokes: Sequence[Stroke], every: float) -> frozenset[int]:
     A stroke that is longer by itself has a load of its own.
     """
     ink = np.append(0.0, np.cumsum([stroke.length for stroke in strokes]))
-    best, before = [0.0], [0]
-    for end in range(1, len(strokes) + 1):
-        first = min(int(np.searchsorted(ink, ink[end] - every - _TOUCH)), end - 1)
-        costs = [
-            best[at] + _UNEVEN * ((ink[end] - ink[at]) / every) ** 2 + (_cost(strokes, at) if at else 0.0)
-            for at in range(first, end)
-        ]
-        least = int(np.argmin(costs))
-        best.append(costs[least])
-        before.append(first + least)
+    costs = np.array([_cost(strokes, at) if at else 0.0 for at in range(len(strokes))])
+    firsts = np.searchsorted(ink, ink - every - _TOUCH)
+    best, before = np.zeros(len(ink)), np.zeros(len(ink), dtype=np.intp)
+    for end in range(1, len(ink)):
+        first = min(int(firsts[end]), end - 1)
+        all_of = best[first:end] + costs[first:end] + _UNEVEN * ((ink[end] - ink[first:end]) / every) ** 2
+        before[end] = first + int(np.argmin(all_of))
+        best[end] = all_of[before[end] - first]
     chosen, at = set[int](), len(strokes)
     while at > 0:
-        at = before[at]
+        at = int(before[at])
         chosen.add(at)
     return frozenset(chosen)
 
