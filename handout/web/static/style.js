@@ -384,6 +384,7 @@ export async function show(main, shared, [wanted]) {
   }
   overlay.addEventListener('wheel', (event) => { event.preventDefault(); zoom(1.0015 ** event.deltaY, place(event)); }, { passive: false });
   overlay.addEventListener('pointerdown', (event) => {
+    laid = null;
     overlay.focus({ preventScroll: true });
     overlay.setPointerCapture(event.pointerId);
     pointers.set(event.pointerId, [event.clientX, event.clientY]);
