@@ -82,7 +82,8 @@ def verbs_page() -> str:
         lines += [f"- [`handout {name}`]({name}.md){more}. {said}"]
     lines += ["", "## Options of handout itself", "", "Before the verb, as in `handout --config none write …`:", ""]
     lines += ["\n\n".join(parameter(given, top) for given in top.command.get_params(top))]
-    lines += ["", "## Exit codes", "", "| code | meaning |", "|---|---|", "| 0 | done |", "| 2 | bad input |"]
+    lines += ["", "## Exit codes", "", "| code | meaning |", "|---|---|", "| 0 | done |"]
+    lines += ["| 1 | `doctor`: something fails |", "| 2 | bad input |"]
     lines += ["| 3 | device fault |", "| 4 | some rows of a batch failed; they are named |"]
     lines += ["| 130, 143, 129 | ended by Ctrl-C, SIGTERM, SIGHUP: no half file, the pen lifted, the job kept |"]
     return "\n".join(lines) + "\n"

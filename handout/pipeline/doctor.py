@@ -38,7 +38,7 @@ _EXTRAS = {
     "pdf": "PDF pages as scans and sheets, PDF forms",
     "vpype": "the vpype plug-in",
     "cluster": "pages made by a Dask cluster",
-    "train": "learning handstyles, and the networks that ship",
+    "train": "training anew the networks that ship",
     "web": "the studio in the browser",
 }
 _DEVELOPING = {"test", "docs"}  # extras that nobody needs who only uses the program
