@@ -13,10 +13,12 @@ RUN python -m venv /opt/handout \
  && /opt/handout/bin/pip uninstall --yes pip \
  && cd /opt/handout/lib/python3.13/site-packages \
  && find . -type d -name tests -prune -exec rm -r {} + \
- && find . -name "*.pyi" -delete \
  && rm -rf colour/htmlcov
-# only what letters and plots need is compiled beforehand
-RUN cd /tmp && /opt/handout/bin/handout write "compiled" -o a.png -o a.pdf && /opt/handout/bin/handout plot --port sim: "too"
+# whether all is whole, and what letters and plots need compiled beforehand
+RUN cd /tmp \
+ && /opt/handout/bin/handout doctor \
+ && /opt/handout/bin/handout write "compiled" -o a.png -o a.pdf \
+ && /opt/handout/bin/handout plot --port sim: "too"
 
 FROM python:3.13-slim
 COPY --from=build /opt/handout /opt/handout

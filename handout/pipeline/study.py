@@ -107,6 +107,8 @@ def make(output: str | Path, options: StudyOptions = StudyOptions(), *, listener
     key = Key(seed=seed, hands=hands, snippets=words, people=people)
     told = tuple(evenness.tells([twin.made for twin in kept], [twin.real for twin in kept]))
     notes += _notes(materials, lots, kept, told)
+    fewest = min(sum(item.condition == design.CONTROL for item in person.pairs) for person in people)
+    notes += [f"Somebody has {fewest} controls only: there are no more snippets."] if fewest < controls else []
     listener.progress(_WRITTEN, "drawing the sheets")
     show = _show(kept, scales, lots, references, options.title)
     with TemporaryDirectory(prefix=".study-", dir=folder.resolve().parent) as aside:
@@ -223,9 +225,7 @@ def _referred(item: Item, hand: int, lots: Parted, rng: np.random.Generator) -> 
 
 
 def _easy(rest: Sequence[int], controls: int, person: int, rng: np.random.Generator) -> list[Item]:
-    """Some pairs whose made one is in another person's hand, as often left as right."""
-    if len(rest) < controls:
-        raise InputError(f"Too few snippets for {units.count(controls, 'control')} besides: use --controls 0.")
+    """Some pairs whose made one is in another person's hand, as often left as right; fewer where there are no more."""
     chosen = rng.permutation(rest)[:controls].tolist()
     sides = (design.LEFT, design.RIGHT)
     return [Item(n, sides[(person + k) % 2], design.CONTROL) for k, n in enumerate(chosen)]

@@ -74,7 +74,7 @@ _Colour = tuple[float, float, float]
 _BLACK, _GREY = (0.0, 0.0, 0.0), (0.45, 0.45, 0.45)  # device RGB
 _POINTS = 72 / 25.4  # a mm
 _SMALL, _TEXT, _HEAD = 7.5, 10.0, 14.0  # points
-_SPARED = 10  # per cent of the snippets that may be too large for their frame, and are left out
+_SPARED = 5  # per cent of the pictures that may be too large for their frame, and are left out
 _SMALLEST = 0.4  # of its size, at which writing is shown at least; set by eye
 
 
