@@ -54,7 +54,7 @@ MAY = {
     "merging": {"printing"},
     "calibrating": {"hand", "writing", "motion", "inking", "sinks", "colour", "printing"},
     "plotting": {"hand", "writing", "motion", "sinks", "sources"},
-    "score": {"scanning"},
+    "score": {"scanning", "motion"},
     "prompting": {"hand"},
     "pdf_forms": {"hand", "writing"},
     "study": {"hand", "prompting"},

@@ -100,6 +100,15 @@ def test_files_that_commands_name_are_there():
     assert len(linked) >= 8 and [path for path in linked - made if not path.is_file()] == []
 
 
+def test_the_image_gets_every_folder_that_a_wheel_has():
+    import tomllib
+
+    targets = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["hatch"]["build"]["targets"]["wheel"]
+    recipe = (ROOT / "Dockerfile").read_text(encoding="utf-8")
+    for name in [*targets["packages"], *targets["force-include"]]:
+        assert f"COPY {name} /src/{name}\n" in recipe
+
+
 def test_the_worked_corrections_are_those_of_the_file():
     text = (ROOT / "docs" / "hands.md").read_text(encoding="utf-8")
     (shown,) = re.findall(r'^    (\{"corrections".*?^    \]\})', text, re.M | re.S)

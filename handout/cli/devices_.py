@@ -110,8 +110,10 @@ def probe(port: str, device: str | None, as_json: bool) -> None:
         click.echo(f"  {key:<26} {value:g}")
     if answer.profiles:
         fits = " or ".join(f"--device {name}" for name in answer.profiles)
-        which = "" if len(answer.profiles) == 1 else ", the likeliest first: a board does not say which frame it moves"
-        click.echo(f"  {answer.title}: {fits}{which}")
+        likely = "" if len(answer.profiles) == 1 else ", the likeliest first: a board does not say which frame it moves"
+        click.echo(f"  {answer.title}: {fits}{f' ({answer.why})' if answer.why else likely}")
+        if answer.others:
+            click.echo(f"  less likely: {', '.join(answer.others)}")
     if not answer.limits:
         click.echo("Name its profile with --device to hear its limits.", err=True)
 

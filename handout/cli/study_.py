@@ -164,3 +164,34 @@ def _about(scores: Scores) -> list[str]:
         f"    people differ by ±{skill.spread:.1%} of their own (all alike: p = {skill.p:.3f}); {len(skill.above)} did "
         f"better than 19 of 20 who guess, {skill.above_by_chance:.1f} would by chance",
     ]
+
+
+@command.command("judge")
+@click.argument("real", type=click.Path(path_type=Path))
+@click.argument("made", type=click.Path(path_type=Path))
+@click.option("--controls", is_flag=True, help="Judge the judge: real writers against each other, and steady speeds.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the judge's learning.")
+@options.console
+def judge(real: Path, made: Path, controls: bool, seed: int, console: Console) -> None:
+    """Let a machine tell MADE pen motion from REAL: two folders, with a folder in them for each writer.
+
+    A small recurrent network learns from two-second windows of some writers and judges others. AUC is how often it
+    takes a made window for more likely made than a real one: 50 % is guessing. Size, speed as a whole and pressure
+    are not looked at; nothing of what it learns is kept.
+
+    \b
+    handout study judge recordings/ made/ --controls
+    """
+    from handout.pipeline.judging import judge_motion
+
+    with console.working():
+        result = judge_motion(real, made, controls=controls, seed=seed, listener=console)
+    if not console.as_json:
+        kinds = {"made": result.made, "real writers, parted": result.real_control, "steady": result.steady_control}
+        for name, one in kinds.items():
+            if one is not None:
+                click.echo(
+                    f"{name:<22} AUC {one.auc:.1%} (95 %: {one.low:.1%}–{one.high:.1%}; {one.real} real and {one.made} "
+                    f"other windows of {one.real_writers} and {one.made_writers} writers): {one.verdict}"
+                )
+    console.report(result, f"Judged the motion of {units.count(result.made.made_writers, 'made writer')}.")

@@ -47,12 +47,13 @@ class Packed:
 Content = bytes | NDArray[Any] | msgspec.Struct
 
 
-def pack(members: Mapping[str, Content | Packed], behind: bytes = b"") -> bytes:
+def pack(members: Mapping[str, Content | Packed], behind: bytes = b"", level: int = 9) -> bytes:
     """The bytes of an archive: arrays by names that end in ``.npy``, structs in ``.json``, bytes as they are.
 
     Parts of another archive are copied as they are packed there: packing takes longer than all else.
 
     behind : an archive whose parts, of other names, come first and are not packed anew.
+    level : of zlib, how hard the others are packed.
     """
     stream = io.BytesIO(behind)
     with zipfile.ZipFile(stream, "a") as archive:
@@ -63,7 +64,7 @@ def pack(members: Mapping[str, Content | Packed], behind: bytes = b"") -> bytes:
             if isinstance(content, Packed):
                 _copy(archive, info, content)
             else:
-                archive.writestr(info, content_bytes(content), compresslevel=9)
+                archive.writestr(info, content_bytes(content), compresslevel=level)
     return stream.getvalue()
 
 

@@ -29,7 +29,8 @@ class Device(Result):
 class Probe(Result):
     """Who answered at a port, and its limits by the keys of profiles; none where only its dialect is known.
 
-    title : what the firmware is called, "" if it is not known; profiles : which fit it, the likeliest first.
+    title : what the firmware is called, "" if it is not known; profiles : the one that it has, or the two that it could
+    have, the likeliest first; others : of its kind, less likely; why : what decided, "" if nothing did.
     """
 
     port: str
@@ -38,11 +39,15 @@ class Probe(Result):
     limits: dict[str, float] = field(default_factory=dict)
     title: str = ""
     profiles: tuple[str, ...] = ()
+    others: tuple[str, ...] = ()
+    why: str = ""
 
     def facts(self) -> Facts:
         limits: Facts = {"limits": self.limits} if self.limits else {}
         return {"port": self.port, "dialect": self.dialect, "firmware": self.firmware, **limits} | (
-            {"title": self.title, "profiles": list(self.profiles)} if self.title else {}
+            {"title": self.title, "profiles": list(self.profiles), "others": list(self.others), "why": self.why}
+            if self.title
+            else {}
         )
 
 
@@ -102,5 +107,5 @@ def _identified(port: str, answer: connections.Answer | None) -> Probe:
         raise DeviceSilent(
             f"{known.title} answers at {port} ({answer.firmware}), which handout does not speak: {known.advice}."
         )
-    title, fitting = ("", ()) if known is None else (known.title, known.profiles)
-    return Probe(port, answer.dialect, answer.firmware, title=title, profiles=fitting)
+    title, (fitting, others, why) = "" if known is None else known.title, answer.fitting
+    return Probe(port, answer.dialect, answer.firmware, title=title, profiles=fitting, others=others, why=why)

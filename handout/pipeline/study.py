@@ -107,6 +107,8 @@ def make(output: str | Path, options: StudyOptions = StudyOptions(), *, listener
     key = Key(seed=seed, hands=hands, snippets=words, people=people)
     told = tuple(evenness.tells([twin.made for twin in kept], [twin.real for twin in kept]))
     notes += _notes(materials, lots, kept, told)
+    fewest = min(sum(item.condition == design.CONTROL for item in person.pairs) for person in people)
+    notes += [f"Somebody has {fewest} controls only: there are no more snippets."] if fewest < controls else []
     listener.progress(_WRITTEN, "drawing the sheets")
     show = _show(kept, scales, lots, references, options.title)
     with TemporaryDirectory(prefix=".study-", dir=folder.resolve().parent) as aside:
@@ -127,12 +129,12 @@ def _show(
     kept: Sequence[Twin], scales: Sequence[float], lots: Parted, references: Sequence[Picture], title: str
 ) -> sheets.Show:
     """What the sheets show, each hand at its scale."""
-    pictures = {
-        (n, kind): (picture, scales[twin.snippet.hand])
-        for n, twin in enumerate(kept)
-        for kind, picture in ((design.REAL, twin.real), (design.OURS, twin.made), (design.CONTROL, twin.control))
-        if picture is not None
-    }
+    pictures: dict[tuple[int, str], tuple[Picture, float]] = {}
+    for n, twin in enumerate(kept):
+        scale = scales[twin.snippet.hand]
+        pictures |= {(n, design.REAL): (twin.real, scale), (n, design.OURS): (twin.made, scale)}
+        if twin.control is not None:  # which may look as it will: it is to be easy
+            pictures[n, design.CONTROL] = twin.control, min(scale, sheets.largest(twin.control))
     hands_of = [k for k, _ in lots.references]
     above = {n: (picture, scales[k]) for n, (k, picture) in enumerate(zip(hands_of, references, strict=True))}
     return sheets.Show(pictures, above, title)
@@ -188,18 +190,13 @@ def _fitting(materials: Sequence[Material], made: Sequence[Twin]) -> tuple[list[
     for k, each in enumerate(materials):
         own = [twin for twin in made if twin.snippet.hand == k]
         scales.append(sheets.scale_of([picture for twin in own for picture in (twin.real, twin.made)]))
-        fit = [_fitted(t, scales[k]) for t in own if all(sheets.fits(p, scales[k]) for p in (t.real, t.made))]
+        fit = [twin for twin in own if sheets.fits(twin.real, scales[k]) and sheets.fits(twin.made, scales[k])]
         kept += fit
         if scales[k] < 1:
             notes.append(f"The writing of {each.hand.name} is shown at {scales[k]:.0%} of its size, real and made.")
         if len(fit) < len(own):
             notes.append(f"{units.count(len(own) - len(fit), 'snippet')} of {each.hand.name} too large for its frame.")
     return kept, scales, notes
-
-
-def _fitted(twin: Twin, scale: float) -> Twin:
-    """The same; its control is left out where that does not fit its frame."""
-    return replace(twin, control=None) if twin.control is not None and not sheets.fits(twin.control, scale) else twin
 
 
 def _people(
@@ -214,7 +211,7 @@ def _people(
     for number, ((singles, pairs), seen) in enumerate(zip(plans, opened, strict=True)):
         shown = {item.snippet for item in (*singles, *pairs)}
         rest = [n for n in folds[number % len(folds)] if n not in shown]
-        both = [*pairs, *_easy([n for n in rest if kept[n].control is not None], controls, number, rng)]
+        both = [*pairs, *_easy(rest, controls, number, rng)]
         both = [both[k] for k in rng.permutation(len(both))]
         referred = [_referred(item, kept[item.snippet].snippet.hand, lots, rng) for item in both]
         people.append(Person(singles, tuple(referred), seen))
@@ -228,9 +225,7 @@ def _referred(item: Item, hand: int, lots: Parted, rng: np.random.Generator) -> 
 
 
 def _easy(rest: Sequence[int], controls: int, person: int, rng: np.random.Generator) -> list[Item]:
-    """Some pairs whose made one is in another person's hand, as often left as right."""
-    if len(rest) < controls:
-        raise InputError(f"Too few snippets for {units.count(controls, 'control')} besides: use --controls 0.")
+    """Some pairs whose made one is in another person's hand, as often left as right; fewer where there are no more."""
     chosen = rng.permutation(rest)[:controls].tolist()
     sides = (design.LEFT, design.RIGHT)
     return [Item(n, sides[(person + k) % 2], design.CONTROL) for k, n in enumerate(chosen)]

@@ -16,7 +16,7 @@ import msgspec
 from handout.errors import DeviceError, InputError, PortError
 from handout.plotting import announcements
 from handout.plotting.dialects import DIALECTS, dialect
-from handout.plotting.greetings import Firmware, recognise
+from handout.plotting.greetings import Clues, Firmware, Fitting, narrowed, recognise
 from handout.plotting.moonraker_ports import is_moonraker, open_moonraker
 from handout.plotting.network_ports import is_network, open_network
 from handout.plotting.ports import Port, SerialDevice, SerialPort, serial_devices
@@ -75,11 +75,13 @@ def _simulated() -> Any:
 
 
 class Answer(NamedTuple):
-    """Who answered: a dialect ("": none of ours), what the machine says it is, and the firmware if it is known."""
+    """Who answered: a dialect ("": none of ours), what the machine says it is, the firmware if it is known, and which
+    profiles fit it."""
 
     dialect: str
     firmware: str
     known: Firmware | None = None
+    fitting: Fitting = Fitting(())
 
 
 def ask(port: Port, dialects: Sequence[str], wakes: float = _WAKES) -> Answer | None:
@@ -132,22 +134,39 @@ def identify(url: str, open_at: Callable[[str, int], Port] = _open_at) -> Answer
     PortError
         The port cannot be opened.
     """
-    speeds = {name: dialect(name).question.bauds for name in DIALECTS}
-    if is_moonraker(url):  # where nobody else is, and which has no speeds
-        speeds = {"klipper": (115200,)}
-    elif is_network(url):
-        speeds = {name: (115200,) for name, bauds in speeds.items() if bauds}
+    speeds = _speeds(url)
     bauds = sorted({baud for bauds in speeds.values() for baud in bauds}, key=lambda baud: baud != 115200)
     for baud in bauds:
         port = open_at(url, baud)
         try:
             wakes = 0.0 if is_moonraker(url) else _WAKES
             answer = ask(port, [name for name, bauds in speeds.items() if baud in bauds], wakes)
+            if answer is not None:
+                return answer._replace(fitting=_fitting(url, answer, port))
         finally:
             port.close()
-        if answer is not None:
-            return answer
     return None
+
+
+def _speeds(url: str) -> dict[str, tuple[int, ...]]:
+    """The dialects that may be spoken at an address, with their usual speeds (of a network: any)."""
+    if is_moonraker(url):
+        return {"klipper": (115200,)}
+    speeds = {name: dialect(name).question.bauds for name in DIALECTS}
+    return {name: (115200,) for name, bauds in speeds.items() if bauds} if is_network(url) else speeds
+
+
+def _fitting(url: str, answer: Answer, port: Port) -> Fitting:
+    """Which profiles fit a machine, by what else it says and where it is."""
+    if answer.known is None or not answer.dialect:
+        return Fitting(())
+    said = ""
+    for asked in dialect(answer.dialect).clues:
+        port.write(asked)
+        said += _listen(port).decode("ascii", "replace")
+    device = next((one for one in serial_devices() if one.name == url), None)
+    clues = Clues(said) if device is None else Clues(said, device.title, device.usb)
+    return narrowed(answer.known, answer.firmware, clues)
 
 
 def find_port(

@@ -168,6 +168,8 @@ class Dialect:
     curves : of a planner that limits the acceleration along the path: what it takes for a curve (`lookahead.Machine`).
     shortest_segment : steps that a segment has at least.
     lowering_bytes : bytes that are asked and answered before the pen is lowered.
+    clues : further questions that no machine takes for a command to move, whose answers tell machines of the dialect
+        apart (`greetings.narrowed`).
     in_hand : s of motion that it must be sent ahead, however much ink that is, or it stops in the middle of a stroke.
     pen_values : of a servo; None if the dialect has words of its own for the pen.
     steps_setting : where the machine keeps its steps per mm, "" if its scale is not set so.
@@ -189,6 +191,7 @@ class Dialect:
     # own method: with fewer steps a segment has no direction, and its feed makes a GRBL crawl
     shortest_segment: float = 3.0
     lowering_bytes: float = 0.0
+    clues: tuple[bytes, ...] = ()
     in_hand: float = 0.0
 
 

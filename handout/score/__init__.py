@@ -7,6 +7,7 @@
 - `features`: what of these is compared of a page and of a line.
 - `comparison`: a made page against its author's, and the rank of a page among other writers' pages.
 - `two_sample`: whether a classifier tells made lines from real ones.
+- `motion_judge`: whether a recurrent network tells made motion from recorded, writers kept apart.
 
 A measure of likeness is a module beside `hinge`, and a field in `features`.
 """

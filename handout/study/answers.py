@@ -24,6 +24,7 @@ from handout.study import marks, sheets
 from handout.study.marks import Manner, Mark
 from handout.study.sheets import COVER, SheetRecord
 
+_NAMED = "study-"  # before a study's name, which a spreadsheet would take for a number where it is as 375329e11892
 PLAIN, DOUBTFUL = "plain", "doubtful"
 _COLUMNS = ("study", "person", "questionnaire", "item", "answer", "state", "why", "picture")
 _AROUND = 3.0  # mm of a row's picture above and below its boxes and snippet
@@ -180,7 +181,7 @@ def to_csv(rows: Iterable[Answer]) -> bytes:
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(_COLUMNS)
     for row in rows:
-        writer.writerow([getattr(row, name) for name in _COLUMNS])
+        writer.writerow([_NAMED + row.study, *(getattr(row, name) for name in _COLUMNS[1:])])
     return stream.getvalue().encode("utf-8")
 
 
@@ -204,6 +205,7 @@ def from_csv(path: Path) -> list[Answer]:
 
 def _checked(row: Mapping[str, str | None], where: str) -> Answer:
     values = {name: (row.get(name) or "").strip() for name in _COLUMNS}
+    values["study"] = values["study"].removeprefix(_NAMED)
     allowed: tuple[str, ...] = sheets.ANSWERS.get(values["questionnaire"], ())
     if not allowed:
         allowed = next((options for name, _, options in sheets.ABOUT if name == values["item"]), ())

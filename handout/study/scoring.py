@@ -266,25 +266,21 @@ def conditions_test(judged: Sequence[Judgement], rng: np.random.Generator) -> li
 
 
 def _permuted(judged: Sequence[Judgement], a: str, b: str, rng: np.random.Generator) -> float:
-    of = defaultdict[int, list[Judgement]](list)
+    """How likely shuffled conditions are as far apart; b then has hypergeometrically many of a person's right ones."""
+    parts: dict[int, list[int]] = defaultdict(lambda: [0, 0, 0, 0])  # of each person right and wrong ones of a, of b
     for one in judged:
         if one.condition in (a, b):
-            of[one.person].append(one)
-    blocks = [
-        (np.array([o.right for o in own], dtype=float), np.array([o.condition == b for o in own]))
-        for own in of.values()
-    ]
-    total = sum(int(second.sum()) for _, second in blocks), sum(int((~second).sum()) for _, second in blocks)
+            parts[one.person][2 * (one.condition == b) + (not one.right)] += 1
+    counts = np.array(list(parts.values()))
+    right, of = counts[:, [0, 2]].sum(axis=1), counts.sum(axis=1)
+    of_a, of_b = counts[:, :2].sum(), counts[:, 2:].sum()
+    drawn = rng.hypergeometric(right, of - right, counts[:, 2:].sum(axis=1), (_PERMUTATIONS, len(counts))).sum(axis=1)
 
-    def apart(shuffled: bool) -> float:
-        found = 0.0
-        for right, second in blocks:
-            label = rng.permutation(second) if shuffled else second
-            found += right[label].sum() / total[0] - right[~label].sum() / total[1]
-        return abs(found)
+    def apart(right_of_b: Indices) -> Array:
+        return np.asarray(np.abs(right_of_b / of_b - (right.sum() - right_of_b) / of_a))
 
-    seen = apart(shuffled=False)
-    return (1 + sum(apart(shuffled=True) >= seen - 1e-12 for _ in range(_PERMUTATIONS))) / (1 + _PERMUTATIONS)
+    as_far = apart(drawn) >= apart(counts[:, 2].sum()) - 1e-12
+    return float((1 + as_far.sum()) / (1 + _PERMUTATIONS))
 
 
 def grouped(judged: Iterable[Judgement], by: Callable[[Judgement], str]) -> dict[str, Share]:

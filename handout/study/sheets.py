@@ -74,7 +74,7 @@ _Colour = tuple[float, float, float]
 _BLACK, _GREY = (0.0, 0.0, 0.0), (0.45, 0.45, 0.45)  # device RGB
 _POINTS = 72 / 25.4  # a mm
 _SMALL, _TEXT, _HEAD = 7.5, 10.0, 14.0  # points
-_SPARED = 10  # per cent of the snippets that may be too large for their frame, and are left out
+_SPARED = 5  # per cent of the pictures that may be too large for their frame, and are left out
 _SMALLEST = 0.4  # of its size, at which writing is shown at least; set by eye
 
 
@@ -355,8 +355,7 @@ def scale_of(pictures: Sequence[Picture]) -> float:
     InputError
         They are too large.
     """
-    needed = [min(FRAME[0] / p.width, _fit(p)) for p in pictures]
-    scale = min(1.0, float(np.percentile(needed, _SPARED)))
+    scale = min(1.0, float(np.percentile([largest(picture) for picture in pictures], _SPARED)))
     if scale < _SMALLEST:
         raise InputError(
             f"The writing is so large that it would have to be shown at {scale:.0%} of its size, which nobody sees "
@@ -365,13 +364,13 @@ def scale_of(pictures: Sequence[Picture]) -> float:
     return scale
 
 
-def _fit(picture: Picture) -> float:
-    """How much smaller a picture has to be to fit its frame upwards and downwards."""
+def largest(picture: Picture) -> float:
+    """The scale at which a picture just stays in its frame."""
     pixel = 25.4 / picture.dpi
     above, below = picture.base * pixel, (picture.rgb.shape[0] - picture.base) * pixel
-    return float(min(ABOVE / max(above, 1e-3), (FRAME[1] - ABOVE) / max(below, 1e-3)))
+    return float(min(FRAME[0] / picture.width, ABOVE / max(above, 1e-3), (FRAME[1] - ABOVE) / max(below, 1e-3)))
 
 
 def fits(picture: Picture, scale: float) -> bool:
     """Whether a picture shown at that scale stays in its frame."""
-    return picture.width * scale <= FRAME[0] + 1e-6 and _fit(picture) >= scale - 1e-6
+    return largest(picture) >= scale - 1e-6

@@ -116,9 +116,68 @@ def test_what_answers_a_question_without_speaking_the_dialect_is_named(monkeypat
         devices.probe("/dev/ttyACM0")
 
 
+class Talker(Board):
+    """Answers each question with words of its own; others with an error."""
+
+    def __init__(self, **answers):
+        super().__init__(b"")
+        self.answers = answers
+
+    def write(self, data):
+        asked = {b"QT\r": "nickname", b"$$\n": "settings", b"V\r": "version", b"$I\n": "version"}
+        words = next((self.answers.get(name, b"") for ask, name in asked.items() if data.endswith(ask)), b"")
+        if b"printer.objects.list" in data:
+            words = self.answers.get("settings", b"")
+        elif b"server.info" in data:
+            words = self.answers.get("version", b"")
+        self.words, self.asked = words, True
+
+
+V2, V3 = b"EBBv13_and_above EB Firmware Version 2.8.1\r\n", b"EBBv13_and_above EB Firmware Version 3.0.3\r\n"
+H1, DRAWCORE = b"[VER:1.1h.20190830:]\r\n[OPT:V,15,128]\r\nok\r\n", b"[VER:1.1h DrawCore V2.17 (Uunatek):]\r\nok\r\n"
+MOON = b'{"jsonrpc": "2.0", "result": {"klippy_state": "ready", "moonraker_version": "v0.9.3"}, "id": 1}\n'
+# what else it says; its USB chip; the profile it is taken for, or the two; what decided
+NARROWED = [
+    (V2, b"AxiDraw SE/A3\r\nOK\r\n", None, ("axidraw-se-a3",), "it is called 'AxiDraw SE/A3'"),
+    (V2, b"MiniKit\r\nOK\r\n", None, ("axidraw-minikit",), "called"),
+    (V2, b"\r\nOK\r\n", None, ("axidraw-v3", "axidraw-se-a3"), ""),
+    (V2, b"Ada\r\nOK\r\n", None, ("axidraw-v3", "axidraw-se-a3"), ""),
+    (V2, b"!8 Err: Unknown command 'QT'\r\n", None, ("axidraw-v3", "axidraw-se-a3"), ""),
+    (V2, b"\r\nOK\r\n", (0x1A86, 0x7523), ("idraw-h-se-a3", "idraw-1"), "its USB chip (1a86:7523) is not that of"),
+    (V2, b"\r\nOK\r\n", (0x04D8, 0xFD92), ("axidraw-v3", "axidraw-se-a3"), ""),
+    (V3, b"QT,NextDraw 1117\r\n", None, ("nextdraw-1117",), "called"),
+    (V3, b"QT,\r\n", None, ("nextdraw-8511", "nextdraw-1117"), ""),
+    (H1, b"$100=80.000\r\n$130=255.000\r\n$131=180.000\r\nok\r\n", None, ("eleksdraw",), "255 × 180 mm"),
+    (H1, b"$130=300.000\r\n$131=218.000\r\nok\r\n", None, ("grbl-servo", "grbl-z"), "300 × 218 mm"),
+    (H1, b"$130=200.000\r\n$131=200.000\r\nok\r\n", None, ("grbl-servo", "eleksdraw"), ""),
+    (DRAWCORE, b"$130=420.000\r\n$131=297.000\r\nok\r\n", None, ("uuna-tek-a3",), "by its own words"),
+    (
+        MOON,
+        b'{"result": {"objects": ["gcode", "servo pen", "toolhead"]}, "id": 2}\n',
+        None,
+        ("klipper-servo",),
+        "servo",
+    ),
+    (MOON, b'{"result": {"objects": ["manual_stepper pen"]}, "id": 2}\n', None, ("klipper-stepper",), "manual_stepper"),
+    (MOON, b'{"result": {"objects": ["gcode", "toolhead"]}, "id": 2}\n', None, ("klipper-z",), "neither"),
+]
+
+
+@pytest.mark.parametrize(("version", "more", "usb", "profiles_", "why"), NARROWED)
+def test_what_else_it_says_narrows_it_to_one_or_two(version, more, usb, profiles_, why, monkeypatch):
+    url = "moonraker://x" if version is MOON else "/dev/ttyUSB0"
+    rows = [connections.SerialDevice(url, "USB Serial", usb)]
+    monkeypatch.setattr(connections, "serial_devices", lambda: rows)
+    board = Talker(version=version, nickname=more, settings=more)
+    answer = connections.identify(url, lambda url, baud: board)
+    assert answer.fitting.profiles == profiles_ and why in answer.fitting.why and bool(why) == bool(answer.fitting.why)
+    assert sorted((*profiles_, *answer.fitting.others)) == sorted(answer.known.profiles)
+
+
 def test_profiles_that_fit_are_named(monkeypatch):
     board = Board(b"EBBv13_and_above EB Firmware Version 2.8.1\r\n")
     answer = connections.identify("/dev/ttyACM0", lambda url, baud: board)
     assert answer.firmware == "EBBv13_and_above EB Firmware Version 2.8.1"
     monkeypatch.setattr(connections, "identify", lambda port: answer)
-    assert devices.probe("/dev/ttyACM0").facts()["profiles"][:2] == ["axidraw-v3", "axidraw-se-a3"]
+    facts = devices.probe("/dev/ttyACM0").facts()
+    assert facts["profiles"] == ["axidraw-v3", "axidraw-se-a3"] and "axidraw-minikit" in facts["others"]

@@ -130,7 +130,14 @@ def are_kept(folder: Path) -> bool:
 
 def drop(folder: Path) -> None:
     """Delete all pages, and what an interrupted write left."""
-    for path in [*folder.glob("page-*.json*"), *folder.glob(".*.new-*")]:
+    tidy(folder)
+    for path in folder.glob("page-*.json*"):
+        path.unlink(missing_ok=True)
+
+
+def tidy(folder: Path) -> None:
+    """Delete what an interrupted write left."""
+    for path in folder.glob(".*.new-*"):
         path.unlink(missing_ok=True)
 
 

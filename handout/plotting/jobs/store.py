@@ -209,7 +209,10 @@ def prune(place: Path | None = None, keep: int = _KEPT) -> None:
 
 def drop_drawings(place: Path | None = None, keep: int = _DRAWABLE) -> None:
     """Delete the drawings of all finished jobs but those that were drawn last."""
-    for job in [job for job in _by_use(place) if _is_finished(job)][: -keep or None]:
+    finished = [job for job in _by_use(place) if _is_finished(job)]
+    for job in finished:
+        pages.tidy(job.folder)
+    for job in finished[: -keep or None]:
         job.drop_drawings()
 
 

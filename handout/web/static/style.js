@@ -56,8 +56,10 @@ export function draw(context, strokes, colour, until = Infinity) {
 /** A canvas that is as sharp as the screen; `paint` is given its context in CSS pixels, and its size. */
 function surface(label, paint) {
   const canvas = h('canvas', label ? { role: 'img', 'aria-label': label } : { 'aria-hidden': 'true' });
+  let size = null; // as it was laid out last: to ask for it after a change would have the page laid out once more
+  new ResizeObserver(([entry]) => { size = entry.contentRect; }).observe(canvas);
   const again = () => {
-    const { width, height } = canvas.getBoundingClientRect();
+    const { width, height } = size || canvas.getBoundingClientRect();
     if (!width || !height) return;
     const fine = devicePixelRatio, [wide, high] = [Math.round(width * fine), Math.round(height * fine)];
     if (canvas.width !== wide || canvas.height !== high) { canvas.width = wide; canvas.height = high; } // makes it anew
@@ -119,10 +121,15 @@ export async function show(main, shared, [wanted]) {
 
   // what is drawn
 
-  function scale() { return overlay.getBoundingClientRect().width / view.w; }
+  let laid = null; // where the overlay lies, for one frame: likewise
+  function room() {
+    if (!laid) { laid = overlay.getBoundingClientRect(); requestAnimationFrame(() => { laid = null; }); }
+    return laid;
+  }
+  function scale() { return room().width / view.w; }
 
   function fit() {
-    const { width, height } = overlay.getBoundingClientRect();
+    const { width, height } = room();
     if (!width) return;
     const [wide, high] = plan.page, by = Math.min(width / wide, height / high) * 0.96;
     view = { w: width / by, h: height / by };
@@ -366,7 +373,7 @@ export async function show(main, shared, [wanted]) {
 
   const pointers = new Map();
   const place = (event) => {
-    const box = overlay.getBoundingClientRect();
+    const box = room();
     return [view.x + (event.clientX - box.left) / scale(), view.y + (event.clientY - box.top) / scale()];
   };
   function zoom(by, [x, y] = [view.x + view.w / 2, view.y + view.h / 2]) {
@@ -377,6 +384,7 @@ export async function show(main, shared, [wanted]) {
   }
   overlay.addEventListener('wheel', (event) => { event.preventDefault(); zoom(1.0015 ** event.deltaY, place(event)); }, { passive: false });
   overlay.addEventListener('pointerdown', (event) => {
+    laid = null;
     overlay.focus({ preventScroll: true });
     overlay.setPointerCapture(event.pointerId);
     pointers.set(event.pointerId, [event.clientX, event.clientY]);
@@ -639,7 +647,8 @@ export async function show(main, shared, [wanted]) {
   )));
 
   const watcher = new ResizeObserver(() => {
-    const { width, height } = overlay.getBoundingClientRect();
+    laid = null;
+    const { width, height } = room();
     if (fitted) fit(); else if (width) view.h = (view.w * height) / width;
     paint(); graph.again(); line.again();
   });

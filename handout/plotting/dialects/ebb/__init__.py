@@ -30,6 +30,7 @@ DIALECT = Dialect(
     connect=EbbController,
     simulator="handout.simulated.plotter.ebb",
     question=Question(b"\rV\r", re.compile(rb"(EBB[^\r\n]*)"), (115200,)),
+    clues=(b"QT\r",),  # its nickname
     usb=frozenset({(0x04D8, 0xFD92)}),  # of the EiBotBoard, by its makers' documentation
     suffixes=(".ebb",),
     usual_device="axidraw-v3",

@@ -36,6 +36,7 @@ DIALECT = Dialect(
     set_pen=set_pen,
     connect=GrblController,
     simulator="handout.simulated.plotter.grbl",
+    clues=(b"$$\n",),  # its travel, and settings that only some have
     question=Question(b"$I\n", re.compile(rb"\[VER:([^\]\r\n]*)"), (115200,)),
     suffixes=(".gcode", ".nc", ".ngc"),
     usual_device="grbl-servo",

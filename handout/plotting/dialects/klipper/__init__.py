@@ -35,6 +35,7 @@ DIALECT = Dialect(
     usual_device="klipper-servo",
     motion="planned",
     curves="all",
+    clues=(request(2, "printer.objects.list"),),
     pen_values=PenValues(0.0, 360.0, lambda value: f"{value:g}"),  # degrees, or mm of a stepper
     steps_setting="rotation_distance of [stepper_x], [stepper_y] (divided, not multiplied)",
     # Klipper holds two seconds of settled motion, and plans to stop with less than one; another quarter is not settled

@@ -1,9 +1,9 @@
 """The simulated Klipper behind Moonraker: what it does with requests, and what it answers.
 
 Source: Moonraker's documentation (printer administration, JSON-RPC notifications) and Klipper's (G-codes, status
-reference), and both run as programs for the words of their errors: scripts are obeyed one after the other, each
-answered when its last line has been taken, not when it has been drawn; questions are answered meanwhile.  Its place is
-worked out anew four times a second.
+reference; the words of its errors from its host program, read for facts): scripts are obeyed one after the other,
+each answered when its last line has been taken, not when it has been drawn; questions are answered meanwhile. Its
+place is worked out anew four times a second. No Moonraker was run to compare.
 """
 
 from __future__ import annotations
