@@ -32,7 +32,7 @@ def meet(conversation: MoonrakerConversation, profile: Plotter, log: Log) -> tup
         restart(conversation)
         if profile.pen.lift == "stepper":
             log(
-                f"It now takes the place where the motor of [manual_stepper {profile.pen.name}] stands for 0: where the "
+                f"It takes the place where the motor of [manual_stepper {profile.pen.name}] stands for 0 now: if the "
                 "pen is not on the paper there, interrupt, turn the motor down to it, and restart Klipper at its page."
             )
     elif state != "ready":
