@@ -190,7 +190,7 @@ def _spread(right: Indices, of: Indices) -> tuple[float, float]:
     from scipy.stats import chi2
 
     share, shares = float(right.sum() / of.sum()), right / of
-    by_chance = float((1 / of).mean())  # of what a person's share varies, answers apart: p(1 - p)
+    by_chance = float(np.mean(1 / of))  # of what a person's share varies, answers apart: p(1 - p)
     if len(of) < 2 or not 0 < share < 1 or by_chance == 1:
         return 0.0, 1.0
     single = share * (1 - share)
