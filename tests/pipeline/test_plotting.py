@@ -6,11 +6,15 @@ from pathlib import Path
 import pytest
 
 import handout
+from handout import profiles
 from handout.errors import DeviceAlarm, InputError
 from handout.pipeline import plot_jobs
 from handout.pipeline.plot_request import HookOptions, PartOptions, PlotOptions
-from handout.pipeline.plotting import Unattended, preview
+from handout.pipeline.plotting import Unattended, preview, preview_again
+from handout.plotting.jobs import store
+from handout.plotting.jobs.pages import NewPage
 from handout.sources import read_drawing
+from handout.values import Drawing, Page, Stroke
 
 
 @pytest.fixture(autouse=True)
@@ -63,6 +67,18 @@ def test_a_preview_of_a_part_with_dips_shows_both_and_is_read_as_the_part():
         read = read_drawing(name)
         assert len(read.strokes) == facts["strokes"] < whole["strokes"] and read.timed
         assert read.pen_down == pytest.approx(facts["pen_down_mm"], rel=0.01) and not {"hooks", "part"} & {*read.about}
+
+
+def test_a_plot_whose_text_is_not_all_written_is_drawn_again_as_far_as_it_goes():
+    heard, profile = Heard(), profiles.find("simulated", "plotter")
+    job = store.begin(
+        [NewPage(Drawing((Stroke([0, 1], [[10, 10], [20, 10]]),), Page(60, 40)), 0.4)],
+        profile,
+        store.Options(),
+        {"any": 1},
+    )
+    assert preview_again(job.name, PartOptions(), ["again.svg"], listener=heard).facts()["job"] == job.name
+    assert heard.sentences == [f"Only 1 sheet of {job.name} had been written: the rest of its text is left out here."]
 
 
 def test_a_hand_in_memory_has_all_its_pages_made_at_once():
