@@ -195,7 +195,8 @@ def _spread(right: Indices, of: Indices) -> tuple[float, float]:
         return 0.0, 1.0
     single = share * (1 - share)
     statistic = float(((shares - share) ** 2 * of / single).sum())
-    spread = float(np.sqrt(max(0.0, (np.var(shares, ddof=1) - single * by_chance) / (1 - by_chance))))
+    varies = float(np.var(shares, ddof=1))
+    spread = float(np.sqrt(max(0.0, (varies - single * by_chance) / (1 - by_chance))))
     return spread, float(chi2.sf(statistic, len(of) - 1))
 
 
