@@ -122,16 +122,8 @@ def answers(read: Iterable[ReadSheet]) -> tuple[list[Answer], dict[Place, NDArra
     InputError
         Sheets of several studies.
     """
-    by_person: dict[int, list[ReadSheet]] = defaultdict(list)
-    studies = dict[str, str]()
-    for sheet in read:
-        by_person[sheet.record.person].append(sheet)
-        studies.setdefault(sheet.record.study, sheet.source)
-    if len(studies) > 1:
-        named = ", ".join(f"{study} ({source})" for study, source in studies.items())
-        raise InputError(f"These are sheets of several studies: {named}. Read those of each by themselves.")
     given: dict[Place, list[tuple[Answer, NDArray[np.uint8]]]] = defaultdict(list)
-    for _, own in sorted(by_person.items()):
+    for _, own in _by_person(read):
         asked = [row for sheet in own if sheet.record.kind != COVER for row in sheet.rows]
         how = marks.manner([row.marks for row in asked if row.marks is not None])
         for sheet in sorted(own, key=lambda one: one.record.page):
@@ -140,6 +132,19 @@ def answers(read: Iterable[ReadSheet]) -> tuple[list[Answer], dict[Place, NDArra
                 given[answer.place].append((answer, row.picture))
     found = [_agreed([answer for answer, _ in several]) for several in given.values()]
     return found, {one.place: given[one.place][-1][1] for one in found if one.state == DOUBTFUL}
+
+
+def _by_person(read: Iterable[ReadSheet]) -> list[tuple[int, list[ReadSheet]]]:
+    """The sheets of every person, in order."""
+    by_person: dict[int, list[ReadSheet]] = defaultdict(list)
+    studies = dict[str, str]()
+    for sheet in read:
+        by_person[sheet.record.person].append(sheet)
+        studies.setdefault(sheet.record.study, sheet.source)
+    if len(studies) > 1:
+        named = ", ".join(f"{study} ({source})" for study, source in studies.items())
+        raise InputError(f"These are sheets of several studies: {named}. Read those of each by themselves.")
+    return sorted(by_person.items())
 
 
 def _answer(record: SheetRecord, read: ReadRow, how: Manner) -> Answer:
