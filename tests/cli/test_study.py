@@ -28,6 +28,22 @@ def test_what_cannot_be_made_is_refused_before_the_work(call, tmp_path):
     assert "2 addresses, parted by empty lines" in call(*wrong, "--envelopes", "few.txt", code=2)[1]
 
 
+def test_no_chance_is_told_as_none(call, tmp_path):
+    key = design.Key(1, ("me",), tuple(design.Snippet(0, 0, k, f"w {k}", 0) for k in range(20)), tuple(
+        design.Person(tuple(design.Item(k, "real") for k in range(20)), ()) for _ in range(2)
+    ))  # fmt: skip
+    name = design.seal(key, tmp_path / "study.key")
+    sealed = (tmp_path / "study.key").read_bytes()
+    rows = [
+        f"study-{name};{who};{kind}"
+        for who in (1, 2)
+        for kind in ("P;consent;yes", *(f"A;{k};real" for k in range(1, 21)))
+    ]
+    (tmp_path / "answers.csv").write_text("\n".join(["study;person;questionnaire;item;answer", *rows]))
+    assert "guessing p < 0.0001" in call("study", "score", "answers.csv")[0]
+    assert (tmp_path / "study.key").read_bytes() == sealed
+
+
 def test_what_a_person_decided_is_not_overwritten(call, tmp_path):
     table = tmp_path / "answers.csv"
     table.write_text("study,person,questionnaire,item,answer,state\nstudy-s,1,A,1,real,doubtful\n")
