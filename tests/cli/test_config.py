@@ -98,6 +98,7 @@ def test_what_is_wrong_is_a_sentence_with_file_and_key(call, user, text, words, 
         (["set", "hand", "nobody"], "no hand is called 'nobody'"),
         (["set", "slips", "lots"], "is no number of slips"),
         (["unset", "hand"], "hand is not set there"),
+        (["set", "write.output", "\udcff.svg"], "surrogates not allowed"),
         (["show", "wrte"], "Did you mean 'write'?"),
     ],
 )
@@ -113,6 +114,7 @@ def test_a_port_yields_to_files_and_to_kept_plots(call, user):
     assert "No plot is kept." in call("plot", "jobs")[1]  # and not the word "jobs", plotted
     _, err = call("plot", "--resume", code=2)
     assert "From" not in err
+    assert "From" not in call("plot", "--again", "nobody", code=2)[1]  # and it is drawn where it was
     call("write", "hi", "-o", "b.png", "--dpi", 50, "--page", "A6", "--transparent")  # or --paper would be in its way
 
 
@@ -123,10 +125,19 @@ def test_a_file_beside_the_configuration_is_found_from_below(call, monkeypatch):
     assert 'style = "papers/mine.toml"' in Path("handout.toml").read_text(encoding="utf-8")
     call("config", "set", "style", "papers/mine.toml")
     assert json.dumps(str(Path("papers/mine.toml").resolve())) in shipped.user_folder("config.toml").read_text("utf-8")
+    call("config", "set", "study.make.hand", "papers/mine.toml", "me", "--project")
     monkeypatch.chdir("papers")
     with click.Context(cli):
         (project, *_) = [layer for layer in configuration.layers() if layer.kind == "project"]
         assert Path(project.find(["style"]).value) == Path("mine.toml").resolve()
+        assert project.find(["study.make.hand"]).value == [str(Path("mine.toml").resolve()), "me"]
+
+
+def test_a_key_goes_by_its_other_name_and_a_word_may_have_another_meaning(call):
+    call("config", "set", "jitter", "0.5")
+    assert "variation is no longer set" in call("config", "unset", "jitter")[1]
+    call("config", "set", "calibrate.chart.paper", "cream")  # what the paper is called, and no file or ruling
+    assert shown(call)["calibrate.chart.paper"][0] == "cream"
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid"), reason="who owns a file is not known here")

@@ -57,7 +57,9 @@ def test_a_preview_of_a_part_with_dips_shows_both_and_is_read_as_the_part():
     hooks = HookOptions(dip="go 200mm 20mm; down; up", dip_every="40mm", after_page="send M9")
     source, writing = handout.pipeline.inputs.Source("oh it is long"), handout.WritingOptions(seed=1)
     asked = {"plotting": PlotOptions(hooks=hooks), "part": PartOptions(from_word="it", to_word="long")}
-    shown = preview(handout.PlotRequest(source, writing, **asked), ["part.svg", "part.json"])
+    shown = preview(
+        handout.PlotRequest(source, writing, **asked), ["part.svg", "part.json", "part.pdf"], show_travel=True
+    )
     facts = shown.facts()
     assert facts["dips"] * 40 >= facts["pen_down_mm"] > 60 and 0 < facts["hooks_s"] < facts["planned_s"]
     svg = Path("part.svg").read_text(encoding="utf-8")
