@@ -223,9 +223,7 @@ def _path(data: str) -> list[Point]:
     points: list[Point] = []
     at = start = (0.0, 0.0)
     for command, text in _COMMAND.findall(data):
-        kind = command.upper()
-        # nothing need stand between the flags of an arc and what comes after them
-        numbers = [float(n) for arc in _ARC.findall(text) for n in arc] if kind == "A" else _numbers(text)
+        kind, numbers = command.upper(), _arguments(command, text)
         if kind == "Z":
             at = start
             continue
@@ -240,6 +238,13 @@ def _path(data: str) -> list[Point]:
             at = given[-1]
             start = at if kind == "M" and n == 0 else start
     return points
+
+
+def _arguments(command: str, text: str) -> list[float]:
+    if command not in "Aa":
+        return _numbers(text)
+    # nothing need stand between the flags of an arc and what comes after them
+    return [float(number) for arc in _ARC.findall(text) for number in arc]
 
 
 def _moved(x: float, y: float) -> Map:
