@@ -189,7 +189,7 @@ def read(file: Path) -> dict[str, Value]:
         No such file, not TOML, or a value that is no text, number, true or false, or list of these.
     """
     try:
-        return dict(_flat(tomllib.loads(file.read_text(encoding="utf-8")), ""))
+        return dict(_flat(tomllib.loads(file.read_text(encoding="utf-8-sig")), ""))
     except (OSError, ValueError) as error:
         raise InputError(
             f"{file}: cannot be read as a configuration: {getattr(error, 'strerror', 0) or error}."
@@ -207,7 +207,11 @@ def _flat(table: Mapping[str, object], prefix: str) -> Iterator[tuple[str, Value
 
 
 def _is_value(value: object) -> TypeGuard[Value]:
-    return all(isinstance(each, str | int | float) for each in (value if isinstance(value, list) else [value]))
+    return all(isinstance(each, str | int | float) for each in _several(value))
+
+
+def _several(value: object) -> list[object]:
+    return value if isinstance(value, list) else [value]
 
 
 def key_of(option: click.Option) -> str:
@@ -275,7 +279,9 @@ def _fitting(option: click.Option, setting: Setting) -> object:
     if isinstance(value, bool) != option.is_flag and setting.layer.file is not None:
         wanted = "true or false is" if option.is_flag else "a text or a number is"
         raise InputError(f"{place(setting)}: {wanted} wanted.")
-    return [value] if option.multiple and not isinstance(value, list) else value
+    # numbers as if they were typed: of 1.5 click would make the whole number 1
+    words: list[object] = [each if isinstance(each, bool) else str(each) for each in _several(value)]
+    return words if option.multiple else words[0]
 
 
 def place(setting: Setting) -> str:
@@ -466,7 +472,7 @@ def write(file: Path, key: str, value: Value | None) -> None:
     text = ""
     if file.is_file():
         read(file)
-        text = file.read_text(encoding="utf-8")
+        text = file.read_text(encoding="utf-8-sig")
     try:
         result = changed(text, key, value).encode()
         file.parent.mkdir(parents=True, exist_ok=True)

@@ -67,6 +67,7 @@ def test_the_nearer_place_wins_and_is_named(call, user, monkeypatch):
         ('hnad = "x"', ["write", "hi", "-o", "a.svg"], "no option is called 'hnad'. Did you mean hand?"),
         ("[write]\nprot = 1", ["write", "hi", "-o", "a.svg"], "no option is called 'write.prot'"),
         ("dpi = 9", ["write", "hi", "-o", "a.svg"], "dpi = 9: 9.0 is not in the range 36<=x<=2400."),
+        ("\ufeffseed = 1.5", ["write", "hi", "-o", "a.svg"], "seed = 1.5: '1.5' is not a valid integer"),
         ('x-height = "big"', ["write", "hi", "-o", "a.svg"], "x-height = \"big\": length: 'big' is not a length"),
         ('hand = "nobody"', ["write", "hi", "-o", "a.svg"], "hand = \"nobody\": no hand is called 'nobody'"),
         ("hand = true", ["write", "hi", "-o", "a.svg"], "hand = true: a text or a number is wanted."),
@@ -77,7 +78,7 @@ def test_the_nearer_place_wins_and_is_named(call, user, monkeypatch):
     ],
 )
 def test_what_is_wrong_is_a_sentence_with_file_and_key(call, user, text, words, said):
-    user.write_text(text + "\n")
+    user.write_text(text + "\n", encoding="utf-8")
     _, err = call(*words, code=2)
     assert said in err and str(user) in err and not Path("a.svg").exists()
     assert "Usage" in call("write", "--help")[0]
