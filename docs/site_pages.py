@@ -85,7 +85,8 @@ def verbs_page() -> str:
     lines += ["\n\n".join(parameter(given, top) for given in top.command.get_params(top))]
     lines += ["", "## Exit codes", "", "| code | meaning |", "|---|---|", "| 0 | done |"]
     lines += ["| 1 | `doctor`: something fails |", "| 2 | bad input |"]
-    lines += ["| 3 | device fault |", "| 4 | some rows of a batch failed; they are named |"]
+    lines += ["| 3 | device fault |"]
+    lines += ["| 4 | some rows of a batch failed, or pages of a study could not be read; they are named |"]
     lines += ["| 130, 143, 129 | ended by Ctrl-C, SIGTERM, SIGHUP: no half file, the pen lifted, the job kept |"]
     return "\n".join(lines) + "\n"
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -77,7 +78,11 @@ def unset(key: str, project: bool) -> None:
     handout config unset hand
     """
     file, name = _file(project), _plain(key)
-    if not file.is_file() or name not in configuration.read(file):
+    there = configuration.read(file) if file.is_file() else {}
+    if name not in there:  # it may have another name; one that no option has is taken out all the same
+        with contextlib.suppress(InputError):
+            name, _ = _owners(key)
+    if name not in there:
         raise InputError(f"{file}: {name} is not set there.")
     configuration.write(file, name, None)
     click.echo(f"{name} is no longer set in {file}.", err=True)
@@ -237,7 +242,7 @@ def _check(name: str, option: click.Option, value: Value) -> None:
     several = [value] if option.multiple and not isinstance(value, list) else value
     try:
         option.process_value(click.Context(click.Command(name)), several)
-        configuration.check(str(option.name), Setting(name, value, Layer("user")))
+        configuration.check(option, Setting(name, value, Layer("user")))
     except (click.BadParameter, InputError) as error:
         said = error.message if isinstance(error, click.BadParameter) else str(error.__cause__ or error)
         raise InputError(f"{name}: {said}") from error
@@ -258,7 +263,7 @@ def _absolute(word: str, file: Path) -> str:
     path = Path(word)
     if not path.suffix or path.is_absolute() or not path.is_file():
         return word
-    whole, folder = path.resolve(), file.resolve().parent
+    whole, folder = path.resolve(), file.parent.resolve()
     return whole.relative_to(folder).as_posix() if whole.is_relative_to(folder) else str(whole)
 
 

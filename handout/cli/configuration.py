@@ -44,8 +44,8 @@ class Shared(click.Option):
         value, source = super().consume_value(ctx, opts)
         if source is not ParameterSource.DEFAULT_MAP:
             return value, source
-        resumed = _typed(ctx, "resume") and ctx.params.get("text") == ()
-        if resumed or any(_typed(ctx, name) for name in self.unless):
+        kept = (_typed(ctx, "resume") or _typed(ctx, "again")) and ctx.params.get("text") == ()
+        if kept or any(_typed(ctx, name) for name in self.unless):
             assert ctx.default_map is not None
             ctx.default_map.pop(str(self.name))
             return super().consume_value(ctx, opts)
@@ -110,8 +110,13 @@ class Layer:
         return None
 
     def _from_here(self, value: Value) -> Value:
-        """A value that names a file beside this one, with its folder."""
-        if self.file is None or not isinstance(value, str) or not Path(value).suffix:
+        """A value; where it names files beside this one, with their folder."""
+        if isinstance(value, list):
+            return [self._beside(each) if isinstance(each, str) else each for each in value]
+        return self._beside(value) if isinstance(value, str) else value
+
+    def _beside(self, value: str) -> str:
+        if self.file is None or not Path(value).suffix:
             return value
         try:
             beside = self.file.parent / value
@@ -184,7 +189,7 @@ def read(file: Path) -> dict[str, Value]:
         No such file, not TOML, or a value that is no text, number, true or false, or list of these.
     """
     try:
-        return dict(_flat(tomllib.loads(file.read_text(encoding="utf-8")), ""))
+        return dict(_flat(tomllib.loads(file.read_text(encoding="utf-8-sig")), ""))
     except (OSError, ValueError) as error:
         raise InputError(
             f"{file}: cannot be read as a configuration: {getattr(error, 'strerror', 0) or error}."
@@ -202,7 +207,11 @@ def _flat(table: Mapping[str, object], prefix: str) -> Iterator[tuple[str, Value
 
 
 def _is_value(value: object) -> TypeGuard[Value]:
-    return all(isinstance(each, str | int | float) for each in (value if isinstance(value, list) else [value]))
+    return all(isinstance(each, str | int | float) for each in _several(value))
+
+
+def _several(value: object) -> list[object]:
+    return value if isinstance(value, list) else [value]
 
 
 def key_of(option: click.Option) -> str:
@@ -270,7 +279,9 @@ def _fitting(option: click.Option, setting: Setting) -> object:
     if isinstance(value, bool) != option.is_flag and setting.layer.file is not None:
         wanted = "true or false is" if option.is_flag else "a text or a number is"
         raise InputError(f"{place(setting)}: {wanted} wanted.")
-    return [value] if option.multiple and not isinstance(value, list) else value
+    # numbers as if they were typed: of 1.5 click would make the whole number 1
+    words: list[object] = [each if isinstance(each, bool) else str(each) for each in _several(value)]
+    return words if option.multiple else words[0]
 
 
 def place(setting: Setting) -> str:
@@ -350,18 +361,22 @@ def sentences(context: click.Context) -> list[str]:
         A value that its option cannot take; the message names the place, the key and what it may be.
     """
     by_place: dict[str, list[str]] = {}
+    options = {str(option.name): option for option in options_of(context.command)}
     for name, setting in in_force(context).items():
-        check(name, setting)
+        check(options[name], setting)
         where = "the environment" if setting.layer.file is None else str(setting.layer.file)
         by_place.setdefault(where, []).append(f"{setting.key} = {setting.text}")
     return [f"From {where}: {', '.join(told)}." for where, told in by_place.items()]
 
 
-def check(name: str, setting: Setting) -> None:
-    """Raise InputError where a name, length or colour is configured that there is not."""
-    if name in CHECKS and isinstance(setting.value, str):
+def check(option: click.Option, setting: Setting) -> None:
+    """Raise InputError where a name, length or colour is configured that there is not.
+
+    An option of one verb may mean another thing by the same name, as --paper of calibrate does: its verb checks it.
+    """
+    if isinstance(option, Shared) and option.name in CHECKS and isinstance(setting.value, str):
         try:
-            CHECKS[name](setting.value)
+            CHECKS[option.name](setting.value)
         except InputError as error:
             raise InputError(f"{place(setting)}: {error}") from error
 
@@ -457,10 +472,10 @@ def write(file: Path, key: str, value: Value | None) -> None:
     text = ""
     if file.is_file():
         read(file)
-        text = file.read_text(encoding="utf-8")
+        text = file.read_text(encoding="utf-8-sig")
     try:
-        result = changed(text, key, value)
+        result = changed(text, key, value).encode()
         file.parent.mkdir(parents=True, exist_ok=True)
-    except (InputError, OSError) as error:
+    except (InputError, OSError, UnicodeError) as error:
         raise InputError(f"Cannot write {file}: {getattr(error, 'strerror', 0) or error}") from error
-    atomic.write(file, result.encode())
+    atomic.write(file, result)

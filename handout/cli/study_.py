@@ -141,7 +141,7 @@ def _table(result: ScoredStudy) -> list[str]:
         lines += [_row(f"  {name}", share) for name, share in each.hands.items() if len(each.hands) > 1]
         if len(each.conditions) > 1:
             lines += [_row(f"  condition {name}", share) for name, share in each.conditions.items()]
-            lines += [f"    {test.first} and {test.second} differ: p = {test.p:.4f}" for test in each.tests]
+            lines += [f"    {test.first} and {test.second} differ: {_p(test.p)}" for test in each.tests]
         for group, shares in each.groups.items():
             lines += [_row(f"  {group}: {name}", share) for name, share in shares.items() if len(shares) > 1]
         lines += _about(each)
@@ -156,12 +156,16 @@ def _row(name: str, share: Share) -> str:
     return f"{name[:39]:<40}{counted:>12}{share.share:>8.1%}  {both:<15}{people:<15}{exact}"
 
 
+def _p(p: float) -> str:
+    return f"p = {p:.4f}" if p >= 0.00005 else "p < 0.0001"
+
+
 def _about(scores: Scores) -> list[str]:
     skill, confusions = scores.skill, scores.confusions
     said = "; ".join(f"{truth} called {answer} {n}" for (truth, answer), n in confusions.counts.items())
     return [
-        f"    guessing p = {scores.share.p:.4f}; d' = {confusions.sensitivity:.2f}, bias {confusions.bias:.2f}; {said}",
-        f"    people differ by ±{skill.spread:.1%} of their own (all alike: p = {skill.p:.3f}); {len(skill.above)} did "
+        f"    guessing {_p(scores.share.p)}; d' = {confusions.sensitivity:.2f}, bias {confusions.bias:.2f}; {said}",
+        f"    people differ by ±{skill.spread:.1%} of their own (all alike: {_p(skill.p)}); {len(skill.above)} did "
         f"better than 19 of 20 who guess, {skill.above_by_chance:.1f} would by chance",
     ]
 

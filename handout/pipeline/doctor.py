@@ -394,6 +394,6 @@ def _test_page(path: Path, found: Sequence[Finding]) -> Iterator[Finding]:
     try:
         write("\n".join(lines), [path], WritingOptions(seed=1, fallback=True), SheetOptions("A5"))
     except HandoutError as error:
-        yield Finding("Test page", "page", "broken", str(error))
+        yield Finding("Test page", "page", "broken", str(error).rstrip("."))
     else:
         yield Finding("Test page", "page", "fine", f"wrote {path}: look at it, and print it")

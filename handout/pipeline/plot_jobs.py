@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 
 from handout.errors import InputError
 from handout.pipeline.results import SILENT, Facts, Listener
+from handout.plotting.dialects import dialect
 from handout.plotting.jobs import store
 from handout.plotting.jobs.job import Job
 from handout.plotting.jobs.journal import JobProgress
@@ -129,11 +130,12 @@ def outlook(job: Job) -> str:
     at = min(standing.place.stroke, len(strokes) - 1)
     number = strokes[at].word
     word = f', in the word "{words[number]}"' if 0 <= number < len(words) and words[number] else ""
+    held = dialect(job.profile.dialect).in_hand
+    more = f", or what the plotter draws in {held:g} s," if held else ""
     return (
         f"{called(job)}: goes on with {_part(job, standing)}, at stroke {at + 1} of {len(strokes)}{word}; "
         f"{_drawn(job, standing) / 1000:.2f} of {'' if job.whole else 'about '}{job.ink / 1000:.2f} m are drawn, of "
-        "which at most "
-        f"{job.options.overlap:g} mm are drawn again."
+        f"which at most {job.options.overlap:g} mm{more} are drawn again."
     )
 
 

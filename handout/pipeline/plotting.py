@@ -473,7 +473,7 @@ def again(
     connected = port_to(address, before.profile)
     try:
         options = msgspec.structs.replace(before.options, copies=1)
-        pages = _part(_kept_pages(before), part, before.profile, options, listener)
+        pages = _part(_kept_pages(before, listener), part, before.profile, options, listener)
         job = store.begin(pages, before.profile, options, None, title=before.title, port=address)
     except BaseException:
         connected.close()
@@ -483,7 +483,10 @@ def again(
     return Plotted(load(job.folder), tuple(reports))
 
 
-def _kept_pages(job: Job) -> list[NewPage]:
+def _kept_pages(job: Job, listener: Listener) -> list[NewPage]:
+    if not job.whole:
+        count = units.count(job.pages, "sheet")
+        listener.say(f"Only {count} of {job.name} had been written: the rest of its text is left out here.")
     told = [*job.told, *[{}] * (job.pages - len(job.told))]
     return [NewPage(kept_pages.read(job.folder, number), 1.0, told[number]) for number in range(job.pages)]
 
@@ -500,7 +503,7 @@ def preview_again(
     paths = [Path(path) for path in outputs]
     check_outputs(paths)
     before = store.drawn_before(name)
-    kept = _kept_pages(before)
+    kept = _kept_pages(before, listener)
     drawings, plans = _shown([page.drawing for page in kept], part, before.profile, before.options, listener)
     files = write_drawings(drawings, paths, Look(show_travel=show_travel))
     tally = sum((Tally(**page.told) for page in kept if page.told), Tally())

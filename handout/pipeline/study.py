@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
@@ -43,6 +44,7 @@ _READ, _WRITTEN = 0.1, 0.9  # of the work on a study, when its pages are known, 
 KEY, SHEETS, ABOUT = "study.key", "sheets.pdf", "study.json"
 _MOST_PEOPLE = 10_000  # far more than any study has: a bound against slips
 _FEWEST_ENVELOPES = 4  # two of either kind
+_MOST_ROWS = 125  # of a kind: the code of a sheet counts rows in a byte, and pairs and controls together
 _ADDRESS = "45mm,10mm,10mm,90mm"  # margins of an envelope: the address stands right of its middle
 _STAYS = "whose size, slant and distance of lines stay those of all"
 
@@ -172,8 +174,11 @@ def _check(options: StudyOptions) -> None:
         )
     if not 1 <= options.people <= _MOST_PEOPLE:
         raise InputError(f"people: {options.people} is outside 1 to {_MOST_PEOPLE}.")
-    if min(options.singles, options.pairs, options.controls) < 0:
-        raise InputError("singles, pairs and controls are 0 or more.")
+    if not 0 <= min(asked := (options.singles, options.pairs, options.controls)) <= max(asked) <= _MOST_ROWS:
+        raise InputError(f"singles, pairs and controls are 0 to {_MOST_ROWS}.")
+    design.roles_of(options.singles, options.pairs)
+    if options.envelopes is not None:
+        _addresses(options.envelopes)
 
 
 def _materials(options: StudyOptions, listener: Listener) -> list[Material]:
@@ -256,10 +261,9 @@ def _addresses(path: Path) -> list[str]:
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"Cannot read {path}: {error}.") from error
     found = [block.strip() for block in blocks if block.strip()]
-    if len(found) < _FEWEST_ENVELOPES:
-        raise InputError(
-            f"{path} holds {units.count(len(found), 'address', 'addresses')}: at least {_FEWEST_ENVELOPES}."
-        )
+    if not _FEWEST_ENVELOPES <= len(found) <= _MOST_ROWS:
+        held = units.count(len(found), "address", "addresses")
+        raise InputError(f"{path} holds {held}, parted by empty lines: {_FEWEST_ENVELOPES} to {_MOST_ROWS}.")
     return found
 
 
@@ -363,12 +367,13 @@ def read(scans: Sequence[str | Path], output: str | Path, *, listener: Listener 
     Raises
     ------
     InputError
-        Nothing can be read, or sheets of several studies.
+        Nothing can be read, or sheets of several studies, or a table is there with what a person decided.
     """
     path = Path(output)
     if path.suffix.lower() != ".csv":
         raise InputError(f"Answers are written as CSV, not {path.suffix or 'without a suffix'}: use {path.stem}.csv.")
     atomic.check_writable(path)
+    _keeps_decisions(path)
     found, unread = _sheets(scans, listener)
     rows, pictures = answering.answers(found)
     folder = path.with_name(f"{path.stem}-doubtful")
@@ -385,6 +390,12 @@ def read(scans: Sequence[str | Path], output: str | Path, *, listener: Listener 
     missing = answering.missing(found)
     notes = [f"Not read: {reason}" for reason in unread]
     notes += [f"Person {person}: {_pages(gone)} not among the scans." for person, gone in missing.items()]
+    if again := answering.repeated(found):
+        which = "; ".join(f"person {who}, page {page}: {', '.join(of)}" for (who, page), of in again.items())
+        notes.append(
+            f"{units.count(len(again), 'sheet')} scanned more than once and counted once ({which}). If two people "
+            "filled in copies of one sheet, read those of one of them only."
+        )
     doubtful = sum(row.state == answering.DOUBTFUL for row in rows)
     if doubtful:
         notes.append(
@@ -393,6 +404,16 @@ def read(scans: Sequence[str | Path], output: str | Path, *, listener: Listener 
         )
     return ReadStudy(path, found[0].record.study, len(people), len(found), tuple(rows), tuple(unread), missing,
                      notes=tuple(notes))  # fmt: skip
+
+
+def _keeps_decisions(path: Path) -> None:
+    """Raise InputError for a table that would be lost with what a person wrote into it."""
+    try:
+        lost = path.exists() and any(row.answer and row.state == answering.DOUBTFUL for row in answering.from_csv(path))
+    except InputError:
+        lost = True
+    if lost:
+        raise InputError(f"{path} holds answers that a person wrote into it, or something else: give another --output.")
 
 
 def _sheets(scans: Sequence[str | Path], listener: Listener) -> tuple[list[answering.ReadSheet], list[str]]:
@@ -547,7 +568,10 @@ def _left_out(answers: Taken) -> list[str]:
         notes.append(f"{units.count(answers.empty, 'row')} without an answer left out.")
     if answers.decided:
         notes.append(f"{units.count(answers.decided, 'doubtful row')} as a person decided.")
-    for people, why in ((answers.unwilling, "did not agree"), (answers.careless, "told too few of the controls")):
+    for people, why in (
+        (answers.unwilling, "did not tick that they agree"),
+        (answers.careless, "told too few of the controls"),
+    ):
         if people:
             named = ", ".join(map(str, people))
             notes.append(f"{units.count(len(people), 'person', 'people')} left out who {why}: {named}.")
@@ -559,8 +583,9 @@ def _key_of(study: str, table: Path) -> Path:
     folders = dict.fromkeys((table.resolve().parent, Path.cwd()))
     keys = [path for folder in folders for pattern in ("*.key", "*/*.key") for path in sorted(folder.glob(pattern))]
     for path in keys:
-        if design.name_of(path.read_bytes()) == study:
-            return path
+        with suppress(OSError):  # somebody else's, or a folder
+            if design.name_of(path.read_bytes()) == study:
+                return path
     others = ", ".join(map(str, keys[:3]))
     seen = f" ({others}: of other studies, or changed)" if keys else ""
     raise InputError(f"The key of study {study} is not beside {table} nor in a folder there{seen}: give it with --key.")

@@ -86,13 +86,14 @@ def _heard(heard: SimpleQueue[tuple[str, Any]], seconds: float, wanted: int) -> 
 def _machine(kind: str, info: Any) -> Announced | None:
     """What an announcement stands for; None: no machine of ours."""
     host, places = str(info.server or "").rstrip("."), info.parsed_addresses()
-    if not host or not places:
+    if not host or not host.isprintable() or not places:
         return None
+    reached = f"[{places[0]}]" if ":" in places[0] else places[0]
     if kind == _PAGE:  # of a controller: its WebSocket is beside it
         known = _CONTROLLERS.search(f"{info.name} {host}")
-        return Announced(host, f"ws://{host}:81", f"ws://{places[0]}:81", "grbl") if known else None
+        return Announced(host, f"ws://{host}:81", f"ws://{reached}:81", "grbl") if known else None
     scheme, dialect = ("tcp", "") if kind == _TELNET else ("moonraker", "klipper")
     if kind == _TELNET and _CONTROLLERS.search(f"{info.name} {host}"):
         dialect = "grbl"
     port = "" if info.port == _USUAL[kind] else f":{info.port}"
-    return Announced(host, f"{scheme}://{host}{port}", f"{scheme}://{places[0]}{port}", dialect)
+    return Announced(host, f"{scheme}://{host}{port}", f"{scheme}://{reached}{port}", dialect)

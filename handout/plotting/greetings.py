@@ -144,7 +144,7 @@ _NAMED = (
 _OBJECTS = (('"servo ', "klipper-servo"), ('"manual_stepper ', "klipper-stepper"), ('"objects"', "klipper-z"))
 _EBB_CHIP = (0x04D8, 0xFD92)  # its makers' documentation
 # mm by which a travel may differ from the bed of a profile, which leaves out what a holder needs; set by eye
-_FRAME = 12.0  # mm; set by eye
+_FRAME = 12.0
 
 
 def narrowed(firmware: Firmware, words: str, clues: Clues) -> Fitting:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import contextlib
 import os
 import select
+import time
 from http.client import HTTPConnection, HTTPException
 from urllib.parse import urlsplit
 
@@ -53,7 +54,10 @@ def open_moonraker(url: str) -> Port:
 
 
 def _headers() -> dict[str, str]:
-    key = os.environ.get("MOONRAKER_API_KEY", "")
+    """The key as a header; one that cannot be is refused here, since libraries would say it in their errors."""
+    key = os.environ.get("MOONRAKER_API_KEY", "").strip()
+    if not (key.isascii() and key.isprintable()):
+        raise InputError("The environment variable MOONRAKER_API_KEY has other characters than a key: copy it again.")
     return {"X-Api-Key": key} if key else {}
 
 
@@ -109,15 +113,27 @@ class HttpPort:
         """Send every line as a request."""
         *lines, self._half = (self._half + data).split(b"\n")
         for line in filter(None, lines):
-            connection = self._idle.pop() if self._idle else self._connected()
+            connection = self._free()
             self._waiting.append(connection)
             try:
                 connection.request("POST", "/server/jsonrpc", line, {"Content-Type": "application/json"} | _headers())
             except (OSError, HTTPException) as error:
                 raise lost(self.url) from error
 
+    def _free(self) -> HTTPConnection:
+        """A connection on which nothing is asked; those that the other end has closed meanwhile are left."""
+        while self._idle:
+            connection = self._idle.pop()
+            if not select.select([connection.sock], [], [], 0.0)[0]:
+                return connection
+            connection.close()
+        return self._connected()
+
     def read(self, timeout: float) -> bytes:
         """What has been answered by now; waits up to `timeout` seconds for a first answer."""
+        if not self._waiting:  # Windows cannot wait for nothing
+            time.sleep(timeout)
+            return b""
         waiting = {connection.sock: connection for connection in self._waiting}
         try:
             ready = select.select(list(waiting), [], [], timeout)[0]

@@ -170,9 +170,11 @@ def judge(samples: Sequence[Sample], rng: np.random.Generator, tell: Tell = sile
 def _folds(writers: dict[bool, list[str]], rng: np.random.Generator) -> dict[str, int]:
     """The fold in which each writer is judged; every fold has some of both kinds, as far as they reach."""
     count, fold = min(_FOLDS, *map(len, writers.values())), dict[str, int]()
-    for names in ([*{*writers[False]} & {*writers[True]}], writers[False], writers[True]):
-        left = [name for name in sorted(names) if name not in fold]
-        for at, name in enumerate(rng.permutation(np.array(left, dtype=object)).tolist()):
+    both = {*writers[False]} & {*writers[True]}
+    # writers of one kind go on where those of both end, so that no fold lacks either
+    for names, begin in ((sorted(both), 0), (writers[False], len(both)), (writers[True], len(both))):
+        left = [name for name in names if name not in fold]
+        for at, name in enumerate(rng.permutation(np.array(left, dtype=object)).tolist(), begin):
             fold[name] = at % count
     return fold
 

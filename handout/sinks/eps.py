@@ -35,7 +35,8 @@ def to_eps(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1a1a2e",
     pen.rgb(colour)
     moves = paths.travel_moves(drawing) if show_travel else []
     content = "\n".join([pdf.content(drawing, pen_width, colour), *pdf.travel(moves)])
-    return _file(content, _inked(drawing, pen_width), drawing)
+    inked = [points for points in (_inked(drawing, pen_width), *moves) if points is not None]
+    return _file(content, np.concatenate(inked) if inked else None, drawing)
 
 
 def outlines_eps(drawing: Drawing, areas: Sequence[tuple[str, Sequence[Array]]]) -> bytes:

@@ -113,11 +113,10 @@ def content(drawing: Drawing, pen_width: float, colour: str) -> str:
 
 
 def travel(moves: Sequence[Array]) -> list[str]:
-    """The operators that draw moves (2, 2), mm, of the lifted pen."""
+    """The operators that draw moves (n, 2), mm, of the lifted pen."""
     if not moves:
         return []
-    points = [np.rint(move * 1000).astype(np.int64).tolist() for move in moves]
-    lines = [f"{' '.join(map(paths.short, a))} m {' '.join(map(paths.short, b))} l S" for a, b in points]
+    lines = [f"{polygon(move)} S" for move in moves]
     return [f"{rgb(paths.TRAVEL_COLOUR)} RG {paths.short(round(paths.TRAVEL_WIDTH * 1000))} w", *lines]
 
 

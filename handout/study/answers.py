@@ -122,6 +122,20 @@ def answers(read: Iterable[ReadSheet]) -> tuple[list[Answer], dict[Place, NDArra
     InputError
         Sheets of several studies.
     """
+    given: dict[Place, list[tuple[Answer, NDArray[np.uint8]]]] = defaultdict(list)
+    for _, own in _by_person(read):
+        asked = [row for sheet in own if sheet.record.kind != COVER for row in sheet.rows]
+        how = marks.manner([row.marks for row in asked if row.marks is not None])
+        for sheet in sorted(own, key=lambda one: one.record.page):
+            for row in sheet.rows:
+                answer = _answer(sheet.record, row, how)
+                given[answer.place].append((answer, row.picture))
+    found = [_agreed([answer for answer, _ in several]) for several in given.values()]
+    return found, {one.place: given[one.place][-1][1] for one in found if one.state == DOUBTFUL}
+
+
+def _by_person(read: Iterable[ReadSheet]) -> list[tuple[int, list[ReadSheet]]]:
+    """The sheets of every person, in order."""
     by_person: dict[int, list[ReadSheet]] = defaultdict(list)
     studies = dict[str, str]()
     for sheet in read:
@@ -130,18 +144,7 @@ def answers(read: Iterable[ReadSheet]) -> tuple[list[Answer], dict[Place, NDArra
     if len(studies) > 1:
         named = ", ".join(f"{study} ({source})" for study, source in studies.items())
         raise InputError(f"These are sheets of several studies: {named}. Read those of each by themselves.")
-    found, pictures = dict[Place, Answer](), dict[Place, NDArray[np.uint8]]()
-    for _, own in sorted(by_person.items()):
-        asked = [row for sheet in own if sheet.record.kind != COVER for row in sheet.rows]
-        how = marks.manner([row.marks for row in asked if row.marks is not None])
-        for sheet in sorted(own, key=lambda one: one.record.page):
-            for row in sheet.rows:
-                answer = _answer(sheet.record, row, how)
-                before = found.get(answer.place)
-                found[answer.place] = answer if before is None else _both(before, answer)
-                if found[answer.place].state == DOUBTFUL:
-                    pictures[answer.place] = row.picture
-    return list(found.values()), pictures
+    return sorted(by_person.items())
 
 
 def _answer(record: SheetRecord, read: ReadRow, how: Manner) -> Answer:
@@ -155,13 +158,21 @@ def _answer(record: SheetRecord, read: ReadRow, how: Manner) -> Answer:
     return Answer(record.study, record.person, *name, row.answers[decision.box], PLAIN, decision.why)
 
 
-def _both(first: Answer, second: Answer) -> Answer:
-    """A row that was scanned twice."""
-    if first.answer == second.answer:
-        return first
-    if not first.answer or not second.answer:
-        return first if first.answer else second
-    return replace(first, answer="", state=DOUBTFUL, why=f"scanned twice: {first.answer}, and {second.answer}")
+def _agreed(several: Sequence[Answer]) -> Answer:
+    """A row that may have been scanned several times: plain if none contradicts."""
+    said = sorted({one.answer for one in several if one.answer})
+    if len(said) > 1:
+        why = f"scanned {len(several)} times: {', and '.join(said)}"
+        return replace(several[0], answer="", state=DOUBTFUL, why=why)
+    return next((one for one in several if one.answer), several[0])
+
+
+def repeated(read: Iterable[ReadSheet]) -> dict[tuple[int, int], list[str]]:
+    """(person, page) → its scans, where there are several."""
+    found: dict[tuple[int, int], list[str]] = defaultdict(list)
+    for sheet in read:
+        found[sheet.record.person, sheet.record.page].append(sheet.source)
+    return {place: scans for place, scans in sorted(found.items()) if len(scans) > 1}
 
 
 def missing(read: Sequence[ReadSheet]) -> dict[int, list[int]]:
@@ -186,33 +197,49 @@ def to_csv(rows: Iterable[Answer]) -> bytes:
 
 
 def from_csv(path: Path) -> list[Answer]:
-    """The table again, with what a person wrote into it.
+    """The table again, with what a person wrote into it; parted by what his spreadsheet parts by.
+
+    A row that is there twice, as where two tables were put together, counts once.
 
     Raises
     ------
     InputError
-        It cannot be read, or a row is none.
+        It cannot be read, or a row is none, or is there with two answers.
     """
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"Cannot read {path}: {error}.") from error
-    table = csv.DictReader(io.StringIO(text, newline=""), delimiter=";" if text.startswith("study;") else ",")
+    parted_by = max(",;\t", key=text.partition("\n")[0].count)
+    table = csv.DictReader(io.StringIO(text, newline=""), delimiter=parted_by)
     if not set(_COLUMNS[:5]) <= set(table.fieldnames or ()):
         raise InputError(f"{path} lacks the columns {', '.join(_COLUMNS[:5])}: give what `handout study read` wrote.")
-    return [_checked(row, f"{path}, line {number}") for number, row in enumerate(table, 2)]
+    found = dict[tuple[str, Place], Answer]()
+    for row in table:
+        if not any(row.get(name) for name in _COLUMNS):  # spreadsheets keep rows that were emptied
+            continue
+        answer = _checked(row, f"{path}, line {table.line_num}")
+        before = found.setdefault((answer.study, answer.place), answer)
+        if before.answer and answer.answer and before.answer != answer.answer:
+            raise InputError(
+                f"{path}, line {table.line_num}: person {answer.person} answers {answer.questionnaire} {answer.item} "
+                f"twice, {before.answer} and {answer.answer}: leave one of the rows."
+            )
+        found[answer.study, answer.place] = before if before.answer else answer
+    return list(found.values())
 
 
 def _checked(row: Mapping[str, str | None], where: str) -> Answer:
     values = {name: (row.get(name) or "").strip() for name in _COLUMNS}
     values["study"] = values["study"].removeprefix(_NAMED)
-    allowed: tuple[str, ...] = sheets.ANSWERS.get(values["questionnaire"], ())
-    if not allowed:
-        allowed = next((options for name, _, options in sheets.ABOUT if name == values["item"]), ())
-    if not values["person"].isdigit() or not allowed:
-        person, item = values["person"], values["item"]
+    person, item = values["person"], values["item"]
+    allowed: tuple[str, ...] = sheets.ANSWERS.get(values["questionnaire"], ()) if item.isdecimal() else ()
+    if values["questionnaire"] == COVER:
+        allowed = next((options for name, _, options in sheets.ABOUT if name == item), ())
+    if not person.isdecimal() or not allowed:
         raise InputError(f"{where}: this is no answer of a study (person {person!r}, item {item!r}).")
     answer = {word: name for name, word in sheets.WORD.items()}.get(values["answer"].lower(), values["answer"].lower())
     if answer and answer not in allowed:
         raise InputError(f"{where}: {values['answer']!r} is not one of {', '.join(allowed)}; leave it empty for none.")
-    return Answer(**{**values, "person": int(values["person"]), "answer": answer})  # type: ignore[arg-type]
+    item = str(int(item)) if item.isdecimal() else item
+    return Answer(**{**values, "person": int(person), "item": item, "answer": answer})  # type: ignore[arg-type]

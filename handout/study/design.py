@@ -2,7 +2,7 @@
 
 Questionnaire A asks of single snippets whether each is real or made, B which of two of the same words is made, E the
 same of envelopes.  Over all people every snippet is real in A, made in A, made on the left of B and made on the right
-as often as any other, by one or nearly; nobody meets the words of a snippet twice.
+as often as any other of its fold, but for one at most; nobody meets a snippet twice.
 
 The key says what is true of every row of every sheet.  It is a file of its own, packed so that nobody reads it by
 accident, but under no password: who makes a study has to be able to open it, and a password would guard it against
@@ -130,6 +130,19 @@ def seal(key: Key, path: Path) -> str:
     return name_of(data)
 
 
+def roles_of(singles: int, pairs: int) -> Indices:
+    """(n,) roles of the snippets that one person sees, as places in `ROLES`.
+
+    Raises
+    ------
+    InputError
+        A number is odd, or there are none.
+    """
+    if singles % 2 or pairs % 2 or singles + pairs == 0:
+        raise InputError(f"{singles} singles and {pairs} pairs: half of each are of either kind, so use even numbers.")
+    return np.repeat(np.arange(len(ROLES)), [singles // 2, singles // 2, pairs // 2, pairs // 2])
+
+
 def dealt(
     folds: Sequence[Sequence[int]], people: int, singles: int, pairs: int, rng: np.random.Generator
 ) -> list[tuple[tuple[Item, ...], tuple[Item, ...]]]:
@@ -146,9 +159,7 @@ def dealt(
     InputError
         A fold has too few snippets, or a number is odd.
     """
-    if singles % 2 or pairs % 2 or singles + pairs == 0:
-        raise InputError(f"{singles} singles and {pairs} pairs: half of each are of either kind, so use even numbers.")
-    roles = np.repeat(np.arange(len(ROLES)), [singles // 2, singles // 2, pairs // 2, pairs // 2])
+    roles = roles_of(singles, pairs)
     least = min(map(len, folds))
     if least < len(roles):
         raise InputError(f"{least} snippets are too few for {singles} singles and {pairs} pairs, which are all others.")

@@ -123,9 +123,11 @@ def _effective(right: Array, variance: float, clusters: int) -> Interval:
     """The exact interval for as many answers as, independent, would be as sure."""
     from scipy.stats import t
 
+    if clusters < 2:  # one tells nothing of others, which is where the formula goes as its degrees of freedom run out
+        return 0.0, 1.0
     n, share = len(right), float(right.mean())
     effective = float(n)
-    if variance > 0 and clusters > 1:
+    if variance > 0:
         tail = (1 + LEVEL) / 2
         wider = float(t.ppf(tail, n - 1) / t.ppf(tail, clusters - 1))
         effective = min(n, share * (1 - share) / variance * wider**2)
@@ -188,11 +190,13 @@ def _spread(right: Indices, of: Indices) -> tuple[float, float]:
     from scipy.stats import chi2
 
     share, shares = float(right.sum() / of.sum()), right / of
-    if len(of) < 2 or not 0 < share < 1:
+    by_chance = float(np.mean(1 / of))  # of what a person's share varies, answers apart: p(1 - p)
+    if len(of) < 2 or not 0 < share < 1 or by_chance == 1:
         return 0.0, 1.0
-    guessed = share * (1 - share) / of
-    statistic = float(((shares - share) ** 2 / guessed).sum())
-    spread = float(np.sqrt(max(0.0, np.var(shares, ddof=1) - guessed.mean())))
+    single = share * (1 - share)
+    statistic = float(((shares - share) ** 2 * of / single).sum())
+    varies = float(np.var(shares, ddof=1))
+    spread = float(np.sqrt(max(0.0, (varies - single * by_chance) / (1 - by_chance))))
     return spread, float(chi2.sf(statistic, len(of) - 1))
 
 
@@ -295,8 +299,8 @@ def grouped(judged: Iterable[Judgement], by: Callable[[Judgement], str]) -> dict
 class Taken:
     """The answers that count.
 
-    empty : rows without an answer; decided : doubtful rows that a person decided; unwilling : people without consent;
-    careless : people who told too few controls.
+    empty : rows without an answer; decided : doubtful rows that a person decided; unwilling : people who did not tick
+    that they agree, or whose cover is not there; careless : people who told too few controls.
     """
 
     judged: tuple[Judgement, ...]
@@ -316,7 +320,8 @@ def taken(key: Key, answers: Sequence[Answer], least_controls: int = 0) -> Taken
         An answer to what was not asked, or nothing that counts.
     """
     about = _about(answers)
-    unwilling = tuple(sorted(person for person, said in about.items() if said.get("consent") == ""))
+    people = {row.person for row in answers}
+    unwilling = tuple(sorted(person for person in people if not about.get(person, {}).get("consent")))
     asked = [row for row in answers if row.questionnaire != COVER and row.person not in unwilling]
     given = [row for row in asked if row.answer]
     judged = [_judged(key, row) for row in given]
@@ -344,7 +349,7 @@ def _about(answers: Sequence[Answer]) -> dict[int, dict[str, str]]:
 
 
 def _judged(key: Key, answer: Answer) -> Judgement:
-    people, number = key.people, int(answer.item) if answer.item.isdigit() else 0
+    people, number = key.people, int(answer.item) if answer.item.isdecimal() else 0
     items = people[answer.person - 1].items(answer.questionnaire) if 0 < answer.person <= len(people) else ()
     if not 0 < number <= len(items):
         raise InputError(
@@ -418,9 +423,10 @@ def difficulties(key: Key, judged: Sequence[Judgement]) -> list[Difficulty]:
 
 
 def difficulty_histogram(judged: Sequence[Judgement]) -> list[float]:
-    """Share of the snippets that were told by 0–10 %, 10–20 % … of those who saw them in one form."""
+    """Share of the snippets that were told by 0–10 %, 10–20 % … of those who saw them in one form; not as controls."""
+    ours = [one for one in judged if one.condition != CONTROL]
     shares = list(
-        grouped(judged, lambda one: f"{one.snippet} {one.truth if one.questionnaire == SINGLES else ''}").values()
+        grouped(ours, lambda one: f"{one.snippet} {one.truth if one.questionnaire == SINGLES else ''}").values()
     )
     counts = np.histogram([each.share for each in shares], bins=_BINS, range=(0, 1))[0]
     return [float(count) / len(shares) for count in counts]

@@ -67,6 +67,7 @@ def test_the_nearer_place_wins_and_is_named(call, user, monkeypatch):
         ('hnad = "x"', ["write", "hi", "-o", "a.svg"], "no option is called 'hnad'. Did you mean hand?"),
         ("[write]\nprot = 1", ["write", "hi", "-o", "a.svg"], "no option is called 'write.prot'"),
         ("dpi = 9", ["write", "hi", "-o", "a.svg"], "dpi = 9: 9.0 is not in the range 36<=x<=2400."),
+        ("\ufeffseed = 1.5", ["write", "hi", "-o", "a.svg"], "seed = 1.5: '1.5' is not a valid integer"),
         ('x-height = "big"', ["write", "hi", "-o", "a.svg"], "x-height = \"big\": length: 'big' is not a length"),
         ('hand = "nobody"', ["write", "hi", "-o", "a.svg"], "hand = \"nobody\": no hand is called 'nobody'"),
         ("hand = true", ["write", "hi", "-o", "a.svg"], "hand = true: a text or a number is wanted."),
@@ -77,7 +78,7 @@ def test_the_nearer_place_wins_and_is_named(call, user, monkeypatch):
     ],
 )
 def test_what_is_wrong_is_a_sentence_with_file_and_key(call, user, text, words, said):
-    user.write_text(text + "\n")
+    user.write_text(text + "\n", encoding="utf-8")
     _, err = call(*words, code=2)
     assert said in err and str(user) in err and not Path("a.svg").exists()
     assert "Usage" in call("write", "--help")[0]
@@ -98,6 +99,7 @@ def test_what_is_wrong_is_a_sentence_with_file_and_key(call, user, text, words, 
         (["set", "hand", "nobody"], "no hand is called 'nobody'"),
         (["set", "slips", "lots"], "is no number of slips"),
         (["unset", "hand"], "hand is not set there"),
+        (["set", "write.output", "\udcff.svg"], "surrogates not allowed"),
         (["show", "wrte"], "Did you mean 'write'?"),
     ],
 )
@@ -113,6 +115,7 @@ def test_a_port_yields_to_files_and_to_kept_plots(call, user):
     assert "No plot is kept." in call("plot", "jobs")[1]  # and not the word "jobs", plotted
     _, err = call("plot", "--resume", code=2)
     assert "From" not in err
+    assert "From" not in call("plot", "--again", "nobody", code=2)[1]  # and it is drawn where it was
     call("write", "hi", "-o", "b.png", "--dpi", 50, "--page", "A6", "--transparent")  # or --paper would be in its way
 
 
@@ -123,10 +126,19 @@ def test_a_file_beside_the_configuration_is_found_from_below(call, monkeypatch):
     assert 'style = "papers/mine.toml"' in Path("handout.toml").read_text(encoding="utf-8")
     call("config", "set", "style", "papers/mine.toml")
     assert json.dumps(str(Path("papers/mine.toml").resolve())) in shipped.user_folder("config.toml").read_text("utf-8")
+    call("config", "set", "study.make.hand", "papers/mine.toml", "me", "--project")
     monkeypatch.chdir("papers")
     with click.Context(cli):
         (project, *_) = [layer for layer in configuration.layers() if layer.kind == "project"]
         assert Path(project.find(["style"]).value) == Path("mine.toml").resolve()
+        assert project.find(["study.make.hand"]).value == [str(Path("mine.toml").resolve()), "me"]
+
+
+def test_a_key_goes_by_its_other_name_and_a_word_may_have_another_meaning(call):
+    call("config", "set", "jitter", "0.5")
+    assert "variation is no longer set" in call("config", "unset", "jitter")[1]
+    call("config", "set", "calibrate.chart.paper", "cream")  # what the paper is called, and no file or ruling
+    assert shown(call)["calibrate.chart.paper"][0] == "cream"
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid"), reason="who owns a file is not known here")

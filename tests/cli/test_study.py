@@ -20,6 +20,38 @@ def test_a_hand_that_is_its_own_and_only_page_is_too_little(call, small_hand_fil
     assert "Cannot read no" in err
 
 
+def test_what_cannot_be_made_is_refused_before_the_work(call, tmp_path):
+    wrong = ("study", "make", "--hand", "no-such-hand", "-o", "study")  # which is looked for later
+    assert "use even numbers" in call(*wrong, "--singles", "5", code=2)[1]
+    assert "0 to 125" in call(*wrong, "--singles", "300", code=2)[1]
+    (tmp_path / "few.txt").write_text("A\n\nB")
+    assert "2 addresses, parted by empty lines" in call(*wrong, "--envelopes", "few.txt", code=2)[1]
+
+
+def test_no_chance_is_told_as_none(call, tmp_path):
+    key = design.Key(1, ("me",), tuple(design.Snippet(0, 0, k, f"w {k}", 0) for k in range(20)), tuple(
+        design.Person(tuple(design.Item(k, "real") for k in range(20)), ()) for _ in range(2)
+    ))  # fmt: skip
+    name = design.seal(key, tmp_path / "study.key")
+    sealed = (tmp_path / "study.key").read_bytes()
+    rows = [
+        f"study-{name};{who};{kind}"
+        for who in (1, 2)
+        for kind in ("P;consent;yes", *(f"A;{k};real" for k in range(1, 21)))
+    ]
+    (tmp_path / "answers.csv").write_text("\n".join(["study;person;questionnaire;item;answer", *rows]))
+    assert "guessing p < 0.0001" in call("study", "score", "answers.csv")[0]
+    assert (tmp_path / "study.key").read_bytes() == sealed
+
+
+def test_what_a_person_decided_is_not_overwritten(call, tmp_path):
+    table = tmp_path / "answers.csv"
+    table.write_text("study,person,questionnaire,item,answer,state\nstudy-s,1,A,1,real,doubtful\n")
+    assert "answers that a person wrote" in call("study", "read", "scans", "-o", "answers.csv", code=2)[1]
+    table.write_text(table.read_text().replace("real", ""))
+    assert "scans" in call("study", "read", "scans", "-o", "answers.csv", code=2)[1]
+
+
 def test_a_scan_is_known_for_a_page_of_the_hand(small_hand_file, small_scan):
     own = study_material.material(str(small_hand_file), small_scan.scan.parent, None, study.SILENT)
     assert own.used == (0,) and len(own.pages) == 1
@@ -60,7 +92,10 @@ def test_a_study_is_made_filled_in_read_and_scored(call, other_page, tmp_path):
     read = json.loads(out)
     assert (read["people"], read["sheets"], read["doubtful"], read["missing"]) == (2, 4, [], {})
     assert len(read["unread"]) == 1 and "blank.png" in err
+    (tmp_path / "another.key").mkdir()
+    sealed = (tmp_path / "study/study.key").read_bytes()
     out, err = call("study", "score", "answers.csv", "-o", "figure.svg")
+    assert (tmp_path / "study/study.key").read_bytes() == sealed
     assert "4 / 4 100.0% 39.8%–100.0%" in " ".join(out.split()) and "Scored 4 answers" in err
     assert (tmp_path / "figure.svg").read_bytes().startswith(b"<svg")
     changed = (tmp_path / "study/study.key").read_bytes()

@@ -6,11 +6,15 @@ from pathlib import Path
 import pytest
 
 import handout
+from handout import profiles
 from handout.errors import DeviceAlarm, InputError
 from handout.pipeline import plot_jobs
 from handout.pipeline.plot_request import HookOptions, PartOptions, PlotOptions
-from handout.pipeline.plotting import Unattended, preview
+from handout.pipeline.plotting import Unattended, preview, preview_again
+from handout.plotting.jobs import store
+from handout.plotting.jobs.pages import NewPage
 from handout.sources import read_drawing
+from handout.values import Drawing, Page, Stroke
 
 
 @pytest.fixture(autouse=True)
@@ -53,7 +57,9 @@ def test_a_preview_of_a_part_with_dips_shows_both_and_is_read_as_the_part():
     hooks = HookOptions(dip="go 200mm 20mm; down; up", dip_every="40mm", after_page="send M9")
     source, writing = handout.pipeline.inputs.Source("oh it is long"), handout.WritingOptions(seed=1)
     asked = {"plotting": PlotOptions(hooks=hooks), "part": PartOptions(from_word="it", to_word="long")}
-    shown = preview(handout.PlotRequest(source, writing, **asked), ["part.svg", "part.json"])
+    shown = preview(
+        handout.PlotRequest(source, writing, **asked), ["part.svg", "part.json", "part.pdf"], show_travel=True
+    )
     facts = shown.facts()
     assert facts["dips"] * 40 >= facts["pen_down_mm"] > 60 and 0 < facts["hooks_s"] < facts["planned_s"]
     svg = Path("part.svg").read_text(encoding="utf-8")
@@ -63,6 +69,17 @@ def test_a_preview_of_a_part_with_dips_shows_both_and_is_read_as_the_part():
         read = read_drawing(name)
         assert len(read.strokes) == facts["strokes"] < whole["strokes"] and read.timed
         assert read.pen_down == pytest.approx(facts["pen_down_mm"], rel=0.01) and not {"hooks", "part"} & {*read.about}
+
+
+def test_a_plot_whose_text_is_not_all_written_is_drawn_again_as_far_as_it_goes():
+    heard, profile = Heard(), profiles.find("klipper-servo", "plotter")
+    drawing = Drawing((Stroke([0, 1], [[10, 10], [20, 10]]),), Page(60, 40))
+    job = store.begin([NewPage(drawing, 0.4)], profile, store.Options(), {"any": 1})
+    with job.open() as journal:
+        journal.begin(0)
+    assert plot_jobs.outlook(job).endswith(" mm, or what the plotter draws in 4 s, are drawn again.")
+    assert preview_again(job.name, PartOptions(), ["again.svg"], listener=heard).facts()["job"] == job.name
+    assert heard.sentences == [f"Only 1 sheet of {job.name} had been written: the rest of its text is left out here."]
 
 
 def test_a_hand_in_memory_has_all_its_pages_made_at_once():

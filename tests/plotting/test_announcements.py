@@ -4,6 +4,7 @@ import json
 import socket
 import sys
 from types import SimpleNamespace
+from urllib.parse import urlsplit
 
 import pytest
 from click.testing import CliRunner
@@ -54,6 +55,7 @@ def test_who_announces_himself_is_found():
         ("_telnet", "router", "router.local.", "tcp://router.local"),
         ("_moonraker", "Moonraker", "voron.local.", "moonraker://voron.local:80"),
         ("_moonraker", "Moonraker", "", None),
+        ("_moonraker", "Moonraker", "\x1b[2Jvoron.local.", None),  # it would be obeyed by a terminal
     ],
 )
 def test_what_an_announcement_stands_for(kind, name, host, address):
@@ -62,6 +64,9 @@ def test_what_an_announcement_stands_for(kind, name, host, address):
     )
     found = announcements._machine(f"{kind}._tcp.local.", info)
     assert (found and found.address) == address
+    info.parsed_addresses = lambda: ["fd00::5"]
+    found = announcements._machine(f"{kind}._tcp.local.", info)
+    assert found is None or urlsplit(found.reached).hostname == "fd00::5"
 
 
 @pytest.fixture

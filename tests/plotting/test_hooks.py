@@ -4,6 +4,7 @@ import functools
 import itertools
 import math
 import re
+import types
 
 import hypothesis.strategies as st
 import msgspec
@@ -17,9 +18,11 @@ from benchmarks.faults import EVERY, HOOKED, disturbed, drawing, perform, undist
 from handout import hooks, profiles
 from handout.errors import DoesNotFit, InputError, ProfileError
 from handout.hooks import Go, Lift, Lower, Send, Wait
-from handout.plotting import plan
+from handout.plotting import open_port, plan
 from handout.plotting.dialects import DIALECTS, dialect
+from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.places import Place, found
+from handout.plotting.jobs.store import Options
 from handout.plotting.planning import hooking
 from handout.plotting.planning.blocks import Lines, Pen
 from handout.profiles import Hooks, Length
@@ -166,6 +169,27 @@ def test_every_dialect_dips_and_says_what_it_is_told(name):
     assert [block for block in closing.blocks if isinstance(block, Lines)] == [Lines(("M778",))]
     assert not closing.toolpath.draws.any() and plain.after_page() is None
     assert plan(DRAWING, mine, whole=(False, False)).opened == 0 < made.opened
+
+
+@pytest.mark.parametrize("step", ["go 0 0", "up"])
+def test_a_hook_may_ask_for_nothing(step):
+    joined = Drawing((line(0, 9.0), line(0, 9.0, begin=9.0, at=2.0)), Page(100, 50))
+    for drawn, name in ((DRAWING, "before_page"), (DRAWING, "after_page"), (joined, "before_stroke")):
+        made = plan(drawn, hooked(**{name: (step,)}))
+        assert made.after_page() is None and made.opened == 0
+        done = 0 if name != "before_stroke" else 2 if "go" in step else 1  # on the way to the first stroke, and within
+        assert len(made.hook_ways()) == len(made.toolpath.hooks) == done
+
+
+def test_a_job_whose_last_hook_asks_for_nothing_is_finished(tmp_path, monkeypatch):
+    monkeypatch.setattr("os.fsync", lambda handle: None)
+    mine = hooked(after_page=("go 0 0",))
+    job, person = store.create([page(words=1)], mine, Options(), place=tmp_path), types.SimpleNamespace(do=str)
+    with job.open() as journal:  # it broke off when all was drawn
+        journal.begin(0)
+        journal.drawn(Place(len(job.drawing(0).strokes)))
+    runner.run_job(job, lambda: open_port("sim:", mine), person)
+    assert job.standing().finished
 
 
 def test_heights_of_a_dip_are_the_dip_s_alone():

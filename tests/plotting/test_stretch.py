@@ -99,6 +99,7 @@ def test_what_cannot_be_is_one_sentence(asked, said):
 
 def test_it_is_called_by_its_words():
     assert named(part(from_word="you", to_word="for"), PAGES).startswith('Of sheets 1 to 2, from "you" to "for": 0.')
+    assert named([Piece(0, 0, 1), Piece(2, 0, 1)], [*PAGES, PAGES[0]]).startswith("Of sheets 1, 3, from")
     assert named([Piece(1, 0, 1)], [dataclasses.replace(drawn, about={}) for drawn in PAGES]).startswith(
         "Of sheet 2: 0."
     )

@@ -24,7 +24,7 @@ NAMES = (
 DOCUMENT = f"""<svg {NAMES} width="210mm" height="148mm" viewBox="0 0 2100 1480"><!-- kept -->
 <sodipodi:namedview inkscape:current-layer="layer2"/>
 <g id="layer1"><rect id="box" x="200" y="300" width="800" height="500" transform="rotate(90 200 300)"/>
-<path id="corner" d="m1000 200 h50 v-20 a5 5 0 0 1 10 10 z" fill="none"/><path id="edge" d="M2050 1400h20v9"/></g>
+<path id="corner" d="m1000 200 h50 v-20 a5 5 0 0110 10z" fill="none"/><path id="edge" d="M2050 1400h20v9"/></g>
 <g id="layer2" transform="translate(50 0) scale(2)"><circle id="round" cx="500" cy="300" r="150"/></g></svg>"""
 # stands for handout: notes what it was asked, and writes two strokes whose ends are corners of the page
 STAND_IN = f"""#!{sys.executable}

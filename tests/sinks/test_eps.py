@@ -57,6 +57,20 @@ def test_it_looks_as_the_picture_does(tmp_path: Path) -> None:
     assert np.abs(there - here[:height, :width]).mean() < 0.1 * here.mean()
 
 
+def test_travel_by_a_pot_is_drawn_and_within_the_box() -> None:
+    drawing = loops(2)
+    way = {
+        "name": "dip",
+        "stroke": 1,
+        "way": [[10.0, 10.0], [88.0, 2.0], [85.0, 2.0], [20.0, 20.0]],
+        "down": [[88.0, 2.0]],
+    }
+    text = to_eps(replace(drawing, about={"hooks": [way]}), show_travel=True).decode()
+    assert "10 10 m 88 2 l 85 2 l 20 20 l S" in text
+    _, _, right, top = box(text)
+    assert [right, top] == pytest.approx([88 * 72 / 25.4, (CARD.height - 2) * 72 / 25.4], abs=0.01)
+
+
 def test_head_and_lines_are_as_the_conventions_have_them() -> None:
     drawing = replace(loops(6), about={"title": "Grüße (an \\ Ada) 你"})
     text = to_eps(drawing).decode("ascii")

@@ -44,11 +44,21 @@ def test_all_right_is_not_certain():
     assert share.both == share.exact == pytest.approx((0.8316, 1.0), abs=1e-4) and share.p < 1e-4
 
 
+def test_one_person_tells_nothing_of_others_and_one_word_of_other_words():
+    one = scoring.share_of(judged([[True] * 6 + [False] * 4]))
+    assert one.people == one.both == (0.0, 1.0) and one.exact == pytest.approx((0.2624, 0.8784), abs=1e-4)
+    word = scoring.share_of(judged([[True], [True], [False], [True]]))
+    assert word.both == (0.0, 1.0) != word.people
+
+
 def test_skill_is_told_from_chance():
     rng = np.random.default_rng(2)
     alike = scoring.skill_of(judged(rng.random((200, 20)) < 0.6))
     differ = scoring.skill_of(judged(rng.random((200, 20)) < rng.choice([0.4, 0.8], (200, 1))))
     assert alike.spread < 0.04 and alike.p > 0.01
+    few = [scoring.skill_of(judged(rng.random((100, 5)) < rng.choice([0.4, 0.8], (100, 1)))) for _ in range(20)]
+    assert np.mean([each.spread for each in few]) == pytest.approx(0.2, abs=0.012)
+    assert scoring.skill_of(judged([[True], [False]])).spread == 0
     assert differ.spread == pytest.approx(0.2, abs=0.03) and differ.p < 1e-6
     assert sum(differ.scores.values()) == 200 and sum(differ.expected.values()) == pytest.approx(200)
     assert len(differ.above) > 60 and 2 < differ.above_by_chance < 10
@@ -66,6 +76,7 @@ def test_conditions_are_compared_within_people():
     hard, easy = judged(np.arange(10)[None].repeat(20, 0) % 2 < 1, "B"), judged(np.ones((20, 4)), "B", "control")
     (test,) = scoring.conditions_test([*hard, *easy], np.random.default_rng(1))
     assert (test.first, test.second) == ("made", "control") and test.p < 0.001
+    assert scoring.difficulty_histogram([*hard, *easy]) == scoring.difficulty_histogram(hard)
     (same,) = scoring.conditions_test([*hard, *judged(np.arange(4)[None].repeat(20, 0) % 2 < 1, "B", "control")],
                                       np.random.default_rng(1))  # fmt: skip
     assert same.p > 0.5
@@ -97,6 +108,7 @@ def test_what_counts_is_said():
     assert {name: each.of for name, each in found["B"].conditions.items()} == {"control": 2, "made": 2}
     assert found["A"].groups["age"]["20 to 39"].of == 4
     assert found["A"].groups["made"]["a letter that the hand lacked"].right == 0
+    assert scoring.taken(KEY, [row for row in rows if (row.person, row.questionnaire) != (2, "P")]).unwilling == (2, 3)
     assert scoring.taken(KEY, rows, least_controls=1).careless == (2,)
     with pytest.raises(InputError, match="No answer counts"):
         scoring.taken(KEY, rows, least_controls=2)

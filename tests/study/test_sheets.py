@@ -1,5 +1,6 @@
 """Sheets say whose they are, and can be read as they lie."""
 
+import csv
 from pathlib import Path
 
 import cv2
@@ -14,6 +15,7 @@ from handout.scanning.pdf_pages import drawn_page
 from handout.study import answers, sheets
 from handout.study.answers import Answer
 from handout.study.design import Item, Person
+from handout.study.marks import Mark
 from handout.study.sheets import KINDS, SheetRecord
 from handout.study.snippets import Picture
 
@@ -87,7 +89,25 @@ def test_filled_sheets_are_read_any_way_round(printed):
         (12, "B", "2"): "2 boxes are marked",
         **{(12, "B", str(k)): "no box is marked" for k in range(3, b[0].count + 1)},
     }
+    assert answers.repeated(read) == {} and answers.repeated([*read, read[0]]) == {(12, a[0].page): ["a.png"] * 2}
     assert answers.missing(read) == {12: [1, *range(4, a[0].pages + 1)]}
+
+
+@pytest.mark.parametrize("scans", [(0, 1), (0, 1, 0), (1, 0, 0, 1)])
+def test_sheets_scanned_several_times_are_doubtful_where_they_differ(scans):
+    record = SheetRecord(STUDY, 12, 2, 5, "A", 1, 3)
+
+    def scan(*boxes):
+        held = [tuple(Mark(0.2 * (box == k)) for k in (0, 1)) for box in boxes]
+        rows = zip(sheets.rows(PAPERS[0], record), held, strict=True)
+        return answers.ReadSheet("a", record, tuple(answers.ReadRow(row, m, np.zeros(1, np.uint8)) for row, m in rows))
+
+    read = [scan(0, None, None), scan(1, 1, None)]
+    found, pictures = answers.answers([read[k] for k in scans])
+    said = {answer.item: answer for answer in found}
+    assert len(found) == 3 and said["1"].why == f"scanned {len(scans)} times: made, and real"
+    assert (said["1"].answer, said["2"].answer, said["2"].state) == ("", "made", "plain")
+    assert set(pictures) == {answer.place for answer in found if answer.state == "doubtful"}
 
 
 def test_what_is_no_sheet_of_a_study_is_said(printed):
@@ -114,6 +134,28 @@ def test_the_table_comes_back_with_what_a_person_wrote_into_it(tmp_path):
     path.write_text("name\nx\n")
     with pytest.raises(InputError, match="lacks the columns"):
         answers.from_csv(path)
+
+
+@pytest.mark.parametrize("parted_by", [",", ";", "\t"])
+@pytest.mark.parametrize("quoting", [csv.QUOTE_MINIMAL, csv.QUOTE_ALL])
+def test_a_table_from_a_spreadsheet_is_read_and_no_answer_counts_twice(tmp_path, parted_by, quoting):
+    rows = [Answer(STUDY, 1, "P", "consent", "yes"), Answer(STUDY, 1, "A", "1", "made"), Answer(STUDY, 1, "A", "2", "")]
+    table = list(csv.reader(answers.to_csv(rows).decode().splitlines()))
+    decided = [*table[3][:4], "real", "doubtful", "2 boxes", ""]
+    path = tmp_path / "answers.csv"
+
+    def saved(*lines):
+        with path.open("w", newline="", encoding="utf-8-sig") as file:
+            csv.writer(file, delimiter=parted_by, quoting=quoting).writerows(lines)
+        return answers.from_csv(path)
+
+    found = saved(*table, [""] * 8, table[2], decided)
+    assert [(row.item, row.answer) for row in found] == [("consent", "yes"), ("1", "made"), ("2", "real")]
+    with pytest.raises(InputError, match="line 5: person 1 answers A 1 twice, made and real"):
+        saved(*table, [*table[2][:4], "real", "plain", "", ""])
+    for wrong in (["study-s", "1", "X", "consent", "yes"], ["study-s", "\u00b2", "A", "1", "made"]):
+        with pytest.raises(InputError, match="no answer of a study"):
+            saved(*table, [*wrong, "", "", ""])
 
 
 def test_writing_that_is_too_large_is_shown_smaller_as_far_as_that_goes():

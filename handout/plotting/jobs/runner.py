@@ -316,8 +316,8 @@ class _Run:
         profile = msgspec.structs.replace(controller.profile, bed=self.job.profile.bed)
         last = dataclasses.replace(whole, strokes=whole.strokes[-1:])
         closing = plan(last, profile, speed=self.job.options.speed, whole=(False, True)).after_page()
-        assert closing is not None  # or nothing would be left
-        draw(closing, controller, port, self.job.profile, Monitor(log=self.log), fresh=False)
+        if closing is not None:
+            draw(closing, controller, port, self.job.profile, Monitor(log=self.log), fresh=False)
 
     def _monitor(self, number: int, planned: Plan, keeper: _Keeper) -> Monitor:
         return Monitor(

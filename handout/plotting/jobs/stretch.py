@@ -106,13 +106,16 @@ def _first(asked: Stretch, words: Sequence[_Word], marked: Callable[[str], tuple
 
 def named(part: Sequence[Piece], pages: Sequence[Drawing]) -> str:
     """A part as it is called in a sentence."""
-    first, last = part[0], part[-1]
+    first, last, many = part[0], part[-1], len(part)
     begin, end = (
         _text(pages[piece.sheet], pages[piece.sheet].strokes[stroke].word)
         for piece, stroke in ((first, first.first), (last, last.stop - 1))
     )
     words = f', from "{begin}" to "{end}"' if begin and end else ""
-    sheets = f"sheet {first.sheet + 1}" if len(part) == 1 else f"sheets {first.sheet + 1} to {last.sheet + 1}"
+    numbers = [f"{piece.sheet + 1}" for piece in part]
+    gaps = last.sheet - first.sheet >= many
+    sheets = f"sheets {', '.join(numbers) if gaps else f'{numbers[0]} to {numbers[-1]}'}"
+    sheets = f"sheet {numbers[0]}" if many == 1 else sheets
     ink = sum(stroke.length for piece in part for stroke in pages[piece.sheet].strokes[piece.first : piece.stop])
     whole = sum(page.pen_down for page in pages)
     return f"Of {sheets}{words}: {ink / 1000:.2f} of {whole / 1000:.2f} m of ink."

@@ -187,7 +187,7 @@ class _Builder:
         first = len(self.instructions)
         self.hook(steps)
         self.travel(0.0, 0.0)
-        self.hooks.append(Span(name, first, len(self.instructions)))
+        self.span(name, first)
 
     def to_stroke(self, stroke: int, there: Array, hooked: Hooking) -> None:
         """From the end of a stroke to the beginning of the next, (2,) mm, with what is done in between."""
@@ -202,7 +202,12 @@ class _Builder:
         self.travel(*there)
         dips, idle = stroke in hooked.dips, not (hooked.before_stroke or (hooked.after_stroke and stroke > 0))
         if dips or not idle:
-            self.hooks.append(Span("dip" if dips else "stroke", first, len(self.instructions)))
+            self.span("dip" if dips else "stroke", first)
+
+    def span(self, name: str, first: int) -> None:
+        """Instructions from `first` on are a hook; one without any, such as to go where the pen is, is none."""
+        if len(self.instructions) > first:
+            self.hooks.append(Span(name, first, len(self.instructions)))
 
 
 def lay_out(

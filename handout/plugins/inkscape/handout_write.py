@@ -39,6 +39,7 @@ _MM = 96 / 25.4  # px
 _UNITS = {"": 1.0, "px": 1.0, "mm": _MM, "cm": 10 * _MM, "in": 96.0, "pt": 4 / 3, "pc": 16.0, "q": _MM / 4}
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _LENGTH = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-zA-Z]*)\s*$")
+_ARC = re.compile(r"[\s,]*".join([f"({_NUMBER.pattern})"] * 3 + ["([01])"] * 2 + [f"({_NUMBER.pattern})"] * 2))
 _COMMAND = re.compile(r"([MmLlHhVvCcSsQqTtAaZz])([^MmLlHhVvCcSsQqTtAaZz]*)")
 _TAKES = {"M": 2, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2, "A": 7}
 _BOXES = ("rect", "image", "foreignObject")
@@ -222,7 +223,7 @@ def _path(data: str) -> list[Point]:
     points: list[Point] = []
     at = start = (0.0, 0.0)
     for command, text in _COMMAND.findall(data):
-        kind, numbers = command.upper(), _numbers(text)
+        kind, numbers = command.upper(), _arguments(command, text)
         if kind == "Z":
             at = start
             continue
@@ -237,6 +238,13 @@ def _path(data: str) -> list[Point]:
             at = given[-1]
             start = at if kind == "M" and n == 0 else start
     return points
+
+
+def _arguments(command: str, text: str) -> list[float]:
+    if command not in "Aa":
+        return _numbers(text)
+    # nothing need stand between the flags of an arc and what comes after them
+    return [float(number) for arc in _ARC.findall(text) for number in arc]
 
 
 def _moved(x: float, y: float) -> Map:

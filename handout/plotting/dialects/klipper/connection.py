@@ -30,6 +30,11 @@ def meet(conversation: MoonrakerConversation, profile: Plotter, log: Log) -> tup
     if state == "shutdown":
         log(f"Klipper was shut down ({_reason(conversation)}); it is started anew (FIRMWARE_RESTART).")
         restart(conversation)
+        if profile.pen.lift == "stepper":
+            log(
+                f"It takes the place where the motor of [manual_stepper {profile.pen.name}] stands for 0 now: if the "
+                "pen is not on the paper there, interrupt, turn the motor down to it, and restart Klipper at its page."
+            )
     elif state != "ready":
         _wait_until_ready(conversation)
     _check_pen(conversation, profile)

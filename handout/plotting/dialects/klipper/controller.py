@@ -7,6 +7,7 @@ takes back; after one, or after any other shutdown, its place is lost.
 
 from __future__ import annotations
 
+import re
 from collections import deque
 from typing import NamedTuple
 
@@ -35,6 +36,9 @@ Place = tuple[float, float]
 _OURS = tuple(
     word.encode("ascii") for word in ("G1", "G4", "M400", "G21", "G90", "M220", "SET_", "MANUAL_STEPPER", "G92")
 )
+
+
+_AXES = re.compile(rb"([XY])\s*([-+]?\d*\.?\d+)")  # of a move
 
 
 class _Way(NamedTuple):
@@ -68,10 +72,10 @@ class KlipperController(BaseController):
         if self._ways is None:
             self._begin()
         assert self._ways is not None
-        words = {chr(word[0]): word[1:] for word in _words(data)} if data.startswith(b"G1") else {}
-        to = float(words.get("X", self._at[0])), float(words.get("Y", self._at[1]))
+        words = dict(_AXES.findall(data.split(b";")[0])) if data.startswith(b"G1") else {}
+        to = float(words.get(b"X", self._at[0])), float(words.get(b"Y", self._at[1]))
         self._astray = free = self._astray or not data.startswith(_OURS)
-        if {"X", "Y"} <= words.keys():
+        if len(words) == 2:
             self._astray = False
         if data.startswith(protocol.HERE[0]):
             self._at = to = (0.0, 0.0)
@@ -255,11 +259,3 @@ class KlipperController(BaseController):
             self.conversation.ask(b"".join(protocol.pen(False, self.profile.pen)))
         else:
             self._pen_not_lifted()
-
-
-def _words(data: bytes) -> list[bytes]:
-    """The words of a move."""
-    marked = data.strip()[2:]
-    for letter in b"XYZF":
-        marked = marked.replace(bytes([letter]), b" " + bytes([letter]))
-    return marked.split()
