@@ -3,6 +3,7 @@
 import asyncio
 import warnings
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import pytest
 
@@ -16,7 +17,7 @@ from handout.web.guard import BODY, UPLOAD, Allowance, Guard
 from handout.web.server import WAYS, application
 from handout.web.studio import Studio
 from handout.web.worker import Call
-from handout.web.workers import Task
+from handout.web.workers import Busy, Lane, Task
 
 HOME = "http://127.0.0.1:7217"
 
@@ -162,6 +163,16 @@ def test_odd_bodies_are_refused_in_a_sentence(visitor):
         answer = visitor.post("/api/write", headers=visitor.key, content=body)
         assert answer.status_code == 422 and answer.json()["error"].endswith("."), body
     assert visitor.post("/api/write", headers=visitor.key, content=b"[" * 100_000).status_code == 422
+
+
+def test_what_is_refused_because_too_much_waits_leaves_no_folder(visitor, monkeypatch):
+    def full(self, task):
+        raise Busy
+
+    monkeypatch.setattr(Lane, "put", full)
+    before = set(Path(visitor.studio._folder.name).iterdir())
+    assert visitor.post("/api/write", headers=visitor.key, json={"text": "a"}).status_code == 429
+    assert set(Path(visitor.studio._folder.name).iterdir()) == before
 
 
 def test_ten_thousand_requests_are_refused_and_the_user_is_not_locked_out():
