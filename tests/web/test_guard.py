@@ -68,6 +68,14 @@ def test_without_a_session_nothing_is_told_or_done(visitor, monkeypatch):
     assert len(visitor.studio.seen) > 15 and not visitor.studio.tasks
 
 
+def test_without_a_home_folder_there_is_no_draft(visitor, monkeypatch):
+    def homeless(*_, **__):
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.setattr("platformdirs.user_state_dir", homeless)
+    assert visitor.get("/api/drafts/draft", headers=visitor.key).json() == {"draft": None}
+
+
 def test_the_link_is_good_once(visitor):
     token = visitor.studio.token
     assert visitor.post("/api/session", json={"token": token + "x"}).status_code == 401
