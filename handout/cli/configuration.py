@@ -29,6 +29,7 @@ Value = str | int | float | bool | list[str | int | float]
 Option = Callable[[Callable[..., object]], Callable[..., object]]
 Verb = Callable[..., object]
 SHARED: set[str] = set()  # what options are called that a bare key of the configuration sets
+_OF_TABLES = ("letter", "with_envelopes", "columns")  # parameters that make a plot one of a table's rows
 
 
 class Shared(click.Option):
@@ -45,6 +46,7 @@ class Shared(click.Option):
         if source is not ParameterSource.DEFAULT_MAP:
             return value, source
         kept = (_typed(ctx, "resume") or _typed(ctx, "again")) and ctx.params.get("text") == ()
+        kept = kept and not any(_typed(ctx, name) for name in _OF_TABLES)  # of which --resume may have the name
         if kept or any(_typed(ctx, name) for name in self.unless):
             assert ctx.default_map is not None
             ctx.default_map.pop(str(self.name))

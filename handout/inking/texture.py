@@ -19,6 +19,7 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from hashlib import blake2b
 from itertools import groupby
+from weakref import ref
 
 import numpy as np
 from numpy.typing import NDArray
@@ -129,7 +130,7 @@ def _layers(
             raise InputError(f"A glyph is written with ink of page {ink.source} of a hand of {len(sources)} pages.")
         source = sources[ink.source]
         layer = (
-            _kept(_Line.of(ink), source, dpi, shape, margin)
+            _kept(_Line.of(ink), ref(source), dpi, shape, margin)
             if dpi <= _SCREEN
             else warp(ink, source, dpi, shape, margin=margin)
         )
@@ -153,7 +154,9 @@ class _Line:
 
 
 @lru_cache(maxsize=_KEPT)
-def _kept(line: _Line, source: Source, dpi: float, shape: tuple[int, int], margin: float) -> Layer | None:
+def _kept(line: _Line, place: ref[Source], dpi: float, shape: tuple[int, int], margin: float) -> Layer | None:
+    source = place()  # which is large: the ink that is kept does not keep it
+    assert source is not None, "who asks holds it"
     return warp(line.ink, source, dpi, shape, margin=margin)
 
 

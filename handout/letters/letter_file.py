@@ -83,12 +83,12 @@ _BARE_PAPER = re.compile(r"(none|plain|laid|ruled|squared)(:[0-9.]+mm(,[0-9.]+mm
 _UNCLOSED = re.compile(r"\*\*|~~|\]\(")
 
 
-def load(source: str | Path, name: str = "the letter", folder: Path = Path(), *, alone: bool = False) -> Letter:
+def load(source: str | Path, name: str = "the letter", folder: Path | None = Path(), *, alone: bool = False) -> Letter:
     """A letter, of the path of its file, or of its text.
 
     Parameters
     ----------
-    name : what messages call a text; folder : where the pictures of a text are looked for.
+    name : what messages call a text; folder : where the pictures of a text are looked for; None: it has none.
     alone : whether names that lead to files are refused, but for those of pictures in the folder.
 
     Raises
@@ -167,7 +167,7 @@ class _Reader:
     """
 
     name: str
-    folder: Path
+    folder: Path | None
     alone: bool = False
     line: int = 1
     verse: bool = False
@@ -192,7 +192,7 @@ class _Reader:
         blocks = self._blocks(nodes, Manner())
         if not blocks:
             raise InputError(f"{self.name} holds nothing to write.")
-        return Letter(blocks, head, self.name, self.folder, tuple(self.dropped))
+        return Letter(blocks, head, self.name, self.folder or Path(), tuple(self.dropped))
 
     def _wrong(self, what: str) -> InputError:
         return InputError(f"{self.name}, line {self.line}: {what}")
@@ -316,8 +316,8 @@ class _Reader:
         own = {name: value for name, value in _attrs(image).items() if name not in ("src", "alt", "title")}
         given = self._given(own, Manner(), ("left", "right", "centre", "center", "page"), ("width",))
         source = str(image.attrs["src"])
-        path = self.folder / source
-        if self.alone and not (SENT.fullmatch(source) and path.is_file()):
+        path = (self.folder or Path()) / source
+        if self.folder is None or (self.alone and not (SENT.fullmatch(source) and path.is_file())):
             raise self._wrong(f"this letter stands alone, and no picture {source!r} was sent with it.")
         if not path.is_file():
             raise self._wrong(f"there is no picture {path}.")

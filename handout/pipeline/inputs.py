@@ -80,7 +80,7 @@ def sent_source(text: str, letter: bool, pictures: Path | None = None) -> Source
 
     if pictures is not None:
         check_pictures(pictures)
-    read = load(text, "The letter", pictures or Path(), alone=True)
+    read = load(text, "The letter", pictures, alone=True)
     return Source(read.text, letter=read, given=frozenset())
 
 

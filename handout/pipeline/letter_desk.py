@@ -345,11 +345,13 @@ def correct_letters(name: str, revision: str, corrections: bytes, later: bool = 
     }
 
 
-def align_letters(name: str) -> Facts:
-    """What the last correction means for the words around it."""
+def align_letters(name: str, revision: str) -> Facts:
+    """What the last correction means for the words around it; all letters where another window made that, or asked."""
     desk = _desk(name, aligned=False)
-    pages = desk.behind[0] if desk.behind is not None else set(range(len(desk.state.hand.pages)))
-    if desk.behind is None:
+    pages = set(range(len(desk.state.hand.pages)))
+    if desk.behind is not None and desk.revision == revision:
+        pages = desk.behind[0]
+    else:
         desk.shown.clear()  # somebody else was told
     _align(desk)
     return {**_opened(desk), **_told(desk, pages)}

@@ -52,12 +52,11 @@ def beside(studio: Studio, keys: Sequence[str], folder: Path) -> Path | None:
     """
     if not keys:
         return None
+    named = {studio.uploads[key].name: path for key, path in [(key, sent(studio, key, *PICTURES)) for key in keys]}
+    if odd := next((name for name in named if not _PICTURE.fullmatch(name)), None):
+        raise HTTPException(422, f"{odd!r}: a picture is called by letters, digits, ., - and _.")
     (pictures := folder / "pictures").mkdir()
-    for key in keys:
-        path, name = sent(studio, key, *PICTURES), studio.uploads[key].name
-        if not _PICTURE.fullmatch(name):
-            raise HTTPException(422, f"{name!r}: a picture is called by letters, digits, ., - and _.")
-        (pictures / name).unlink(missing_ok=True)
+    for name, path in named.items():
         os.link(path, pictures / name)
     return pictures
 

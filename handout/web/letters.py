@@ -103,7 +103,8 @@ async def correct(studio: Studio, request: Request, body: Corrections) -> Respon
 async def alignment(studio: Studio, request: Request, body: None) -> Response:
     """The words around the last correction are aligned anew."""
     hand = studio.hand(name_of(request))
-    facts = await studio.answer("letters", Call("letter_desk.align_letters", (hand,)), studio.desk)
+    call = Call("letter_desk.align_letters", (hand, request.query_params.get("revision", "")))
+    facts = await studio.answer("letters", call, studio.desk)
     return _with_trouble(studio, hand, facts)
 
 
@@ -152,7 +153,7 @@ ROUTES = (
     Way("POST", "/api/hands/{name}/corrections", "Make corrections, as `handout hand edit` takes them, and keep them; "
         "words around them are aligned anew", correct, body=Corrections),
     Way("GET", "/api/hands/{name}/alignment", "What the last correction means for the words around it, where it was "
-        "answered before they were aligned anew", alignment),
+        "answered before they were aligned anew", alignment, query=(("revision", "as that answer said"),)),
     Way("POST", "/api/hands/{name}/history", "Undo corrections, or make them again", rewind, body=Rewinding),
     Way("POST", "/api/hands/{name}/learning", "Align the corrected pages anew, with what the corrections teach; more "
         "can be corrected meanwhile", learn, body=Revised),

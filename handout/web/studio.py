@@ -110,9 +110,11 @@ class Studio:
         ended = [task for task in self.tasks.values() if task.ended]
         for task in ended[: max(0, len(ended) - _MOST_TASKS)]:
             self.tasks.pop(task.id).discard()
+        task = Task(kind, call, folder)
         try:
-            task = lane.put(Task(kind, call, folder))
+            lane.put(task)
         except Busy:
+            task.discard()  # pictures that were sent lie in it
             raise HTTPException(429, "Too much is waiting to be done: wait, or cancel some of it.") from None
         self.tasks[task.id] = task
         return task

@@ -9,13 +9,12 @@ import secrets
 from collections.abc import AsyncIterator
 from pathlib import Path, PurePath
 
-import platformdirs
 from msgspec import Raw
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import FileResponse, Response, StreamingResponse
 
-from handout import atomic
+from handout import atomic, shipped
 from handout.errors import InputError
 from handout.web.calls import Draft, Login
 from handout.web.routes import Way, json_answer
@@ -56,7 +55,7 @@ def _draft(request: Request) -> Path:
     name = str(request.path_params["name"])
     if name not in DRAFTS:
         raise HTTPException(404, f"There are drafts of {' and '.join(DRAFTS)}.")
-    return Path(platformdirs.user_state_dir("handout", appauthor=False)) / f"studio-{name}.json"
+    return shipped.own_folder("state") / f"studio-{name}.json"
 
 
 async def log_in(studio: Studio, request: Request, body: Login) -> Response:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
 from typing import TypeAlias
-from weakref import WeakKeyDictionary
+from weakref import WeakKeyDictionary, ref
 
 import numpy as np
 
@@ -68,14 +68,16 @@ class LayoutModel:
         # size and slant drift, as people's do; a generator a glyph, so that another in its place changes no others
         drifts = correlated(chances.walk)
         return [
-            _bent(self, number, tuple(drift), seed, variation)
+            _bent(ref(self), number, tuple(drift), seed, variation)
             for number, drift, seed in zip(numbers.tolist(), drifts.tolist(), chances.seed.tolist(), strict=True)
         ]
 
 
 @lru_cache(maxsize=4096)  # glyphs: 900 words, which are set several times when some of them read as others
-def _bent(model: LayoutModel, number: int, drift: tuple[float, ...], seed: int, variation: float) -> Bend:
+def _bent(of: ref[LayoutModel], number: int, drift: tuple[float, ...], seed: int, variation: float) -> Bend:
     """How a glyph is bent: as it was, where the same place is written with it again."""
+    model = of()  # which leads to the pictures of the hand's pages: a bend does not keep them
+    assert model is not None, "who asks holds it"
     height, rng = float(model.heights.height[number]), np.random.default_rng(seed)
     return bend(model.forms[number], number, model.spread, height, np.array(drift), rng, variation)
 

@@ -115,6 +115,9 @@ def test_a_port_yields_to_files_and_to_kept_plots(call, user):
     assert "No plot is kept." in call("plot", "jobs")[1]  # and not the word "jobs", plotted
     _, err = call("plot", "--resume", code=2)
     assert "From" not in err
+    assert (
+        "port = sim:" in call("plot", "--resume", "people.csv", "--with-envelopes", code=2)[1]
+    )  # a table is made anew
     assert "From" not in call("plot", "--again", "nobody", code=2)[1]  # and it is drawn where it was
     call("write", "hi", "-o", "b.png", "--dpi", 50, "--page", "A6", "--transparent")  # or --paper would be in its way
 

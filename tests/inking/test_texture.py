@@ -1,6 +1,8 @@
 """Scanned ink where it is written: what is only moved stays as it was, what is turned and bent stays whole."""
 
+import gc
 from dataclasses import replace
+from weakref import ref
 
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ from scipy.spatial import cKDTree
 
 from handout.errors import InputError
 from handout.inking.papers import laid
+from handout.inking.source import source_of
 from handout.inking.texture import texture
 from handout.inking.warping import warp
 from handout.values import Ink, LineGraph, Page
@@ -171,6 +174,10 @@ def test_a_page_that_is_made_again_is_the_same_and_only_what_changed_is_drawn(sm
     assert np.array_equal(texture(written(inks[:9], page), small_hand, 100.0).rgba, before.rgba)
     fresh = texture(written([*inks[:4], ink(small_hand, 4, lambda xy: xy + 0.5), *inks[5:]], page), small_hand, 100.0)
     assert np.array_equal(again.rgba, fresh.rgba) and not np.array_equal(again.rgba, before.rgba)
+    source = ref(source_of(small_hand.pages[0]))
+    source_of.cache_clear()
+    gc.collect()
+    assert source() is None  # a hand that is read again would keep the pictures of its pages as often
 
 
 def test_a_lone_vertex_is_a_dot(small_hand):

@@ -3,6 +3,7 @@
 import asyncio
 import warnings
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import pytest
 
@@ -16,7 +17,7 @@ from handout.web.guard import BODY, UPLOAD, Allowance, Guard
 from handout.web.server import WAYS, application
 from handout.web.studio import Studio
 from handout.web.worker import Call
-from handout.web.workers import Task
+from handout.web.workers import Busy, Lane, Task
 
 HOME = "http://127.0.0.1:7217"
 
@@ -66,6 +67,14 @@ def test_without_a_session_nothing_is_told_or_done(visitor, monkeypatch):
             assert visitor.request(way.method, path, headers=wrong).status_code == 401, path
             visitor.studio.__dict__.setdefault("seen", []).append(path)
     assert len(visitor.studio.seen) > 15 and not visitor.studio.tasks
+
+
+def test_without_a_home_folder_there_is_no_draft(visitor, monkeypatch):
+    def homeless(*_, **__):
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.setattr("platformdirs.user_state_dir", homeless)
+    assert visitor.get("/api/drafts/draft", headers=visitor.key).json() == {"draft": None}
 
 
 def test_the_link_is_good_once(visitor):
@@ -154,6 +163,16 @@ def test_odd_bodies_are_refused_in_a_sentence(visitor):
         answer = visitor.post("/api/write", headers=visitor.key, content=body)
         assert answer.status_code == 422 and answer.json()["error"].endswith("."), body
     assert visitor.post("/api/write", headers=visitor.key, content=b"[" * 100_000).status_code == 422
+
+
+def test_what_is_refused_because_too_much_waits_leaves_no_folder(visitor, monkeypatch):
+    def full(self, task):
+        raise Busy
+
+    monkeypatch.setattr(Lane, "put", full)
+    before = set(Path(visitor.studio._folder.name).iterdir())
+    assert visitor.post("/api/write", headers=visitor.key, json={"text": "a"}).status_code == 429
+    assert set(Path(visitor.studio._folder.name).iterdir()) == before
 
 
 def test_ten_thousand_requests_are_refused_and_the_user_is_not_locked_out():

@@ -11,6 +11,9 @@ from types import SimpleNamespace
 import pytest
 from PIL import Image
 
+from handout.errors import InputError
+from handout.pipeline.inputs import sent_source
+
 pytestmark = pytest.mark.slow
 
 LIVE, AT_ONCE = "sim:?realtime=1", "sim:"
@@ -195,7 +198,11 @@ def test_tables_that_are_none_are_refused_in_a_sentence(program, name, table):
     assert batch(program, table, name)["error"].endswith((".", "?"))
 
 
-def test_letters_from_elsewhere_lead_to_no_file(program):
+def test_letters_from_elsewhere_lead_to_no_file(program, tmp_path, monkeypatch):
+    (tmp_path / "red.png").write_bytes(png(40))
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match="no picture 'red"):
+        sent_source("Hi\n\n![](red.png)", True)
     for letter in (
         '---\nhand = "/home/x/a.hand"\n---\nHi',
         '---\npaper = "../page.png"\n---\nHi',

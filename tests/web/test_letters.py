@@ -87,6 +87,11 @@ def test_two_windows_do_not_write_over_each_other(hand):
         desk.correct_letters(hand, state["revision"], b'[{"do": "remove", "page": 0, "at": [1, 1]}]')
     with pytest.raises(desk.StaleHand):
         desk.rewind_letters(hand, state["revision"], 1)
+    # what was aligned after a correction of this window is asked for after one of another's
+    now, spot = desk.open_letters(hand)["revision"], letters(hand)[1]["spot"]
+    other = msgspec.json.encode([{"do": "confirm", "page": 0, "at": spot}])
+    desk.correct_letters(hand, now, other, later=True)
+    assert desk.align_letters(hand, now)["told"]["0"]["letters"] == letters(hand)
 
 
 def test_what_cannot_be_corrected_changes_nothing(hand):
@@ -179,7 +184,7 @@ def test_the_words_around_a_correction_follow_it(hand):
     one = {"page": 0, "do": "paint", "to": "paper", "stroke": [[x, y], [x + 9, y]], "width": 6}
     said = desk.correct_letters(hand, state["revision"], msgspec.json.encode([one]), later=True)
     assert said["behind"] and log(hand).exists()
-    rest = desk.align_letters(hand)
+    rest = desk.align_letters(hand, said["revision"])
     assert rest["revision"] == said["revision"]
     told = {one["id"]: one for part in (said, rest) for one in part["told"]["0"]["letters"]}
     after = letters(hand)

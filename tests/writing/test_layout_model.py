@@ -1,6 +1,8 @@
 """What setting knows of a hand: how far its ink goes, and that pages of other sizes make no difference."""
 
+import gc
 from dataclasses import replace
+from weakref import ref
 
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ from handout.hand.scanned import ScannedHand
 from handout.values import LineGraph
 from handout.writing.bending import unbent
 from handout.writing.scanned_words import layout_model
+from handout.writing.variation import Chances
 from tests.writing.lines_of_glyphs import bent, gaps, heights, set_line
 
 
@@ -80,3 +83,12 @@ def test_a_page_of_lent_letters_teaches_no_gaps_between_words(two_pages, small_h
     model = layout_model(ScannedHand("lent", "With lent letters", pages, hand.glyphs))
     assert len(two_pages.neighbours.pairs(parted=True)) == 2 * len(model.neighbours.pairs(parted=True))
     assert (model.neighbours.pairs(parted=True) < count).all()
+
+
+def test_bends_that_are_kept_do_not_keep_a_hand(small_manner):
+    own = replace(small_manner)
+    own.bends(np.arange(3), Chances.of(np.random.default_rng(1), 3))
+    gone = ref(own)
+    del own
+    gc.collect()
+    assert gone() is None  # a hand that is read again would stay in memory as often, with its pages

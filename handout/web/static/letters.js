@@ -149,7 +149,7 @@ export async function show(main, shared, [name, number = '0']) {
     }).catch((error) => { refusal.textContent = error.message; });
     const answered = chain;
     // the words around it follow
-    chain = chain.then(async (answer) => { if (answer?.behind) renew(await request('GET', `${url}/alignment`)); }).catch((error) => { refusal.textContent = error.message; });
+    chain = chain.then(async (answer) => { if (answer?.behind) renew(await request('GET', `${url}/alignment?revision=${answer.revision}`)); }).catch((error) => { refusal.textContent = error.message; });
     return answered;
   }
   const correct = (correction, how) => change('corrections', { corrections: [{ page, ...correction }], later: true }, how);

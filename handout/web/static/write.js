@@ -353,7 +353,8 @@ export async function show(main, shared) {
     if (!chosen) return;
     refusal.textContent = '';
     try {
-      const name = chosen.name.replace(/[^A-Za-z0-9.]+/g, '-').replace(/^[.-]+/, '').slice(-60);
+      const [, stem, suffix] = chosen.name.match(/^(.*?)(\.[^.]*)?$/s);
+      const name = `${stem.replace(/[^A-Za-z0-9]+/g, '-').replace(/^-|-$/g, '').slice(-50) || `picture-${sent.size + 1}`}${suffix || ''}`;
       sent.set(name, (await request('POST', `/api/uploads?name=${encodeURIComponent(name)}`, chosen)).id);
       if (!made.text.value.includes(`](${name})`)) made.text.setRangeText(`\n\n![](${name})\n\n`, made.text.selectionEnd, made.text.selectionEnd, 'end');
       made.text.dispatchEvent(new Event('input', { bubbles: true }));
