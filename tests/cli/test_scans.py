@@ -2,6 +2,7 @@
 
 import json
 import shutil
+import zipfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -47,6 +48,12 @@ def test_check_says_what_there_is_little_of(call, kept):
     assert call("hand", "check", kept, "--quiet") == ("", "")
 
 
+def members(path):
+    """What is in a hand, however hard it is packed."""
+    with zipfile.ZipFile(path) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
 @pytest.mark.slow
 def test_edit_keeps_what_was_found(call, kept, small_hand, monkeypatch):
     number = int(small_hand.of("j")[0])
@@ -62,7 +69,7 @@ def test_edit_keeps_what_was_found(call, kept, small_hand, monkeypatch):
     _, err = call("hand", "edit", "other.hand", "d.json", "--no-learning")
     assert "1 correction made, 2 in all; no other letter changed" in err
     assert "j" not in file.load(Path("other.hand")).letters
-    whole = Path("other.hand").read_bytes()
+    whole, parts = Path("other.hand").read_bytes(), members("other.hand")
     Path("d.json").write_text(json.dumps([{"do": "remove", "page": 0, "at": [1, 400]}]))
     _, err = call("hand", "edit", "other.hand", "d.json", code=2)
     assert "Correction 1 (remove, page 0)" in err and Path("other.hand").read_bytes() == whole
@@ -72,7 +79,7 @@ def test_edit_keeps_what_was_found(call, kept, small_hand, monkeypatch):
     assert [entry["in_force"] for entry in json.loads(out)["journal"]] == [True, False]
     assert "2 (taken back): remove; no other" in err
     call("hand", "edit", "other.hand", "--redo")
-    assert Path("other.hand").read_bytes() == whole
+    assert members("other.hand") == parts
     _, err = call("hand", "edit", "other.hand", "--redo", code=2)
     assert "nothing to be made again" in err
     call("hand", "edit", kept, "other.hand", "-o", "replayed.hand", "--no-learning")

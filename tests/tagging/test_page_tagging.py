@@ -49,7 +49,7 @@ def test_joined_letters_have_ligatures(small_page):
         assert np.mean([(glyphs[i].at, glyphs[glyphs[i].after].at) in joined for i in found]) > 0.9
     for i in found:
         for way in glyphs[i].ligatures:
-            assert way.start[0] < way.end[0] + 0.1
+            assert way.start[0] < way.end[0] + 0.15  # a letter that leans on the next begins under its end
             assert np.linalg.norm(way.end - way.start) < 1.0
 
 

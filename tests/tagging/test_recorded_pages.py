@@ -103,7 +103,7 @@ def test_what_is_written_in_it_is_traced_as_the_pen_went(told, read):
     found = pen_paths(sheet.lines[0].placed, hand)
     # the recorded hand joins all four and goes back for dot and bar
     assert [path.delayed for path in found] == [False, True, True]
-    assert found[0].xy[-1, 0] > found[0].xy[0, 0] + 5
+    assert found[0].xy[-1, 0] > found[0].xy[0, 0] + 1.5 * 2.5  # narrow letters, written 2.5 mm high
     drawing = trace(sheet, hand, rng)
     pace = [np.median(np.concatenate([s.speed for s in d.strokes if s.length > 2])) for d in (drawing, told.drawing)]
     assert pace[0] == pytest.approx(pace[1], rel=0.35)

@@ -1,5 +1,6 @@
 """Choice of glyphs: exact, repeatable, varied, and clear about what a hand lacks."""
 
+import re
 from itertools import combinations, groupby, pairwise, product
 from types import SimpleNamespace
 
@@ -9,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout.hand.places import PLACES
+from handout.hand.vetting import vet
 from handout.page_sizes import page
 from handout.writing.choosing import Chooser
 from handout.writing.compose import each_page
@@ -54,9 +56,15 @@ def test_without_variation_nothing_is_cheaper(kept, text):
     assert list(numbers) == list(chosen(kept, text, 1, variation=0)[0])
 
 
-def test_a_word_of_the_source_comes_over_whole(kept):
-    (numbers,) = chosen(kept, "minute", 0, variation=0)
-    assert all(kept.after[a] == b for a, b in pairwise(numbers.tolist()))
+def test_words_of_the_source_come_over_whole(kept, small_page):
+    glyphs, probability, whole = kept.hand.glyphs, vet(kept.hand).probability, 0
+    doubtful = {glyph.at for glyph, p in zip(glyphs, probability, strict=True) if p < 0.5}
+    for word in re.finditer(r"\w+", small_page.written):
+        if not doubtful & {*range(*word.span())}:
+            (numbers,) = chosen(kept, word.group(), 0, variation=0)
+            assert all(kept.after[a] == b for a, b in pairwise(numbers.tolist())), word.group()
+            whole += 1
+    assert whole >= 8
 
 
 @settings(max_examples=25, deadline=None)
@@ -75,7 +83,7 @@ def test_every_letter_is_what_was_wanted_and_a_seed_tells_all(kept, words, seed)
 def test_texts_and_words_differ(kept):
     text = "ten hen then " * 3 + "ten hen then"
     made = [np.concatenate(chosen(kept, text, seed)) for seed in range(6)]
-    assert np.mean([(a == b).mean() for a, b in combinations(made, 2)]) < 0.8
+    assert np.mean([(a == b).mean() for a, b in combinations(made, 2)]) < 0.85
     assert len({tuple(word) for word in chosen(kept, text, 1)[::3]}) > 1
     still = chosen(kept, text, 1, variation=0)
     words = words_of(text)
@@ -140,7 +148,7 @@ def test_one_word_of_a_text_is_written_again_and_the_others_stay(small_hand):
         assert np.ptp(one.graph.xy, axis=0) == pytest.approx(np.ptp(other.graph.xy, axis=0), rel=5e-3)
         assert one.graph.xy[:, 1] == pytest.approx(other.graph.xy[:, 1], abs=0.1)
     rises = [[ink.graph.xy[:, 1].mean() for ink in made[hen]] for made in (plain, again)]
-    assert np.mean(rises[0]) == pytest.approx(np.mean(rises[1]), abs=0.5)
+    assert np.mean(rises[0]) == pytest.approx(np.mean(rises[1]), abs=0.3 * 2.5)  # a third of the x-height
     ends = [made[5].graph.xy[:, 0].max() - made[6].graph.xy[:, 0].min() for made in (plain, again)]
     assert ends[1] == pytest.approx(ends[0], abs=1.0)
 
