@@ -1,9 +1,9 @@
 """Machines that announce themselves on the network: Moonraker, FluidNC, grblHAL; found by mDNS, without asking anybody.
 
 Sources: RFC 6762 and 6763 (mDNS, DNS-SD); Moonraker's documentation (zeroconf: ``_moonraker._tcp``); FluidNC's telnet
-server, whose code adds ``_telnet._tcp``; that grblHAL announces itself likewise is assumed.  Routers and printers announce
-these as well: a page of the browser counts only where its name is that of a controller, a telnet until it has been asked
-who it is.
+server, whose code adds ``_telnet._tcp``; that grblHAL announces itself likewise is assumed. Routers and printers
+announce these as well: a page of the browser counts only where its name is that of a controller, a telnet until it
+has been asked who it is.
 """
 
 from __future__ import annotations
