@@ -119,7 +119,8 @@ def text_of(words: Sequence[str], file: str | None, listener: Listener = SILENT)
     Raises
     ------
     InputError
-        Neither or both were given; a file that is missing, too long, or not text.
+        Neither or both were given; a file that is missing, too long, or not text; a single word that looks like the
+        name of a file and is none: it would be written out.
     """
     if file is not None and words:
         raise InputError("Both a text and --file are given; give one of them.")
@@ -128,6 +129,8 @@ def text_of(words: Sequence[str], file: str | None, listener: Listener = SILENT)
     if file is None and len(words) == 1 and is_file(words[0]):
         file = words[0]
     if file is None and list(words) != ["-"]:
+        if len(words) == 1 and " " not in words[0] and Path(words[0]).suffix.lower() in (*_DRAWINGS, ".txt"):
+            raise InputError(f"There is no file {words[0]}; to write these very words, give them through --file -.")
         return " ".join(words)
     name = "standard input" if file in (None, "-") else str(file)
     try:
@@ -193,19 +196,11 @@ def _drawing(words: Sequence[str], file: str | None, listener: Listener) -> Draw
 
 
 def _named_file(words: Sequence[str], file: str | None, listener: Listener) -> tuple[Sequence[str], str | None]:
-    """A single word that names a file is that file.
-
-    Raises
-    ------
-    InputError
-        It looks like the name of a drawing or a text, and there is no such file: it would be written out.
-    """
+    """A single word that names a file is that file, and that is said."""
     if file is not None or len(words) != 1:
         return words, file
     word = words[0]
     if word != "-" and len(word) <= _LONGEST_NAME and Path(word).is_file():
         listener.say(f"Reading the file {word}.")
         return (), word
-    if Path(word).suffix.lower() in (*_DRAWINGS, ".txt") and " " not in word:
-        raise InputError(f"There is no file {word}; to write these very words, give them through --file -.")
     return words, file

@@ -29,7 +29,7 @@ from handout.pipeline.options import (
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.pipeline.writing import WritingTask
 from handout.printing import envelope, media, printers
-from handout.printing.batch import BatchOptions, Destination, Way, chosen_rows, destinations, make_rows
+from handout.printing.batch import SIMULATED, BatchOptions, Destination, Way, chosen_rows, destinations, make_rows
 from handout.printing.batch import RowsRefused as RowsRefused
 from handout.printing.journal import Journal
 from handout.printing.queue import Say
@@ -151,7 +151,9 @@ def print_(
         account.tally,
         pages.seed,
         task.hand.name,
-        ", ".join(each.queue or each.title for each in [*profiles, *apart]),
+        ", ".join(
+            each.queue or (f"the folder {SIMULATED}" if each.simulated else each.title) for each in [*profiles, *apart]
+        ),
         {**merged.table.facts()},
         letters=merged.with_letters,
         notes=(*notes, *account.dropped),

@@ -58,6 +58,8 @@ MOST_COPIES = 100  # of a row; set by eye, against a slip of the keyboard
 Write = Callable[[str, Layout, int], Drawing]
 Ink = Callable[[Drawing, int], Raster]
 
+SIMULATED = Path("printed")  # the folder of a simulated queue that was given none
+
 
 def _plain_ink(drawing: Drawing, dpi: int) -> Raster:
     from handout.inking.plain import ink
@@ -482,7 +484,7 @@ def destination(way: Way, options: BatchOptions, sheets: Collection[Page]) -> De
     """
     out, profile, queue = options.out, way.profile, way.queue
     if queue is None and profile.simulated and (out is None or out.suffix == ""):
-        queue = SimulatedQueue(out or Path("printed"), go_on=way.resumed)
+        queue = SimulatedQueue(out or SIMULATED, go_on=way.resumed)
     elif out is None:
         if queue is None and profile.file:
             raise InputError(f"{profile.title} writes a file: give it a name, such as --dry-run out.pdf.")

@@ -213,16 +213,18 @@ class _Sharing:
             threading.Thread(target=self._work, args=(station, waiting), name=station.name, daemon=True)
             for station, waiting in zip(self.place.stations, self.waiting, strict=True)
         ]
-        for thread in threads:
-            thread.start()
         try:
+            for thread in threads:
+                thread.start()
             self._wait(math.inf)
         except KeyboardInterrupt as stop:
             self.interrupted = stop
             with self._changed:
                 self._changed.notify_all()
             for station, thread in zip(self.place.stations, threads, strict=True):
-                if not station.ended and thread.ident is not None:
+                if thread.ident is None:  # it was not begun, and makes nothing if it begins yet
+                    station.ended = True
+                elif not station.ended:
                     interrupt(thread.ident)
             self._wait(_PATIENCE)
 

@@ -154,6 +154,30 @@ def test_an_interrupt_is_heard_by_every_device_and_waits_for_all_of_them():
     assert sorted(lifted) == ["a", "b"]
 
 
+def test_an_interrupt_before_all_devices_have_begun_stops_those_that_have(monkeypatch):
+    began, lifted, start = threading.Event(), [], threading.Thread.start
+
+    class Drawing(Machine):
+        def take(self, title, pieces):
+            began.set()
+            try:
+                while True:
+                    time.sleep(0.005)
+            finally:
+                lifted.append(self.name)
+
+    def starting(thread):
+        if thread.name == "b":
+            assert began.wait(10)
+            raise KeyboardInterrupt
+        start(thread)
+
+    monkeypatch.setattr(threading.Thread, "start", starting)
+    with pytest.raises(KeyboardInterrupt):
+        run([Drawing(name, []) for name in "ab"], Journal(), 4)
+    assert lifted == ["a"]
+
+
 @pytest.mark.parametrize("many", [1, 3])
 def test_what_a_device_refused_is_made_by_the_others(many):
     log = []
