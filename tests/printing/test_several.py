@@ -136,8 +136,8 @@ def test_an_interrupt_is_heard_by_every_device_and_waits_for_all_of_them():
 
     class Drawing(Machine):
         def take(self, title, pieces):
-            gate.wait()
             try:
+                gate.wait()
                 while True:
                     time.sleep(0.005)
             finally:
