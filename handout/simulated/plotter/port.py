@@ -7,10 +7,14 @@ the meantime is worked out when it is written to or read from, at the moments at
 
 from __future__ import annotations
 
+import contextlib
 import math
+import signal
+import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
+from types import FrameType
 from typing import Any, Protocol
 
 from handout.errors import PortError
@@ -26,6 +30,26 @@ from handout.values import Drawing, Page
 _Z_STEPS = 250.0  # of a Z axis; no profile says how fine it is, this is GRBL's default ($102)
 _STALL = 3.0  # s; less than any machine's time-out, as a radio that loses its network for a moment
 _HANDS = 5.0  # s a person takes to push the carriage somewhere
+
+
+@contextlib.contextmanager
+def _unaware() -> Iterator[None]:
+    """Ctrl-C and the other signals that unwind a program come when a step is done: a machine hears nothing of them."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came: list[tuple[int, FrameType | None]] = []
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    usual = {number: handler for number, handler in handlers.items() if callable(handler)}
+    for number in usual:
+        signal.signal(number, lambda number, frame: came.append((number, frame)))
+    try:
+        yield
+    finally:
+        for number, handler in usual.items():
+            signal.signal(number, handler)
+        for number, frame in came[:1]:
+            usual[signal.Signals(number)](number, frame)
 
 
 class Clock(Protocol):
@@ -191,6 +215,10 @@ class SimulatedPlotter(InstrumentedPort):
 
     def _advance(self, until: float, heard: bool = True) -> None:
         """Let time pass until `until`, or only until something has been answered if that is `heard`."""
+        with _unaware():
+            self._run(until, heard)
+
+    def _run(self, until: float, heard: bool) -> None:
         while True:
             answer = self._out[0][0] if self._out and heard else math.inf
             event = min(answer, self._next_event())
@@ -279,7 +307,11 @@ class SimulatedPlotter(InstrumentedPort):
                     return
             elif not (self._wire.has_line if waits == "line" else self.firmware.ready(waits)):
                 return
-            self._waits = next(self._program)
+            try:
+                self._waits = next(self._program)
+            except BaseException:  # Ctrl-C within a thread ends the program, and the machine is no more
+                self._gone = True
+                raise
             if isinstance(self._waits, float):
                 self._wakes = self.now + self._waits
 

@@ -133,8 +133,15 @@ async function opened(name, machines, devices, changed) {
     changed();
   }
   async function followed(path, body) {
-    const begun = await task(path, body, null);
-    await watch(begun.id);
+    running = path; // until the task has a name: nothing else may be asked for meanwhile
+    controls();
+    try {
+      await watch((await task(path, body, null)).id);
+    } catch (error) {
+      running = null;
+      controls();
+      throw error;
+    }
   }
   async function pictures(before = 0) {
     const most = before + SHOWN;

@@ -286,8 +286,8 @@ def test_over_http_it_is_asked_and_drives(moonraker):
 
 
 def test_a_connection_that_was_closed_while_nobody_asked_is_opened_again(moonraker, monkeypatch):
-    port, asked = open_port(moonraker[1], SERVO), protocol.request(7, "server.info")
     monkeypatch.setattr(Handler, "timeout", 0.02)  # s that the server keeps one
+    port, asked = open_port(moonraker[1], SERVO), protocol.request(7, "server.info")
     for _ in range(2):
         port.write(asked)
         assert b'"id":7' in port.read(5.0)

@@ -1,5 +1,8 @@
 """Faults of single bytes, of the cable and of the power strike where they are told to, and can be made good."""
 
+import contextlib
+import signal
+
 import numpy as np
 import pytest
 
@@ -109,3 +112,36 @@ def test_nothing_is_drawn_by_pushing():
     port.stand_at_zero()
     (stroke,) = port.executed().strokes
     assert stroke.length == pytest.approx(10, abs=0.02)
+
+
+def interrupted(port, monkeypatch):
+    """Ctrl-C, while the machine obeys its next instruction."""
+    obey = port.firmware.execute
+
+    def execute(line):
+        monkeypatch.undo()
+        signal.raise_signal(signal.SIGINT)
+        yield from obey(line)
+
+    monkeypatch.setattr(port.firmware, "execute", execute)
+    port.write(b"G0X12\nG4P0\n")
+
+
+def test_an_interrupt_does_not_reach_into_the_machine(monkeypatch):
+    port = awake("")
+    interrupted(port, monkeypatch)
+    with pytest.raises(KeyboardInterrupt):
+        port.read(0.5)
+    assert hear(port, 3) == ["ok", "ok"] and where(port)[1][0] == pytest.approx(12)
+
+
+def test_a_machine_that_was_cut_off_within_is_lost(monkeypatch):
+    port = awake("")
+    monkeypatch.setattr("handout.simulated.plotter.port._unaware", contextlib.nullcontext)  # as in another thread
+    execute = port.firmware.execute
+    interrupted(port, monkeypatch)
+    assert port.firmware.execute != execute
+    with pytest.raises(KeyboardInterrupt):
+        port.read(0.5)
+    with pytest.raises(PortError):
+        port.read(0.5)
