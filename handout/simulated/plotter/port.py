@@ -41,13 +41,13 @@ def _unaware() -> Iterator[None]:
     came: list[tuple[int, FrameType | None]] = []
     handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     usual = {number: handler for number, handler in handlers.items() if callable(handler)}
-    for number in usual:
-        signal.signal(number, lambda number, frame: came.append((number, frame)))
+    for each in usual:
+        signal.signal(each, lambda number, frame: came.append((number, frame)))
     try:
         yield
     finally:
-        for number, handler in usual.items():
-            signal.signal(number, handler)
+        for each, handler in usual.items():
+            signal.signal(each, handler)
         for number, frame in came[:1]:
             usual[signal.Signals(number)](number, frame)
 
