@@ -129,8 +129,7 @@ def text_of(words: Sequence[str], file: str | None, listener: Listener = SILENT)
     if file is None and len(words) == 1 and is_file(words[0]):
         file = words[0]
     if file is None and list(words) != ["-"]:
-        if len(words) == 1 and " " not in words[0] and Path(words[0]).suffix.lower() in (*_DRAWINGS, ".txt"):
-            raise InputError(f"There is no file {words[0]}; to write these very words, give them through --file -.")
+        _refuse_missing(words)
         return " ".join(words)
     name = "standard input" if file in (None, "-") else str(file)
     try:
@@ -138,6 +137,12 @@ def text_of(words: Sequence[str], file: str | None, listener: Listener = SILENT)
     except OSError as error:
         raise InputError(f"Cannot read {name}: {error.strerror or error}.") from error
     return decoded(data, name, listener)
+
+
+def _refuse_missing(words: Sequence[str]) -> None:
+    """Refuse a single word that looks like the name of a file; that there is none is known."""
+    if len(words) == 1 and " " not in words[0] and Path(words[0]).suffix.lower() in (*_DRAWINGS, ".txt"):
+        raise InputError(f"There is no file {words[0]}; to write these very words, give them through --file -.")
 
 
 def decoded(data: bytes, name: str, listener: Listener = SILENT) -> str:
