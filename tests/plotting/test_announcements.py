@@ -1,6 +1,7 @@
 """Machines that announce themselves: over this computer's loopback, and what is made of each announcement."""
 
 import json
+import contextlib
 import socket
 import sys
 from types import SimpleNamespace
@@ -23,7 +24,7 @@ KLIPPER, SERVO = (profiles.find(name, "plotter") for name in ("klipper-servo", "
 
 def test_who_announces_himself_is_found():
     """Over the loopback; it listens until it has heard the two that are wanted."""
-    from zeroconf import ServiceInfo, Zeroconf
+    from zeroconf import EventLoopBlocked, ServiceInfo, Zeroconf
 
     here = ["127.0.0.1"]
     machine = Zeroconf(interfaces=here)
@@ -35,7 +36,8 @@ def test_who_announces_himself_is_found():
             addresses=[socket.inet_aton(here[0])],
             server=f"{host}.local.",
         )
-        machine.register_service(info, cooperating_responders=True)
+        with contextlib.suppress(EventLoopBlocked):  # on a busy machine: it registers all the same, only later
+            machine.register_service(info, cooperating_responders=True)
     try:
         found = announcements.listen(60.0, wanted=2, interfaces=here)
     finally:
