@@ -1,7 +1,7 @@
 """Machines that announce themselves: over this computer's loopback, and what is made of each announcement."""
 
-import json
 import contextlib
+import json
 import socket
 import sys
 from types import SimpleNamespace
