@@ -67,9 +67,11 @@ def read(texts: Sequence[str], places: Mapping[str, str], what: str) -> Steps:
         step = _step(text, places, what)
         if isinstance(step, Lower) and not any(isinstance(before, Go) for before in steps):
             raise InputError(f"{what}: {text!r} comes before any go, and would mark the sheet: go to a place first.")
-        if isinstance(step, Send) and steps and isinstance(steps[-1], Send):
-            step = Send((*steps.pop().lines, *step.lines))  # type: ignore[union-attr]  # it was looked at
-        steps.append(step)
+        last = steps[-1] if steps else None
+        if isinstance(step, Send) and isinstance(last, Send):
+            steps[-1] = Send((*last.lines, *step.lines))
+        else:
+            steps.append(step)
     return tuple(steps)
 
 

@@ -66,7 +66,7 @@ class PlotOptions:
 
 @dataclass(frozen=True)
 class PartOptions:
-    """Which part is plotted; see `plotting.jobs.stretch.Stretch`."""
+    """Which part is plotted: `plotting.jobs.stretch.Stretch` as the command binds it, which loads no numpy."""
 
     begin: str | None = None
     end: str | None = None
