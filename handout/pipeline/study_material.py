@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, repeat
 from pathlib import Path
+from string import ascii_lowercase
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,6 +35,7 @@ _FORM = 0.02  # by which their heights, in widths, may differ
 _SAME = 0.7  # correlation above which they are the same; pages of one writer on one form have under 0.3
 _PLACE = "170x70mm", "25mm,10mm"  # a sheet that any snippet fits, and its margins
 _REFERENCES = (2, 6)  # lines of a hand that stand above pairs and are nothing else: least, most
+_TELLING = 10  # letters of the alphabet that a line of words has at least; set by eye
 _REFERENCE = 160.0  # mm, how wide they may be
 _FITTING = 0.8  # of the snippets that are counted on: others are too large for their frame; 13 % were, of four hands
 _SHARE = 0.1  # of its lines, between these
@@ -186,7 +188,7 @@ def parted(materials: Sequence[Material], wanted: int, most: int, rng: np.random
     """
     by_line = _by_line(materials)
     lines = [list(by_line)[k] for k in rng.permutation(len(by_line))]
-    references = set(chain.from_iterable(_reference_lines(lines, k) for k in range(len(materials))))
+    references = set(chain.from_iterable(_reference_lines(lines, by_line, k) for k in range(len(materials))))
     lines = _enough([line for line in lines if line not in references], by_line, most)
     count = int(_FITTING * sum(len(by_line[line]) for line in lines))
     inside = any(materials[k].own(page) for k, page, _ in lines)
@@ -220,9 +222,15 @@ def _by_line(materials: Sequence[Material]) -> dict[_Line, list[tuple[int, Run]]
     return found
 
 
-def _reference_lines(lines: Sequence[_Line], hand: int) -> list[_Line]:
-    """Those of a hand that are kept for references."""
-    own = [line for line in lines if line[0] == hand]
+def _reference_lines(
+    lines: Sequence[_Line], by_line: Mapping[_Line, Sequence[tuple[int, Run]]], hand: int
+) -> list[_Line]:
+    """Those of a hand that are kept for references: lines of words before those of few letters (rows of accents)."""
+
+    def shown(line: _Line) -> int:
+        return len({each for _, run in by_line[line] for each in run.text.lower()} & {*ascii_lowercase})
+
+    own = sorted((line for line in lines if line[0] == hand), key=lambda line: -min(shown(line), _TELLING))
     return own[: int(np.clip(round(_SHARE * len(own)), *_REFERENCES))]
 
 
