@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import re
 import time
+from concurrent.futures import ThreadPoolExecutor
 from queue import Empty, SimpleQueue
 from typing import Any, NamedTuple
 
@@ -47,9 +48,19 @@ def listen(seconds: float = _LISTENS, wanted: int = 0, interfaces: list[str] | N
         zeroconf is not installed, or this computer is on no network.
     """
     try:
-        from zeroconf import ServiceBrowser, Zeroconf
+        import zeroconf  # noqa: F401
     except ImportError as error:
         raise PortError(_MISSING) from error
+    # In a thread of its own: zeroconf takes the event loop of the thread that makes it, if that has one, as a server's
+    # has; while that thread waits here, the loop stands still and nothing is ever heard.
+    with ThreadPoolExecutor(1) as apart:
+        return apart.submit(_listen, seconds, wanted, interfaces).result()
+
+
+def _listen(seconds: float, wanted: int, interfaces: list[str] | None) -> list[Announced]:
+    """`listen`, in a thread without an event loop."""
+    from zeroconf import ServiceBrowser, Zeroconf
+
     heard: SimpleQueue[tuple[str, Any]] = SimpleQueue()
 
     def note(zeroconf: Zeroconf, service_type: str, name: str, state_change: object) -> None:
