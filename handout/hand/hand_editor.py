@@ -15,7 +15,7 @@ import regex
 from numpy.typing import NDArray
 
 from handout import units
-from handout.hand import page_editor
+from handout.hand import page_editor, resegmentation
 from handout.hand.ligatures import LigatureFinder
 from handout.hand.page_editor import PaintError
 from handout.hand.places import Place, graphemes, places
@@ -27,6 +27,10 @@ if TYPE_CHECKING:
 
 _NEAR = 1.0  # mm from a place to the ink it means
 _FARTHEST = 3.0  # mm between two ends that are joined: a pen that skipped further did not write
+_NO_SCAN = (
+    "This hand keeps no scan of the page, so painting moves only the ink under the brush, and painted ink has the page's "
+    "usual colour; a hand that is read anew keeps it."
+)
 _MOST_BRUSH = 20.0  # mm: wider brushes would take lines of writing
 
 Spot = tuple[float, float]
@@ -196,19 +200,22 @@ class HandEditor:
         self._check_brush(cover, width)
         scan = self._scan
         under = page_editor.filled(scan, cover) if width is None else page_editor.brush(scan, cover, width)
+        segmented = resegmentation.without_ink(scan, under) if scan.scan is not None else None
         try:
-            self._changed(*page_editor.as_paper(scan, under))
+            self._changed(*(segmented or page_editor.as_paper(scan, under)))
         except PaintError as error:
             raise CorrectionError(f"{error} at ({cover[0][0]:g}, {cover[0][1]:g})") from error
 
     def paint_ink(self, stroke: Sequence[Spot], width: float) -> None:
         """Put ink along a brush `width` pixels wide."""
         self._check_brush(stroke, width)
-        self._changed(*page_editor.as_ink(self._scan, stroke, width))
-        self.notes.append(
-            "Painted ink has the page's usual colour, as a hand keeps no paper; read the page anew with these "
-            "corrections to have its own."
-        )
+        scan = self._scan
+        segmented = resegmentation.with_ink(scan, stroke, width) if scan.scan is not None else None
+        self._changed(*(segmented or page_editor.as_ink(scan, stroke, width)))
+        if scan.scan is None:
+            self.notes.append(_NO_SCAN)
+        elif segmented is None:
+            self.notes.append("The scan shows no ink where it was painted, so it has the page's usual colour.")
 
     def rule(self, a: Spot, b: Spot, width: float) -> None:
         """Take away a printed rule that was taken for ink, and its likes."""
