@@ -8,31 +8,30 @@ Pixels within 1.5 of the true edge count for nothing.  Columns: faults; dabs unt
 faults one was enough, before and now; IoU of ink in the window of the fault: at first, after the first dab before, now;
 what became wrong elsewhere, as a share of what was wrong, before and now; ms of one dab.
 
-`python -m benchmarks painting FOLDER` takes pages of the folder shared/data/scans (the development pages first, then
-those that were not looked at); without it a page of the simulated author alone.
+With real pages where HANDOUT_DATA names their folder: pages that the method was not made on; --developed takes the
+others.
 """
 
 from __future__ import annotations
 
+import os
 import statistics
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.errors import InputError
 from handout.hand.corrections import Paint, applied
 from handout.hand.page_editor import own_ink
 from handout.hand.scanned import KeptScan, ScannedHand, ScannedPage
-from handout.scanning.inks import Inks
-from handout.scanning.mask import Mask, find_mask
-from handout.scanning.paper import flatten
 from handout.scanning.density import find_density
-from handout.scanning.scan import Scan
+from handout.scanning.mask import find_mask
+from handout.scanning.paper import flatten
 from handout.scanning.written_page import Inked, Prepared, WrittenPage, find_ink, finish, prepare
 from handout.tagging.glyph_extraction import scanned_page
 
@@ -109,7 +108,9 @@ def faint(written: WrittenPage, rng: np.random.Generator) -> Iterator[Fault]:
 
 
 def _over(
-    written: WrittenPage, rng: np.random.Generator, laid: Callable[[ScannedPage, np.random.Generator], NDArray[np.float32]]
+    written: WrittenPage,
+    rng: np.random.Generator,
+    laid: Callable[[ScannedPage, np.random.Generator], NDArray[np.float32]],
 ) -> Iterator[Fault]:
     """What lies on the scan beside its ink: `laid` gives what it lets through (h, w, 3), a piece a fault."""
     import cv2
@@ -174,7 +175,9 @@ KINDS: dict[str, Callable[[WrittenPage, np.random.Generator], Iterator[Fault]]] 
 }
 
 
-def _dab(left: Bools, page: ScannedPage, rng: np.random.Generator, wide: bool) -> tuple[list[tuple[float, float]], float]:
+def _dab(
+    left: Bools, page: ScannedPage, rng: np.random.Generator, wide: bool
+) -> tuple[list[tuple[float, float]], float]:
     """A stroke along the thickest part of what is wrong, and its width."""
     import cv2
 
@@ -256,14 +259,13 @@ def row(name: str, written: WrittenPage, kind: str) -> None:
         return
     was, is_ = zip(*tallies, strict=True)
     ms = [1000 * second for one in is_ for second in one.seconds]
-    print(
-        f"{name:<10}{kind:<9}{len(is_):>6}"
-        + "".join(f"{_mean([one.dabs for one in some]):>7.1f}{sum(one.dabs == 1 for one in some):>5}" for some in (was, is_))
-        + f"{_mean(first):>8.3f}" + "".join(f"{_mean([one.first for one in some]):>7.3f}" for some in (was, is_))
-        + "".join(f"{_mean([one.harm for one in some]):>8.3f}" for some in (was, is_))
-        + f"{statistics.median(ms):>7.0f}{max(ms):>6.0f}",
-        flush=True,
-    )
+    cells = [f"{name:<10}{kind:<9}{len(is_):>6}"]
+    cells += [
+        f"{_mean([one.dabs for one in some]):>7.1f}{sum(one.dabs == 1 for one in some):>5}" for some in (was, is_)
+    ]
+    cells += [f"{_mean(first):>8.3f}"] + [f"{_mean([one.first for one in some]):>7.3f}" for some in (was, is_)]
+    cells += [f"{_mean([one.harm for one in some]):>8.3f}" for some in (was, is_)]
+    print("".join(cells) + f"{statistics.median(ms):>7.0f}{max(ms):>6.0f}", flush=True)
 
 
 def _mean(values: Sequence[float]) -> float:
@@ -285,16 +287,22 @@ def simulated() -> WrittenPage:
     return page_score.read(simulate(TEXT, load("house-joined"), desk, rng=np.random.default_rng(3)))
 
 
+def _read(path: Path) -> WrittenPage:
+    return finish(find_ink(prepare(path, 300.0)))
+
+
 def main() -> None:
     """Print the table."""
-    print(f"{'':<19}{'faults':>6}{'before':>7}{'one':>5}{'now':>7}{'one':>5}{'IoU':>8}{'before':>7}{'now':>7}{'harm':>8}{'now':>8}{'ms':>7}{'most':>6}")
-    chosen = [argument for argument in sys.argv[2:] if not argument.startswith("--")]
+    print(
+        f"{'':<19}{'faults':>6}{'before':>7}{'one':>5}{'now':>7}{'one':>5}{'IoU':>8}{'before':>7}{'now':>7}{'harm':>8}"
+        f"{'now':>8}{'ms':>7}{'most':>6}"
+    )
     pages: list[tuple[str, Callable[[], WrittenPage]]] = [("simulated", simulated)]
-    if chosen:
-        names = DEVELOPED if "--developed" in sys.argv else KEPT_OUT
-        folder = Path(chosen[0])
+    if "HANDOUT_DATA" in os.environ:
+        folder = Path(os.environ["HANDOUT_DATA"]) / "scans"
         pages += [
-            (name[name.index("/") + 1 :][:5], lambda name=name: finish(find_ink(prepare(folder / name, 300.0)))) for name in names
+            (name.partition("/")[2][:5], partial(_read, folder / name))
+            for name in (DEVELOPED if "--developed" in sys.argv else KEPT_OUT)
         ]
     for name, get in pages:
         written = get()

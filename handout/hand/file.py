@@ -40,6 +40,7 @@ SUFFIX = ".hand"
 _UV, _RADIUS, _DENSITY = 16.0, 256.0, 100.0  # steps a pixel, a pixel, 1
 _MOMENTS = {"times": 1e5, "pressure": 1e3, "tilt": 1e4, "azimuth": 1e4, "rotation": 1e4}  # steps a second, 1, rad
 _MOST_PAPER = 1_000_000  # pixels; what is kept of it has a few thousand
+_SCAN = "scan.webp"  # of a page, in its folder
 _JOURNAL, _ENTRIES, _LEARNT = "corrections.json", "corrections/", "learnt.json"
 _SHIPPED = Path(__file__).resolve().parent / "house"
 _BESIDE = ".learnt"  # suffix of what is kept of a hand that ships: with every version something else, where ink stays
@@ -188,6 +189,19 @@ def rewind(source: Path, path: Path, made: int) -> Journal:
     return journal
 
 
+def without_scans(path: Path) -> bytes:
+    """The bytes of a file without the scans of its pages.
+
+    Raises
+    ------
+    InputError
+        As `load`.
+    """
+    _refuse_foreign(path)
+    with Archive(path) as archive:
+        return pack({name: archive.packed(name) for name in archive.names if not name.endswith(_SCAN)})
+
+
 def journal(path: Path) -> Journal:
     """What was corrected of the hand of a file.
 
@@ -243,7 +257,7 @@ def _hand_parts(hand: ScannedHand, packed: bool, drawn: Sequence[bool] = ()) -> 
             parts |= _moment_arrays(page.moments, folder)
         parts[folder + "paper.png"] = _picture(page.paper)
         if page.scan is not None and not drawn:
-            parts[folder + "scan.webp"] = page.scan.packed()
+            parts[folder + _SCAN] = page.scan.packed()
         if not drawn or drawn[number]:
             parts[folder + ("ink.webp" if packed else "ink.png")] = _picture(
                 page.texture.rgba, packed, _QUICK if drawn else _TIGHT
@@ -368,9 +382,7 @@ def _facts(page: ScannedPage) -> _Page:
     )
 
 
-def _page(
-    archive: Archive, pictures: _Pictures, number: int, facts: _Page
-) -> ScannedPage:
+def _page(archive: Archive, pictures: _Pictures, number: int, facts: _Page) -> ScannedPage:
     folder = f"pages/{number}/"
     dismissed = folder + "dismissed.npy"
     uv = _sums(archive.array(folder + "uv.npy", "int32", None, 2)) / _UV
@@ -386,10 +398,12 @@ def _page(
         np.column_stack([first, first + apart]),
     )
     ink = folder + ("ink.webp" if folder + "ink.webp" in archive else "ink.png")
-    texture = Texture(facts.corner, facts.texture, partial(pictures.unpacked, ink, facts.texture, "BGRA"), blue_first=True)
+    texture = Texture(
+        facts.corner, facts.texture, partial(pictures.unpacked, ink, facts.texture, "BGRA"), blue_first=True
+    )
     if ink not in archive:
         raise ValueError(f"page {number} has no ink")
-    name = folder + "scan.webp"
+    name = folder + _SCAN
     scan = None
     if name in archive:
         load = partial(pictures.unpacked, name, facts.shape, "BGR")

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 _NEAR = 1.0  # mm from a place to the ink it means
 _FARTHEST = 3.0  # mm between two ends that are joined: a pen that skipped further did not write
 _NO_SCAN = (
-    "This hand keeps no scan of the page, so painting moves only the ink under the brush, and painted ink has the page's "
-    "usual colour; a hand that is read anew keeps it."
+    "This hand keeps no scan of the page, so painting moves only the ink under the brush, and painted ink has the "
+    "page's usual colour; a hand that is read anew keeps it."
 )
 _MOST_BRUSH = 20.0  # mm: wider brushes would take lines of writing
 
@@ -200,7 +200,9 @@ class HandEditor:
         self._check_brush(cover, width)
         scan = self._scan
         under = page_editor.filled(scan, cover) if width is None else page_editor.brush(scan, cover, width)
-        segmented = resegmentation.without_ink(scan, under) if scan.scan is not None else None
+        confirmed = [glyph.vertices for _, glyph in self._on_this_page() if glyph.confirmed]
+        held = np.concatenate([np.zeros(0, dtype=np.intp), *confirmed])
+        segmented = resegmentation.without_ink(scan, under, held) if scan.scan is not None else None
         try:
             self._changed(*(segmented or page_editor.as_paper(scan, under)))
         except PaintError as error:

@@ -68,12 +68,12 @@ class _Window:
         here = slice(top, low), slice(left, right)
         before, after = self.before[here], self.after[here]
         (x0, y0), (height, width) = self.corner, before.shape
-        return _Window(
-            slice(y0 + top, y0 + top + height), slice(x0 + left, x0 + left + width), before, after
-        )
+        return _Window(slice(y0 + top, y0 + top + height), slice(x0 + left, x0 + left + width), before, after)
 
 
-def with_ink(page: ScannedPage, places: Sequence[tuple[float, float]], width: float) -> tuple[ScannedPage, Indices] | None:
+def with_ink(
+    page: ScannedPage, places: Sequence[tuple[float, float]], width: float
+) -> tuple[ScannedPage, Indices] | None:
     """The page with the ink that a brush was led along; None where its scan shows none there that was not found."""
     from handout.scanning import scribbles
 
@@ -83,22 +83,28 @@ def with_ink(page: ScannedPage, places: Sequence[tuple[float, float]], width: fl
         found = scribbles.with_ink(window, scribble)
         return found.ink if found.seen else None
 
-    return _segmented(page, hard, segmented)
+    return _segmented(page, hard, segmented, np.zeros((0, 2)))
 
 
-def without_ink(page: ScannedPage, cover: Cover) -> tuple[ScannedPage, Indices] | None:
-    """The page without the thing that was painted over; None where that is no ink."""
+def without_ink(page: ScannedPage, cover: Cover, held: Indices) -> tuple[ScannedPage, Indices] | None:
+    """The page without the thing that was painted over; None where that is no ink.
+
+    held : (n,) vertices whose ink stays, unless it was painted over itself: those of letters that were confirmed.
+    """
     from handout.scanning import scribbles
 
-    return _segmented(page, cover, scribbles.without_ink)
+    return _segmented(page, cover, scribbles.without_ink, page.graph.uv[held])
 
 
-def _segmented(page: ScannedPage, cover: Cover, segment: Segment) -> tuple[ScannedPage, Indices] | None:
-    """The page with the window around a cover segmented anew, as wide as what changes there needs."""
+def _segmented(page: ScannedPage, cover: Cover, segment: Segment, held: Array) -> tuple[ScannedPage, Indices] | None:
+    """The page with the window around a cover segmented anew, as wide as what changes there needs.
+
+    held : (n, 2) pixels: middles of strokes that stay.
+    """
     reach = _SETTINGS.first * page.x_height / page.pixel
     window = None
     for _ in range(_SETTINGS.wider + 1):
-        window = _window(page, cover, round(reach), segment)
+        window = _window(page, cover, round(reach), segment, held)
         if window is None or not _at_edge(window, page.shape, round(_SETTINGS.margin * page.x_height / page.pixel)):
             break
         reach *= 2
@@ -109,7 +115,7 @@ def _segmented(page: ScannedPage, cover: Cover, segment: Segment) -> tuple[Scann
     return _with_matte(changed, window), number
 
 
-def _window(page: ScannedPage, cover: Cover, reach: int, segment: Segment) -> _Window | None:
+def _window(page: ScannedPage, cover: Cover, reach: int, segment: Segment, held: Array) -> _Window | None:
     from handout.scanning.scribbles import Window
 
     assert page.scan is not None
@@ -121,9 +127,13 @@ def _window(page: ScannedPage, cover: Cover, reach: int, segment: Segment) -> _W
     here, values = cover.over((columns.start, rows.start), ink.shape)
     scribble[here] = values > 127
     rgb = page.scan.part(rows, columns)
-    held = np.zeros(ink.shape, dtype=np.int8)
-    x_height = page.x_height / page.pixel
-    after = segment(Window(rgb, ink, _usual(page, rgb, ink), usual_half(page), x_height, held), scribble)
+    column, row = np.rint(held - (columns.start, rows.start)).astype(np.intp).T
+    inside = (column >= 0) & (row >= 0) & (column < ink.shape[1]) & (row < ink.shape[0])
+    stays, half = np.zeros(ink.shape, dtype=bool), usual_half(page)
+    stays[row[inside], column[inside]] = True
+    stays = ink & _grown(stays, half)
+    window = Window(rgb, ink, _usual(page, rgb, ink), half, page.x_height / page.pixel, stays)
+    after = segment(window, scribble)
     return None if after is None else _Window(rows, columns, ink, after)
 
 
@@ -226,7 +236,10 @@ def _with_matte(page: ScannedPage, window: _Window) -> ScannedPage:
     texture = wide_enough(page, cover)
     here, _ = cover.over(texture.corner, texture.shape)
     (x, y), (left, top) = texture.corner, window.corner
-    own = slice(here[0].start + y - top, here[0].stop + y - top), slice(here[1].start + x - left, here[1].stop + x - left)
+    own = (
+        slice(here[0].start + y - top, here[0].stop + y - top),
+        slice(here[1].start + x - left, here[1].stop + x - left),
+    )
     pixels = texture.pixels.copy()
     pixels[here][zone[own]] = rgba[own][zone[own]]
     return replace(page, texture=with_texture(texture, pixels))

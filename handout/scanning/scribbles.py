@@ -20,7 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.scanning.graph_cut import Weights, field_cut
+from handout.scanning.graph_cut import field_cut
+from handout.scanning.mask import PENS
 from handout.scanning.matting import fill_smooth
 from handout.values import Array
 
@@ -47,10 +48,10 @@ class ScribbleSettings:
     steady: tuple[float, float, float, float] = (0.12, 0.04, 0.04, 0.35)
     most: float = 6.0  # of the log-likelihood ratio that counts
     stay: float = 1.0  # cost by pixel of ink that becomes paper where neither class is likelier
-    weights: Weights = Weights(4, 16, 24, 32)  # as of a ballpoint: thin strokes stay
 
 
 _SETTINGS = ScribbleSettings()
+_WEIGHTS = PENS["ballpoint"]  # with those thin strokes stay
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +63,7 @@ class Window:
     usual : (3,) float, 0–255: the colour of the page's ink.
     half : half the usual width of a stroke, pixels.
     x_height : pixels.
-    held : (h, w) int8: 1 where a person said ink before, −1 where paper.
+    held : (h, w) bool: ink of letters that a person confirmed.
     """
 
     rgb: NDArray[np.uint8]
@@ -70,7 +71,7 @@ class Window:
     usual: Array
     half: float
     x_height: float
-    held: NDArray[np.int8]
+    held: Bools
 
     def contrast(self) -> tuple[Floats, Array]:
         """(h, w, 3) the difference of each colour from the paper around it, and (3,) that of the page's ink."""
@@ -109,13 +110,13 @@ def with_ink(window: Window, scribble: Bools) -> Found:
     own = np.maximum(_darkest(share, window.half), 1.0)
     density = (share / own - _SETTINGS.zero) / (1 - _SETTINGS.zero)
     floor = _SETTINGS.noise * deviation * np.sqrt(float(usual @ usual) / size)
-    density[(share < floor) | ~alike | (window.held < 0)] = 0
+    density[(share < floor) | ~alike] = 0
     open_ = ((density > 0) & ~window.ink) | scribble
     near = _touching(_grown(open_, _SETTINGS.gap * window.half / 2), scribble)
     domain = _grown(open_ & near, 2.0)
-    sure = np.where(scribble | (window.ink & domain), 1, np.where(window.held < 0, -1, 0)).astype(np.int8)
-    cost = np.where(density > 0, -_SETTINGS.weights.ink * np.minimum(density, 1), _SETTINGS.weights.paper)
-    ink = field_cut(window.rgb, cost.astype(np.float32), domain, _SETTINGS.weights, sure)
+    sure = (scribble | (window.ink & domain)).astype(np.int8)
+    cost = np.where(density > 0, -_WEIGHTS.ink * np.minimum(density, 1), _WEIGHTS.paper)
+    ink = field_cut(window.rgb, cost.astype(np.float32), domain, _WEIGHTS, sure)
     return Found(window.ink | ink)
 
 
@@ -134,14 +135,14 @@ def without_ink(window: Window, scribble: Bools) -> Bools:
     domain = window.ink & _grown(near & window.ink & ((likelier > 0) | marked), 2 * window.half)
     edge = domain & _grown(window.ink & ~domain, 1.0)
     cost = np.where(window.ink, np.clip(likelier, -_SETTINGS.most, _SETTINGS.most) - _SETTINGS.stay, 0)
-    sure = np.where(scribble, -1, np.where(edge | (window.held > 0), 1, 0)).astype(np.int8)
-    gone = domain & ~field_cut(window.rgb, cost.astype(np.float32), domain, _SETTINGS.weights, sure)
+    sure = np.where(scribble, -1, np.where(edge | window.held, 1, 0)).astype(np.int8)
+    gone = domain & ~field_cut(window.rgb, cost.astype(np.float32), domain, _WEIGHTS, sure)
     gone &= _touching(_grown(gone, 2 * window.half), scribble) | _in_line(window, gone, scribble)
     return window.ink & ~gone & ~scribble
 
 
 def _in_line(window: Window, like: Bools, scribble: Bools) -> Bools:
-    """(h, w): what of a mask a dab means: what it touches, and beyond strokes that cross it what lies in line with that.
+    """(h, w): what a dab means of a mask: what it touches, and what is in line with that beyond strokes across it.
 
     A rule, or the limb of a stain, is known by its direction; a round one has all directions alike.
     """
@@ -194,7 +195,7 @@ def _ratio(flat: Array, first: Bools, means: Array) -> Array:
 def _features(window: Window) -> Floats:
     """(h, w, 4): contrast and colour of the middle of the stroke that a pixel is of, and the logarithm of its width.
 
-    Colour is how far it lies beside the way from the paper to the page's ink, in two directions, as a share of that way.
+    Colour is how far it lies beside the way from paper to ink, in two directions, as a share of that way.
     """
     import cv2
 

@@ -1,7 +1,7 @@
 // The page Hands: a gallery, a new hand from scans, what a text would lack, sheets to write on.
 
 import { blob, fileOf, request, task } from './api.js';
-import { choice, field, h, save, say } from './dom.js';
+import { choice, field, h, save, say, tick } from './dom.js';
 
 const TAKEN = '.png,.jpg,.jpeg,.tif,.tiff,.pdf,.webp,.bmp,.hand';
 const NEEDS_NO_TEXT = 'Leave the text empty for sheets that were made here: they say what is written on them.';
@@ -97,6 +97,7 @@ function reader(redraw, own) {
   const into = choice(['', ...own], { '': 'a new hand', ...Object.fromEntries(own.map((name) => [name, `more of ${name}`])) });
   const name = h('input', { required: true, pattern: '[\\w\\-]{1,80}', title: 'Letters, digits, - and _', autocomplete: 'off' });
   const dpi = h('input', { type: 'number', min: 50, max: 2400, placeholder: 'as the files say' });
+  const keep = h('input', { type: 'checkbox', checked: true });
   const input = h('input', { type: 'file', multiple: true, accept: TAKEN, 'aria-describedby': 'drop-help' });
   const list = h('div', { class: 'panel-scans' });
   const refusal = h('p', { class: 'bad', role: 'alert' });
@@ -139,7 +140,7 @@ function reader(redraw, own) {
     }
     const texts = scans.map((scan) => scan.text.value).filter((text) => text.trim());
     if (into.value) return task(`/api/hands/${into.value}/pages`, { scans: ids, texts, ...(dpi.value ? { dpi: Number(dpi.value) } : {}) }, heard, signal);
-    return task('/api/hands', { name: name.value, scans: ids, texts, ...(dpi.value ? { dpi: Number(dpi.value) } : {}) }, heard, signal);
+    return task('/api/hands', { name: name.value, scans: ids, texts, no_scan: !keep.checked, ...(dpi.value ? { dpi: Number(dpi.value) } : {}) }, heard, signal);
   }
 
   async function submit(event) {
@@ -168,7 +169,7 @@ function reader(redraw, own) {
   }
   drop.addEventListener('drop', (event) => add(event.dataTransfer.files));
   return h('section', { class: 'panel' }, h('h2', {}, 'A new hand'), h('form', { onsubmit: submit, 'aria-label': 'A new hand' },
-    drop, list, h('p', { class: 'quiet' }, NEEDS_NO_TEXT), h('div', { class: 'grid' }, own.length ? field('They become', into) : '', nameField, field('Pixels an inch', dpi)), refusal, button, line, result));
+    drop, list, h('p', { class: 'quiet' }, NEEDS_NO_TEXT), h('div', { class: 'grid' }, own.length ? field('They become', into) : '', nameField, field('Pixels an inch', dpi)), h('label', {}, keep, 'Keep the scan around the writing in the file, so that ink can be painted with it'), refusal, button, line, result));
 }
 
 function sheets(hands) {
