@@ -1,7 +1,7 @@
 """A page segmented anew in the window around what a person painted, where its scan was kept.
 
 Ink, line and texture of the window follow what `scanning.scribbles` makes of the scan; vertices whose ink is as it was
-keep their places and their letters, so that a letter loses nothing but the ink that is none, and what is new is nobody's
+keep their places and their letters, so that a letter loses nothing but the ink that is none.  What is new is nobody's
 until the words around it are aligned.
 
 Source: seed 000, §5.2; own method.
@@ -31,8 +31,7 @@ class WindowSettings:
     """Lengths in half widths of the page's strokes unless said otherwise; set by eye on real pages."""
 
     first: float = 5.0  # x-heights around the paint that are looked at
-    margin: float = 2.0  # x-heights from the window's edge where the scan must be seen beyond what changes
-    wider: int = 3  # times that is doubled while what changes comes so near the window's edge
+    margin: float = 2.0  # x-heights: where what changes comes so near a side of the window, that is moved once
     middle: float = 0.5  # of a brush: so much of it is surely ink, the rest as the scan has it
     room: float = 8.0  # around what changed, in which the line is found anew
     away: float = 0.8  # from a vertex that stays, within which a new one is the same
@@ -101,13 +100,14 @@ def _segmented(page: ScannedPage, cover: Cover, segment: Segment, held: Array) -
 
     held : (n, 2) pixels: middles of strokes that stay.
     """
-    reach = _SETTINGS.first * page.x_height / page.pixel
-    window = None
-    for _ in range(_SETTINGS.wider + 1):
-        window = _window(page, cover, round(reach), segment, held)
-        if window is None or not _at_edge(window, page.shape, round(_SETTINGS.margin * page.x_height / page.pixel)):
-            break
-        reach *= 2
+    unit = page.x_height / page.pixel
+    reach, near = round(_SETTINGS.first * unit), round(_SETTINGS.margin * unit)
+    (x, y), (height, width) = cover.corner, cover.values.shape
+    sides = np.array([y - reach, x - reach, y + height + reach, x + width + reach])
+    window = _window(page, cover, sides, segment, held)
+    if window is not None and (touched := _touched(window, page.shape, near)).any():
+        sides += np.where(touched, reach, 0) * np.array([-1, -1, 1, 1])
+        window = _window(page, cover, sides, segment, held)
     if window is None or not window.changed.any():
         return None
     window = window.cut(round(_SETTINGS.room * usual_half(page)), page.shape)
@@ -115,13 +115,13 @@ def _segmented(page: ScannedPage, cover: Cover, segment: Segment, held: Array) -
     return _with_matte(changed, window), number
 
 
-def _window(page: ScannedPage, cover: Cover, reach: int, segment: Segment, held: Array) -> _Window | None:
+def _window(page: ScannedPage, cover: Cover, sides: Indices, segment: Segment, held: Array) -> _Window | None:
+    """What becomes of a part of the page; `sides` are its top, left, bottom and right, as far as there is a page."""
     from handout.scanning.scribbles import Window
 
     assert page.scan is not None
-    (x, y), (height, width) = cover.corner, cover.values.shape
-    rows = slice(max(y - reach, 0), min(y + height + reach, page.shape[0]))
-    columns = slice(max(x - reach, 0), min(x + width + reach, page.shape[1]))
+    top, left, low, right = np.clip(sides, 0, np.tile(page.shape, 2)).tolist()
+    rows, columns = slice(top, low), slice(left, right)
     ink = own_ink(page, rows, columns)
     scribble = np.zeros(ink.shape, dtype=bool)
     here, values = cover.over((columns.start, rows.start), ink.shape)
@@ -146,14 +146,16 @@ def _usual(page: ScannedPage, rgb: NDArray[np.uint8], ink: NDArray[np.bool_]) ->
     return np.asarray(paper + (colour - paper) * (opacity / 255), dtype=np.float64)
 
 
-def _at_edge(window: _Window, shape: tuple[int, int], near: int) -> bool:
-    """Whether what changed comes as `near` an edge of the window that is none of the page."""
+def _touched(window: _Window, shape: tuple[int, int], near: int) -> NDArray[np.bool_]:
+    """(4,) whether what changed comes as near the top, left, bottom and right of a window, where the page goes on."""
     changed, (rows, columns) = window.changed, (window.rows, window.columns)
-    return bool(
-        (rows.start > 0 and changed[:near].any())
-        or (columns.start > 0 and changed[:, :near].any())
-        or (rows.stop < shape[0] and changed[-near:].any())
-        or (columns.stop < shape[1] and changed[:, -near:].any())
+    return np.array(
+        [
+            rows.start > 0 and changed[:near].any(),
+            columns.start > 0 and changed[:, :near].any(),
+            rows.stop < shape[0] and changed[-near:].any(),
+            columns.stop < shape[1] and changed[:, -near:].any(),
+        ]
     )
 
 

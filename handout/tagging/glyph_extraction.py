@@ -27,6 +27,7 @@ from handout.values import Array, Indices, LineGraph
 _BESIDE, _BELOW, _ABOVE = 1.5, 2.5, 4.0
 _PAPER = 64  # pixels: longest side of the paper that is kept, for its colour and shading only
 _COARSE = 8  # pixels: how finely what lies around the writing is told from the rest
+_MOST = 16383  # pixels of a side of a WebP
 _QUALITY = 75  # of the scan that is kept: 80 to 150 KB a page of 300 dpi, and masks as from the scan itself
 _LISTED = 12  # letters that a note names
 _NO_JOINTS: Indices = np.zeros(0, dtype=np.intp)
@@ -68,11 +69,13 @@ def scanned_page(written: WrittenPage, transcript: str) -> ScannedPage:
     )
 
 
-def _around(scan: Scan, uv: Array, reach: float) -> KeptScan:
-    """The scan as far as `reach` pixels from some places (n, 2) of the file's own picture; elsewhere its usual colour."""
+def _around(scan: Scan, uv: Array, reach: float) -> KeptScan | None:
+    """The scan up to `reach` pixels from some places (n, 2) of the file's own picture; elsewhere its usual colour."""
     import cv2
 
     (dx, dy), (height, width) = scan.origin, scan.shape
+    if max(height + dy, width + dx) > _MOST:
+        return None
     far = np.ones((-(-height // _COARSE), -(-width // _COARSE)), dtype=np.uint8)
     column, row = (np.rint(uv - (dx, dy)).astype(np.intp) // _COARSE).T
     far[np.clip(row, 0, far.shape[0] - 1), np.clip(column, 0, far.shape[1] - 1)] = 0

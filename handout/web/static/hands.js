@@ -97,7 +97,7 @@ function reader(redraw, own) {
   const into = choice(['', ...own], { '': 'a new hand', ...Object.fromEntries(own.map((name) => [name, `more of ${name}`])) });
   const name = h('input', { required: true, pattern: '[\\w\\-]{1,80}', title: 'Letters, digits, - and _', autocomplete: 'off' });
   const dpi = h('input', { type: 'number', min: 50, max: 2400, placeholder: 'as the files say' });
-  const keep = h('input', { type: 'checkbox', checked: true });
+  const [keeping, keep] = tick('Keep the scan around the writing in the file, so that ink can be painted with it', { checked: true });
   const input = h('input', { type: 'file', multiple: true, accept: TAKEN, 'aria-describedby': 'drop-help' });
   const list = h('div', { class: 'panel-scans' });
   const refusal = h('p', { class: 'bad', role: 'alert' });
@@ -169,7 +169,7 @@ function reader(redraw, own) {
   }
   drop.addEventListener('drop', (event) => add(event.dataTransfer.files));
   return h('section', { class: 'panel' }, h('h2', {}, 'A new hand'), h('form', { onsubmit: submit, 'aria-label': 'A new hand' },
-    drop, list, h('p', { class: 'quiet' }, NEEDS_NO_TEXT), h('div', { class: 'grid' }, own.length ? field('They become', into) : '', nameField, field('Pixels an inch', dpi)), h('label', {}, keep, 'Keep the scan around the writing in the file, so that ink can be painted with it'), refusal, button, line, result));
+    drop, list, h('p', { class: 'quiet' }, NEEDS_NO_TEXT), h('div', { class: 'grid' }, own.length ? field('They become', into) : '', nameField, field('Pixels an inch', dpi)), keeping, refusal, button, line, result));
 }
 
 function sheets(hands) {
