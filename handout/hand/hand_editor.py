@@ -204,7 +204,7 @@ class HandEditor:
         held = np.concatenate([np.zeros(0, dtype=np.intp), *confirmed])
         segmented = resegmentation.without_ink(scan, under, held) if scan.scan is not None else None
         try:
-            self._changed(*(segmented or page_editor.as_paper(scan, under)))
+            self._changed(*(segmented or page_editor.as_paper(scan, under)), adopting=segmented is not None)
         except PaintError as error:
             raise CorrectionError(f"{error} at ({cover[0][0]:g}, {cover[0][1]:g})") from error
 
@@ -213,7 +213,7 @@ class HandEditor:
         self._check_brush(stroke, width)
         scan = self._scan
         segmented = resegmentation.with_ink(scan, stroke, width) if scan.scan is not None else None
-        self._changed(*(segmented or page_editor.as_ink(scan, stroke, width)))
+        self._changed(*(segmented or page_editor.as_ink(scan, stroke, width)), adopting=segmented is not None)
         if scan.scan is None:
             self.notes.append(_NO_SCAN)
         elif segmented is None:
@@ -436,8 +436,11 @@ class HandEditor:
             most = _MOST_BRUSH / self._scan.pixel
             raise CorrectionError(f"a brush {width:g} pixels wide is outside 1 to {most:.0f}")
 
-    def _changed(self, page: ScannedPage, number: Indices) -> None:
-        """Take a page whose vertices have other numbers (n,), −1 for those that are gone."""
+    def _changed(self, page: ScannedPage, number: Indices, adopting: bool = False) -> None:
+        """Take a page whose vertices have other numbers (n,), −1 for those that are gone.
+
+        adopting : what is new belongs to the letter that it hangs together with.
+        """
         cut: list[int] = []
         same = np.array_equal(number, np.arange(len(number)))
         for i, _ in [] if same else self._on_this_page():
@@ -461,7 +464,30 @@ class HandEditor:
         self._owners.pop(self._page)
         self._trees.pop(self._page, None)
         self.turn_to(self._page)
-        self._rejoin_some({i for i in cut if self._glyphs[i] is not None})
+        new = np.ones(len(page.graph), dtype=bool)
+        new[number[number >= 0]] = False
+        adopted = self._adopted(new) if adopting else set()
+        self._rejoin_some({i for i in cut if self._glyphs[i] is not None} | adopted)
+
+    def _adopted(self, new: NDArray[np.bool_]) -> set[int]:
+        """Give each of some vertices (n,) to the letter that is nearest along their line; the letters that got any."""
+        from scipy.sparse import coo_matrix
+        from scipy.sparse.csgraph import dijkstra
+
+        uv, edges = self._scan.graph.uv, self._scan.graph.edges
+        near, at = np.unique(edges[new[edges].any(axis=1)], return_inverse=True)
+        a, b = at.reshape(-1, 2).T
+        ends = np.flatnonzero(self._owner[near] != NOBODY)
+        if not len(ends):
+            return set()
+        length = np.linalg.norm(uv[near[a]] - uv[near[b]], axis=1) + 1e-6
+        line = coo_matrix((length, (a, b)), shape=(len(near), len(near)))
+        _, _, nearest = dijkstra(line, directed=False, indices=ends, return_predecessors=True, min_only=True)
+        found = np.flatnonzero(new[near] & (nearest >= 0))
+        reached, owners = near[found], self._owner[near[nearest[found]]]
+        for number in np.unique(owners).tolist():
+            self._given(number, reached[owners == number])
+        return set(owners.tolist())
 
     def _cut(self, edges: NDArray[np.bool_]) -> None:
         beside = set(self._owner[self._scan.graph.edges[edges]].ravel().tolist()) - {NOBODY}

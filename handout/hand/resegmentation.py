@@ -42,9 +42,29 @@ _SETTINGS = WindowSettings()
 
 
 @dataclass(frozen=True, eq=False)
+class _Pen:
+    """What a page's ink is like.  colour : (3,) red first; opacity : 0–1; half : half its usual width, pixels."""
+
+    colour: Array
+    opacity: float
+    half: float
+
+    def on(self, paper: Array) -> Array:
+        """(3,) 0–255: its colour on some paper (n, 3), as a scan shows it."""
+        white = np.median(paper, axis=0) if len(paper) else np.full(3, 255.0)
+        return np.asarray(white + (self.colour - white) * self.opacity, dtype=np.float64)
+
+
+def _pen(page: ScannedPage) -> _Pen:
+    colour, opacity = usual_ink(page)
+    return _Pen((colour[::-1] if page.texture.blue_first else colour).astype(float), opacity / 255, usual_half(page))
+
+
+@dataclass(frozen=True, eq=False)
 class _Window:
     """A part of a page.  before, after : (h, w) its ink."""
 
+    pen: _Pen
     rows: slice
     columns: slice
     before: NDArray[np.bool_]
@@ -59,15 +79,15 @@ class _Window:
     def changed(self) -> NDArray[np.bool_]:
         return np.asarray(self.before != self.after)
 
-    def cut(self, room: int, shape: tuple[int, int]) -> _Window:
-        """The part of it where something changed, with `room` pixels around; `shape` is the page's."""
+    def cut(self, room: int) -> _Window:
+        """The part of it where something changed, with `room` pixels around."""
         y, x = np.nonzero(self.changed)
         top, left = max(int(y.min()) - room, 0), max(int(x.min()) - room, 0)
         low, right = int(y.max()) + room + 1, int(x.max()) + room + 1
         here = slice(top, low), slice(left, right)
         before, after = self.before[here], self.after[here]
         (x0, y0), (height, width) = self.corner, before.shape
-        return _Window(slice(y0 + top, y0 + top + height), slice(x0 + left, x0 + left + width), before, after)
+        return _Window(self.pen, slice(y0 + top, y0 + top + height), slice(x0 + left, x0 + left + width), before, after)
 
 
 def with_ink(
@@ -100,22 +120,24 @@ def _segmented(page: ScannedPage, cover: Cover, segment: Segment, held: Array) -
 
     held : (n, 2) pixels: middles of strokes that stay.
     """
-    unit = page.x_height / page.pixel
+    unit, pen = page.x_height / page.pixel, _pen(page)
     reach, near = round(_SETTINGS.first * unit), round(_SETTINGS.margin * unit)
     (x, y), (height, width) = cover.corner, cover.values.shape
     sides = np.array([y - reach, x - reach, y + height + reach, x + width + reach])
-    window = _window(page, cover, sides, segment, held)
+    window = _window(page, pen, cover, sides, segment, held)
     if window is not None and (touched := _touched(window, page.shape, near)).any():
         sides += np.where(touched, reach, 0) * np.array([-1, -1, 1, 1])
-        window = _window(page, cover, sides, segment, held)
+        window = _window(page, pen, cover, sides, segment, held)
     if window is None or not window.changed.any():
         return None
-    window = window.cut(round(_SETTINGS.room * usual_half(page)), page.shape)
+    window = window.cut(round(_SETTINGS.room * pen.half))
     changed, number = _with_lines(page, window)
     return _with_matte(changed, window), number
 
 
-def _window(page: ScannedPage, cover: Cover, sides: Indices, segment: Segment, held: Array) -> _Window | None:
+def _window(
+    page: ScannedPage, pen: _Pen, cover: Cover, sides: Indices, segment: Segment, held: Array
+) -> _Window | None:
     """What becomes of a part of the page; `sides` are its top, left, bottom and right, as far as there is a page."""
     from handout.scanning.scribbles import Window
 
@@ -129,21 +151,12 @@ def _window(page: ScannedPage, cover: Cover, sides: Indices, segment: Segment, h
     rgb = page.scan.part(rows, columns)
     column, row = np.rint(held - (columns.start, rows.start)).astype(np.intp).T
     inside = (column >= 0) & (row >= 0) & (column < ink.shape[1]) & (row < ink.shape[0])
-    stays, half = np.zeros(ink.shape, dtype=bool), usual_half(page)
+    stays = np.zeros(ink.shape, dtype=bool)
     stays[row[inside], column[inside]] = True
-    stays = ink & _grown(stays, half)
-    window = Window(rgb, ink, _usual(page, rgb, ink), half, page.x_height / page.pixel, stays)
-    after = segment(window, scribble)
-    return None if after is None else _Window(rows, columns, ink, after)
-
-
-def _usual(page: ScannedPage, rgb: NDArray[np.uint8], ink: NDArray[np.bool_]) -> Array:
-    """(3,) 0–255: the page's ink as the scan shows it, on this paper."""
-    colour, opacity = usual_ink(page)
-    paper = np.median(rgb[~ink], axis=0) if (~ink).any() else np.full(3, 255.0)
-    if page.texture.blue_first:
-        colour = colour[::-1]
-    return np.asarray(paper + (colour - paper) * (opacity / 255), dtype=np.float64)
+    stays = ink & _grown(stays, pen.half)
+    seen = Window(rgb, ink, pen.on(rgb[~ink]), pen.half, page.x_height / page.pixel, stays)
+    after = segment(seen, scribble)
+    return None if after is None else _Window(pen, rows, columns, ink, after)
 
 
 def _touched(window: _Window, shape: tuple[int, int], near: int) -> NDArray[np.bool_]:
@@ -163,14 +176,13 @@ def _with_lines(page: ScannedPage, window: _Window) -> tuple[ScannedPage, Indice
     """The page with the line of what changed: vertices that still lie on a line stay."""
     from scipy.spatial import cKDTree
 
-    half = usual_half(page)
     new = _line(page, window)
-    zone = _grown(window.changed, half)
-    graph, away = page.graph, _SETTINGS.away * half
-    inside, touched = _under(zone, graph.uv, window.corner)
-    nearest = cKDTree(new.uv).query(graph.uv)[0] if len(new) else np.full(len(graph), np.inf)
-    ink = _under(window.after, graph.uv, window.corner)[1]
-    gone = inside & touched & (~ink | (nearest > 2 * away))
+    zone = _grown(window.changed, window.pen.half)
+    graph, away = page.graph, _SETTINGS.away * window.pen.half
+    near = np.flatnonzero(_under(zone, graph.uv, window.corner)[1])
+    nearest = cKDTree(new.uv).query(graph.uv[near])[0] if len(new) else np.full(len(near), np.inf)
+    gone = np.zeros(len(graph), dtype=bool)
+    gone[near] = ~_under(window.after, graph.uv[near], window.corner)[1] | (nearest > 2 * away)
     bare, number = without(page, gone)
     if not len(new):
         return bare, number
@@ -181,8 +193,12 @@ def _spliced(graph: LineGraph, new: LineGraph, fresh: NDArray[np.bool_], away: f
     """A graph with the part of another that lies further than `away` pixels from it, `fresh` (n,) vertices alone."""
     from scipy.spatial import cKDTree
 
-    if len(graph):
-        far, nearest = cKDTree(graph.uv).query(new.uv)
+    margin = 4 * away
+    low, high = new.uv.min(axis=0) - margin, new.uv.max(axis=0) + margin
+    own = np.flatnonzero(((graph.uv >= low) & (graph.uv <= high)).all(axis=1))
+    if len(own):
+        far, nearest = cKDTree(graph.uv[own]).query(new.uv)
+        nearest = own[nearest]
     else:
         far, nearest = np.full(len(new), np.inf), np.zeros(len(new), dtype=np.intp)
     added = fresh & (far > away)
@@ -206,12 +222,12 @@ def _line(page: ScannedPage, window: _Window) -> LineGraph:
         nothing = np.zeros((0, 2))
         return LineGraph(nothing, np.zeros(0), np.zeros(0), nothing, np.zeros((0, 2), dtype=np.intp))
     rgb = page.scan.part(window.rows, window.columns)
-    usual = _usual(page, rgb, window.before | window.after)
+    usual = window.pen.on(rgb[~(window.before | window.after)])
     paper = np.median(rgb[~window.after], axis=0) if (~window.after).any() else np.full(3, 255.0)
     axis = (usual - paper) / max(float((usual - paper) @ (usual - paper)), 1e-6)
     level = np.clip((rgb - paper) @ axis, 0, 2).astype(np.float32)
     density = Density(level, Scale(np.ones(800)), 0.5, 0.1)
-    found = find_line_graph(Scan(rgb, page.dpi), Mask(window.after, page.pen, 2 * usual_half(page)), density)
+    found = find_line_graph(Scan(rgb, page.dpi), Mask(window.after, page.pen, 2 * window.pen.half), density)
     uv = found.uv + np.array(window.corner)
     return LineGraph((uv + 0.5) * page.pixel, found.radius, found.density, uv, found.edges)
 
@@ -227,7 +243,7 @@ def _with_matte(page: ScannedPage, window: _Window) -> ScannedPage:
     rgb = page.scan.part(window.rows, window.columns)
     hole = near | _grown(window.before, halo)
     paper = fill_textured(rgb, hole.astype(np.uint8), round(_SETTINGS.room))
-    usual = _usual(page, rgb, hole)
+    usual = window.pen.on(rgb[~hole])
     limit = np.minimum if usual.sum() > np.median(paper.reshape(-1, 3), axis=0).sum() else np.maximum
     inside = zone & near
     rgba = np.zeros((*zone.shape, 4), dtype=np.uint8)

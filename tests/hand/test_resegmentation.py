@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from msgspec import structs
 
 from handout.hand import file
 from handout.hand.corrections import Confirm, Paint, applied
@@ -29,6 +30,12 @@ def window(rgb, dark):
     """What is known of it where everything darker than `dark` was taken for ink."""
     ink = rgb[:, :, 0] < dark
     return Window(rgb, ink, np.array(INK, float), 2.5, 30.0, np.zeros(ink.shape, bool))
+
+
+def replace_at(paint, spot, places):
+    """A dab on the ink that is nearest to a place."""
+    nearest = places[np.linalg.norm(places - spot, axis=1).argmin()]
+    return structs.replace(paint, stroke=(tuple(nearest - 1), tuple(nearest + 1)))
 
 
 def dab(x, y, wide=6, high=3):
@@ -89,6 +96,11 @@ def test_a_letter_comes_back_from_the_scan_of_a_file(small_hand, tmp_path):
     inks = [own_ink(one.pages[0], *here) for one in (hand, wiped, applied(wiped, [dabbed]).hand)]
     assert inks[1].sum() < 0.1 * inks[0].sum()
     assert (inks[2] & inks[0]).sum() > 0.8 * (inks[2] | inks[0]).sum()
+    half = Paint(page=0, to="paper", polygon=((x, y), (middle[0], y), (middle[0], low), (x, low)))
+    most = applied(hand, [half, replace_at(dabbed, places[places[:, 0] < middle[0]].mean(axis=0), places)]).hand
+    halved = applied(hand, [half]).hand
+    owned = [sum(len(glyph.vertices) for glyph in one.glyphs) for one in (halved, most, hand)]
+    assert owned[0] < owned[1] and abs(owned[2] - owned[1]) < 0.3 * (owned[2] - owned[0]), "it is its letters' again"
     bare = replace(wiped, pages=(replace(wiped.pages[0], scan=None),))
     painted, notes, _ = applied(bare, [dabbed])
     assert own_ink(painted.pages[0], *here).sum() < 0.3 * inks[0].sum() and "keeps no scan" in notes[0]
