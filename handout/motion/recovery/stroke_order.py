@@ -13,6 +13,7 @@ import numpy as np
 
 from handout.hand import measures
 from handout.hand.scanned import NOBODY, ScannedHand
+from handout.motion.recovery.carried_strokes import carried, carried_cost
 from handout.motion.recovery.crossbars import WordCrossbars
 from handout.motion.recovery.ink_gaps import Endpoint, endpoints, log_odds, prior_log_odds
 from handout.motion.recovery.letter_line import Candidate, LetterLine, LetterStrokes, as_said
@@ -79,10 +80,12 @@ class StrokeOrderModel:
                 ways.append((np.array(way, dtype=np.intp), bool(late)))
         return ways
 
-    def _said(self, number: int, line: LetterLine, sections: tuple[Indices, ...]) -> list[Indices]:
-        """The strokes of a glyph's line as a person gave them; each ligature goes on where one begins or ends."""
+    def _on_line(
+        self, number: int, given: Sequence[Indices], line: LetterLine, sections: tuple[Indices, ...]
+    ) -> list[Indices]:
+        """Strokes along vertices of its page on a glyph's line; each ligature goes on where one begins or ends."""
         place = self._places_on_page(number, sections)
-        told = ([place[v] for v in way.tolist() if v in place] for way in self._hand.glyphs[number].ways)
+        told = ([place[v] for v in way.tolist() if v in place] for way in given)
         ways = [way for way in told if way]
         for (way, _), section in zip(outwards(self.forms[number]), sections, strict=True) if ways else ():
             _lead(line.xy, ways, [way.anchor, *section.tolist()])
@@ -114,11 +117,34 @@ class StrokeOrderModel:
             line, sections = _letter_line(self.forms[number], self._x_height)
             line = self._with_neighbours(number, line, sections)
             found = self._candidates(number, line)
-            if self._hand.glyphs[number].ways:
-                found = [as_said(found, said)] if (said := self._said(number, line, sections)) else found
-            instance = instance_of(found, line, len(self.forms[number].xy))
+            if said := self._on_line(number, self._hand.glyphs[number].ways, line, sections):
+                found = [as_said(found, said)]
+            else:
+                found = sorted([*found, *self._carried(number, line, sections, found)], key=lambda way: way.cost)
+            instance = instance_of(found, line, len(self.forms[number].xy), bool(said))
             entry = self._instances[number] = (instance, sections)
         return entry
+
+    def _carried(
+        self, number: int, line: LetterLine, sections: tuple[Indices, ...], found: Sequence[Candidate]
+    ) -> list[Candidate]:
+        """A glyph written as that of its name was of which a person said it, and whose ink is most alike; if any is."""
+        glyph, told = self._hand.glyphs[number], []
+        for other in self._pool(glyph.letter):
+            like = self._hand.glyphs[other]
+            if like.ways:
+                uv = self._hand.pages[like.page].graph.uv
+                way = carried(
+                    self._hand.pages[glyph.page].graph, glyph.vertices, [uv[w] for w in like.ways], uv[like.vertices]
+                )
+                told += [way] if way is not None else []
+        if not told:
+            return []
+        best = min(told, key=lambda way: way.apart)
+        strokes = self._on_line(number, best.ways, line, sections)
+        xys = [[line.xy[stroke] for stroke in ways] for ways in (strokes, found[0].strokes)]
+        more = carried_cost(*xys, best.apart, line.x_height)
+        return [replace(as_said(found, strokes), cost=found[0].cost + more)]
 
     def _candidates(self, number: int, line: LetterLine) -> list[Candidate]:
         glyph = self._hand.glyphs[number]

@@ -87,9 +87,7 @@ def guided_search(
     guided = {
         strokes
         for guide in guides
-        for _, strokes in _search(
-            _with_guide(costs, guide), np.add(first, guide.first).tolist(), weights, most, width
-        )
+        for _, strokes in _search(_with_guide(costs, guide), np.add(first, guide.first).tolist(), weights, most, width)
     }
     return [Traversal(strokes, _cost(strokes, costs, first, weights)) for strokes in sorted(guided)]
 
