@@ -32,7 +32,7 @@ class CarrySettings:
     covered: float = 0.1  # of a letter's size: ink so near a stroke is its
     speck: float = 0.25  # of a letter's size: ink left out that is no longer than this
     end: float = 0.2  # of a letter's size: strokes go on over ink that begins so near their ends
-    unlike: float = 30.0  # costs, for ink that is a letter's size apart
+    unlike: float = 40.0  # costs, for ink that is a letter's size apart
     places: int = 40  # of a stroke that are followed
 
 
