@@ -69,7 +69,7 @@ class StrokeOrderModel:
             return None
         if len(self._hand.pages) != len(hand.pages) or not all(_inked_alike(a, b) for a, b in pairs):
             return None
-        said = {a.letter for a, b in pairs if len(a.ways) != len(b.ways) or not all(map(operator.is_, a.ways, b.ways))}
+        said = {a.letter for a, b in pairs if a is not b and not _same(a.ways, b.ways)}
         other = copy.copy(self)
         other._hand = hand
         other._habits = {letter: habit for letter, habit in self._habits.items() if letter not in said}
@@ -280,9 +280,13 @@ def stroke_order_model(hand: ScannedHand, hands: tuple[str, ...]) -> StrokeOrder
 
 def _inked_alike(a: ScannedGlyph, b: ScannedGlyph) -> bool:
     """Whether two glyphs of one number are the same but for what a person said of them."""
-    same = a.vertices is b.vertices and all(map(operator.is_, a.ligatures, b.ligatures))
     where = operator.attrgetter("letter", "page", "line", "before", "after")
-    return same and len(a.ligatures) == len(b.ligatures) and where(a) == where(b)
+    joins = ([way.path for way in glyph.ligatures] for glyph in (a, b))
+    return a is b or (where(a) == where(b) and _same([a.vertices], [b.vertices]) and _same(*joins))
+
+
+def _same(some: Sequence[Indices], others: Sequence[Indices]) -> bool:
+    return len(some) == len(others) and all(map(np.array_equal, some, others))
 
 
 def _lead(xy: Array, ways: list[list[int]], out: Sequence[int]) -> None:
