@@ -205,5 +205,5 @@ ROUTES = (
     Way("GET", "/api/tasks/{id}/events", "The same as a stream of events, until it has ended", events,
         answer="text/event-stream"),
     Way("GET", "/api/tasks/{id}/files/{number:int}", "A file that it made, from 0", file,
-        answer="application/octet-stream"),
+        answer="*/*"),
 )  # fmt: skip
