@@ -134,9 +134,9 @@ async function opened(name, machines, devices, changed) {
       }
     } finally {
       running = null;
+      told.textContent = '';
       clearInterval(looking);
     }
-    told.textContent = '';
     if (last?.error) refusal.textContent = last.error;
     shown(await request('GET', `/api/batches/${name}`));
     changed();
