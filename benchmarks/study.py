@@ -5,7 +5,7 @@ flatbed, and read; seeds below 100 are those that the reader was fitted on.  `an
 known skill are scored, and how often the intervals hold the truth is counted.  `whole(folder, skill)`: the sheets of a
 study that `handout study make --about` made are filled in, scanned into that folder, read and scored.
 `coverage(runs)`: small studies of people of known skill go all that way in memory, each with sheets, people and pens
-of its own, and how often the intervals hold that skill is counted; ten seconds a run.
+of its own, and how often the intervals hold that skill is counted; eight seconds a run.
 
 The sheets of `reading` show scribbles, since nobody looks at them.
 """
@@ -98,12 +98,15 @@ def scanned(
     """The sheets of a person (from 1), filled in and scanned.
 
     pdf : the file, and pages in it before his; told : what he answers in each questionnaire, or how skilled he is.
+    quick : print and scan coarsely, and leave the cover out.
     """
     person, who = made.people[number - 1], Participant.anyone(rng)
     page = PAPERS[0] if drawn_page(Path("sheets.pdf"), 1, 20.0, pdf[0]).shape[1] < LETTER_WIDE else PAPERS[1]
     meant = participant.answered(person, told, rng) if isinstance(told, float) else told
     printed_dpi, often = (QUICK, COARSE) if quick else (PRINTED_DPI, OFTEN)
     for at, record in enumerate(sheets.records(page, study, number, person, about=True), 1):
+        if quick and record.kind == sheets.COVER:
+            continue
         rows = sheets.rows(page, record)
         doings = []
         for row in rows:
@@ -257,7 +260,10 @@ class Small:
 
 
 def small(run: int, skill: float, people: int) -> Small:
-    """Everybody is as skilled in A; in B people and snippets differ by 0.5 on logits, and `skill` is the mean."""
+    """Everybody is as skilled in A; in B people and snippets differ by 0.5 on logits, and `skill` is the mean.
+
+    Covers are not read: everybody agrees.
+    """
     made, study = key(people, 24, run, envelopes=0, pairs=4), f"{run:012x}"
     rng = np.random.default_rng([run, 12])
     drawn = {design.SINGLES: told(made, skill, 0, 0, rng), design.PAIRS: told(made, skill, 0.5, 0.5, rng)}
@@ -275,15 +281,15 @@ def small(run: int, skill: float, people: int) -> Small:
                 print(f"run {run}, person {number}, page {page.record.page}: {error}")
                 continue
             for row, done in zip(one.rows, page.doings, strict=True):
-                kind, item = row.row.questionnaire, str(row.row.number)
-                truth[(number, "P", kind) if page.record.kind == sheets.COVER else (number, kind, item)] = row, done
+                truth[number, row.row.questionnaire, str(row.row.number)] = row, done
             rows["sheets"] += 1
     found, _ = answers.answers(read)
     for answer in found:
         rows[verdict := judged(answer, *truth[answer.place])] += 1
         if verdict.startswith("plain, but") or "WRONG" in verdict:
             print(f"run {run}, {answer.place}: {verdict}, {answer.why}")
-    figures = scoring.scores(made, scoring.taken(made, found))
+    agreed = [answers.Answer(study, number, sheets.COVER, "consent", "yes") for number in range(1, people + 1)]
+    figures = scoring.scores(made, scoring.taken(made, [*found, *agreed]))
     return Small(rows, {kind: each.share for kind, each in figures.items()})
 
 
