@@ -65,7 +65,7 @@ Interval = tuple[float, float]
 class Share:
     """How many of some answers are right.
 
-    exact, people, both : intervals; see above.  p : of guessing, two-sided, answers of one person being alike.
+    exact, people, both : intervals; see above.  p : of guessing, two-sided, for other people and words, as `both`.
     """
 
     right: int
@@ -104,7 +104,7 @@ def share_of(judged: Sequence[Judgement]) -> Share:
         exact_interval(float(right.sum()), len(right)),
         _effective(right, own, counts[0]),
         _effective(right, two_way, min(counts)),
-        _p(right, own, counts[0]),
+        _p(right, two_way, min(counts)),
     )
 
 
@@ -135,7 +135,7 @@ def _effective(right: Array, variance: float, clusters: int) -> Interval:
 
 
 def _p(right: Array, variance: float, clusters: int) -> float:
-    """How likely guessing would be as far from half; answers of one person are alike."""
+    """How likely guessing would be as far from half, where answers of one cluster are alike."""
     from scipy.stats import binomtest, t
 
     exact = float(binomtest(int(right.sum()), len(right), GUESSING).pvalue)

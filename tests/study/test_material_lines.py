@@ -33,7 +33,7 @@ def people(**options):
     """Six people of a study of two folds, whose last snippets have no random selection."""
     kept = [SimpleNamespace(snippet=SimpleNamespace(hand=0, fold=k % 2), random=k < 20 or None) for k in range(24)]
     lots = Parted(((), ()), ((0, Run(0, 0, (0,), "words")),))
-    asked = StudyOptions(people=6, singles=2, pairs=2, **options)
+    asked = StudyOptions(people=6, singles=2, pairs=2, controls=0, **options)
     return _people(kept, lots, asked, np.random.default_rng(1)), kept
 
 
