@@ -260,13 +260,21 @@ def _people(kept: Sequence[Twin], lots: Parted, options: StudyOptions, rng: np.r
     for number, ((singles, pairs), seen) in enumerate(zip(plans, opened, strict=True)):
         shown = {item.snippet for item in (*singles, *pairs)}
         rest = [n for n in folds[number % len(folds)] if n not in shown]
-        easy = _more(rest, options.controls, design.CONTROL, number, rng)
-        rest = [n for n in rest if kept[n].random is not None and n not in {item.snippet for item in easy}]
-        both = [*pairs, *easy, *_more(rest, options.random, design.RANDOM, number, rng)]
+        both = [*pairs, *_compared(rest, kept, options, number, rng)]
         referred = _referred([both[k] for k in rng.permutation(len(both))], kept, lots, rng)
         who = Person(singles, tuple(referred), seen)
         people.append(_all_by_chance(who) if options.random_people and number // len(folds) % 2 else who)
     return tuple(people)
+
+
+def _compared(
+    rest: Sequence[int], kept: Sequence[Twin], options: StudyOptions, person: int, rng: np.random.Generator
+) -> list[Item]:
+    """Somebody's pairs of other conditions, of snippets that he does not see otherwise."""
+    easy = _more(rest, options.controls, design.CONTROL, person, rng)
+    shown = {item.snippet for item in easy}
+    left = [n for n in rest if kept[n].random is not None and n not in shown]
+    return [*easy, *_more(left, options.random, design.RANDOM, person, rng)]
 
 
 def _all_by_chance(person: Person) -> Person:
