@@ -271,7 +271,8 @@ def resume(
         raise InputError(f"The job {job.name} is finished: nothing is left of it.")
     listener.say(outlook(job))
     address = port or job.port
-    reports = _run(job, address, attendance, account, operator or Unattended(address, listener))
+    with _kept(job, new=False):
+        reports = draw_job(job, address, attendance, account, operator or Unattended(address, listener))
     return Plotted(load(job.folder), tuple(reports))
 
 
@@ -589,10 +590,10 @@ def _run(
     attendance: AttendanceOptions,
     account: ReportFile,
     operator: Operator,
-    port: Port | None = None,
+    port: Port | None,
 ) -> list[Report]:
-    """Plot a job, or what is left of it, at first over a port that is open; whatever ends it says how to go on."""
-    with _kept(job):
+    """Plot a new job, at first over a port that is open; whatever ends it says how to go on."""
+    with _kept(job, new=True):
         return draw_job(job, address, attendance, account, operator, port)
 
 
@@ -628,22 +629,22 @@ def draw_job(
 
 
 @contextlib.contextmanager
-def _kept(job: Job) -> Iterator[None]:
-    """Add to what ends a job how to go on with it; one that was refused before anything was drawn is forgotten."""
+def _kept(job: Job, *, new: bool) -> Iterator[None]:
+    """Add to what ends a job how to go on with it; a new one that is refused before anything is drawn is forgotten."""
     try:
         yield
     except DeviceError as error:
-        if advice := _how_to_go_on(job):
+        if advice := how_to_go_on(job):
             raise type(error)(f"{error} {advice}") from error
         raise
     except InputError as error:
-        if _has_begun(job):
-            raise type(error)(f"{error} {_how_to_go_on(job)}") from error
+        if not new or _has_begun(job):
+            raise type(error)(f"{error} {how_to_go_on(job)}".strip()) from error
         with contextlib.suppress(InputError):
             store.forget(job)
         raise
     except BaseException as stop:  # an interrupt, here or in a question to the operator
-        if advice := _how_to_go_on(job):
+        if advice := how_to_go_on(job):
             stop.add_note(advice)
         raise
 
@@ -656,7 +657,7 @@ def _has_begun(job: Job) -> bool:
     return standing.begun or standing.part > 0
 
 
-def _how_to_go_on(job: Job) -> str:
+def how_to_go_on(job: Job) -> str:
     """How to go on with a job, even one of which nothing is drawn: otherwise --resume would take one before it."""
     try:
         job.standing()
