@@ -9,6 +9,7 @@ import click
 
 from handout import units
 from handout.cli import options
+from handout.cli.commands import Group
 from handout.cli.console import Console
 from handout.pipeline.options import StudyOptions
 
@@ -19,7 +20,7 @@ _CAPTIONS = {"A": "A: real or made", "B": "B: which of two is made", "E": "E: en
 _FEW = 3  # snippets that are shown of the hardest, and of the easiest
 
 
-@click.group("study")
+@click.group("study", cls=Group)
 def command() -> None:
     """A study: can people tell what is made in a hand from what its writer wrote?"""
 
