@@ -277,16 +277,19 @@ def prove_batch(name: str, *, listener: Listener = SILENT) -> Facts:
         picture = f"proof-{number}.png"
         atomic.write(batch.folder / picture, page.picture)
         pictures.append({"row": page.row, "part": page.part, "picture": picture})
-    facts = {**result.facts(), "files": [], "pages_shown": pictures}
+    made = datetime.now().isoformat()
+    facts = {**result.facts(), "files": [], "pages_shown": pictures, "made": made}
     atomic.write(batch.folder / _FACTS, json.dumps(facts, ensure_ascii=False).encode())
     return show_batch(name)
 
 
-def approve_batch(name: str) -> Facts:
-    """Approve the proof of a batch: what is made is what was looked at, or nothing."""
+def approve_batch(name: str, made: str = "") -> Facts:
+    """Approve the proof of a batch, if named the one that was `made` then: what is made is what was looked at."""
     batch = _find(name)
     if not (batch.folder / _FACTS).is_file():
         raise InputError(f"The batch {name} has no proof yet: make one, and look at it.")
+    if made and _facts(batch.folder / _FACTS).get("made") != made:
+        raise InputError("The proof was made anew elsewhere: look at that one first.")
     atomic.write(batch.folder / _APPROVED, b"")
     return show_batch(name)
 

@@ -2,6 +2,7 @@
 
 import { blob, fileOf, request, task } from './api.js';
 import { choice, field, h, save, say } from './dom.js';
+import * as drafts from './drafts.js';
 
 const TAKEN = '.png,.jpg,.jpeg,.tif,.tiff,.pdf,.webp,.bmp,.hand';
 const NEEDS_NO_TEXT = 'Leave the text empty for sheets that were made here: they say what is written on them.';
@@ -93,22 +94,23 @@ function gallery(hands, redraw) {
 }
 
 /** A new hand; with `own`, the names of hands that more pages may be added to. */
-function reader(redraw, own) {
+function reader(redraw, own, typed) {
   const into = choice(['', ...own], { '': 'a new hand', ...Object.fromEntries(own.map((name) => [name, `more of ${name}`])) });
   const name = h('input', { required: true, pattern: '[\\w\\-]{1,80}', title: 'Letters, digits, - and _', autocomplete: 'off' });
   const dpi = h('input', { type: 'number', min: 50, max: 2400, placeholder: 'as the files say' });
   const input = h('input', { type: 'file', multiple: true, accept: TAKEN, 'aria-describedby': 'drop-help' });
   const list = h('div', { class: 'panel-scans' });
-  const refusal = h('p', { class: 'bad', role: 'alert' });
+  const refusal = h('p', { class: 'bad', role: 'alert' }), unkept = h('p', { class: 'bad', role: 'alert' });
   const result = h('div', { 'aria-live': 'polite' });
   const button = h('button', { class: 'main' }, 'Read the hand');
   const { line, run } = progress();
-  const scans = [];
+  const scans = [], texts = typed.texts || {}; // name of a file → what was typed of it, until it is read
   const drop = h('div', { class: 'drop' }, field('Scans or photographs, or a .hand file', input), h('p', { class: 'quiet', id: 'drop-help' }, 'Drop them here, or choose. 300 dpi or more; PNG, JPEG, TIFF, PDF.'));
 
   function add(files) {
     for (const file of files) {
-      const text = h('textarea', { rows: 4 });
+      const text = h('textarea', { rows: 4, oninput() { texts[file.name] = text.value; keep(); } });
+      text.value = texts[file.name] || '';
       const scan = { file, text };
       const box = h('div', { class: 'scan' },
         h('div', { class: 'row between' }, h('strong', {}, file.name), h('button', { type: 'button', 'aria-label': `Take ${file.name} away`, onclick() { scans.splice(scans.indexOf(scan), 1); box.remove(); } }, 'Take away')),
@@ -119,6 +121,8 @@ function reader(redraw, own) {
     }
     input.value = '';
   }
+
+  const keep = () => drafts.keep('texts', { texts }, unkept);
 
   async function read(heard, signal) {
     const ids = [];
@@ -151,6 +155,8 @@ function reader(redraw, own) {
       const { facts, said = [] } = await run(read);
       const figures = facts.glyphs ? `${facts.glyphs} letters, ${facts.doubtful.length} of them doubtful.` : 'It is among your hands now.';
       result.replaceChildren(h('p', {}, h('strong', {}, into.value || name.value), `: ${figures}`), ...said.map((one) => h('p', { class: 'quiet' }, one)));
+      for (const { file } of scans) delete texts[file.name];
+      keep();
       scans.length = 0; list.replaceChildren(); name.value = '';
       await redraw();
     } catch (error) {
@@ -168,7 +174,7 @@ function reader(redraw, own) {
   }
   drop.addEventListener('drop', (event) => add(event.dataTransfer.files));
   return h('section', { class: 'panel' }, h('h2', {}, 'A new hand'), h('form', { onsubmit: submit, 'aria-label': 'A new hand' },
-    drop, list, h('p', { class: 'quiet' }, NEEDS_NO_TEXT), h('div', { class: 'grid' }, own.length ? field('They become', into) : '', nameField, field('Pixels an inch', dpi)), refusal, button, line, result));
+    drop, list, h('p', { class: 'quiet' }, NEEDS_NO_TEXT), h('div', { class: 'grid' }, own.length ? field('They become', into) : '', nameField, field('Pixels an inch', dpi)), refusal, unkept, button, line, result));
 }
 
 function sheets(hands) {
@@ -227,6 +233,6 @@ export async function show(main, shared) {
   };
   await redraw(false);
   const scanned = shared.choices.hands.filter((hand) => !hand.drawn);
-  main.append(h('div', { class: 'hands' }, h('div', { class: 'columns' }, place, h('div', {}, reader(redraw, shared.choices.hands.filter((hand) => hand.own).map((hand) => hand.name)), sheets(scanned), lacking(scanned)))));
+  main.append(h('div', { class: 'hands' }, h('div', { class: 'columns' }, place, h('div', {}, reader(redraw, shared.choices.hands.filter((hand) => hand.own).map((hand) => hand.name), await drafts.kept('texts')), sheets(scanned), lacking(scanned)))));
   return () => document.querySelector('dialog')?.close();
 }

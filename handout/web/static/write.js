@@ -330,7 +330,7 @@ export async function show(main, shared) {
   }
 
   async function downloaded() {
-    download.disabled = true;
+    download.disabled = true; refusal.textContent = '';
     const format = made.format.value;
     const body = { ...asking(), format };
     if (!made.device.hidden && made.device.value) body.device = made.device.value;
