@@ -601,18 +601,14 @@ def _rewritten(desk: _Desk) -> Facts:
     from handout.motion.recovery.letter_forms import HANDS
     from handout.motion.recovery.stroke_order import stroke_order_model
 
-    hand, found = desk.state.hand, dict[str, list[Facts]]()
-    entry, before = desk.steps[-1] if desk.steps else (Entry((), ()), desk.state)
-    was = before.hand.glyphs
-    told = {a.letter for a, b in zip(hand.glyphs, was, strict=False) if a.ways and a.ways is not b.ways}
-    if len(was) != len(hand.glyphs) or not any(isinstance(one, Strokes) for one in entry.corrections):
-        return {"rewritten": found}
-    models = [stroke_order_model(one, HANDS) for one in (before.hand, hand)]
-    for number in (n for letter in sorted(told) for n in hand.of(letter).tolist()):
-        old, new = (model.ways_of(number) for model in models)
-        same = len(old) == len(new) and all(np.array_equal(a, b) for (a, _), (b, _) in zip(old, new, strict=True))
-        if not same and not hand.glyphs[number].ways:
-            found.setdefault(str(hand.glyphs[number].page), []).extend(_strokes(hand, number, new))
+    found, hand = dict[str, list[Facts]](), desk.state.hand
+    for entry, before in desk.steps[-1:]:
+        told = all(isinstance(one, Strokes) for one in entry.corrections)
+        told = told and len(before.hand.glyphs) == len(hand.glyphs)
+        models = [stroke_order_model(one, HANDS) for one in (before.hand, hand)] if told else []
+        for number in models[1].rewritten(models[0]) if models else ():
+            page = str(hand.glyphs[number].page)
+            found.setdefault(page, []).extend(_strokes(hand, number, models[1].ways_of(number)))
     return {"rewritten": found}
 
 

@@ -69,13 +69,27 @@ class StrokeOrderModel:
             return None
         if len(self._hand.pages) != len(hand.pages) or not all(_inked_alike(a, b) for a, b in pairs):
             return None
-        said = {a.letter for a, b in pairs if a is not b and not _same(a.ways, b.ways)}
+        said = self._said_otherwise(hand)
         other = copy.copy(self)
         other._hand = hand
         other._habits = {letter: habit for letter, habit in self._habits.items() if letter not in said}
         other._instances = {n: one for n, one in self._instances.items() if hand.glyphs[n].letter not in said}
         other._strokes = {n: one for n, one in self._strokes.items() if hand.glyphs[n].letter not in said}
         return other
+
+    def rewritten(self, before: StrokeOrderModel) -> list[int]:
+        """The glyphs that are written otherwise than in the model of the same ink, though nobody said so of them."""
+        letters, found = before._said_otherwise(self._hand), list[int]()
+        for number in (n for letter in sorted(letters) for n in self._hand.of(letter).tolist()):
+            old, new = ([way for way, _ in model.ways_of(number)] for model in (before, self))
+            if not self._hand.glyphs[number].ways and not _same(old, new):
+                found.append(number)
+        return found
+
+    def _said_otherwise(self, hand: ScannedHand) -> set[str]:
+        """The letters of whose strokes a person said other things in a hand of the same glyphs."""
+        pairs = zip(self._hand.glyphs, hand.glyphs, strict=True)
+        return {a.letter for a, b in pairs if a is not b and not _same(a.ways, b.ways)}
 
     def strokes_of(self, number: int) -> tuple[LetterStrokes, tuple[Indices, ...]]:
         """The strokes of a glyph, and which vertices of its line are those of each of its ligatures, anchor left out,
