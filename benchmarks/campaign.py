@@ -19,6 +19,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn
+from unittest.mock import patch
 
 import numpy as np
 
@@ -124,8 +125,8 @@ class Fate:
                 self.die()
             self.lines -= 1
 
-        kept._write = counted  # type: ignore[method-assign]
-        yield
+        with patch.object(kept, "_write", counted):
+            yield
 
     def die(self) -> NoReturn:
         """The program is killed, with all of its threads."""

@@ -34,6 +34,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
+from unittest.mock import patch
 
 import msgspec
 import numpy as np
@@ -272,17 +273,13 @@ def journals(desks: Crashable | Sequence[Crashable]) -> Iterator[dict[Path, int]
     """
     every = desks if isinstance(desks, Sequence) else [desks]
     safe: dict[Path, int] = {}
-    real = os.fsync
 
     def noted(handle: int) -> None:
         if not any(desk.crashed for desk in every):
             safe[Path(f"/proc/self/fd/{handle}").resolve()] = os.fstat(handle).st_size
 
-    os.fsync = noted  # type: ignore[assignment]  # the store gives a handle, never a file
-    try:
+    with patch.object(os, "fsync", noted):
         yield safe
-    finally:
-        os.fsync = real
 
 
 @dataclass(frozen=True)

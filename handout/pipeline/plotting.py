@@ -23,7 +23,7 @@ from handout.pipeline.inputs import Source
 from handout.pipeline.letters import LetterTask, draw_letter, prepare_letter
 from handout.pipeline.lined_paper import page_name
 from handout.pipeline.options import Length, millimetres
-from handout.pipeline.plot_jobs import JobState, outlook
+from handout.pipeline.plot_jobs import JobState, called, outlook
 from handout.pipeline.plot_request import AttendanceOptions, Operator, PartOptions, PlotOptions, PlotRequest
 from handout.pipeline.programs import hooked, pressed_evenly
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
@@ -264,9 +264,9 @@ def resume(
     operator: Operator | None = None,
     listener: Listener = SILENT,
 ) -> Plotted:
-    """Go on with a job, at the port where it was begun or another; None: the last that is not finished."""
+    """Go on with a job, at the port where it was begun or another; None: of those that can, the one drawn last."""
     account = ReportFile(attendance.report)
-    job = store.find(name)
+    job = store.find(name, unfinished=True)
     if job.standing().finished:
         raise InputError(f"The job {job.name} is finished: nothing is left of it.")
     listener.say(outlook(job))
@@ -425,7 +425,7 @@ def _part(
 ) -> list[NewPage]:
     """The pages with the part alone that is asked for; the listener hears which that is."""
     laid = [laid_out(page.drawing, profile, options.layers, options.order) for page in pages]
-    chosen = stretch.pieces(laid, stretch.Stretch(**dataclasses.asdict(part)), profile, options.speed)
+    chosen = stretch.pieces(laid, profile, options.speed, **dataclasses.asdict(part))
     listener.say(stretch.named(chosen, laid))
     kept = []
     for number, piece in enumerate(chosen, 1):
@@ -479,7 +479,7 @@ def again(
     except BaseException:
         connected.close()
         raise
-    listener.say(f"{before.profile.title}: {_amount(job)}, job {job.name}, of {before.name}.")
+    listener.say(f"{before.profile.title}: {_amount(job)}, job {job.name}, of {called(before)}.")
     reports = _run(job, address, attendance, account, operator or Unattended(address, listener), connected)
     return Plotted(load(job.folder), tuple(reports))
 
@@ -504,6 +504,7 @@ def preview_again(
     paths = [Path(path) for path in outputs]
     check_outputs(paths)
     before = store.drawn_before(name)
+    listener.say(f"From the plot {called(before)}.")
     kept = _kept_pages(before, listener)
     drawings, plans = _shown([page.drawing for page in kept], part, before.profile, before.options, listener)
     files = write_drawings(drawings, paths, Look(show_travel=show_travel))
@@ -518,8 +519,7 @@ def _shown(
 ) -> tuple[list[Drawing], list[Plan]]:
     """Pages as a preview shows them, and the plans of what is drawn of them."""
     laid = [laid_out(page, profile, options.layers, options.order) for page in pages]
-    asked = stretch.Stretch(**dataclasses.asdict(part))
-    chosen = stretch.pieces(laid, asked, profile, options.speed) if part else _whole(laid)
+    chosen = stretch.pieces(laid, profile, options.speed, **dataclasses.asdict(part)) if part else _whole(laid)
     if part:
         listener.say(stretch.named(chosen, laid))
     plans = [plan(cut_out(laid[piece.sheet], piece), profile, speed=options.speed) for piece in chosen]

@@ -374,7 +374,7 @@ def save_style(draft: StyleDraft, place: str | None = None, *, replace_: bool = 
         kinds = (".style", ".toml") if draft.base else (".toml", ".style")
         path, other = (home / f"{draft.name}{kind}" for kind in kinds)
         if other.exists():  # of two of one name one would never be found again
-            raise InputError(f"There is a style {draft.name} already, of another kind: give another name.")
+            raise InputError(f"{draft.name} is the name of a style of another kind: give another.")
         if draft.name in names() and not path.exists():
             raise InputError(f"{draft.name} is the name of a style that comes with the program: give another.")
         if path.exists() and not replace_:

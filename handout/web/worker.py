@@ -27,7 +27,7 @@ import msgspec
 from handout.errors import HandoutError
 
 LENGTH = 4  # bytes of a frame's length
-_HALTS = 30.0  # s that a machine may take to stop with its pen lifted when the server is gone; set by eye
+HALTS = 30.0  # s that a machine has to stop in good order, its pen lifted; set by eye
 _GLANCE = 0.05  # s
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 _NO_ROOM = "The disk is full: what was kept before is as it was. Make room, then do this again."
@@ -77,7 +77,7 @@ class _Desk:
             else:
                 self._calls.put((number, call))
         self._lost = True
-        for _ in range(round(_HALTS / _GLANCE)):  # a pen that is down has to be lifted first
+        for _ in range(round(HALTS / _GLANCE)):  # a pen that is down has to be lifted first
             if not self._moves:
                 break
             time.sleep(_GLANCE)
