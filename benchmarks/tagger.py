@@ -6,9 +6,10 @@ of their ink to the letter beside them, or half to nobody, or exchange all of it
 simulated who knows the truth and asks the studio's server for what its page asks for: he goes through the letters in
 the order in which the page offers them, outlines the wrong ones by the hulls of their true ink, goes on by eye where
 the page doubts nothing any more, lets the page learn once, then looks at the replay of each word with a letter whose
-strokes are wrong, and reverses a stroke by a click where that mends it, or else redraws the
-letter.  A letter is right as in `benchmarks.corrections`; its order is right where all of its strokes are found in
-order and direction, as `benchmarks.followed` judges, as far as they lie in ink that it has.
+strokes are wrong, those first whose name is wrong oftenest, and reverses a stroke by a click, or writes it earlier by a
+key, where that mends it, or else redraws the letter.  A letter is right as in `benchmarks.corrections`; its order is
+right where all of its strokes are found in order and direction, as `benchmarks.followed` judges, as far as they lie in
+ink that it has.
 
 A gesture is whatever changes something: an outline, a click that reverses, a stroke that is redrawn.  Times of
 operators, s: Card, Moran and Newell, "The keystroke-level model for user performance time with interactive systems",
@@ -207,8 +208,11 @@ class Session:
         wrong, judged = self._misordered()
         first, most, tried = len(wrong), (1 - ORDER) * judged, set[int]()
         while len(wrong) > most and self.person.gestures < _MOST and set(wrong) - tried:
-            left = len(wrong)
-            for at in (at for at in wrong if at not in tried):
+            left, names = len(wrong), [self._text[at] for at in wrong]
+            # what is wrong oftenest comes first: one answer may mend all of a name
+            for at in sorted(
+                (at for at in wrong if at not in tried), key=lambda at: (-names.count(self._text[at]), at)
+            ):
                 # others of its name may have set it right since
                 if left > most and self.person.gestures < _MOST:
                     left -= not self._reordered(at)
@@ -264,7 +268,8 @@ class Session:
         self.person.does(DECIDE, HOME, POINT, KEY, 2 * KEY, gesture=False)
         if self._judged(at, own, true):
             return False
-        turns = ([xy[::-1] if i == k else xy for i, xy in enumerate(own)] for k in range(len(own)))
+        turns = [[xy[::-1] if i == k else xy for i, xy in enumerate(own)] for k in range(len(own))]
+        turns += [[*own[:k], own[k + 1], own[k], *own[k + 2 :]] for k in range(len(own) - 1)]
         turned = next((each for each in turns if self._judged(at, each, true)), None)
         if turned is not None:
             self.person.does(DECIDE, POINT, KEY)

@@ -149,8 +149,21 @@ export async function show(main, shared, [name, number = '0']) {
     }).catch((error) => { refusal.textContent = error.message; });
     const answered = chain;
     // the words around it follow
-    chain = chain.then(async (answer) => { if (answer?.behind) renew(await request('GET', `${url}/alignment?revision=${answer.revision}`)); }).catch((error) => { refusal.textContent = error.message; });
+    chain = chain.then(async (answer) => { if (answer?.behind) { const all = await request('GET', `${url}/alignment?revision=${answer.revision}`); renew(all); await showRewritten(all.rewritten?.[page]); } }).catch((error) => { refusal.textContent = error.message; });
     return answered;
+  }
+  /** Strokes of other letters that follow what was said of one: shown once, undone with it. */
+  async function showRewritten(strokes = []) {
+    const ids = new Set(strokes.map((stroke) => stroke.id)), mine = mode;
+    if (!ids.size) return;
+    say(`${ids.size === 1 ? 'Another letter is' : `${ids.size} other letters are`} now written so, too, as shown; Undo takes all back.`);
+    if (mine?.strokes?.some((own) => ids.has(own.id))) {
+      const [x, y] = mine.strokes[0].xy[0];
+      const { strokes: word } = await request('GET', `${url}/strokes/${page}/${Math.max(0, Math.round(x))}/${Math.max(0, Math.round(y))}`);
+      if (mode !== mine) return;
+      mine.strokes = word; drawStrokes(true);
+    }
+    for (const group of strokesOf(strokes, -1, unit, true)) { group.removeAttribute('data-stroke'); view.written.append(group); }
   }
   const correct = (correction, how) => change('corrections', { corrections: [{ page, ...correction }], later: true }, how);
   const back = (count) => change('history', { back: count }, { painted: true });
