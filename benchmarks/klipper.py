@@ -16,7 +16,7 @@ import re
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import msgspec
@@ -25,18 +25,20 @@ import numpy as np
 from benchmarks.plot import TEXT, written
 from handout import profiles
 from handout.plotting import Plan, plan, run
+from handout.plotting.bed import Placement
 from handout.plotting.dialects import dialect
 from handout.plotting.driving import fidelity
 from handout.profiles import Plotter
 from handout.simulated.plotter import SimulatedPlotter
 from handout.simulated.plotter.paper import strokes
-from handout.values import Drawing
+from handout.values import Drawing, Page
 
 DEVICES = ("klipper-servo", "klipper-z")
 HANDS = ("house-print", "house-joined")
-_CLOCK = 16_000_000  # Hz of the board that is made up
+CLOCK = 16_000_000  # Hz of the board that is made up
 _SAMPLE = 0.005  # s between two places of its motors, which step one after the other
 _WIDTH = 0.001, 0.002 / 360 - 0.001 / 360  # s of a servo's pulse at 0°, and for each degree, as its section says
+Z_STEPS = 400.0  # of a mm of the Z axis that is made up
 _PINS = {f"PA{number}": number for number in range(40)}
 # messages that Klipper looks for, in the formats of its documentation (MCU commands)
 _COMMANDS = """identify offset=%u count=%c;allocate_oids count=%c;get_config;finalize_config crc=%u;emergency_stop;
@@ -62,7 +64,7 @@ def dictionary() -> str:
     commands, responses = ([one.strip() for one in text.split(";")] for text in (_COMMANDS, _RESPONSES))
     order = [responses[0], commands[0], *commands[1:], *responses[1:]]
     numbers = {one: number for number, one in enumerate(order)}
-    constants = {"MCU": "none", "CLOCK_FREQ": _CLOCK, "STATS_SUMSQ_BASE": 256, "ADC_MAX": 1023, "SERIAL_BAUD": 250000}
+    constants = {"MCU": "none", "CLOCK_FREQ": CLOCK, "STATS_SUMSQ_BASE": 256, "ADC_MAX": 1023, "SERIAL_BAUD": 250000}
     return json.dumps({
         "commands": {one: numbers[one] for one in commands},
         "responses": {one: numbers[one] for one in responses},
@@ -78,7 +80,7 @@ def config(profile: Plotter) -> str:
     head = f"""[mcu]\nserial: /dev/null\n[printer]\nkinematics: cartesian\nmax_velocity: {limits.travel_speed:g}
 max_accel: {limits.acceleration:g}\nsquare_corner_velocity: {corner:.6f}\nmax_z_velocity: {pen.z_speed:g}
 max_z_accel: {pen.z_acceleration:g}\n[force_move]\nenable_force_move: True\n"""
-    axes = (("x", limits.steps_per_mm, 0), ("y", limits.steps_per_mm, 5), ("z", 400.0, 10))
+    axes = (("x", limits.steps_per_mm, 0), ("y", limits.steps_per_mm, 5), ("z", Z_STEPS, 10))
     for axis, steps, pin in axes:
         head += f"""[stepper_{axis}]\nstep_pin: PA{pin + 1}\ndir_pin: PA{pin + 2}\nenable_pin: !PA{pin + 3}
 microsteps: 16\nrotation_distance: {3200 / steps:g}\nendstop_pin: PA{pin + 4}\nposition_endstop: 0
@@ -132,8 +134,8 @@ class Board:
                 self.steps.setdefault(motor, []).append((clock, self._direction.get(motor, 1)))
             self._clock[motor] = clock
         elif name == "queue_digital_out" and words["on_ticks"] > 1:
-            angle = (words["on_ticks"] / _CLOCK - _WIDTH[0]) / _WIDTH[1]
-            self.servo.append((words["clock"] / _CLOCK, angle))
+            angle = (words["on_ticks"] / CLOCK - _WIDTH[0]) / _WIDTH[1]
+            self.servo.append((words["clock"] / CLOCK, angle))
 
 
 def executed(made: Plan, folder: Path) -> Drawing:
@@ -144,18 +146,25 @@ def executed(made: Plan, folder: Path) -> Drawing:
             motors.append(words["oid"])
         board.take(name, words)
     profile = made.profile
-    on_z = profile.pen.lift == "z"
-    per_mm = [profile.limits.steps_per_mm] * 2 + [400.0]
-    begins = [0, 0, round(profile.pen.up * per_mm[2]) if on_z else 0]
-    clocks = [np.array(board.steps.get(motor, []), dtype=np.int64).reshape(-1, 2) for motor in motors[:3]]
-    t = np.arange(0.0, max(float(steps[:, 0].max(initial=0)) for steps in clocks) / _CLOCK + 2 * _SAMPLE, _SAMPLE)
+    begins = (0, 0, round(profile.pen.up * Z_STEPS) if profile.pen.lift == "z" else 0)
+    return drawn(board, motors[:3], begins, profile, made.placement, made.drawing.page)
+
+
+def drawn(
+    board: Board, motors: Sequence[int], begins: Sequence[int], profile: Plotter, placement: Placement, page: Page
+) -> Drawing:
+    """What the steps of three motors draw that stand at `begins`, in steps from the zero of the machine."""
+    per_mm = [profile.limits.steps_per_mm] * 2 + [Z_STEPS]
+    clocks = [np.array(board.steps.get(motor, []), dtype=np.int64).reshape(-1, 2) for motor in motors]
+    last = max(float(steps[:, 0].max(initial=0)) for steps in clocks)
+    t = np.arange(0.0, last / CLOCK + 2 * _SAMPLE, _SAMPLE)
     places = []
     for steps, begin in zip(clocks, begins, strict=True):
         way = begin + np.append(0, np.cumsum(steps[:, 1]))
-        places.append(way[np.searchsorted(steps[:, 0], t * _CLOCK, side="right")])
+        places.append(way[np.searchsorted(steps[:, 0], t * CLOCK, side="right")])
     trace = list(zip(t.tolist(), zip(*(place.tolist() for place in places), strict=True), strict=True))
-    drawn = strokes(trace, [] if on_z else board.servo, per_mm, profile.pen, made.placement)
-    return Drawing(tuple(drawn), made.drawing.page)
+    power = [] if profile.pen.lift == "z" else board.servo
+    return Drawing(tuple(strokes(trace, power, per_mm, profile.pen, placement)), page)
 
 
 def main() -> None:

@@ -20,6 +20,7 @@ import time
 import urllib.request
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -100,7 +101,8 @@ def corrections(server: Server, hand: Path) -> None:
     own = str(shutil.copy(hand, hand.with_name("own.hand")))
     url = f"/api/hands/{hand.stem}"
     revision = [json.loads(server.ask(f"{url}/letters"))["revision"], letter_desk.open_letters(own)["revision"]]
-    spot: Any = letter_desk.page_letters(own, 0)["letters"][20]["spot"]  # type: ignore[index,call-overload]
+    letters: Any = letter_desk.page_letters(own, 0)["letters"]
+    spot = letters[20]["spot"]
     made = [{"do": "confirm", "page": 0, "at": spot}]
 
     def post(path: str, **body: Any) -> None:
@@ -201,8 +203,8 @@ def movements(server: Server) -> None:
             data = json.dumps(plan).encode()
             compared(
                 f"{count} targets dragged, {name}",
-                lambda plan=plan, asked=asked: server.ask("/api/movements", {"plan": plan, "style": asked}),  # type: ignore[misc]
-                lambda data=data, draft=draft: style_editor.moved(data, draft, 1),  # type: ignore[misc]
+                partial(server.ask, "/api/movements", {"plan": plan, "style": asked}),
+                partial(style_editor.moved, data, draft, 1),
                 MANY,
             )
 
@@ -219,10 +221,8 @@ def main() -> None:
             for drawn in HANDS:
                 compared(
                     f"card, {drawn}",
-                    lambda drawn=drawn: server.written(text=CARD, page="A6", hand=drawn, seed=1),  # type: ignore[misc]
-                    lambda drawn=drawn: write(  # type: ignore[misc]
-                        CARD, [folder / "card.svg"], WritingOptions(drawn, 1), SheetOptions("A6")
-                    ),
+                    partial(server.written, text=CARD, page="A6", hand=drawn, seed=1),
+                    partial(write, CARD, [folder / "card.svg"], WritingOptions(drawn, 1), SheetOptions("A6")),
                 )
             writing, sheet, picture = WritingOptions(SCANNED, 1), SheetOptions("120x30mm"), PictureOptions(150)
             asked = {"text": LINE, "page": "120x30mm", "hand": SCANNED, "seed": 1, "format": "png", "dpi": 150}

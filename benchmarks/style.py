@@ -15,6 +15,7 @@ from dataclasses import replace
 from functools import cache
 from itertools import groupby
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from msgspec.structs import replace as replaced
@@ -100,8 +101,8 @@ def of_one_gaussian(learned: Sequence[MovementSequence], judged: Sequence[Moveme
     return -float(np.concatenate([log, other]).mean())
 
 
-def _learn(examples: Sequence[MovementSequence], **more: object) -> DynamicsModel:
-    return dynamics.learn([sequences.joined(examples)], np.random.default_rng(0), **more)  # type: ignore[arg-type]
+def _learn(examples: Sequence[MovementSequence], **more: Any) -> DynamicsModel:
+    return dynamics.learn([sequences.joined(examples)], np.random.default_rng(0), **more)
 
 
 def prediction() -> None:

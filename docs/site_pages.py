@@ -97,6 +97,8 @@ def anchor(words: str) -> str:
 
 def verb_page(name: str, verb: click.Command) -> str:
     """Usage, worked examples, and every option of a verb and of those below it."""
+    from handout.cli.commands import OWN, headed
+
     parts = [f"# handout {name}", said(verb.help or "")]
     shown = worked().get(name, "")
     parts += [f"## Worked example\n\n{shown}"] if shown else []
@@ -111,7 +113,10 @@ def verb_page(name: str, verb: click.Command) -> str:
             else [f"## handout {words} {{#{anchor(words)}}}", usage]
         )
         parts += [said(command.help or "")] if words != name else []
-        parts += [parameter(p, context) for p in command.get_params(context)]
+        parts += [parameter(p, context) for p in command.get_params(context) if isinstance(p, click.Argument)]
+        for heading, options in headed(command, context).items():
+            parts += [] if heading == OWN else [f"### {heading}"]
+            parts += [parameter(option, context) for option in options]
     parts += used(name)
     return "\n\n".join(parts) + "\n"
 

@@ -13,6 +13,7 @@ from typing import IO, Any, BinaryIO
 
 from handout.errors import InputError
 
+PLAIN_NAME = re.compile(r"[\w-][\w.-]{0,99}", re.ASCII)  # of a file that was sent: it leads to no other folder
 _LOCKED = 1 << 30  # the byte of a file that is locked on Windows: no file that is locked has so many
 # names of devices, which Windows takes no file for, whatever their suffix
 _RESERVED = re.compile(r"(con|prn|aux|nul|com[0-9¹²³]|lpt[0-9¹²³])\s*(\..*)?", re.IGNORECASE)

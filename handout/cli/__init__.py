@@ -85,7 +85,7 @@ class _Verbs(click.Group):
             formatter.write_dl(list(_VERBS.items()))
 
 
-@click.group(cls=_Verbs, context_settings={"help_option_names": sorted(_HELP)})
+@click.group(cls=_Verbs, context_settings={"help_option_names": sorted(_HELP), "max_content_width": 120})
 @click.option(
     "--config",
     envvar="HANDOUT_CONFIG",

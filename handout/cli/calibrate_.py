@@ -10,6 +10,7 @@ import click
 
 from handout import units
 from handout.cli import options, progress
+from handout.cli.commands import Group
 from handout.cli.console import Console
 from handout.errors import InputError
 from handout.pipeline.options import COLOUR_FORMATS, COLOUR_METHODS, CalibrationOptions, ChartOptions
@@ -71,7 +72,7 @@ class _AtTerminal:
         return sys.stdin.isatty()
 
 
-@click.group("calibrate")
+@click.group("calibrate", cls=Group)
 def command() -> None:
     """Make a printer's colours those of the ink: print a chart, scan it, and pages go through what it shows.
 

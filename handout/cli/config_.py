@@ -12,6 +12,7 @@ import click
 from click.core import ParameterSource
 
 from handout.cli import configuration
+from handout.cli.commands import Group
 from handout.cli.configuration import PROJECT, Layer, Setting, Value
 from handout.errors import InputError
 
@@ -31,13 +32,13 @@ class _Row:
         return {"key": self.key, "value": self.value, "from": self.place}
 
 
-@click.group("config")
+@click.group("config", cls=Group)
 def command() -> None:
     """Keep defaults of options for all verbs, and say where each comes from.
 
     What is typed wins over the environment (HANDOUT_HAND, HANDOUT_PLOT_PORT), that over the project's handout.toml in
     this folder or one above, that over your own file, and that over what is built in. What the head of a letter says
-    wins over all but what is typed.
+    wins over all but what is typed. A switch that is set, such as fit, is turned off for once by --no-fit.
 
     \b
     handout config set hand me               for every verb that writes

@@ -45,17 +45,19 @@ class Shared(click.Option):
         value, source = super().consume_value(ctx, opts)
         if source is not ParameterSource.DEFAULT_MAP:
             return value, source
-        kept = (_typed(ctx, "resume") or _typed(ctx, "again")) and ctx.params.get("text") == ()
-        kept = kept and not any(_typed(ctx, name) for name in _OF_TABLES)  # of which --resume may have the name
-        if kept or any(_typed(ctx, name) for name in self.unless):
+        kept = (_asked(ctx, "resume") or _asked(ctx, "again")) and ctx.params.get("text") == ()
+        kept = kept and not any(_asked(ctx, name) for name in _OF_TABLES)  # of which --resume may have the name
+        if kept or any(_asked(ctx, name) for name in self.unless):
             assert ctx.default_map is not None
             ctx.default_map.pop(str(self.name))
             return super().consume_value(ctx, opts)
         return value, source
 
 
-def _typed(context: click.Context, name: str) -> bool:
-    return context.get_parameter_source(name) is ParameterSource.COMMANDLINE
+def _asked(context: click.Context, name: str) -> bool:
+    """Whether an option is typed, and not to turn a switch off."""
+    typed = context.get_parameter_source(name) is ParameterSource.COMMANDLINE
+    return typed and context.params.get(name) is not False
 
 
 def shared(*names: str, unless: Sequence[str] = (), **settings: object) -> Option:

@@ -8,11 +8,12 @@ from pathlib import Path
 import click
 
 from handout.cli import options
+from handout.cli.commands import Group
 
 _json = click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
 
 
-@click.group("devices")
+@click.group("devices", cls=Group)
 def command() -> None:
     """List, show and check machines, and see who is plugged in."""
 

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from handout.cli.commands import Command
+
 if TYPE_CHECKING:
     from handout.pipeline.doctor import Finding
 
@@ -16,7 +18,7 @@ _MARKS = {"fine": "  ok", "note": "   -", "poor": "   !", "broken": "FAIL"}
 _FAILED = 1  # the exit code where something is broken
 
 
-@click.command("doctor")
+@click.command("doctor", cls=Command)
 @click.option("--test-page", type=click.Path(path_type=Path), help="Write a page, .pdf .svg or .png, to look at.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
 def command(test_page: Path | None, as_json: bool) -> int:

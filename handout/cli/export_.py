@@ -8,24 +8,31 @@ import click
 
 from handout import units
 from handout.cli import options, sentences
+from handout.cli.commands import FILES, MACHINE, Command, under
 from handout.cli.console import Console
 from handout.pipeline.options import SheetOptions, WritingOptions
 from handout.pipeline.plot_request import ExportOptions
 from handout.pipeline.programs import SUFFIXES
 
 
-@click.command("export")
+@click.command("export", cls=Command)
 @click.argument("text", nargs=-1)
-@click.option("--file", "-f", help="Read the text from a file; - for standard input.")
-@click.option(
-    "--output", "-o", multiple=True, required=True, type=click.Path(path_type=Path), help=f"{' '.join(SUFFIXES)}"
+@under(
+    FILES,
+    click.option("--file", "-f", help="Read the text from a file; - for standard input."),
+    click.option(
+        "--output", "-o", multiple=True, required=True, type=click.Path(path_type=Path), help=f"{' '.join(SUFFIXES)}"
+    ),
 )
 @options.bind_hooked(
     "export",
     ExportOptions,
-    options.shared("--device", help="The plotter it is for; default: a common one that reads such files."),
-    click.option(
-        "--order", type=click.Choice(["writing", "travel"]), default="writing", show_default=True, help="Of words."
+    under(
+        MACHINE,
+        options.shared("--device", help="The plotter it is for; default: a common one that reads such files."),
+        click.option(
+            "--order", type=click.Choice(["writing", "travel"]), default="writing", show_default=True, help="Of words."
+        ),
     ),
 )
 @options.sheet("A5")

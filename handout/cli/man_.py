@@ -13,6 +13,7 @@ from pathlib import Path
 import click
 
 from handout import __version__, atomic
+from handout.cli.commands import OWN, Command, headed, records
 from handout.errors import InputError
 
 _FILES = """
@@ -36,7 +37,7 @@ As \\-\\-config.
 """
 
 
-@click.command("man")
+@click.command("man", cls=Command)
 @click.argument("words", nargs=-1, metavar="[VERB]...")
 @click.option("--output", "-o", type=click.Path(path_type=Path), help="Write all pages, into man1 in this folder.")
 def command(words: tuple[str, ...], output: Path | None) -> None:
@@ -90,9 +91,10 @@ def _page(name: str, pages: dict[str, click.Command]) -> str:
         ".SH DESCRIPTION",
         "\n".join(_described(inspect.cleandoc(verb.help or ""))).removeprefix(".PP\n"),
     ]
-    options = [each for each in verb.get_params(context) if isinstance(each, click.Option)]
-    records = [record for option in options if (record := option.get_help_record(context))]
-    lines += [".SH OPTIONS", *(f".TP\n.B {_plain(option)}\n{_text(meaning)}" for option, meaning in records)]
+    lines.append(".SH OPTIONS")
+    for heading, options in headed(verb, context).items():
+        lines += [] if heading == OWN else [f".SS {_plain(heading)}"]
+        lines += [f".TP\n.B {_plain(option)}\n{_text(meaning)}" for option, meaning in records(options, context)]
     if inner:
         lines += [".SH COMMANDS", *(f".TP\n.B {_plain(each)}\n{_text(_title(pages[each]))}" for each in inner)]
     related = [name.rpartition(" ")[0]] if " " in name else []

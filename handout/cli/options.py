@@ -11,7 +11,8 @@ import click
 from click.core import ParameterSource
 
 from handout import page_sizes
-from handout.cli import configuration
+from handout.cli import commands, configuration
+from handout.cli.commands import under
 from handout.cli.configuration import Option, Verb
 from handout.cli.configuration import shared as shared
 from handout.cli.console import Console
@@ -45,7 +46,8 @@ _HELD = (
     shared("--pose", help=_POSE),
     shared("--pose-method", type=click.Choice(POSE_METHODS), default=POSE_METHODS[0], show_default=True, help=_METHOD),
 )
-_WRITING = (
+_HAND = under(
+    commands.HAND,
     shared(
         "--hand",
         default="house-joined",
@@ -53,16 +55,6 @@ _WRITING = (
         help="A built-in hand, your own, or a .hand or .toml file or .svg font.",
     ),
     shared("--seed", type=int, help="Same seed, same writing; without it every run differs."),
-    shared("--x-height", "x_height", help="Height of a small letter; default: 2.5mm, or a scanned hand's own."),
-    shared("--line-spacing", help="Distance of lines, e.g. 9mm; default: the hand's own."),
-    shared("--align", type=click.Choice(ALIGNMENTS), default="ragged", show_default=True),
-    shared(
-        "--kinematics",
-        type=click.Choice(ENGINES),
-        default=ENGINES[0],
-        show_default=True,
-        help="How the strokes move.",
-    ),
     shared("--speed", default="human", show_default=True, help="human, fast, or a factor such as 1.5."),
     shared(
         "--variation",
@@ -74,48 +66,83 @@ _WRITING = (
         help="1 as people vary, 0 none.",
     ),
     shared("--haste", type=float, default=0.0, show_default=True, help="-1 careful, 0 as drawn, 1 hurried."),
-    shared("--fit", is_flag=True, help="Shrink what does not fit instead of refusing it."),
+    shared(
+        "--kinematics",
+        type=click.Choice(ENGINES),
+        default=ENGINES[0],
+        show_default=True,
+        help="How the strokes move.",
+    ),
     shared("--fallback", is_flag=True, help="Take similar forms for characters that the hand lacks, leave out emoji."),
+    shared("--strict", is_flag=True, help="Refuse a text of which a word, as written, reads as another."),
+)
+_LINES = under(
+    commands.PAGE,
+    shared("--x-height", "x_height", help="Height of a small letter; default: 2.5mm, or a scanned hand's own."),
+    shared("--line-spacing", help="Distance of lines, e.g. 9mm; default: the hand's own."),
+    shared("--align", type=click.Choice(ALIGNMENTS), default="ragged", show_default=True),
+    shared("--fit", is_flag=True, help="Shrink what does not fit instead of refusing it."),
+)
+_STYLED = under(
+    commands.STYLE,
     shared("--style", help=f"Move through what is written in a handstyle: {_STYLE}"),
     *_MANNER,
     *_HELD,
-    shared("--strict", is_flag=True, help="Refuse a text of which a word, as written, reads as another."),
 )
-_CONSOLE = (
+_CONSOLE = under(
+    commands.GENERAL,
     click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output."),
     click.option("--quiet", "-q", is_flag=True, help="Say nothing but errors."),
 )
-TABLE = (
-    click.option("--rows", default="", help="Rows by their numbers in the file, the header is 1: 3-7,9 or 7-."),
-    click.option(
-        "--columns", multiple=True, metavar="WHAT=COLUMN", help='What columns hold: "name=Guest(s)" or "1=name"; also '
-        "of a row its own hand, pen, language, copies, or its text.",
-    ),
-    click.option("--address", default="", help="Of several addresses of a row: home, business, 2 …"),
-    click.option("--no-name", is_flag=True, help="Take a table that has no names."),
-    click.option("--again", default="", metavar="ROWS", help="With --resume: make these whatever became of them."),
-    click.option("--afresh", is_flag=True, help="Make all of it, though an earlier run of it broke off."),
-)  # fmt: skip
-WORKERS = (
+
+
+def table(again: Option) -> Option:
+    """Which rows of which columns; `again`: the option --again."""
+    return under(
+        commands.TABLE,
+        click.option("--rows", default="", help="Rows by their numbers in the file, the header is 1: 3-7,9 or 7-."),
+        click.option(
+            "--columns",
+            multiple=True,
+            metavar="WHAT=COLUMN",
+            help='What columns hold: "name=Guest(s)" or "1=name"; also of a row its own hand, pen, language, copies, '
+            "or its text.",
+        ),
+        click.option("--address", default="", help="Of several addresses of a row: home, business, 2 …"),
+        click.option("--no-name", is_flag=True, help="Take a table that has no names."),
+        again,
+        click.option("--afresh", is_flag=True, help="Make all of it, though an earlier run of it broke off."),
+    )
+
+
+TABLE = table(
+    click.option("--again", default="", metavar="ROWS", help="With --resume: make these whatever became of them.")
+)
+WORKERS = under(
+    commands.TABLE,
     shared("--jobs", type=click.IntRange(1), default=1, show_default=True, help="Processes that make pages."),
     shared("--cluster", default="", metavar="ADDRESS", help="Of a Dask scheduler: its workers make the pages."),
 )
-MERGE = (
+LETTERS = under(
+    commands.TABLE,
     click.option(
         "--letter",
         type=click.Path(path_type=Path),
         help="A letter with gaps, {{ first_name }}, that every row of the table fills.",
     ),
+    shared("--language", default="en", show_default=True, help="Of dates in letters: de, fr, en-GB …"),
+    shared("--tick", is_flag=True, help="The row's number, small, on letter and envelope."),
+    click.option("--approved", type=click.Path(path_type=Path), help="A proof's .json: refuse what differs from it."),
+    shared("--skip-bad", is_flag=True, help="Make the rows that can be made, though others cannot."),
+)
+ENVELOPES = under(
+    commands.ENVELOPES,
     click.option("--with-envelopes", is_flag=True, help="An envelope for every letter."),
     shared("--envelope", default="DL", show_default=True, help="The size of these envelopes."),
-    shared("--language", default="en", show_default=True, help="Of dates in letters: de, fr, en-GB …"),
     shared("--return-address", default="", help="The sender on envelopes: a text, or its file."),
     shared("--return-at", type=click.Choice(["corner", "back"]), default="corner", show_default=True),
     shared("--home-country", default="", help="The country that is left out of addresses."),
     shared("--window", default="", help="Address on the letter, for a window: DL, C5, #10, CH, CH-left or FR."),
-    shared("--tick", is_flag=True, help="The row's number, small, on letter and envelope."),
-    click.option("--approved", type=click.Path(path_type=Path), help="A proof's .json: refuse what differs from it."),
-    shared("--skip-bad", is_flag=True, help="Make the rows that can be made, though others cannot."),
 )
 
 
@@ -128,7 +155,8 @@ def batch(**values: object) -> tuple[TableOptions, MergeOptions]:
 
 
 _STEPS = "go X Y; go NAME; down [VALUE]; up; wait TIME; send LINE"
-_HOOKS = (
+_HOOKS = under(
+    commands.HOOKS,
     click.option("--dip", metavar="STEPS", help=f"Ink for the pen, before it writes and on the way: {_STEPS}."),
     click.option("--dip-every", metavar="LENGTH", help="Ink between two dips at most, e.g. 150mm."),
     click.option("--before-page", metavar="STEPS", help="What the machine does before every page, in such steps."),
@@ -138,7 +166,8 @@ _HOOKS = (
 )
 
 
-_PICTURE = (
+_PICTURE = under(
+    commands.INK,
     shared("--dpi", type=click.FloatRange(36, 2400), default=300.0, show_default=True, help="Of PNG files."),
     shared(
         "--pen",
@@ -204,13 +233,14 @@ def bind_hooked(name: str, kind: Callable[..., object], *options: Option) -> Cal
         own = {field.name: values.pop(field.name) for field in fields(HookOptions)}
         return kind(**values, hooks=hooks(**own))
 
-    return bind(name, whole, *options, *_HOOKS)
+    return bind(name, whole, *options, _HOOKS)
 
 
 def port(*names: str, multiple: bool = False) -> Option:
     """--port of a plotter; one of the configuration is left aside where the result is to be a file."""
     help_ = "/dev/ttyUSB0, COM3, tcp://host, ws://host, auto, or sim: (simulated)."
-    return shared("--port", *names, multiple=multiple, unless=("dry_run", "output"), help=help_)
+    option = shared("--port", *names, multiple=multiple, unless=("dry_run", "output"), help=help_)
+    return under(commands.MACHINE, option)
 
 
 def given() -> frozenset[str]:
@@ -224,9 +254,12 @@ def sheet(usual_page: str) -> Callable[[Verb], Verb]:
     return bind(
         "sheet",
         partial(SheetOptions, usual_page=usual_page),
-        shared("--page", "page", help=f"{page_sizes.HELP}  [default: {usual_page}]"),
-        shared("--margin", help=SIDES),
-        shared("--pages", type=click.IntRange(1), help="How many pages there may be."),
+        under(
+            commands.PAGE,
+            shared("--page", "page", help=f"{page_sizes.HELP}  [default: {usual_page}]"),
+            shared("--margin", help=SIDES),
+            shared("--pages", type=click.IntRange(1), help="How many pages there may be."),
+        ),
     )
 
 
@@ -235,7 +268,7 @@ def _slips(_context: click.Context, _option: click.Parameter, text: str | None) 
     return slip_rate(text)
 
 
-slips_option = shared(
+_SLIPS = shared(
     "--slips",
     is_flag=False,
     flag_value="usual",
@@ -245,9 +278,11 @@ slips_option = shared(
 )
 
 
-manner = bind("writing", WritingOptions, *_WRITING)  # WritingOptions without slips, for other programs' commands
-writing = bind("writing", WritingOptions, *_WRITING, slips_option)
-picture = bind("picture", PictureOptions, *_PICTURE)
+manner = bind(
+    "writing", WritingOptions, _HAND, _LINES, _STYLED
+)  # WritingOptions without slips, for other programs' commands
+writing = bind("writing", WritingOptions, _HAND, _LINES, _STYLED, under(commands.HAND, _SLIPS))
+picture = bind("picture", PictureOptions, _PICTURE)
 
 
 def _console(as_json: bool, quiet: bool) -> Console:
@@ -257,18 +292,16 @@ def _console(as_json: bool, quiet: bool) -> Console:
     return result
 
 
-console = bind("console", _console, *_CONSOLE)
-pose = bind(
-    "posing",
-    PoseOptions,
+console = bind("console", _console, _CONSOLE)
+_OWN_POSE = under(
+    commands.STYLE,
     click.option("--pose", help=_POSE),
     click.option("--method", type=click.Choice(POSE_METHODS), default=POSE_METHODS[0], show_default=True, help=_METHOD),
     click.option("--trajectory", is_flag=True, help="Draw the strokes, too, as the library's writer draws."),
     click.option("--one-pass", is_flag=True, help="With --trajectory: hold the pen as the old strokes suggest."),
 )
-style = bind(
-    "styling",
-    StyleOptions,
+_OWN_STYLE = under(
+    commands.STYLE,
     click.option(
         "--style",
         help=f"Default: fast-tag. Or {_STYLE.removeprefix('fast-tag, ')}",
@@ -279,3 +312,5 @@ style = bind(
     *_MANNER,
     click.option("--seed", type=int, help="Same seed, same bytes; without it every run may differ."),
 )
+pose = bind("posing", PoseOptions, _OWN_POSE)
+style = bind("styling", StyleOptions, _OWN_STYLE)

@@ -10,6 +10,7 @@ import click
 
 from handout import page_sizes, units
 from handout.cli import options, sentences
+from handout.cli.commands import Group
 from handout.cli.console import Console
 from handout.errors import InputError
 from handout.pipeline.plot_request import HeightOptions
@@ -34,7 +35,7 @@ _plotter = options.bind(
 )
 
 
-@click.group("pen")
+@click.group("pen", cls=Group)
 def command() -> None:
     """Set up the pen of a plotter: a test sheet, its heights; move it by hand."""
 

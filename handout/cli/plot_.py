@@ -14,6 +14,7 @@ from click.core import ParameterSource
 
 from handout import units
 from handout.cli import options, sentences
+from handout.cli.commands import ENVELOPES, FILES, MACHINE, PARTS, TABLE, Command, under
 from handout.cli.console import Console
 from handout.errors import InputError
 from handout.pipeline.inputs import Source
@@ -23,7 +24,7 @@ from handout.pipeline.plot_request import AttendanceOptions, PartOptions, PlotOp
 if TYPE_CHECKING:
     from handout.pipeline.plot_jobs import JobState
 
-_LATEST = "the latest"
+_LAST = "last"  # of kept plots, in place of a name
 # what may be given with --again
 _AGAIN = {"again", "ports", "dry_run", "show_travel", "report", "home_after", "hold_limit", "yes", "as_json", "quiet"}
 _AGAIN |= {"begin", "end", "from_word", "to_word", "sheets"}
@@ -72,68 +73,102 @@ def _mode(**values: object) -> _Mode:
     return kinds[1](**values, part=kinds[0](**own))
 
 
-@click.command("plot")
+_again_option = under(
+    PARTS,
+    click.option(
+        "--again",
+        default="",
+        is_flag=False,
+        flag_value=_LAST,
+        metavar="[JOB]",
+        help="Plot what is kept once more, the last or that one; with --resume of a table ROWS: these, whatever became "
+        "of them.",
+    ),
+)
+
+
+@click.command("plot", cls=Command)
 @click.argument("text", nargs=-1)
 @options.bind(
     "mode",
     _mode,
-    click.option("--file", "-f", help="Read the text from a file; - for standard input."),
+    under(
+        FILES,
+        click.option("--file", "-f", help="Read the text from a file; - for standard input."),
+        click.option(
+            "--dry-run", multiple=True, type=click.Path(path_type=Path), help="Write a preview instead of plotting."
+        ),
+        click.option(
+            "--show-travel", is_flag=True, help="In previews (SVG, PDF, PNG): show how the lifted pen travels."
+        ),
+        click.option("--report", type=click.Path(path_type=Path), help="Write how faithful the motion is, as JSON."),
+    ),
     options.port("ports", multiple=True),
-    click.option(
-        "--dry-run", multiple=True, type=click.Path(path_type=Path), help="Write a preview instead of plotting."
+    under(
+        MACHINE,
+        click.option("--home-after", is_flag=True, help="Back to zero when it ends, after Ctrl-C too."),
+        click.option(
+            "--hold-limit",
+            metavar="TIME",
+            help="How long the plotter may stand on hold before the plot ends, pen lifted; default: 2min with --yes "
+            "or without a terminal, else for ever.",
+        ),
+        click.option("--yes", "-y", is_flag=True, help="Do not stop between sheets and pens."),
     ),
-    click.option("--show-travel", is_flag=True, help="In previews (SVG, PDF, PNG): show how the lifted pen travels."),
-    click.option("--report", type=click.Path(path_type=Path), help="Write how faithful the motion is, as JSON."),
-    click.option(
-        "--resume",
-        is_flag=False,
-        flag_value=_LATEST,
-        metavar="[JOB]",
-        help="Go on with a plot that broke off, or the last.",
+    under(
+        PARTS,
+        click.option("--from", "begin", metavar="PLACE", help="Plot from there on: 40% of the ink, or 2m30s."),
+        click.option("--to", "end", metavar="PLACE", help="And no further than there."),
+        click.option("--from-word", metavar="WORD", help="Plot from that word on: a word, several, or its number."),
+        click.option("--to-word", metavar="WORD", help="And no further than that word."),
+        click.option("--sheets", default="", metavar="NUMBERS", help="Plot these sheets alone: 2, 2-3, 1,4-."),
+        click.option(
+            "--resume",
+            is_flag=False,
+            flag_value=_LAST,
+            metavar="[JOB]",
+            help="Go on with a plot that broke off, the last or that one.",
+        ),
+        click.option("--at-zero", is_flag=True, help="With --resume: the pen stands above the zero, lifted."),
     ),
-    click.option("--at-zero", is_flag=True, help="With --resume: the pen stands above the zero, lifted."),
-    click.option("--home-after", is_flag=True, help="Back to zero when it ends, after Ctrl-C too."),
-    click.option(
-        "--hold-limit",
-        metavar="TIME",
-        help="How long the plotter may stand on hold before the plot ends, its pen lifted; default: 2min with --yes or "
-        "without a terminal, else for ever.",
-    ),
-    click.option("--yes", "-y", is_flag=True, help="Do not stop between sheets and pens."),
-    click.option("--from", "begin", metavar="PLACE", help="Plot from there on: 40% of the ink, or 2m30s of the time."),
-    click.option("--to", "end", metavar="PLACE", help="And no further than there."),
-    click.option("--from-word", metavar="WORD", help="Plot from that word on: a word, several, or its number."),
-    click.option("--to-word", metavar="WORD", help="And no further than that word."),
-    click.option("--sheets", default="", metavar="NUMBERS", help="Plot these sheets alone: 2, 2-3, 1,4-."),
 )
 @options.bind_hooked(
     "plotting",
     PlotOptions,
-    options.shared("--device", help="The plotter's profile; see: handout devices list."),
-    click.option("--copies", type=click.IntRange(1, 1000), default=1, show_default=True),
-    click.option(
-        "--order",
-        type=click.Choice(["writing", "travel"]),
-        default="writing",
-        show_default=True,
-        help="Of words; travel moves the strokes of a drawing about in any way.",
+    under(
+        MACHINE,
+        options.shared("--device", help="The plotter's profile; see: handout devices list."),
+        click.option(
+            "--order",
+            type=click.Choice(["writing", "travel"]),
+            default="writing",
+            show_default=True,
+            help="Of words; travel moves the strokes of a drawing about in any way.",
+        ),
+        click.option(
+            "--layers",
+            type=click.Choice(["none", "name", "colour"]),
+            default="none",
+            show_default=True,
+            help="Stop for another pen before every layer.",
+        ),
+        click.option("--pause-every", metavar="LENGTH", help="Stop for a look at the pen after so much ink, e.g. 20m."),
+        click.option("--pen-up", metavar="HEIGHT", help="Lift the pen to this height, not the profile's (pen.up)."),
+        click.option("--pen-down", metavar="HEIGHT", help="Lower it to this height, not the profile's (pen.down)."),
     ),
-    click.option(
-        "--layers",
-        type=click.Choice(["none", "name", "colour"]),
-        default="none",
-        show_default=True,
-        help="Stop for another pen before every layer.",
+    under(
+        PARTS,
+        click.option("--copies", type=click.IntRange(1, 1000), default=1, show_default=True),
+        click.option("--overlap", metavar="LENGTH", help="Ink that may be drawn twice after a break; default: 20mm."),
     ),
-    click.option("--pause-every", metavar="LENGTH", help="Stop for a look at the pen after so much ink, e.g. 20m."),
-    click.option("--overlap", metavar="LENGTH", help="Ink that may be drawn twice after a break; default: 20mm."),
-    click.option("--pen-up", metavar="HEIGHT", help="Lift the pen to this height, instead of the profile's (pen.up)."),
-    click.option("--pen-down", metavar="HEIGHT", help="Lower it to this height, instead of the profile's (pen.down)."),
-    click.option("--envelopes-to", multiple=True, metavar="PORT", help="Of a table: where envelopes are plotted."),
-    click.option("--grid", default="", metavar="NxM", help="Of a table: cards side by side, 2x3 is two across."),
-    click.option("--gap", default="0mm", show_default=True, help="Between the cards of a grid."),
+    under(
+        TABLE,
+        click.option("--grid", default="", metavar="NxM", help="Cards side by side on the bed, 2x3 is two across."),
+        click.option("--gap", default="0mm", show_default=True, help="Between the cards of a grid."),
+    ),
+    under(ENVELOPES, click.option("--envelopes-to", multiple=True, metavar="PORT", help="Where these are plotted.")),
 )
-@options.bind("batch", options.batch, *options.TABLE, *options.WORKERS, *options.MERGE)
+@options.bind("batch", options.batch, options.table(_again_option), options.WORKERS, options.LETTERS, options.ENVELOPES)
 @options.sheet("A5")
 @options.writing
 @options.picture
@@ -164,10 +199,12 @@ def command(
 
     \b
     handout plot --resume [JOB]     go on with it
-    handout plot --again JOB        plot it once more, or a part: --from-word kindness --to 60%; JOB: its name, or last
+    handout plot --again [JOB]      plot it once more, or a part: --from-word kindness --to 60%
     handout plot jobs               list all that are kept
-    handout plot show JOB           how far it has come
+    handout plot show [JOB]         how far it has come
     handout plot forget JOB         delete it
+
+    Without a name the one that was drawn last is taken, of those for which it can be done.
     """
     if batch[1].letter is not None or batch[1].with_envelopes or batch[0].columns:
         request = PlotRequest(Source(""), writing, sheet, picture, plotting)
@@ -206,7 +243,7 @@ def _of_kept(text: tuple[str, ...], mode: _Mode, again: str, console: Console) -
         _resume(mode, console)
     elif again:
         _check_kept(text, _AGAIN, "--again plots what is kept", "a plot that is drawn again is drawn as it was")
-        _again(None if again == "last" else again, mode, console)
+        _again(again, mode, console)
     return mode.resume is not None or bool(again)
 
 
@@ -223,7 +260,7 @@ def _plot_rows(
     from handout.pipeline.plot_rows import plot_rows
     from handout.pipeline.printing import PrintingStopped, RowsRefused
 
-    names = [*text, *([mode.resume] if mode.resume not in (None, _LATEST) else [])]
+    names = [*text, *([mode.resume] if mode.resume not in (None, _LAST) else [])]
     if len(names) != 1 or mode.file is not None:
         raise InputError("Which table? Name one, as in: handout plot --port /dev/ttyUSB0 people.csv --letter card.md")
     if not mode.ports and not mode.dry_run:
@@ -305,7 +342,7 @@ def _resume(mode: _Mode, console: Console) -> None:
     from handout.pipeline.plot_jobs import find_job
     from handout.pipeline.plotting import resume
 
-    job = find_job(None if mode.resume == _LATEST else mode.resume)
+    job = find_job(mode.resume, unfinished=True)
     address = mode.port or job.port
     operator = Operator(address, mode.yes, console.quiet)
     result = resume(job.name, address, mode.attendance, operator=operator, listener=console)
@@ -313,7 +350,7 @@ def _resume(mode: _Mode, console: Console) -> None:
     console.report(result, f"{sentence}\n{result.fidelity}".strip())
 
 
-def _again(job: str | None, mode: _Mode, console: Console) -> None:
+def _again(job: str, mode: _Mode, console: Console) -> None:
     """--again."""
     from handout.cli.operator import Operator
     from handout.pipeline import plot_jobs
@@ -333,7 +370,7 @@ def _again(job: str | None, mode: _Mode, console: Console) -> None:
 
 
 def _manage(word: str, names: tuple[str, ...], console: Console) -> None:
-    """``handout plot jobs``, ``show JOB`` and ``forget JOB``."""
+    """``handout plot jobs``, ``show [JOB]`` and ``forget JOB``."""
     from handout.pipeline import plot_jobs
 
     if word == "jobs":
@@ -347,12 +384,12 @@ def _manage(word: str, names: tuple[str, ...], console: Console) -> None:
         else:
             click.echo("No plot is kept.", err=True)
         return
-    if len(names) != 1:
+    if len(names) > 1 or (word == "forget" and not names):
         raise InputError(f"plot {word} needs the name of one job, such as handout plot {word} mar01-1; see: plot jobs.")
     if word == "forget":
         click.echo(f"Forgot {plot_jobs.forget_job(names[0])}.", err=True)
         return
-    job = plot_jobs.show_job(names[0])
+    job = plot_jobs.show_job(names[0] if names else None)
     if console.as_json:
         click.echo(json.dumps(job.facts(), ensure_ascii=False))
         return

@@ -9,13 +9,14 @@ import click
 
 from handout import units
 from handout.cli import options
+from handout.cli.commands import Group
 from handout.cli.console import Console
 
 if TYPE_CHECKING:
     from handout.pipeline.poses import PoseSheet
 
 
-@click.group("pose")
+@click.group("pose", cls=Group)
 def command() -> None:
     """Learn from recordings how a writer holds the pen, and show it."""
 

@@ -8,6 +8,7 @@ import click
 
 from handout import units
 from handout.cli import options
+from handout.cli.commands import Command
 from handout.cli.console import Console
 from handout.pipeline.options import PromptOptions
 
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from handout.pipeline.prompts import PromptSheets
 
 
-@click.command("prompt")
+@click.command("prompt", cls=Command)
 @click.option("--output", "-o", required=True, help="The PDF file for the sheets.")
 @options.bind(
     "prompting",

@@ -9,24 +9,37 @@ import click
 
 from handout import page_sizes, units
 from handout.cli import options, sentences
+from handout.cli.commands import FILES, MACHINE, PAGE, TABLE, Command, under
 from handout.cli.console import Console
 from handout.pipeline.options import MergeOptions, PictureOptions, TableOptions, WritingOptions
 
 
-@click.command("proof")
+@click.command("proof", cls=Command)
 @click.argument("table", type=click.Path(path_type=Path))
-@click.option("--output", "-o", multiple=True, type=click.Path(path_type=Path), help="proof.html or proof.pdf.")
+@under(
+    FILES,
+    click.option("--output", "-o", multiple=True, type=click.Path(path_type=Path), help="proof.html or proof.pdf."),
+)
 @options.bind(
     "proofing",
     dict,
-    click.option("--page", help=f"{page_sizes.HELP}  [default: A4, of a plotter A5, without a letter DL]"),
-    click.option("--margin", help=f"Of letters: {options.SIDES}"),
-    click.option("--pages", type=click.IntRange(1), help="How many pages a letter may have."),
-    click.option("--printer", default="", help="Whose reach is looked at: a printer's profile, or its queue."),
-    click.option("--device", default="", help="Whose reach and time are looked at: a plotter's profile."),
-    click.option("--prices", default="", metavar="NAME=…,…", help="sheet=0.02,envelope=0.1,hour=4,currency=EUR …"),
+    under(
+        PAGE,
+        click.option("--page", help=f"{page_sizes.HELP}  [default: A4, of a plotter A5, without a letter DL]"),
+        click.option("--margin", help=f"Of letters: {options.SIDES}"),
+        click.option("--pages", type=click.IntRange(1), help="How many pages a letter may have."),
+    ),
+    under(
+        MACHINE,
+        click.option("--printer", default="", help="Whose reach is looked at: a printer's profile, or its queue."),
+        click.option("--device", default="", help="Whose reach and time are looked at: a plotter's profile."),
+    ),
+    under(
+        TABLE,
+        click.option("--prices", default="", metavar="NAME=…,…", help="sheet=0.02,envelope=0.1,hour=4,currency=EUR …"),
+    ),
 )
-@options.bind("batch", options.batch, *options.TABLE, *options.MERGE)
+@options.bind("batch", options.batch, options.TABLE, options.LETTERS, options.ENVELOPES)
 @options.writing
 @options.picture
 @options.console

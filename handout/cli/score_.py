@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from handout.cli.commands import Command
 from handout.cli.console import Console
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ _CAPTIONS = {
 }
 
 
-@click.command("score")
+@click.command("score", cls=Command)
 @click.argument("pages", nargs=-1, required=True, metavar="PAGE...", type=click.Path(path_type=Path))
 @click.option("--crowd", type=click.Path(path_type=Path), help="Folder of other people's pages to compare with.")
 @click.option("--dpi", type=click.FloatRange(50, 2400), help="Of the images, where the files do not say.")

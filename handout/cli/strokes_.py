@@ -9,6 +9,7 @@ import click
 
 from handout import units
 from handout.cli import options
+from handout.cli.commands import Group
 from handout.cli.console import Console
 from handout.pipeline.options import PictureOptions, StyleOptions
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from handout.pipeline.drawings import FittedStrokes
 
 
-@click.group("strokes")
+@click.group("strokes", cls=Group)
 def command() -> None:
     """Explain strokes by the movements of a hand, and draw such plans."""
 

@@ -9,6 +9,7 @@ import click
 
 from handout import units
 from handout.cli import options
+from handout.cli.commands import Group
 from handout.cli.console import Console
 from handout.pipeline.options import StudyOptions
 
@@ -19,7 +20,7 @@ _CAPTIONS = {"A": "A: real or made", "B": "B: which of two is made", "E": "E: en
 _FEW = 3  # snippets that are shown of the hardest, and of the easiest
 
 
-@click.group("study")
+@click.group("study", cls=Group)
 def command() -> None:
     """A study: can people tell what is made in a hand from what its writer wrote?"""
 
@@ -46,6 +47,23 @@ def command() -> None:
     click.option("--control", default="", help="Another person's scanned hand, for pairs that everybody should tell."),
     click.option(
         "--controls", type=click.IntRange(0), default=2, show_default=True, help="Such pairs for each person."
+    ),
+    click.option(
+        "--random",
+        type=click.IntRange(0),
+        default=0,
+        show_default=True,
+        help="Pairs for each person whose fake is of letters taken by chance, the way to compare with.",
+    ),
+    click.option(
+        "--random-people", is_flag=True, help="Every other person sees such fakes alone, in A and in B, instead."
+    ),
+    click.option(
+        "--sampling",
+        type=click.Choice(["balanced", "random"]),
+        default="balanced",
+        show_default=True,
+        help="Everybody's pieces: each piece as often as any other, or drawn by chance.",
     ),
     click.option(
         "--envelopes",

@@ -8,11 +8,12 @@ import click
 
 from handout import units
 from handout.cli import options
+from handout.cli.commands import Group
 from handout.cli.console import Console
 from handout.pipeline.options import LessonOptions
 
 
-@click.group("style")
+@click.group("style", cls=Group)
 def command() -> None:
     """Learn handstyles, and edit them."""
 

@@ -6,21 +6,28 @@ import click
 
 from handout import units
 from handout.cli import options, sentences
+from handout.cli.commands import FILES, MACHINE, Command, under
 from handout.cli.console import Console
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
 
 
-@click.command("write")
+@click.command("write", cls=Command)
 @click.argument("text", nargs=-1)
-@click.option("--file", "-f", help="Read the text from a file; - for standard input.")
-@click.option(
-    "--output",
-    "-o",
-    multiple=True,
-    required=True,
-    help=".svg .png .pdf .eps .dxf .inkml .json .gcode …; repeatable.",
+@under(
+    FILES,
+    click.option("--file", "-f", help="Read the text from a file; - for standard input."),
+    click.option(
+        "--output",
+        "-o",
+        multiple=True,
+        required=True,
+        help=".svg .png .pdf .eps .dxf .inkml .json .gcode …; repeatable.",
+    ),
 )
-@options.shared("--device", help="The plotter that a .gcode, .hpgl or .ebb file is for; default: a common one.")
+@under(
+    MACHINE,
+    options.shared("--device", help="The plotter that a .gcode, .hpgl or .ebb file is for; default: a common one."),
+)
 @options.sheet("A4")
 @options.writing
 @options.picture

@@ -23,7 +23,7 @@ from mdit_py_plugins.attrs.parse import ParseError, parse
 from mdit_py_plugins.container import container_plugin
 from mdit_py_plugins.front_matter import front_matter_plugin
 
-from handout import encodings, units
+from handout import atomic, encodings, units
 from handout.errors import InputError
 from handout.inking.pen import named
 from handout.letters.document import (
@@ -78,7 +78,6 @@ _BARE_VALUE = re.compile(r"(?<=[\s{])([A-Za-z][\w-]*)=([^\s\"'{}]+)(?=[\s}])")
 _EMPHASIS = ("em", "strong", "s")
 _KEYS = ("ink", "size", "hand")
 BARE = re.compile(r"[\w-]{1,80}")  # a name that leads to no file
-SENT = re.compile(r"[\w-][\w.-]{0,99}", re.ASCII)  # of a picture that is sent with a letter
 _BARE_PAPER = re.compile(r"(none|plain|laid|ruled|squared)(:[0-9.]+mm(,[0-9.]+mm)?)?")
 _UNCLOSED = re.compile(r"\*\*|~~|\]\(")
 
@@ -317,7 +316,7 @@ class _Reader:
         given = self._given(own, Manner(), ("left", "right", "centre", "center", "page"), ("width",))
         source = str(image.attrs["src"])
         path = (self.folder or Path()) / source
-        if self.folder is None or (self.alone and not (SENT.fullmatch(source) and path.is_file())):
+        if self.folder is None or (self.alone and not (atomic.PLAIN_NAME.fullmatch(source) and path.is_file())):
             raise self._wrong(f"this letter stands alone, and no picture {source!r} was sent with it.")
         if not path.is_file():
             raise self._wrong(f"there is no picture {path}.")

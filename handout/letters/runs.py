@@ -29,7 +29,7 @@ _BREAK_AFTER = frozenset("-–—/")  # a line may end behind these though there
 _TOUCHING = 0.12  # x-heights between what two hands write of one word
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class LetterWord(Unit[Any]):
     """A word, or a part of one that is written in one manner; lengths in usual x-heights of the letter.
 
@@ -40,7 +40,7 @@ class LetterWord(Unit[Any]):
     line : of the source.
     """
 
-    written: Word[Any] = None  # type: ignore[assignment]  # a dataclass wants a default behind Unit's
+    written: Word[Any]
     scale: float = 1.0
     manners: tuple[Manner, ...] = ()
     breakable: bool = True
@@ -252,7 +252,16 @@ def _words(units: Iterator[Unit[Any]], run: Run, ratio: float, spans: Sequence[S
             (), word.extents * scale, (), word.spelt, word.advance * scale, word.left * scale, word.right * scale
         )
         breakable = number > 0 and (unit.gap > 0 or last in _BREAK_AFTER)
-        yield LetterWord(scaled, gap * scale, unit.intended, word, scale, own, breakable, spans[word.at[0]].line)
+        yield LetterWord(
+            scaled,
+            gap * scale,
+            unit.intended,
+            written=word,
+            scale=scale,
+            manners=own,
+            breakable=breakable,
+            line=spans[word.at[0]].line,
+        )
         last = word.spelt[-1]
 
 

@@ -12,7 +12,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from handout import page_sizes, units
 from handout.errors import InputError
@@ -38,6 +38,9 @@ from handout.printing.rows import Row, named, select
 from handout.sinks import drawing_file
 from handout.values import Drawing, Manuscript, Page
 from handout.writing.layout import Layout
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 # that change nothing on paper, and so make no other batch
 _NOT_OF_THE_BATCH = {
@@ -221,9 +224,9 @@ def _batch(merge: Merge, hand: str, facts: dict[str, object]) -> Batch:
     return journal.batch(merge.path, merge.table, library.path(hand), facts, cells)
 
 
-def _named(options: object) -> dict[str, object]:
+def _named(options: DataclassInstance) -> dict[str, object]:
     """The options that change something on paper, by name."""
-    names = (option.name for option in fields(options))  # type: ignore[arg-type]
+    names = (option.name for option in fields(options))
     values = {name: getattr(options, name) for name in names if name not in _NOT_OF_THE_BATCH}
     if rewritten := values.pop("rewritten", ()):
         values["rewritten"] = repr(rewritten)

@@ -17,7 +17,7 @@ from typing import Literal, Protocol, Self
 import numpy as np
 
 from handout import profiles
-from handout.errors import DeviceError, InputError
+from handout.errors import DeviceError, HandoutError, InputError
 from handout.pipeline import pen_setup, plotting
 from handout.pipeline.devices import list_devices, serial_devices
 from handout.pipeline.inputs import sent_source
@@ -285,4 +285,7 @@ def draw_plot(name: str, port: str, at_zero: bool, home_after: bool, *, listener
         facts = plotting.resume(name, port, attendance, operator=attendant, listener=listener).facts()
     except KeyboardInterrupt:
         return {**show_plot(name), "ended": False}
+    except HandoutError as error:  # a page has a button for what the command is told to type
+        said, typed, _ = str(error).partition(plotting.how_to_go_on(job) or "\n")
+        raise type(error)(f"{said}The plot is kept, and can be gone on with." if typed else said) from error
     return {**facts, "ended": True}

@@ -90,15 +90,9 @@ def list_jobs(listener: Listener = SILENT) -> list[JobState]:
     return states
 
 
-def find_job(name: str | None) -> Job:
-    """The plot of that name, or the last that was kept.
-
-    Raises
-    ------
-    InputError
-        There is none.
-    """
-    return store.find(name)
+def find_job(name: str | None, *, unfinished: bool = False) -> Job:
+    """The plot of that name, or the one that was drawn last, of all or the unfinished ones; InputError: none."""
+    return store.find(name, unfinished=unfinished)
 
 
 def find_drawn(name: str | None) -> Job:
@@ -106,8 +100,8 @@ def find_drawn(name: str | None) -> Job:
     return store.drawn_before(name)
 
 
-def show_job(name: str) -> JobState:
-    """How far the job of that name has come."""
+def show_job(name: str | None) -> JobState:
+    """How far the job of that name has come, or the one that was drawn last."""
     return JobState.of(store.find(name))
 
 

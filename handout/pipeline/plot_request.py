@@ -66,7 +66,7 @@ class PlotOptions:
 
 @dataclass(frozen=True)
 class PartOptions:
-    """Which part is plotted: `plotting.jobs.stretch.Stretch` as the command binds it, which loads no numpy."""
+    """Which part is plotted, as `plotting.jobs.stretch.pieces` takes it; with nothing said, all."""
 
     begin: str | None = None
     end: str | None = None

@@ -23,7 +23,7 @@ from handout.pipeline.inputs import Source
 from handout.pipeline.letters import LetterTask, draw_letter, prepare_letter
 from handout.pipeline.lined_paper import page_name
 from handout.pipeline.options import Length, millimetres
-from handout.pipeline.plot_jobs import JobState, outlook
+from handout.pipeline.plot_jobs import JobState, called, outlook
 from handout.pipeline.plot_request import AttendanceOptions, Operator, PartOptions, PlotOptions, PlotRequest
 from handout.pipeline.programs import hooked, pressed_evenly
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
@@ -264,14 +264,15 @@ def resume(
     operator: Operator | None = None,
     listener: Listener = SILENT,
 ) -> Plotted:
-    """Go on with a job, at the port where it was begun or another; None: the last that is not finished."""
+    """Go on with a job, at the port where it was begun or another; None: of those that can, the one drawn last."""
     account = ReportFile(attendance.report)
-    job = store.find(name)
+    job = store.find(name, unfinished=True)
     if job.standing().finished:
         raise InputError(f"The job {job.name} is finished: nothing is left of it.")
     listener.say(outlook(job))
     address = port or job.port
-    reports = _run(job, address, attendance, account, operator or Unattended(address, listener))
+    with _kept(job, new=False):
+        reports = draw_job(job, address, attendance, account, operator or Unattended(address, listener))
     return Plotted(load(job.folder), tuple(reports))
 
 
@@ -424,7 +425,7 @@ def _part(
 ) -> list[NewPage]:
     """The pages with the part alone that is asked for; the listener hears which that is."""
     laid = [laid_out(page.drawing, profile, options.layers, options.order) for page in pages]
-    chosen = stretch.pieces(laid, stretch.Stretch(**dataclasses.asdict(part)), profile, options.speed)
+    chosen = stretch.pieces(laid, profile, options.speed, **dataclasses.asdict(part))
     listener.say(stretch.named(chosen, laid))
     kept = []
     for number, piece in enumerate(chosen, 1):
@@ -478,7 +479,7 @@ def again(
     except BaseException:
         connected.close()
         raise
-    listener.say(f"{before.profile.title}: {_amount(job)}, job {job.name}, of {before.name}.")
+    listener.say(f"{before.profile.title}: {_amount(job)}, job {job.name}, of {called(before)}.")
     reports = _run(job, address, attendance, account, operator or Unattended(address, listener), connected)
     return Plotted(load(job.folder), tuple(reports))
 
@@ -503,6 +504,7 @@ def preview_again(
     paths = [Path(path) for path in outputs]
     check_outputs(paths)
     before = store.drawn_before(name)
+    listener.say(f"From the plot {called(before)}.")
     kept = _kept_pages(before, listener)
     drawings, plans = _shown([page.drawing for page in kept], part, before.profile, before.options, listener)
     files = write_drawings(drawings, paths, Look(show_travel=show_travel))
@@ -517,8 +519,7 @@ def _shown(
 ) -> tuple[list[Drawing], list[Plan]]:
     """Pages as a preview shows them, and the plans of what is drawn of them."""
     laid = [laid_out(page, profile, options.layers, options.order) for page in pages]
-    asked = stretch.Stretch(**dataclasses.asdict(part))
-    chosen = stretch.pieces(laid, asked, profile, options.speed) if part else _whole(laid)
+    chosen = stretch.pieces(laid, profile, options.speed, **dataclasses.asdict(part)) if part else _whole(laid)
     if part:
         listener.say(stretch.named(chosen, laid))
     plans = [plan(cut_out(laid[piece.sheet], piece), profile, speed=options.speed) for piece in chosen]
@@ -589,10 +590,10 @@ def _run(
     attendance: AttendanceOptions,
     account: ReportFile,
     operator: Operator,
-    port: Port | None = None,
+    port: Port | None,
 ) -> list[Report]:
-    """Plot a job, or what is left of it, at first over a port that is open; whatever ends it says how to go on."""
-    with _kept(job):
+    """Plot a new job, at first over a port that is open; whatever ends it says how to go on."""
+    with _kept(job, new=True):
         return draw_job(job, address, attendance, account, operator, port)
 
 
@@ -628,22 +629,22 @@ def draw_job(
 
 
 @contextlib.contextmanager
-def _kept(job: Job) -> Iterator[None]:
-    """Add to what ends a job how to go on with it; one that was refused before anything was drawn is forgotten."""
+def _kept(job: Job, *, new: bool) -> Iterator[None]:
+    """Add to what ends a job how to go on with it; a new one that is refused before anything is drawn is forgotten."""
     try:
         yield
     except DeviceError as error:
-        if advice := _how_to_go_on(job):
+        if advice := how_to_go_on(job):
             raise type(error)(f"{error} {advice}") from error
         raise
     except InputError as error:
-        if _has_begun(job):
-            raise type(error)(f"{error} {_how_to_go_on(job)}") from error
+        if not new or _has_begun(job):
+            raise type(error)(f"{error} {how_to_go_on(job)}".strip()) from error
         with contextlib.suppress(InputError):
             store.forget(job)
         raise
     except BaseException as stop:  # an interrupt, here or in a question to the operator
-        if advice := _how_to_go_on(job):
+        if advice := how_to_go_on(job):
             stop.add_note(advice)
         raise
 
@@ -656,7 +657,7 @@ def _has_begun(job: Job) -> bool:
     return standing.begun or standing.part > 0
 
 
-def _how_to_go_on(job: Job) -> str:
+def how_to_go_on(job: Job) -> str:
     """How to go on with a job, even one of which nothing is drawn: otherwise --resume would take one before it."""
     try:
         job.standing()

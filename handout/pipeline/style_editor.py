@@ -371,7 +371,10 @@ def save_style(draft: StyleDraft, place: str | None = None, *, replace_: bool = 
     data = _style_bytes(draft)
     if place is None:
         home = shipped.user_folder("styles")
-        path = home / f"{draft.name}{'.style' if draft.base else '.toml'}"
+        kinds = (".style", ".toml") if draft.base else (".toml", ".style")
+        path, other = (home / f"{draft.name}{kind}" for kind in kinds)
+        if other.exists():  # of two of one name one would never be found again
+            raise InputError(f"{draft.name} is the name of a style of another kind: give another.")
         if draft.name in names() and not path.exists():
             raise InputError(f"{draft.name} is the name of a style that comes with the program: give another.")
         if path.exists() and not replace_:

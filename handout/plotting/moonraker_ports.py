@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import select
 import time
 from http.client import HTTPConnection, HTTPException
@@ -22,9 +23,9 @@ from handout.plotting.ports import Port
 _PORT = 7125  # of Moonraker, where nothing else was set up
 _CONNECTS, _ANSWERS = 5.0, 10.0  # s
 _SCHEMES = ("moonraker", "moonraker+http")
-_REFUSED = (
-    "Moonraker at {} asks for a key (HTTP {}): put its API key into the environment variable MOONRAKER_API_KEY, or "
-)
+# what it tells about itself, not about Klipper: no sign that Klipper lives
+_OWN_NOTICE = re.compile(r'\{"jsonrpc": ?"2\.0", ?"method": ?"notify_(?!klippy_|gcode_response")')
+_UNAUTHORISED = re.compile(r'"error": ?\{"code": ?-32602, ?"message": ?"Unauthorized')  # the connection itself is taken
 
 
 def is_moonraker(url: str) -> bool:
@@ -61,6 +62,15 @@ def _headers() -> dict[str, str]:
     return {"X-Api-Key": key} if key else {}
 
 
+def _check_authorised(url: str, answer: str, status: int = 200) -> None:
+    """Raise PortError where Moonraker asks for a key, or for another."""
+    if status in (401, 403) or _UNAUTHORISED.search(answer[:200]):
+        raise PortError(
+            f"Moonraker at {url} asks for a key: put its API key into the environment variable MOONRAKER_API_KEY, or "
+            "name this computer under trusted_clients in its moonraker.conf."
+        )
+
+
 class MoonrakerPort(WebSocketPort):
     """Moonraker's WebSocket."""
 
@@ -84,7 +94,9 @@ class MoonrakerPort(WebSocketPort):
             self._send(line.decode("utf-8"))
 
     def _heard(self, message: str | bytes) -> bytes:
-        return (message if isinstance(message, bytes) else message.encode()) + b"\n"
+        text = message.decode("utf-8", "replace") if isinstance(message, bytes) else message
+        _check_authorised(self.url, text)
+        return b"" if _OWN_NOTICE.match(text) else text.encode() + b"\n"
 
 
 class HttpPort:
@@ -146,8 +158,7 @@ class HttpPort:
         connection.sock.settimeout(_ANSWERS)
         response = connection.getresponse()
         body = response.read()
-        if response.status in (401, 403):
-            raise PortError(_REFUSED.format(self.url, response.status) + "trust this computer in moonraker.conf.")
+        _check_authorised(self.url, body.decode("utf-8", "replace"), response.status)
         if response.status != 200:
             raise PortError(
                 f"{self.url} answers, but not as Moonraker does (HTTP {response.status}): its port is 7125."

@@ -9,7 +9,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import FileResponse, Response
 
-from handout.web.calls import MadeBatch, NewBatch
+from handout.web.calls import Approval, MadeBatch, NewBatch
 from handout.web.hands import beside, sent
 from handout.web.routes import Way, json_answer
 from handout.web.studio import TABLES, Studio
@@ -33,9 +33,9 @@ def _made(studio: Studio) -> dict[str, str]:
     return {task.kind.removeprefix("batch "): task.id for task in running if task.kind.startswith("batch ")}
 
 
-async def _asked(studio: Studio, request: Request, function: str) -> Response:
+async def _asked(studio: Studio, request: Request, function: str, *arguments: str) -> Response:
     name = _name(request)
-    facts = await studio.answer("a batch", Call(f"batch_desk.{function}", (name,)), studio.long)
+    facts = await studio.answer("a batch", Call(f"batch_desk.{function}", (name, *arguments)), studio.long)
     return json_answer({**facts, "task": _made(studio).get(name)})
 
 
@@ -75,9 +75,9 @@ async def prove(studio: Studio, request: Request, body: None) -> Response:
     return await followed(request, studio.begin(studio.long, f"proof of {name}", call))
 
 
-async def approve(studio: Studio, request: Request, body: None) -> Response:
+async def approve(studio: Studio, request: Request, body: Approval) -> Response:
     """The proof of a batch is approved."""
-    return await _asked(studio, request, "approve_batch")
+    return await _asked(studio, request, "approve_batch", body.made)
 
 
 async def make(studio: Studio, request: Request, body: MadeBatch) -> Response:
@@ -109,7 +109,8 @@ ROUTES = (
         keep, body=NewBatch),
     Way("GET", _ONE, "A batch: its rows, what its proof says of them, and what its journal says became of them", show),
     Way("POST", f"{_ONE}/proof", "Make the proof of a batch: every page, small, and what to look at", prove),
-    Way("POST", f"{_ONE}/approval", "Approve the proof: what is made then is what was looked at, or nothing", approve),
+    Way("POST", f"{_ONE}/approval", "Approve the proof: what is made then is what was looked at, or nothing", approve,
+        body=Approval),
     Way("POST", f"{_ONE}/make", "Print or plot it, or go on where its journal says; each page once", make,
         body=MadeBatch),
     Way("GET", f"{_ONE}/files/{{file}}", "proof.pdf, a picture of it by its name, or the batch.pdf that was made", file,

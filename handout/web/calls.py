@@ -209,6 +209,12 @@ class NewBatch(Write, frozen=True):
         )
 
 
+class Approval(Body, frozen=True):
+    """Which proof was looked at: when it was made, as its facts say; without, the last."""
+
+    made: Annotated[str, Meta(max_length=40)] = ""
+
+
 class MadeBatch(Body, frozen=True):
     """Where a batch is made: the ports of plotters, which share it; at_zero : each pen stands above its zero."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -11,6 +10,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import FileResponse, Response
 
+from handout import atomic
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
 from handout.web.calls import GivenHand, Lacking, MorePages, NewHand, Sheets
 from handout.web.routes import Way, json_answer
@@ -18,7 +18,6 @@ from handout.web.studio import PICTURES, Studio
 from handout.web.tasks import followed
 from handout.web.worker import Call
 
-_PICTURE = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,99}")
 _SAMPLE = "The quick brown fox jumps over the lazy dog"
 _SAMPLE_SHEET = SheetOptions("110x24mm", "4mm", 1)
 _SAMPLE_DPI = 200.0  # of a line of writing in the gallery: sharp on screens of two pixels a point
@@ -53,7 +52,7 @@ def beside(studio: Studio, keys: Sequence[str], folder: Path) -> Path | None:
     if not keys:
         return None
     named = {studio.uploads[key].name: path for key, path in [(key, sent(studio, key, *PICTURES)) for key in keys]}
-    if odd := next((name for name in named if not _PICTURE.fullmatch(name)), None):
+    if odd := next((name for name in named if not atomic.PLAIN_NAME.fullmatch(name)), None):
         raise HTTPException(422, f"{odd!r}: a picture is called by letters, digits, ., - and _.")
     (pictures := folder / "pictures").mkdir()
     for name, path in named.items():

@@ -25,6 +25,7 @@ from handout.web import batches, calibration, hands, jobs, letters, styles, task
 from handout.web.guard import Guard
 from handout.web.routes import Way, json_answer, openapi
 from handout.web.studio import Studio
+from handout.web.worker import full
 
 TABLES = (
     *(tasks.ROUTES, writing.ROUTES, hands.ROUTES, letters.ROUTES, styles.ROUTES),
@@ -61,7 +62,7 @@ def application(studio: Studio, port: int) -> ASGIApp:
 
     others = Route("/api/{path:path}", nothing, methods=["GET", "POST", "PUT", "PATCH", "DELETE"])
     routes = [*ways, others, Mount("/", StaticFiles(directory=_STATIC, html=True))]
-    faults: dict[Any, Any] = {HTTPException: _fault, Exception: _fault}
+    faults: dict[Any, Any] = {HTTPException: _fault, OSError: _no_room, Exception: _fault}
     app = Starlette(routes=routes, lifespan=lifespan, exception_handlers=faults)
     app.state.studio = studio
     return Guard(app, port, studio.known)
@@ -74,6 +75,13 @@ async def _fault(request: Request, error: Exception) -> Response:
     usual = {404: "There is nothing here.", 405: "That is not done here."}
     sentence = error.detail if error.detail not in ("Not Found", "Method Not Allowed") else usual[error.status_code]
     return JSONResponse({"error": sentence}, error.status_code, error.headers)
+
+
+async def _no_room(request: Request, error: OSError) -> Response:
+    """A full disk as a sentence; other errors of files are faults."""
+    if sentence := full(error):
+        return JSONResponse({"error": sentence}, 507)
+    raise error
 
 
 def listening(port: int | None) -> socket.socket:

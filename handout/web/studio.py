@@ -14,8 +14,8 @@ from typing import Any
 
 from starlette.exceptions import HTTPException
 
-from handout.web.worker import Call
-from handout.web.workers import HALTS, Busy, Lane, Task
+from handout.web.worker import HALTS, Call
+from handout.web.workers import Busy, Lane, Task
 
 TABLES = (".csv", ".tsv", ".txt", ".xlsx")
 PICTURES = (".png", ".jpg", ".jpeg", ".webp")  # in letters

@@ -66,7 +66,7 @@ ROUTES = (
         body=KeptStyle),
     Way("POST", "/api/movements", "Targets moved through in a style: strokes with speeds, ellipses, samples", move,
         body=Movement),
-    Way("POST", "/api/movements/file", "The same as a file, or its style", file, answer="application/octet-stream",
+    Way("POST", "/api/movements/file", "The same as a file, or its style", file, answer="*/*",
         body=MovementFile),
     Way("POST", "/api/movements/word", "A word in a drawn hand and a style", word, body=StyledWord),
     Way("POST", "/api/movements/targets", "Targets that lead through the letters of a word", targets, body=StyledWord),

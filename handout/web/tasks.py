@@ -26,7 +26,7 @@ TYPES = {
     ".eps": "application/postscript", ".dxf": "image/vnd.dxf",
     ".json": "application/json", ".hand": "application/zip", ".toml": "application/toml", ".jpg": "image/jpeg",
 }  # fmt: skip
-DRAFTS = ("draft", "style")  # of the pages Write and Style
+DRAFTS = ("draft", "style", "texts", "batch")  # of Write and Style, of what is on scans, of a batch's letter
 _ALIVE = 15.0  # s after which a stream of events says that it is still there
 _LOOK = 0.25  # s between two looks whether who asked is still there
 
@@ -54,7 +54,7 @@ async def keep_draft(studio: Studio, request: Request, body: Draft) -> Response:
 def _draft(request: Request) -> Path:
     name = str(request.path_params["name"])
     if name not in DRAFTS:
-        raise HTTPException(404, f"There are drafts of {' and '.join(DRAFTS)}.")
+        raise HTTPException(404, f"There are drafts called {', '.join(DRAFTS)}.")
     return shipped.own_folder("state") / f"studio-{name}.json"
 
 
@@ -194,8 +194,8 @@ async def followed(request: Request, task: Task, wanted: str = "") -> Response:
 ROUTES = (
     Way("POST", "/api/session", "The token of the link for the key of a session, once", log_in, body=Login),
     Way("POST", "/api/keys", "A key for a program, which lasts as long as the server", new_key),
-    Way("GET", "/api/drafts/{name}", "What was last written on the page Write (draft) or bent on Style (style)",
-        kept_draft),
+    Way("GET", "/api/drafts/{name}", "What was last written on Write (draft), bent on Style (style), typed of scans "
+        "(texts) or as the letter of a batch (batch)", kept_draft),
     Way("PUT", "/api/drafts/{name}", "Keep it, for whoever opens the page next", keep_draft, body=Draft),
     Way("POST", "/api/uploads", "A scan, a photograph or a .hand file; up to 128 MB", upload, body=bytes,
         query=(("name", "the file's name, whose suffix says what it is"),)),
@@ -205,5 +205,5 @@ ROUTES = (
     Way("GET", "/api/tasks/{id}/events", "The same as a stream of events, until it has ended", events,
         answer="text/event-stream"),
     Way("GET", "/api/tasks/{id}/files/{number:int}", "A file that it made, from 0", file,
-        answer="application/octet-stream"),
+        answer="*/*"),
 )  # fmt: skip

@@ -8,6 +8,7 @@ outlives its server.
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import pickle
 import queue
@@ -26,8 +27,10 @@ import msgspec
 from handout.errors import HandoutError
 
 LENGTH = 4  # bytes of a frame's length
-_HALTS = 30.0  # s that a machine may take to stop with its pen lifted when the server is gone; set by eye
+HALTS = 30.0  # s that a machine has to stop in good order, its pen lifted; set by eye
 _GLANCE = 0.05  # s
+_FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
+_NO_ROOM = "The disk is full: what was kept before is as it was. Make room, then do this again."
 
 
 @dataclass(frozen=True)
@@ -74,7 +77,7 @@ class _Desk:
             else:
                 self._calls.put((number, call))
         self._lost = True
-        for _ in range(round(_HALTS / _GLANCE)):  # a pen that is down has to be lifted first
+        for _ in range(round(HALTS / _GLANCE)):  # a pen that is down has to be lifted first
             if not self._moves:
                 break
             time.sleep(_GLANCE)
@@ -98,9 +101,11 @@ class _Desk:
                 self._tell("done", **_result(call, self))
             except Cancelled:
                 self._tell("cancelled")
-            except HandoutError as error:
-                self._tell("refused", error=str(error), reason=type(error).__name__)
             except Exception as error:
+                own = str(error) if isinstance(error, HandoutError) else ""
+                if own or full(error):
+                    self._tell("refused", error=f"{own} {full(error)}".strip(), reason=type(error).__name__)
+                    continue
                 traceback.print_exc()
                 fault = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
                 self._tell("failed", error=f"That is a fault of this program: {fault}.")
@@ -137,6 +142,13 @@ class _Desk:
             number, word = self._words.get(timeout=seconds) if seconds else self._words.get_nowait()
             return word if number == self._number else ""
         return ""
+
+
+def full(error: BaseException | None) -> str:
+    """A sentence where an error comes of a full disk, whatever was made of it since; "" for others."""
+    while error is not None and getattr(error, "errno", None) not in _FULL:
+        error = error.__cause__ or error.__context__
+    return "" if error is None else _NO_ROOM
 
 
 def _plain(value: Any) -> Any:

@@ -21,12 +21,11 @@ from typing import Any, Literal
 
 import msgspec
 
-from handout.web.worker import LENGTH, Call
+from handout.web.worker import HALTS, LENGTH, Call
 
 State = Literal["waiting", "running", "done", "refused", "failed", "cancelled"]
 ENDED = frozenset({"done", "refused", "failed", "cancelled"})
 _GRACE = 3.0  # s that cancelled work has to stop by itself; a process that is ended takes a second or two to replace
-HALTS = 30.0  # s that a machine has to stop in good order, its pen lifted
 _MOST_SAID = 200  # sentences of a task that are kept
 _BROKEN = "The work broke off: its process ended, perhaps for want of memory."
 

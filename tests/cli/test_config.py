@@ -9,6 +9,7 @@ import pytest
 
 from handout import shipped
 from handout.cli import cli, configuration
+from handout.cli.commands import Command, switches
 from handout.errors import InputError
 
 
@@ -120,6 +121,24 @@ def test_a_port_yields_to_files_and_to_kept_plots(call, user):
     )  # a table is made anew
     assert "From" not in call("plot", "--again", "nobody", code=2)[1]  # and it is drawn where it was
     call("write", "hi", "-o", "b.png", "--dpi", 50, "--page", "A6", "--transparent")  # or --paper would be in its way
+
+
+def test_every_switch_that_is_configured_can_be_turned_off(call, user):
+    for verb in configuration.all_verbs(cli).values():
+        assert isinstance(verb, Command)
+        there = {name for option in verb.params for name in (*option.opts, *option.secondary_opts)}
+        off = dict(switches(verb))
+        assert not there & off.keys()
+        both = [each for each in configuration.options_of(verb) if each.secondary_opts]
+        assert {id(each) for each in [*off.values(), *both]} == {
+            id(each) for each in configuration.options_of(verb) if each.is_flag
+        }
+    user.write_text('fit = true\npaper = "laid"\nplot.no-name = true\nstudio.no-browser = true\n')
+    text = shown(call, "write", "hi", "--no-fit", "--no-transparent", "-o", "a.svg")
+    assert text["fit"] == (False, "command line") and text["paper"] == ("laid", f"user file {user}")
+    assert shown(call, "plot", "hi", "--name")["no-name"][0] is False
+    assert shown(call, "studio", "--browser")["no-browser"][0] is False
+    assert "fit = true" not in call("write", "hi", "--no-fit", "-o", "a.svg", "--page", "A6")[1]
 
 
 def test_a_file_beside_the_configuration_is_found_from_below(call, monkeypatch):

@@ -38,7 +38,7 @@ def test_a_hold_that_nobody_ends_keeps_the_job(call):
     _, err = call("plot", "--port", held, TEXT, "--seed", 1, "--hold-limit", "30s", code=3)
     assert "has been on hold (Hold) for 30 s" in err and "The job is kept; go on with: handout plot --resume" in err
     assert "hold limit" in call("plot", "--port", "sim:", TEXT, "--hold-limit", "long", code=2)[1]
-    call("plot", "--resume", "--port", "sim:")
+    call("plot", "--resume", "last", "--port", "sim:")
 
 
 def test_a_plot_that_breaks_off_is_gone_on_with(call):
@@ -55,6 +55,9 @@ def test_a_plot_that_breaks_off_is_gone_on_with(call):
     assert told["job"] == name and told["finished"] and told["executed_s"] > 0
     assert told["drawn_mm"] == told["pen_down_mm"] and "goes on with sheet 1 of 1" in err
     assert json.loads(call("plot", "show", name, "--json")[0])["finished"]
+    for last in ([], ["last"]):
+        assert json.loads(call("plot", "show", *last, "--json")[0])["job"] == name
+        assert f"From the plot {name} ({TEXT})." in call("plot", "--again", *last, "--dry-run", "again.svg")[1]
     _, err = call("plot", "--resume", name, code=2)
     assert f"{name} is finished" in err
     assert "nothing to resume" in call("plot", "--resume", code=2)[1]
@@ -123,7 +126,7 @@ def test_what_cannot_be_asked_for_together(call):
     assert "leave 'hello' out" in call("plot", "--resume", name, "hello", code=2)[1]
     assert "--hand cannot be changed" in call("plot", "--resume", name, "--hand", "house-print", code=2)[1]
     assert "--resume" in call("plot", "--at-zero", "--port", "sim:", "hi", code=2)[1]
-    assert "needs the name of one job" in call("plot", "show", code=2)[1]
+    assert "needs the name of one job" in call("plot", "forget", code=2)[1]
     assert "takes no names" in call("plot", "jobs", "a", code=2)[1]
     assert "--port" in call("plot", "show business", code=2)[1]
     assert "overlap" in call("plot", "--port", "sim:", "hi", "--overlap", "0mm", code=2)[1]

@@ -7,10 +7,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import click
 import pytest
 from click.shell_completion import get_completion_class
 
 from handout.cli import cli, completion_, configuration
+from handout.cli.commands import headed
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -90,6 +92,26 @@ def test_shells_complete(shell, call, handout):
         [shell, "-c", run[shell]], capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL
     )
     assert "house-quick" in done.stdout, done
+
+
+def test_many_options_stand_under_headings(call, monkeypatch):
+    """Each once, in the help, the manual page, and few of a long list under one heading."""
+    monkeypatch.setenv("COLUMNS", "80")
+    for path, verb in configuration.all_verbs(cli).items():
+        parts = headed(verb, click.Context(verb))
+        names = [option.name for options in parts.values() for option in options]
+        assert sorted(names) == sorted(
+            option.name for option in verb.get_params(click.Context(verb)) if option.opts[0].startswith("-")
+        )
+        assert max(map(len, parts.values())) <= 17, path
+    out, page = call("plot", "--help")[0], call("man", "plot")[0]
+    heads = re.findall(r"^([A-Z][\w, ]+):$", out, re.M)
+    assert heads[0] == "Text and files" and heads[-1] == "General" and len(heads) == 11
+    assert re.findall(r"\.SS (.*)", page) == heads
+    assert max(map(len, out.partition("Text and files:")[2].splitlines())) <= 80
+    assert {
+        line.index(word) for line in out.splitlines() for word in ("Colour of the ink", "One JSON") if word in line
+    } == {34}
 
 
 def test_manual_pages(call, tmp_path, monkeypatch):

@@ -105,6 +105,8 @@ def test_styles_are_kept_by_name_and_never_over_another_unasked(tmp_path, monkey
         desk.save_style(mine)
     desk.save_style(StyleDraft({"movement.smooth": 0.2}, "", "mine"), replace_=True)
     assert style.find("mine").movement.smooth == 0.2
+    with pytest.raises(InputError, match=r"name of a style of another kind"):
+        desk.save_style(StyleDraft({}, "learned", "mine"), replace_=True)
     with pytest.raises(InputError, match="comes with the program"):
         desk.save_style(StyleDraft({}, "", "calm"), replace_=True)
     with pytest.raises(InputError, match="another kind"):

@@ -52,16 +52,17 @@ def test_names_are_short_and_differ(tmp_path):
     names = [store.create([page(words=1)], SERVO, Options(), place=tmp_path).name for _ in range(3)]
     assert [name.rsplit("-", 1)[1] for name in names] == ["1", "2", "3"] and all(len(name) == 7 for name in names)
     assert store.find(names[1], tmp_path).name == names[1]
-    assert store.find(None, tmp_path).name == names[2]
+    assert store.find(None, tmp_path, unfinished=True).name == names[2]
     finished(store.find(names[2], tmp_path))
-    assert store.find(None, tmp_path).name == names[1]
+    assert store.find(None, tmp_path, unfinished=True).name == names[1]
+    assert store.find(None, tmp_path).name == store.find("last", tmp_path).name == names[2]
     with pytest.raises(InputError, match=f"no job 'mar99-1'; the last ones are {', '.join(names)}"):
         store.find("mar99-1", tmp_path)
 
 
 def test_nothing_to_resume(tmp_path):
     with pytest.raises(InputError, match="nothing to resume"):
-        store.find(None, tmp_path / "none")
+        store.find(None, tmp_path / "none", unfinished=True)
     with pytest.raises(InputError, match="none is kept"):
         store.find("a", tmp_path)
 

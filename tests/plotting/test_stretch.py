@@ -13,7 +13,7 @@ from handout.errors import InputError
 from handout.plotting import plan
 from handout.plotting.jobs import store
 from handout.plotting.jobs.store import Options
-from handout.plotting.jobs.stretch import Piece, Stretch, named, pieces
+from handout.plotting.jobs.stretch import Piece, named, pieces
 
 PROFILE = profiles.find("simulated", "plotter")
 TEXTS = (["Dear", "Ada,", "thank", "you"], ["for", "the", "letter", "and", "the", "stamps."])
@@ -30,7 +30,7 @@ def words(part):
 
 
 def part(**asked):
-    return pieces(PAGES, Stretch(**asked), PROFILE)
+    return pieces(PAGES, PROFILE, **asked)
 
 
 @pytest.mark.parametrize(

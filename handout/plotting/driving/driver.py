@@ -171,6 +171,7 @@ def draw(
             stream.run()
     except DeviceError as error:
         controller.halt()
+        stream.note()
         kind = DeviceGarbled if controller.spoilt else type(error)
         raise kind(f"{error} {stream.under_way()}".strip()) from error
     except BaseException:  # an interrupt above all, but whatever it is: the pen must not stay on the paper

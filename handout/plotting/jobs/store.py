@@ -29,6 +29,7 @@ from handout.plotting.jobs.pages import NewPage
 from handout.profiles import Plotter
 from handout.values import Drawing
 
+LAST = "last"  # in place of a job's name
 _KEPT = 50  # finished jobs
 _DRAWABLE = 5  # of them, whose drawings are kept too: some MB at most
 _NEW = ".new-"
@@ -169,20 +170,20 @@ def free_name(work: Path, base: Path) -> Path:
     raise InputError(f"{base} is full of jobs: delete some.")
 
 
-def find(name: str | None = None, place: Path | None = None) -> Job:
-    """The job of that name; without a name the latest unfinished one.
+def find(name: str | None = None, place: Path | None = None, *, unfinished: bool = False) -> Job:
+    """The job of that name; without a name, or as "last", the one that was drawn last, of all or the unfinished ones.
 
     Raises
     ------
     InputError
         There is none; the message lists those there are.
     """
-    jobs = every(place)
-    if name is None:
-        for job in reversed(jobs):
-            if not job.standing().finished:
+    if name in (None, LAST):
+        for job in reversed(_by_use(place)):
+            if not (unfinished and job.standing().finished):
                 return job
-        raise InputError("There is nothing to resume: no plot was broken off.")
+        raise InputError("There is nothing to resume: no plot was broken off." if unfinished else "No plot is kept.")
+    jobs = every(place)
     match = next((job for job in jobs if job.name == name), None)
     if match is not None:
         return match
@@ -217,7 +218,7 @@ def drop_drawings(place: Path | None = None, keep: int = _DRAWABLE) -> None:
 
 
 def drawn_before(name: str | None = None, place: Path | None = None) -> Job:
-    """The job of that name, or the one that was drawn last, whose drawings are still kept.
+    """As `find`, of the jobs whose drawings are still kept.
 
     Raises
     ------
@@ -225,9 +226,9 @@ def drawn_before(name: str | None = None, place: Path | None = None) -> Job:
         There is none.
     """
     there = [job for job in _by_use(place) if pages.are_kept(job.folder)]
-    if name is None and there:
+    if name in (None, LAST) and there:
         return there[-1]
-    job = find(name, place) if name is not None else None
+    job = find(name, place) if name not in (None, LAST) else None
     if job is None or not pages.are_kept(job.folder):
         which = f"The drawings of {job.name} are" if job is not None else "No drawings are"
         kept = f" Those of {', '.join(other.name for other in there)} are." if there else ""

@@ -11,7 +11,6 @@ import difflib
 import itertools
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -26,25 +25,6 @@ from handout.values import Array, Drawing
 _TIME = re.compile(r"(?:(\d+(?:\.\d+)?)h)?(?:(\d+(?:\.\d+)?)m(?:in)?)?(?:(\d+(?:\.\d+)?)s)?")
 _SHARE = re.compile(r"(\d+(?:\.\d+)?)\s*%")
 _SHEETS = re.compile(r"(\d+)(-)?(\d+)?")
-
-
-@dataclass(frozen=True)
-class Stretch:
-    """What is asked for; what is None or "" is not limited.
-
-    begin, end : a share such as "40%", or a time such as "2m30s".
-    from_word, to_word : a word or several, or the number of one, from 1 on the first sheet that is asked for.
-    sheets : numbers such as "2", "2-3", "1,4-".
-    """
-
-    begin: str | None = None
-    end: str | None = None
-    from_word: str | None = None
-    to_word: str | None = None
-    sheets: str = ""
-
-    def __bool__(self) -> bool:
-        return self != Stretch()
 
 
 class Piece(NamedTuple):
@@ -66,42 +46,58 @@ class _Word(NamedTuple):
     ink: float
 
 
-def pieces(pages: Sequence[Drawing], asked: Stretch, profile: Plotter, speed: Speed = 1.0) -> list[Piece]:
+def pieces(
+    pages: Sequence[Drawing],
+    profile: Plotter,
+    speed: Speed = 1.0,
+    *,
+    begin: str | None = None,
+    end: str | None = None,
+    from_word: str | None = None,
+    to_word: str | None = None,
+    sheets: str = "",
+) -> list[Piece]:
     """What is drawn of the pages, whose strokes are in the order in which they are drawn.
+
+    Parameters
+    ----------
+    begin, end : a share such as "40%", or a time such as "2m30s"; None: not limited.
+    from_word, to_word : a word or several, or the number of one, from 1 on the first sheet that is asked for.
+    sheets : numbers such as "2", "2-3", "1,4-"; "": all.
 
     Raises
     ------
     InputError
         What is asked for cannot be read, is not there, or has nothing in it.
     """
-    if (asked.begin and asked.from_word) or (asked.end and asked.to_word):
+    if (begin and from_word) or (end and to_word):
         raise InputError("--from and --from-word (--to and --to-word) are two ways to say one thing: give one of them.")
-    words = [word for sheet in _sheets(asked.sheets, len(pages)) for word in _words(pages[sheet], sheet)]
+    words = [word for sheet in _sheets(sheets, len(pages)) for word in _words(pages[sheet], sheet)]
 
     def marked(text: str) -> tuple[float, Array]:
         return _marks(text, words, pages, profile, speed)
 
-    first, last = _first(asked, words, marked), len(words) - 1
-    if asked.end:
-        place, marks = marked(asked.end)
+    first, last = _first(begin, from_word, words, marked), len(words) - 1
+    if end:
+        place, marks = marked(end)
         last = int(np.searchsorted(marks[:-1], place, side="left")) - 1
-    elif asked.to_word:
-        last = _find(asked.to_word, words, first, "--to-word")[1]
+    elif to_word:
+        last = _find(to_word, words, first, "--to-word")[1]
     if first > last:
-        begin, end = asked.begin or asked.from_word, asked.end or asked.to_word
-        raise InputError(
-            f"Nothing lies between {begin or 'the beginning'} and {end or 'the end'}: is one before the other?"
-        )
+        places = f"{begin or from_word or 'the beginning'} and {end or to_word or 'the end'}"
+        raise InputError(f"Nothing lies between {places}: is one before the other?")
     chosen = itertools.groupby(words[first : last + 1], lambda word: word.sheet)
     return [Piece(sheet, (run := list(group))[0].first, run[-1].stop) for sheet, group in chosen]
 
 
-def _first(asked: Stretch, words: Sequence[_Word], marked: Callable[[str], tuple[float, Array]]) -> int:
+def _first(
+    begin: str | None, word: str | None, words: Sequence[_Word], marked: Callable[[str], tuple[float, Array]]
+) -> int:
     """The run of strokes that a part begins with."""
-    if asked.begin:
-        place, marks = marked(asked.begin)
+    if begin:
+        place, marks = marked(begin)
         return int(np.searchsorted(marks[1:], place, side="right"))
-    return _find(asked.from_word, words, 0, "--from-word")[0] if asked.from_word else 0
+    return _find(word, words, 0, "--from-word")[0] if word else 0
 
 
 def named(part: Sequence[Piece], pages: Sequence[Drawing]) -> str:

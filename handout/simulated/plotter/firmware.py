@@ -91,6 +91,9 @@ class Firmware(Protocol):
     def alarm(self) -> None:
         """A limit switch is hit."""
 
+    def lose_board(self) -> None:
+        """The board that moves it is gone, if it is another computer than that which answers."""
+
     def hold(self) -> None:
         """Somebody puts it on hold; nothing where that cannot be."""
 

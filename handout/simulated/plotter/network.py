@@ -28,6 +28,7 @@ _REACHED = (("grbl", "tcp"), ("grbl", "ws"), ("klipper", "ws"))
 _LOOP = 10.0  # s that bytes may take through this computer before that is an error
 _REPORTS = 0.2  # s between two reports of FluidNC's WebSocket
 _PINGS = 10.0  # s between two words for its page in the browser
+_STATISTICS = 1.0  # s between two words of Moonraker about the computer it runs on
 
 
 class _Server(Protocol):
@@ -215,7 +216,12 @@ class NetworkedPlotter(SimulatedPlotter):
 
     def _speak_unasked(self) -> None:
         """What FluidNC says by itself on a WebSocket."""
-        if self._server is None or self.options.network != "ws" or self.options.variant != "fluidnc":
+        if self._server is None or self.options.network != "ws":
+            return
+        if self.profile.dialect == "klipper" and self.now >= self._pinged + _STATISTICS:
+            self._pinged = self.now
+            self._server.tell_page('{"jsonrpc":"2.0","method":"notify_proc_stat_update","params":[{}]}')
+        if self.options.variant != "fluidnc":
             return
         if self.now >= self._pinged + _PINGS:
             self._pinged = self.now

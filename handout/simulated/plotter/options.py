@@ -32,6 +32,7 @@ FAULTS = {
     "resend-loop": "it takes every line for damaged and asks for it again (Marlin)",
     "error": "it refuses a line (error:33)",
     "alarm": "a limit switch is hit (ALARM:1)",
+    "lost-board": "its board is gone, which its host program notices five seconds later (Klipper)",
     "hold": "it is put on hold (GRBL, HP-GL), or waits for somebody to press its button (Marlin)",
     "view": "someone presses VIEW on its panel, and again after a while (HP-GL)",
     "button": "someone presses its button, and again after a while (EBB)",

@@ -323,6 +323,7 @@ class SimulatedPlotter(InstrumentedPort):
             "power-cut": self._lose_power,
             "error": self.firmware.refuse,
             "alarm": self.firmware.alarm,
+            "lost-board": self.firmware.lose_board,
             "reset": self._begin_anew,
             "hold": self.firmware.hold,
             "stall": self._stall,

@@ -1,6 +1,9 @@
 // Requests to the server, with the session's key; refusals are thrown as the server's own sentences.
 
 const KEPT = 'handout-key';
+const CLOSED = 'The studio does not answer: it was closed, or its terminal was. Start it again; what was kept is kept.';
+const RESTARTED = 'The studio was started again since: open the link that it printed in its terminal. A page that is open goes on after that.';
+const AGAIN = [200, 500, 1000, 2000, 4000]; // ms until a stream that broke is asked for anew, each time it breaks
 
 export class Refusal extends Error {
   constructor(status, sentence) { super(sentence); this.status = status; }
@@ -32,11 +35,11 @@ async function answer(method, path, body, headers = {}, signal = undefined) {
     got = await fetch(path, sent);
   } catch (error) {
     if (error.name === 'AbortError') throw error;
-    throw new Refusal(0, 'The studio does not answer: it was closed, or its terminal was. Start it again.');
+    throw new Refusal(0, CLOSED);
   }
   if (!got.ok) {
     const told = await got.json().catch(() => ({}));
-    throw new Refusal(got.status, told.error || `The server answered ${got.status}.`);
+    throw new Refusal(got.status, (got.status === 401 && key() && path !== '/api/session' && RESTARTED) || told.error || `The server answered ${got.status}.`);
   }
   return got;
 }
@@ -63,7 +66,7 @@ export async function task(path, body, heard, signal, method = 'POST') {
     let last = begun;
     for await (const snapshot of events(`/api/tasks/${begun.id}/events`, signal)) heard(last = snapshot);
     if (last.state === 'cancelled') throw new DOMException('cancelled', 'AbortError');
-    if (last.state !== 'done') throw new Refusal(422, last.error || 'The connection was lost.');
+    if (last.state !== 'done') throw new Refusal(422, last.error);
     return last;
   } finally {
     signal?.removeEventListener('abort', cancel);
@@ -72,7 +75,25 @@ export async function task(path, body, heard, signal, method = 'POST') {
 
 export const follow = (id, signal) => events(`/api/tasks/${id}/events`, signal);
 
+/** The snapshots of a task to its last. What breaks, as where a computer sleeps, is taken up again: each says all there is. */
 async function* events(path, signal) {
+  for (let broke = 0; ; broke += 1) {
+    try {
+      for await (const snapshot of stream(path, signal)) {
+        broke = 0;
+        yield snapshot;
+        if (!['waiting', 'running'].includes(snapshot.state)) return;
+      }
+    } catch (error) {
+      if (error.name === 'AbortError' || error.status) throw error;
+    }
+    if (broke >= AGAIN.length) throw new Refusal(0, CLOSED);
+    await new Promise((done) => { setTimeout(done, AGAIN[broke]); });
+    signal?.throwIfAborted();
+  }
+}
+
+async function* stream(path, signal) {
   const reader = (await answer('GET', path, undefined, {}, signal)).body.pipeThrough(new TextDecoderStream()).getReader();
   let rest = '';
   for (;;) {

@@ -2,6 +2,7 @@
 
 import { blob, follow, request, task } from './api.js';
 import { choice, field, h, save, say, tick } from './dom.js';
+import * as drafts from './drafts.js';
 
 const STATES = { new: 'not proofed', proofed: 'proof to be approved', approved: 'approved', 'broken off': 'broken off', done: 'done' };
 const TO = { pdf: 'a PDF file', printer: 'a printer', plotter: 'the plotter' };
@@ -22,7 +23,8 @@ function ticks(legend, names, labels = {}) {
 /** The form of a new batch; `made` is called with its name. */
 function form(shared, machines, made) {
   const table = h('input', { type: 'file', accept: '.csv,.tsv,.txt,.xlsx' });
-  const letter = h('textarea', { rows: 5, placeholder: GAPS });
+  const letter = h('textarea', { rows: 5, placeholder: GAPS, oninput: () => drafts.keep('batch', { letter: letter.value }, refusal) });
+  drafts.kept('batch').then((typed) => { letter.value ||= typed.letter || ''; });
   const [markdown, isMarkdown] = tick('The letter is Markdown');
   const hand = choice(shared.choices.hands.map((one) => one.name));
   const page = choice(shared.choices.pages);
@@ -85,7 +87,14 @@ async function opened(name, machines, devices, changed) {
     },
   }, label);
   const prove = act('Make a proof', () => followed(`/api/batches/${name}/proof`, {}));
-  const approve = act('Approve', async () => shown(await request('POST', `/api/batches/${name}/approval`)), true);
+  const approve = act('Approve', async () => {
+    try {
+      shown(await request('POST', `/api/batches/${name}/approval`, { made: batch.proof.made }));
+    } catch (error) {
+      shown(await request('GET', `/api/batches/${name}`));
+      throw error;
+    }
+  }, true);
   const [sharing, others] = ticks('Shared with the plotters at', machines.ports.map((one) => one.name), Object.fromEntries(machines.ports.map((one) => [one.name, one.name.startsWith('sim') ? one.title : `${one.name} ${one.title}`])));
   const make = act('Make it', () => followed(`/api/batches/${name}/make`, { port: batch.to === 'plotter' ? [devices.port.value, ...others(devices.port.value)] : '' }), true);
   const on = act('Go on', () => word('on'), true), stop = act('Stop', () => word('stop'));
@@ -96,12 +105,14 @@ async function opened(name, machines, devices, changed) {
     h('div', { class: 'row between' }, head, h('button', { type: 'button', onclick: () => dialog.close() }, 'Close')),
     summary, h('div', { class: 'row' }, prove, approve, make, on, stop, take, sheet, drop), sharing, refusal, question, bar, told, proofs, more, rows);
 
+  const lost = () => batch.proof.failed?.length || 0;
   const word = (what) => request('POST', `/api/tasks/${running}/word`, { word: what });
   function controls(live = {}) {
     const busy = Boolean(running);
     prove.hidden = busy || ['done', 'broken off'].includes(batch.state);
     prove.textContent = batch.state === 'new' ? 'Make a proof' : 'Make the proof anew';
-    approve.hidden = busy || batch.state !== 'proofed';
+    approve.hidden = busy || batch.state !== 'proofed' || !batch.proof.rows;
+    approve.textContent = lost() ? `Approve the other ${batch.proof.rows}` : 'Approve';
     make.hidden = busy || !['approved', 'broken off'].includes(batch.state);
     make.textContent = batch.state === 'broken off' ? 'Go on' : batch.to === 'plotter' ? 'Plot' : batch.to === 'printer' ? 'Print' : 'Make the PDF';
     sharing.hidden = make.hidden || batch.to !== 'plotter' || !others(devices.port.value, true).length;
@@ -125,9 +136,9 @@ async function opened(name, machines, devices, changed) {
       }
     } finally {
       running = null;
+      told.textContent = '';
       clearInterval(looking);
     }
-    told.textContent = '';
     if (last?.error) refusal.textContent = last.error;
     shown(await request('GET', `/api/batches/${name}`));
     changed();
@@ -170,6 +181,7 @@ async function opened(name, machines, devices, changed) {
     head.textContent = batch.title;
     const what = [batch.letters && 'letters', batch.envelopes && 'envelopes'].filter(Boolean).join(' and ');
     summary.textContent = `${batch.count} ${batch.count === 1 ? 'row' : 'rows'}, ${what}, for ${batch.printer || TO[batch.to]}; ${STATES[batch.state]}${batch.state === 'broken off' && batch.ended ? `: ${batch.ended}` : ''}.`;
+    if (lost()) summary.textContent += ` ${lost()} ${lost() === 1 ? 'row' : 'rows'} cannot be made, as is said below: keep the batch anew with a better table, or make it without them.`;
     listed(batch);
     if (JSON.stringify(batch.proof) !== before) pictures();
     controls();

@@ -36,7 +36,7 @@ export function keep(name, values, place) {
       await request('PUT', `/api/drafts/${name}`, { draft: latest });
       place.textContent = '';
     } catch (error) {
-      place.textContent = error.message;
+      place.textContent = [0, 401].includes(error.status) ? '' : error.message; // that it is gone the page says itself
     }
   }, WAIT);
 }

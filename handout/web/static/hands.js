@@ -2,6 +2,7 @@
 
 import { blob, fileOf, request, task } from './api.js';
 import { choice, field, h, save, say, tick } from './dom.js';
+import * as drafts from './drafts.js';
 
 const TAKEN = '.png,.jpg,.jpeg,.tif,.tiff,.pdf,.webp,.bmp,.hand';
 const NEEDS_NO_TEXT = 'Leave the text empty for sheets that were made here: they say what is written on them.';
@@ -68,7 +69,7 @@ function card(hand, redraw, seen) {
       }
     },
   }, label);
-  const actions = [act('All letters', async () => shown(`Letters of ${hand.name}`, await pictureOf(`${url}/sheet`, `All letters of ${hand.name}`, 'image/png')))];
+  const actions = [h('a', { class: 'button', href: `#write/${encodeURIComponent(hand.name)}`, 'aria-label': `Write in ${hand.name}` }, 'Write'), act('All letters', async () => shown(`Letters of ${hand.name}`, await pictureOf(`${url}/sheet`, `All letters of ${hand.name}`, 'image/png')))];
   if (!hand.drawn) actions.push(act('Save as file', async () => save(await blob(`${url}/file`), `${hand.name}.hand`)));
   if (!hand.drawn) actions.push(h('a', { class: 'button', href: `#letters/${encodeURIComponent(hand.name)}` }, 'Letters'));
   if (hand.removable) {
@@ -93,23 +94,24 @@ function gallery(hands, redraw) {
 }
 
 /** A new hand; with `own`, the names of hands that more pages may be added to. */
-function reader(redraw, own) {
+function reader(redraw, own, typed) {
   const into = choice(['', ...own], { '': 'a new hand', ...Object.fromEntries(own.map((name) => [name, `more of ${name}`])) });
   const name = h('input', { required: true, pattern: '[\\w\\-]{1,80}', title: 'Letters, digits, - and _', autocomplete: 'off' });
   const dpi = h('input', { type: 'number', min: 50, max: 2400, placeholder: 'as the files say' });
   const [keeping, keep] = tick('Keep the scan around the writing in the file, so that ink can be painted with it', { checked: true });
   const input = h('input', { type: 'file', multiple: true, accept: TAKEN, 'aria-describedby': 'drop-help' });
   const list = h('div', { class: 'panel-scans' });
-  const refusal = h('p', { class: 'bad', role: 'alert' });
+  const refusal = h('p', { class: 'bad', role: 'alert' }), unkept = h('p', { class: 'bad', role: 'alert' });
   const result = h('div', { 'aria-live': 'polite' });
   const button = h('button', { class: 'main' }, 'Read the hand');
   const { line, run } = progress();
-  const scans = [];
+  const scans = [], texts = typed.texts || {}; // name of a file → what was typed of it, until it is read
   const drop = h('div', { class: 'drop' }, field('Scans or photographs, or a .hand file', input), h('p', { class: 'quiet', id: 'drop-help' }, 'Drop them here, or choose. 300 dpi or more; PNG, JPEG, TIFF, PDF.'));
 
   function add(files) {
     for (const file of files) {
-      const text = h('textarea', { rows: 4 });
+      const text = h('textarea', { rows: 4, oninput() { texts[file.name] = text.value; keep(); } });
+      text.value = texts[file.name] || '';
       const scan = { file, text };
       const box = h('div', { class: 'scan' },
         h('div', { class: 'row between' }, h('strong', {}, file.name), h('button', { type: 'button', 'aria-label': `Take ${file.name} away`, onclick() { scans.splice(scans.indexOf(scan), 1); box.remove(); } }, 'Take away')),
@@ -120,6 +122,8 @@ function reader(redraw, own) {
     }
     input.value = '';
   }
+
+  const keep = () => drafts.keep('texts', { texts }, unkept);
 
   async function read(heard, signal) {
     const ids = [];
@@ -151,7 +155,11 @@ function reader(redraw, own) {
     try {
       const { facts, said = [] } = await run(read);
       const figures = facts.glyphs ? `${facts.glyphs} letters, ${facts.doubtful.length} of them doubtful.` : 'It is among your hands now.';
-      result.replaceChildren(h('p', {}, h('strong', {}, into.value || name.value), `: ${figures}`), ...said.map((one) => h('p', { class: 'quiet' }, one)));
+      const made = into.value || name.value, to = (page, label) => h('a', { class: 'button', href: `#${page}/${encodeURIComponent(made)}` }, label);
+      const lasting = said.filter((one) => !one.endsWith('…')); // not how far it had come
+      result.replaceChildren(h('p', {}, h('strong', {}, made), `: ${figures}`), h('div', { class: 'row' }, to('write', 'Write in it'), to('letters', 'Look at its letters')), ...lasting.map((one) => h('p', { class: 'quiet' }, one)));
+      for (const { file } of scans) delete texts[file.name];
+      keep();
       scans.length = 0; list.replaceChildren(); name.value = '';
       await redraw();
     } catch (error) {
@@ -169,7 +177,7 @@ function reader(redraw, own) {
   }
   drop.addEventListener('drop', (event) => add(event.dataTransfer.files));
   return h('section', { class: 'panel' }, h('h2', {}, 'A new hand'), h('form', { onsubmit: submit, 'aria-label': 'A new hand' },
-    drop, list, h('p', { class: 'quiet' }, NEEDS_NO_TEXT), h('div', { class: 'grid' }, own.length ? field('They become', into) : '', nameField, field('Pixels an inch', dpi)), keeping, refusal, button, line, result));
+    drop, list, h('p', { class: 'quiet' }, NEEDS_NO_TEXT), h('div', { class: 'grid' }, own.length ? field('They become', into) : '', nameField, field('Pixels an inch', dpi)), keeping, refusal, unkept, button, line, result));
 }
 
 function sheets(hands) {
@@ -224,10 +232,11 @@ export async function show(main, shared) {
   const redraw = async (again = true) => {
     if (again) await shared.refresh();
     const { hands } = shared.choices;
-    place.replaceChildren(h('h1', {}, 'Hands'), gallery([...hands].sort((a, b) => b.own - a.own), redraw));
+    const forms = h('button', { type: 'button', class: 'to-forms', onclick: () => document.querySelector('[aria-label="A new hand"] input').focus() }, 'A new hand');
+    place.replaceChildren(h('div', { class: 'row between' }, h('h1', {}, 'Hands'), forms), gallery([...hands].sort((a, b) => b.own - a.own), redraw));
   };
   await redraw(false);
   const scanned = shared.choices.hands.filter((hand) => !hand.drawn);
-  main.append(h('div', { class: 'hands' }, h('div', { class: 'columns' }, place, h('div', {}, reader(redraw, shared.choices.hands.filter((hand) => hand.own).map((hand) => hand.name)), sheets(scanned), lacking(scanned)))));
+  main.append(h('div', { class: 'hands' }, h('div', { class: 'columns' }, place, h('div', {}, reader(redraw, shared.choices.hands.filter((hand) => hand.own).map((hand) => hand.name), await drafts.kept('texts')), sheets(scanned), lacking(scanned)))));
   return () => document.querySelector('dialog')?.close();
 }

@@ -41,6 +41,5 @@ try {
   addEventListener('hashchange', () => show().catch((error) => say(error.message)));
   await show();
 } catch (error) {
-  const lost = error.status === 401 ? 'The studio was started again since: open the link that it printed in its terminal.' : error.message;
-  main.replaceChildren(h('div', { class: 'middle' }, h('h1', {}, 'Not let in'), h('p', { class: 'bad', role: 'alert' }, lost)));
+  main.replaceChildren(h('div', { class: 'middle' }, h('h1', {}, 'Not let in'), h('p', { class: 'bad', role: 'alert' }, error.message)));
 }

@@ -538,15 +538,21 @@ export async function show(main, shared, [wanted]) {
     unsaved = false; drafts.keep('style', { plan, seed }, unkept); location.hash = `style/${encodeURIComponent(chooser.value)}`;
   });
   async function keepIt() {
-    const own = facts.own && style.name === facts.name;
-    if (own && !confirm(`Write this style into its file? Comments in the file are not kept.`)) return;
+    const own = facts.own && style.name === facts.name, put = (replace) => request('POST', '/api/styles', { style: draft(), replace });
+    const inFile = async () => JSON.stringify((await request('GET', `/api/styles/${encodeURIComponent(facts.name)}`)).values);
+    saveRefusal.textContent = refusal.textContent = '';
     try {
-      await request('POST', '/api/styles', { style: draft(), replace: own });
+      const ask = own && (await inFile() === opened ? 'Write this style into its file?' : 'The file was changed elsewhere since it was opened here. Write over it?');
+      if (own && !confirm(`${ask} Comments in the file are not kept.`)) return;
+      await put(own).catch((error) => {
+        if (!error.message.includes('already') || !confirm(`${error.message} Replace it?`)) throw error;
+        return put(true);
+      });
+      if (own) opened = await inFile();
     } catch (error) {
-      if (!error.message.includes('already') || !confirm(`${error.message} Replace it?`)) { saveRefusal.textContent = error.message; return; }
-      await request('POST', '/api/styles', { style: draft(), replace: true });
+      saveRefusal.textContent = error.message;
+      return;
     }
-    saveRefusal.textContent = '';
     unsaved = false; drafts.keep('style', { plan, style, seed, unsaved }, unkept);
     say(own ? 'It is kept in its file.' : `It is kept: --style ${style.name} takes it.`);
     shared.refresh();

@@ -98,8 +98,9 @@ function called(text) {
   return words.replace(/[^\p{L}\p{N}-]/gu, '').toLowerCase() || 'page';
 }
 
-export async function show(main, shared) {
-  const kept = await drafts.kept('draft');
+export async function show(main, shared, [hand]) {
+  const kept = { ...await drafts.kept('draft'), ...(hand ? { hand, rewritten: [] } : {}) };
+  if (hand) history.replaceState(null, '', '#write'); // once: another hand that is chosen here stays when the page is loaded anew
   const machines = Object.fromEntries(shared.choices.plotters.map((one) => [one.name, one.title]));
   const made = controls(shared.choices, kept);
   const [fallback, lend] = tick('Lend letters that the hand lacks', { checked: kept.fallback ?? true });
@@ -330,7 +331,7 @@ export async function show(main, shared) {
   }
 
   async function downloaded() {
-    download.disabled = true;
+    download.disabled = true; refusal.textContent = '';
     const format = made.format.value;
     const body = { ...asking(), format };
     if (!made.device.hidden && made.device.value) body.device = made.device.value;

@@ -11,13 +11,16 @@ from handout.errors import DeviceAlarm, DoesNotFit
 from handout.plotting import bed
 from handout.plotting.dialect import Log
 from handout.plotting.dialects.base import with_limits
-from handout.plotting.dialects.klipper.conversation import MoonrakerConversation
+from handout.plotting.dialects.klipper.conversation import MoonrakerConversation, first_line
 from handout.profiles import Acceleration, Bed, Length, Limits, Plotter, Speed
 
 _STARTS = 40.0  # s that Klipper may take to start
 _LOOK = 0.5  # s between two looks at one that starts
+_GOES = 5.0  # s that it may take until it begins to start anew; half a second was seen
 _LEAST = 10.0  # mm of travel that make a bed
-_QUESTIONS = {"toolhead": None, "gcode_move": None, "configfile": ["settings"]}
+_QUESTIONS = {
+    "toolhead": None, "gcode_move": None, "configfile": ["settings"], "print_stats": ["state", "filename"],
+}  # fmt: skip
 
 
 def meet(conversation: MoonrakerConversation, profile: Plotter, log: Log) -> tuple[Plotter, float]:
@@ -26,9 +29,9 @@ def meet(conversation: MoonrakerConversation, profile: Plotter, log: Log) -> tup
     Returns the profile with the machine's own limits, where `log` is told that they differ; and its acceleration,
     mm/s².
     """
-    state = _state(conversation, float(profile.port.start_up) + conversation.timeout)
+    state, why = conversation.state()
     if state == "shutdown":
-        log(f"Klipper was shut down ({_reason(conversation)}); it is started anew (FIRMWARE_RESTART).")
+        log(f"Klipper was shut down ({first_line(why)}); it is started anew (FIRMWARE_RESTART).")
         restart(conversation)
         if profile.pen.lift == "stepper":
             log(
@@ -36,11 +39,13 @@ def meet(conversation: MoonrakerConversation, profile: Plotter, log: Log) -> tup
                 "pen is not on the paper there, interrupt, turn the motor down to it, and restart Klipper at its page."
             )
     elif state != "ready":
+        log(f"Klipper is not ready ({first_line(why)}); it may take up to {_STARTS:.0f} s to start.")
         _wait_until_ready(conversation)
     _check_pen(conversation, profile)
     answer = conversation.result("printer.objects.query", {"objects": _QUESTIONS})
     found = answer.get("status", {}) if isinstance(answer, dict) else {}
     head, settings = found.get("toolhead", {}), found.get("configfile", {}).get("settings", {})
+    _check_free(found.get("print_stats", {}))
     acceleration = float(head.get("max_accel", profile.limits.acceleration))
     limits = _limits(profile, head, settings, log)
     pen = profile.pen
@@ -55,33 +60,23 @@ def meet(conversation: MoonrakerConversation, profile: Plotter, log: Log) -> tup
 
 
 def restart(conversation: MoonrakerConversation) -> None:
-    """Have Klipper and its board start anew, and wait until it is ready."""
+    """Have Klipper, which is shut down, and its board start anew, and wait until it is ready."""
     conversation.result("printer.firmware_restart", patience=_STARTS)
-    conversation.replies(_LOOK)
-    _wait_until_ready(conversation)
+    _wait_until_ready(conversation, goes=_GOES)
 
 
-def _state(conversation: MoonrakerConversation, patience: float) -> str:
-    info = conversation.result("server.info", patience=patience)
-    return str(info.get("klippy_state", "disconnected")) if isinstance(info, dict) else "disconnected"
-
-
-def _wait_until_ready(conversation: MoonrakerConversation) -> None:
-    for _ in range(math.ceil(_STARTS / _LOOK)):
-        state = _state(conversation, conversation.timeout)
+def _wait_until_ready(conversation: MoonrakerConversation, goes: float = 0.0) -> None:
+    """Wait until it has started; it may say for `goes` s that it is shut down, before it begins."""
+    for number in range(math.ceil(_STARTS / _LOOK)):
+        state, why = conversation.state()
         if state == "ready":
             return
-        if state in ("error", "shutdown"):
+        if state in ("error", "shutdown") and number * _LOOK >= goes:
             break
+        goes *= state == "shutdown"
         for replies in conversation.listen(_LOOK, _LOOK):
             del replies  # it says that it is ready; that is asked for
-    raise DeviceAlarm(f"Klipper is not ready ({_reason(conversation)}): look at its page in the browser.")
-
-
-def _reason(conversation: MoonrakerConversation) -> str:
-    info = conversation.result("printer.info")
-    message = str(info.get("state_message", "")) if isinstance(info, dict) else "Moonraker does not reach it"
-    return next(iter(message.strip().splitlines()), "it does not say why").strip().rstrip(".")
+    raise DeviceAlarm(f"Klipper is not ready ({first_line(why)}): look at its page in the browser.")
 
 
 def _check_pen(conversation: MoonrakerConversation, profile: Plotter) -> None:
@@ -95,6 +90,15 @@ def _check_pen(conversation: MoonrakerConversation, profile: Plotter) -> None:
         raise DeviceAlarm(
             f"Klipper's printer.cfg has no [{kind} {pen.name}] (of this kind it has: {there}): add it, or set pen.name "
             "in the profile."
+        )
+
+
+def _check_free(print_: dict[str, Any]) -> None:
+    """It obeys whoever asks, even in the middle of a file."""
+    if print_.get("state") in ("printing", "paused"):
+        raise DeviceAlarm(
+            f"Klipper is {print_['state']} with the file {print_.get('filename') or '?'}: wait until that is done, or "
+            "cancel it at its page in the browser."
         )
 
 

@@ -1,8 +1,10 @@
 """A Klipper that is connected: lines out in scripts, counts in by the place that it reports, halt and home.
 
 What is drawn is known by `live_position`, where the carriage is by Klipper's own reckoning, and by ``M400``, which is
-answered when all motion is done.  Klipper has two seconds of motion in hand that nothing short of an emergency stop
-takes back; after one, or after any other shutdown, its place is lost.
+answered when all motion is done.  Both are worked out by its host program, which notices only after some five seconds
+that its board is gone: so what was executed counts as proven when the board has been heard later (`Proof`).  Klipper
+has two seconds of motion in hand that nothing short of an emergency stop takes back; after one, or after any other
+shutdown, its place is lost.
 """
 
 from __future__ import annotations
@@ -13,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled
+from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceSilent
 from handout.plotting.dialect import Log, StateReport
 from handout.plotting.dialects.base import BaseController, distance_to_lines
 from handout.plotting.dialects.gcode import number
@@ -27,6 +29,7 @@ _MOST = 40  # lines of a script: four tenths of a second at the usual rate, so t
 _MOMENT = 0.1  # s between two questions how far it is; it works its place out four times a second
 _NEAR = 0.02  # mm; what rounding to three digits makes of a place on the way
 _FAR = 0.1  # mm from the way at which something is wrong
+_PROOF = 15.0  # s in which a board must be heard of, or Klipper would have shut down
 _HURRY = 5.0  # s to wait for an answer when something has gone wrong already
 
 Place = tuple[float, float]
@@ -50,6 +53,28 @@ class _Way(NamedTuple):
     free: bool
 
 
+class Proof:
+    """Of how many commands it is certain that the board has executed them: it has been heard of since.
+
+    Klipper counts about once a second how many bytes its board has said.  A board that has said something after a
+    count was alive then, and has done what was due by then, or else it would have shut down.
+
+    proven : so many commands; waits : whether any are not proven yet.
+    """
+
+    def __init__(self) -> None:
+        self.proven = self._before = self._by_then = 0
+        self._heard: int | None = None
+
+    def note(self, executed: int, heard: int | None) -> None:
+        """So many commands count as executed; so many bytes has the board said, by the last count (None: unknown)."""
+        if heard is None:
+            self.proven = executed
+        elif heard != self._heard:
+            self.proven, self._by_then, self._heard = self._by_then, self._before, heard
+        self._before = executed
+
+
 class KlipperController(BaseController):
     """A Klipper machine; the docstrings of `dialect.Controller` say what its methods do."""
 
@@ -66,6 +91,7 @@ class KlipperController(BaseController):
         self._at: Place = (0.0, 0.0)  # where the last command leads to
         self._idle = self._astray = False
         self._asked = False
+        self._proof = Proof()
 
     def send(self, data: bytes) -> None:
         """Add a line to the next script, which is sent when the one before is answered."""
@@ -122,6 +148,7 @@ class KlipperController(BaseController):
 
     def _look(self, status: Status) -> None:
         """Count what has certainly been executed, from where it is."""
+        self._proof.note(self.executed, status.heard)
         self._idle = status.now >= status.print_time
         place, ways = status.live, self._ways
         if place is None or not ways:
@@ -145,8 +172,8 @@ class KlipperController(BaseController):
 
     @property
     def proven(self) -> int:
-        """All executed commands: what is damaged on a network does not arrive."""
-        return self.executed
+        """What the board has certainly done; what is damaged on a network does not arrive."""
+        return self._proof.proven
 
     def wait(self) -> None:
         """Hear the next answer; one that has nothing to do is asked for an answer when it stands."""
@@ -164,9 +191,28 @@ class KlipperController(BaseController):
         """Wait until it has taken everything and stands."""
         while self._batch or self.conversation.script:
             self._hear(self.conversation.glance)
-        self.conversation.ask(protocol.STANDING)
+        for told in self.conversation.ask(protocol.STANDING):
+            self._look(told)
         self._count(self.sent)
+        self._prove()
         self.listener(StateReport(self.taken, self.executed))
+
+    def _prove(self) -> None:
+        """See that the board is there now that it stands: ask for its switches, or wait until it is heard of.
+
+        One that comes back after Klipper has given it up answers too.
+        """
+        switches = self.conversation.result("printer.query_endstops.status", patience=_PROOF)
+        told, waited = self.conversation.status(), 0.0
+        if isinstance(switches, dict):
+            self._proof.proven = self.executed
+        while self.proven < self.executed:
+            if (waited := waited + _MOMENT) > _PROOF:
+                raise DeviceSilent("Klipper has not heard of its board for some time: look at its cable.")
+            for replies in self.conversation.listen(_MOMENT, _MOMENT):
+                del replies
+            self._proof.note(self.executed, told.heard)
+            told = self.conversation.status()
 
     def position(self) -> tuple[float, float] | None:
         """In the coordinates of the program, mm, once it stands; None until it is homed or told."""
@@ -227,6 +273,7 @@ class KlipperController(BaseController):
                 self._do([*protocol.MODES[:2], *protocol.pen(False, self.profile.pen)])
         except DeviceError:
             self._pen_not_lifted()
+        self.spoilt = conversation.fallen and self.proven < self.executed
 
     def _runs_out(self) -> bool:
         """Let it finish, and count what it has drawn; False if somebody interrupts again, and it is shut down."""

