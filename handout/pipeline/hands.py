@@ -104,7 +104,7 @@ def read(
     pages = tuple(tagged_pages(sources, options.seed, options.pen, listener.say, tell=tell))
     listener.progress(_MADE, "writing the hand")
     hand = hand_of_pages(name, pages, options.title or "")
-    if options.no_scan:
+    if options.ink_only:
         hand = replace(hand, pages=tuple(replace(page, scan=None) for page in hand.pages))
     notes: tuple[str, ...] = ()
     if path is not None:
@@ -181,7 +181,7 @@ def read_more(
         keep_letters(str(path))
     hand, corrected = file.load(path), file.journal(path).made
     keeping = any(page.scan is not None for page in hand.pages)
-    options = replace(options, no_scan=options.no_scan or not keeping)
+    options = replace(options, ink_only=options.ink_only or not keeping)
     more = _read_texts(hand.name, scans, texts, None, options, listener)
     first, pages = len(hand.glyphs), len(hand.pages)
     glyphs = [renumbered(glyph, glyph.page + pages, first) for glyph in more.hand.glyphs]

@@ -301,12 +301,12 @@ def keep_pen(scans: Sequence[str | Path], output: str | Path, dpi: float | None 
     return KeptHand(path, details={"pieces": pieces, "width": round(2 * samples[0].radius, 3)})
 
 
-def export_hand(name: str, output: str | Path, *, no_scan: bool = False) -> KeptHand:
-    """Copy a scanned hand into a file, to be given to somebody or kept; with `no_scan` without the scans it keeps."""
+def export_hand(name: str, output: str | Path, *, ink_only: bool = False) -> KeptHand:
+    """Copy a scanned hand into a file, to be given to somebody or kept; with `ink_only` without the scans it keeps."""
     source, path = library.scanned_file(name), hand_path(output)
     hand = file.check(source)
-    atomic.write(path, file.without_scans(source) if no_scan else source.read_bytes())
-    return KeptHand(path, notes=() if no_scan else scan_notes(hand))
+    atomic.write(path, file.without_scans(source) if ink_only else source.read_bytes())
+    return KeptHand(path, notes=() if ink_only else scan_notes(hand))
 
 
 def scan_notes(hand: ScannedHand) -> tuple[str, ...]:
@@ -316,7 +316,7 @@ def scan_notes(hand: ScannedHand) -> tuple[str, ...]:
         return ()
     pages = units.count(kept, "page")
     return (
-        f"The file keeps the scan of {pages} around the writing, so that what is painted is segmented anew; --no-scan "
+        f"The file keeps the scan of {pages} around the writing, so that what is painted is segmented anew; --ink-only "
         "leaves it out.",
     )
 

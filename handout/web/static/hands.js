@@ -144,7 +144,7 @@ function reader(redraw, own, typed) {
     }
     const texts = scans.map((scan) => scan.text.value).filter((text) => text.trim());
     if (into.value) return task(`/api/hands/${into.value}/pages`, { scans: ids, texts, ...(dpi.value ? { dpi: Number(dpi.value) } : {}) }, heard, signal);
-    return task('/api/hands', { name: name.value, scans: ids, texts, no_scan: !keep.checked, ...(dpi.value ? { dpi: Number(dpi.value) } : {}) }, heard, signal);
+    return task('/api/hands', { name: name.value, scans: ids, texts, ink_only: !keep.checked, ...(dpi.value ? { dpi: Number(dpi.value) } : {}) }, heard, signal);
   }
 
   async function submit(event) {
