@@ -27,6 +27,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.errors import InputError
 from handout.hand.corrections import Paint, applied
 from handout.hand.page_editor import own_ink
 from handout.hand.scanned import KeptScan, ScannedHand, ScannedPage
@@ -97,7 +98,10 @@ def faint(written: WrittenPage, rng: np.random.Generator) -> Iterator[Fault]:
     inks = replace(written.inks, inks=tuple(replace(ink, zero=_HIGHER) for ink in written.inks.inks))
     level = flatten(written.scan, written.paper)
     density = find_density(level, inks)
-    mask = replace(written.mask, ink=find_mask(level, inks, density, written.mask.pen).ink)
+    try:
+        mask = replace(written.mask, ink=find_mask(level, inks, density, written.mask.pen).ink)
+    except InputError:  # nothing is left of a pale pen
+        return
     prepared = Prepared(written.scan, written.paper, inks, density.scale, {})
     page = _kept(scanned_page(finish(Inked(prepared, density, mask, written.text_lines, {})), ""))
     truth = ink_of(scanned_page(written, ""))

@@ -49,7 +49,7 @@ class _Pen:
     opacity: float
     half: float
 
-    def on(self, paper: Array) -> Array:
+    def on(self, paper: NDArray[np.uint8]) -> Array:
         """(3,) 0–255: its colour on some paper (n, 3), as a scan shows it."""
         white = np.median(paper, axis=0) if len(paper) else np.full(3, 255.0)
         return np.asarray(white + (self.colour - white) * self.opacity, dtype=np.float64)

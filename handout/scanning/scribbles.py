@@ -153,9 +153,9 @@ def _in_line(window: Window, like: Bools, scribble: Bools) -> Bools:
         if len(places) < 2:
             break
         mx, my = float(x[found].mean()), float(y[found].mean())
-        along = np.linalg.eigh(np.cov(places.T))[1][:, 1]
-        off = np.abs((places - [mx, my]) @ np.array([-along[1], along[0]]))
-        strip = np.abs((y - my) * along[0] - (x - mx) * along[1]) <= np.percentile(off, 95) + window.half
+        dx, dy = np.linalg.eigh(np.cov(places.T))[1][:, 1].tolist()
+        off = np.abs((places - [mx, my]) @ np.array([-dy, dx]))
+        strip = np.abs((y - my) * dx - (x - mx) * dy) <= np.percentile(off, 95) + window.half
         reached = like & strip & _touching(_grown((like & strip) | found, window.x_height), scribble)
         if not (reached & ~found).any():
             break
