@@ -147,7 +147,8 @@ def _in_line(window: Window, like: Bools, scribble: Bools) -> Bools:
     A rule, or the limb of a stain, is known by its direction; a round one has all directions alike.
     """
     found = like & _touching(_grown(like, window.half), scribble)
-    y, x = np.indices(like.shape, dtype=np.float32)
+    grid: Array = np.indices(like.shape).astype(np.float64)
+    y, x = grid[0], grid[1]
     for _ in range(_SETTINGS.rounds):
         places = np.column_stack([x[found], y[found]])
         if len(places) < 2:
