@@ -38,7 +38,7 @@ def test_plotter_runs_through_the_simulated_device(path):
     profile = profiles.read(path)
     assert isinstance(profile, profiles.Plotter)
     assert profile.name == path.stem and profile.notes
-    drawing = fit_to_bed(page(words=3), profile)
+    drawing = fit_to_bed(page(words=5), profile)
     made = plan(drawing, profile)
     port = open_port("sim:", profile)
     said = []
