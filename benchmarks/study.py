@@ -5,7 +5,7 @@ flatbed, and read; seeds below 100 are those that the reader was fitted on.  `an
 known skill are scored, and how often the intervals hold the truth is counted.  `whole(folder, skill)`: the sheets of a
 study that `handout study make --about` made are filled in, scanned into that folder, read and scored.
 `coverage(runs)`: small studies of people of known skill go all that way in memory, each with sheets, people and pens
-of its own, and how often the intervals hold that skill is counted; eight seconds a run.
+of its own, and how often the intervals hold that skill is counted; twelve seconds a run.
 
 The sheets of `reading` show scribbles, since nobody looks at them.
 """

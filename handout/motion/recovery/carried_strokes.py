@@ -29,8 +29,8 @@ class CarrySettings:
     rounds: int = 3  # of laying over
     reach: float = 0.25  # of a letter's size: ink farther apart has little weight in it
     apart: float = 0.12  # of a letter's size, mean: ink farther apart is not alike
-    covered: float = 0.1  # of a letter's size: ink so near a stroke is its
-    speck: float = 0.25  # of a letter's size: ink left out that is no longer than this
+    covered: float = 0.08  # of a letter's size: ink so near a stroke is its
+    speck: float = 0.15  # of a letter's size: ink left out that is no longer than this
     end: float = 0.2  # of a letter's size: strokes go on over ink that begins so near their ends
     unlike: float = 40.0  # costs, for ink that is a letter's size apart
     places: int = 40  # of a stroke that are followed
@@ -102,13 +102,13 @@ def _gone_on(graph: LineGraph, own: Indices, ways: Sequence[Indices], size: floa
     left = own[cKDTree(uv[np.concatenate(whole)]).query(uv[own])[0] > _SETTINGS.covered * size]
     for branch in branches(graph.edges_between(left), len(left)):
         path = left[branch]
-        if np.linalg.norm(np.diff(uv[path], axis=0), axis=1).sum() <= _SETTINGS.speck * size:
-            continue
         tips = [(i, end, tip) for i in range(len(whole)) for end in (0, -1) for tip in (0, -1)]
         away = [float(np.linalg.norm(uv[whole[i][end]] - uv[path[tip]])) for i, end, tip in tips]
         i, end, tip = tips[int(np.argmin(away))]
         if min(away) > _SETTINGS.end * size:
-            return None
+            if np.linalg.norm(np.diff(uv[path], axis=0), axis=1).sum() > _SETTINGS.speck * size:
+                return None
+            continue
         outwards = path if tip == 0 else path[::-1]
         whole[i] = np.concatenate([whole[i], outwards] if end else [outwards[::-1], whole[i]])
     return whole
