@@ -3,8 +3,9 @@
 Every row has a letter of its own, four to a bed on plotters, and an envelope.  A program is killed at a random line of
 the batch's journal (before or after it is written), at a random byte to or from the plotter, or within a printer's
 taking of a page, and begun again with --resume until nothing is left; a plot's journal keeps then what was on the disk.
-Seven batches: on a GRBL, a Marlin, an EBB and two printers, on the three plotters at once, on the two printers at once;
-every page is made once, and the letter and the envelope of a row by one machine.
+Ten batches: a GRBL, a Marlin, an EBB, two printers; the three plotters at once, the two printers at once; then
+three Klippers at once, on four GRBLs over real sockets, on the four newest profiles.  Every page is made once, and the
+letter and the envelope of a row by one machine.
 What many rows cost, and workers that are killed: `benchmarks.scale`, which follows.
 """
 
@@ -23,8 +24,8 @@ from unittest.mock import patch
 import numpy as np
 
 from benchmarks import scale
+from benchmarks.faults import KLIPPER, NETWORK, NEWEST, OVERLAP, Crash, Desk, Machine, Somebody, journals, profile_of
 from benchmarks.faults import MACHINES as EVERY
-from benchmarks.faults import OVERLAP, Crash, Desk, Somebody, journals, profile_of
 from handout.merging.sheets import Grid
 from handout.pipeline.plot_request import AttendanceOptions
 from handout.pipeline.plot_rows import PlotSpool, PlotterQueue
@@ -40,11 +41,12 @@ from handout.printing.queue import Outcome, SimulatedQueue, Ticket
 from handout.printing.rows import Row
 from handout.printing.several import Several
 from handout.profiles import Printer
+from handout.simulated.plotter import NetworkedPlotter
 from handout.simulated.plotter.ink_comparison import SLACK, compare
 from handout.simulated.plotter.options import Options as Simulated
 from handout.values import Drawing, Page, Raster, Stroke
 
-MACHINES = (EVERY[0], EVERY[5], EVERY[8])  # a GRBL, a Marlin and an EBB
+MACHINES = (EVERY[0], EVERY[5], EVERY[8], *KLIPPER[:3], *NETWORK, *NEWEST)  # first a GRBL, a Marlin and an EBB
 PRINTERS = 2
 ROWS, KILLS = 100, 40  # of each batch
 _CARD, _ENVELOPE = Page(60.0, 40.0), Page(80.0, 50.0)
@@ -165,6 +167,15 @@ class CountingDesk(Desk):
         super().lay(page, placement)
 
 
+class NetworkedCountingDesk(CountingDesk, NetworkedPlotter):
+    """The same with a plotter on a network."""
+
+
+def _desk(machine: Machine) -> CountingDesk:
+    options = Simulated(**dict(machine.options))
+    return (NetworkedCountingDesk if options.network else CountingDesk)(profile_of(machine), options)
+
+
 class DeskQueue(PlotterQueue):
     """A plotter on a desk."""
 
@@ -221,7 +232,7 @@ class FallibleQueue(SimulatedQueue):
 def plotted(machines: Sequence[int], count: int, kills: int, seed: int) -> Batch:
     """A batch on plotters, killed so many times."""
     rng, table, tally = np.random.default_rng([seed, *machines]), rows(count), Tally()
-    desks = [CountingDesk(profile_of(MACHINES[n]), Simulated(**dict(MACHINES[n].options))) for n in machines]
+    desks = [_desk(MACHINES[n]) for n in machines]
     jobs: dict[str, tuple[Drawing, tuple[Piece, ...]]] = {}
     folder = store.folder().parent
     with journals(desks) as safe:
@@ -340,10 +351,11 @@ def printed(printers: Sequence[int], count: int, kills: int, seed: int) -> Batch
 
 # number of a batch → what makes it, and on which of the machines
 BATCHES: Sequence[tuple[Callable[..., Batch], Sequence[int]]] = (
-    *((plotted, [n]) for n in range(len(MACHINES))),
+    *((plotted, [n]) for n in range(3)),
     *((printed, [n]) for n in range(PRINTERS)),
-    (plotted, range(len(MACHINES))),
+    (plotted, range(3)),
     (printed, range(PRINTERS)),
+    *((plotted, group) for group in (range(3, 6), range(6, 10), range(10, 14))),
 )
 
 

@@ -137,7 +137,7 @@ def as_written(hand: ScannedHand) -> Manuscript:
 
 def traced(hand: ScannedHand, recover: Recover, hands: tuple[str, ...] = HANDS, late: str = "letter") -> list[Array]:
     """The paths of a hand's own first page; `late` as in `pen_paths`."""
-    stroke_order.stroke_order_model.cache_clear()
+    stroke_order._MODELS.clear()
     if recover is ours:
         return _traced(hand, hands, late)
 

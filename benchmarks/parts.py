@@ -83,10 +83,10 @@ def manuscripts(
     if choice == "random":
         parts.append((Chooser, "_cheapest", any_glyphs))
     blind = [name for name, seen in (("fit", fit), ("unlike", likeness)) if not seen]
+    # an index keeps the costs that it has worked out: this one is asked only here, and nothing was set before
+    index, model, _ = scanned_words._learnt(hand)
+    parts.append((scanned_words, "_learnt", lambda hand: (replace(index), model, scanned_words.Before())))
     if blind:
-        # an index keeps the costs that it has worked out: this one is asked only here
-        index, model = scanned_words._learnt(hand)
-        parts.append((scanned_words, "_learnt", lambda hand: (replace(index), model)))
         parts.append((glyph_index, "WEIGHTS", replace(WEIGHTS, **dict.fromkeys(blind, 0.0))))
     if spacing == "constant":
         parts.append((SpacingModel, "between", constant_gaps))

@@ -4,6 +4,8 @@ Alone it does a little of both.  `reading(people, first)`: sheets are printed, f
 flatbed, and read; seeds below 100 are those that the reader was fitted on.  `answering(runs)`: answers of people of
 known skill are scored, and how often the intervals hold the truth is counted.  `whole(folder, skill)`: the sheets of a
 study that `handout study make --about` made are filled in, scanned into that folder, read and scored.
+`coverage(runs)`: small studies of people of known skill go all that way in memory, each with sheets, people and pens
+of its own, and how often the intervals hold that skill is counted; twelve seconds a run.
 
 The sheets of `reading` show scribbles, since nobody looks at them.
 """
@@ -19,6 +21,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.errors import InputError
 from handout.prompting.sheet_layout import PAPERS
 from handout.scanning.pdf_pages import drawn_page
 from handout.simulated import participant
@@ -32,13 +35,15 @@ from handout.study.snippets import Picture
 
 SLIPS = 0.12  # of rows that are marked otherwise than asked
 PRINTED_DPI = 300.0
+OFTEN = (0.3, 0.4, 0.3)  # how often people scan at 150, 200 and 300 dpi
+COARSE, QUICK = (0.7, 0.3, 0.0), 200.0  # the same, and the dpi of print, where many sheets are scanned
 LETTER_WIDE = 168  # pixels of 20 dpi: A4 has fewer
 
 
-def key(people: int, snippets: int, seed: int, envelopes: int = 15) -> Key:
+def key(people: int, snippets: int, seed: int, envelopes: int = 15, pairs: int = 10) -> Key:
     """A study of nothing."""
     rng = np.random.default_rng(seed)
-    plans = design.dealt([range(snippets)], people, 10, 10, rng)
+    plans = design.dealt([range(snippets)], people, 10, pairs, rng)
     seen = design.envelopes(envelopes, (envelopes + 1) // 2, people, rng)
     everybody = tuple(Person(a, b, c) for (a, b), c in zip(plans, seen, strict=True))
     words = tuple(Snippet(k % 3, 0, k, f"words {k}", 0) for k in range(snippets))
@@ -58,9 +63,9 @@ def scribbles(count: int, rng: np.random.Generator) -> list[Picture]:
     return found
 
 
-def scanner(rng: np.random.Generator) -> tuple[Flatbed, float]:
-    """A flatbed with faults of its own, and its resolution."""
-    dpi = float(rng.choice([150, 200, 300], p=[0.3, 0.4, 0.3]))
+def scanner(rng: np.random.Generator, often: tuple[float, float, float] = OFTEN) -> tuple[Flatbed, float]:
+    """A flatbed with faults of its own, and its resolution; `often`: shares of 150, 200 and 300 dpi."""
+    dpi = float(rng.choice([150, 200, 300], p=often))
     turned = float(rng.choice([0, np.pi / 2, np.pi, -np.pi / 2], p=[0.6, 0.1, 0.2, 0.1]) + rng.normal(0, 0.02))
     bed = Flatbed(
         gamma=float(rng.uniform(1.8, 2.4)), blur=float(rng.uniform(0.03, 0.08)), noise=float(rng.uniform(0.002, 0.015)),
@@ -82,13 +87,26 @@ class Scanned:
 
 
 def scanned(
-    made: Key, number: int, study: str, pdf: tuple[bytes, int], skill: float, rng: np.random.Generator
+    made: Key,
+    number: int,
+    study: str,
+    pdf: tuple[bytes, int],
+    told: float | dict[str, list[str]],
+    rng: np.random.Generator,
+    quick: bool = False,
 ) -> Iterator[Scanned]:
-    """The sheets of a person (from 1), filled in and scanned; `pdf`: the file, and pages in it before his."""
+    """The sheets of a person (from 1), filled in and scanned.
+
+    pdf : the file, and pages in it before his; told : what he answers in each questionnaire, or how skilled he is.
+    quick : print and scan coarsely, and leave the cover out.
+    """
     person, who = made.people[number - 1], Participant.anyone(rng)
     page = PAPERS[0] if drawn_page(Path("sheets.pdf"), 1, 20.0, pdf[0]).shape[1] < LETTER_WIDE else PAPERS[1]
-    meant = participant.answered(person, skill, rng)
+    meant = participant.answered(person, told, rng) if isinstance(told, float) else told
+    printed_dpi, often = (QUICK, COARSE) if quick else (PRINTED_DPI, OFTEN)
     for at, record in enumerate(sheets.records(page, study, number, person, about=True), 1):
+        if quick and record.kind == sheets.COVER:
+            continue
         rows = sheets.rows(page, record)
         doings = []
         for row in rows:
@@ -96,13 +114,20 @@ def scanned(
             choice = row.answers.index(options[row.number - 1]) if options else int(rng.integers(len(row.answers)))
             doings.append(participant.doing(who, choice, len(row.answers), SLIPS, rng))
         printer = Inkjet(str(rng.choice(["white", "cream", "recycled"])))
-        sheet = printer.printed(drawn_page(Path("sheets.pdf"), pdf[1] + at, PRINTED_DPI, pdf[0]), PRINTED_DPI)
-        bed, dpi = scanner(rng)
+        sheet = printer.printed(drawn_page(Path("sheets.pdf"), pdf[1] + at, printed_dpi, pdf[0]), printed_dpi)
+        bed, dpi = scanner(rng, often)
         picture = np.asarray(bed.scan(participant.filled(sheet, rows, doings, who, rng), dpi, rng), dtype=np.uint8)
         yield Scanned(picture, record, doings)
 
 
-def of_nothing(made: Key, number: int, study: str, rng: np.random.Generator) -> Iterator[Scanned]:
+def of_nothing(
+    made: Key,
+    number: int,
+    study: str,
+    rng: np.random.Generator,
+    told: float | dict[str, list[str]] = 0.6,
+    quick: bool = False,
+) -> Iterator[Scanned]:
     """The sheets of a person, with scribbles for writing, on either paper."""
     page = PAPERS[int(rng.integers(len(PAPERS)))]
     pictures = scribbles(4, rng)
@@ -111,7 +136,7 @@ def of_nothing(made: Key, number: int, study: str, rng: np.random.Generator) -> 
     person = made.people[number - 1]
     records = sheets.records(page, study, number, person, about=True)
     pdf = sheets.to_pdf(page, [(record, person) for record in records], show)
-    yield from scanned(made, number, study, (pdf, 0), 0.6, rng)
+    yield from scanned(made, number, study, (pdf, 0), told, rng, quick)
 
 
 def whole(folder: Path, skill: float) -> None:
@@ -224,6 +249,73 @@ def answering(runs: int) -> None:
                     width[kind] += high - low
             shares = ", ".join(f"{kind} {held[kind] / runs:.3f} (±{width[kind] / runs / 2:.3f})" for kind in held)
             print(f"skill {skill}, spread of people {people}, of snippets {snippets}: {runs} runs, held: {shares}")
+
+
+@dataclass
+class Small:
+    """A small study that went from its sheets to its figures: how its rows were read, and its shares."""
+
+    rows: Counter[str]
+    shares: dict[str, scoring.Share]
+
+
+def small(run: int, skill: float, people: int) -> Small:
+    """Everybody is as skilled in A; in B people and snippets differ by 0.5 on logits, and `skill` is the mean.
+
+    Covers are not read: everybody agrees.
+    """
+    made, study = key(people, 24, run, envelopes=0, pairs=4), f"{run:012x}"
+    rng = np.random.default_rng([run, 12])
+    drawn = {design.SINGLES: told(made, skill, 0, 0, rng), design.PAIRS: told(made, skill, 0.5, 0.5, rng)}
+    read, truth, rows = [], {}, Counter[str]()
+    for number in range(1, people + 1):
+        meant = {
+            kind: [one.answer for one in each if one.person == number and one.questionnaire == kind]
+            for kind, each in drawn.items()
+        }
+        for page in of_nothing(made, number, study, np.random.default_rng([run, number, 13]), meant, quick=True):
+            try:
+                read.append(one := answers.read_sheet(page.picture, f"run {run}, person {number}"))
+            except InputError as error:
+                rows["sheets lost"] += 1
+                print(f"run {run}, person {number}, page {page.record.page}: {error}")
+                continue
+            for row, done in zip(one.rows, page.doings, strict=True):
+                truth[number, row.row.questionnaire, str(row.row.number)] = row, done
+            rows["sheets"] += 1
+    found, _ = answers.answers(read)
+    for answer in found:
+        rows[verdict := judged(answer, *truth[answer.place])] += 1
+        if verdict.startswith("plain, but") or "WRONG" in verdict:
+            print(f"run {run}, {answer.place}: {verdict}, {answer.why}")
+    agreed = [answers.Answer(study, number, sheets.COVER, "consent", "yes") for number in range(1, people + 1)]
+    figures = scoring.scores(made, scoring.taken(made, [*found, *agreed]))
+    return Small(rows, {kind: each.share for kind, each in figures.items()})
+
+
+def coverage(runs: int, first: int = 2000, people: int = 8) -> None:
+    """How often the intervals hold the skill that was put in, from printed sheets to figures; .54 and .75 in turn."""
+    rows, held, width = Counter[str](), Counter[tuple[str, str]](), Counter[tuple[str, str]]()
+    for run in range(first, first + runs):
+        skill = (0.54, 0.75)[run % 2]
+        done = small(run, skill, people)
+        rows += done.rows
+        for kind, share in done.shares.items():
+            for name in ("both", "people", "exact"):
+                low, high = getattr(share, name)
+                held[kind, name] += low <= skill <= high
+                width[kind, name] += high - low
+        if (run - first + 1) % 10 == 0:
+            print(f"{run - first + 1} studies of {people} people: {dict(rows)}; {dict(held)}", flush=True)
+    plain = sum(n for what, n in rows.items() if what.startswith("plain"))
+    right = rows["plain, read right"] / plain
+    print(f"{runs} studies of {people} people: {right:.4f} of {plain} plain rows read right; {dict(rows)}")
+    for kind, spread in ((design.SINGLES, "all alike"), (design.PAIRS, "people and words differ by 0.5")):
+        shares = ", ".join(
+            f"{name} {held[kind, name] / runs:.0%} (±{width[kind, name] / runs / 2:.3f})"
+            for name in ("both", "people", "exact")
+        )
+        print(f"  {kind}, {spread}: the known skill is held by {shares}")
 
 
 def figure_of_many() -> bytes:

@@ -1,10 +1,12 @@
 """What several rooms test with: one small page, written by the simulated author and scanned, made once a run."""
 
 import contextlib
+import functools
 import gc
 import importlib
 import os
 import sys
+from collections import Counter
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -37,9 +39,11 @@ os.fsync = _no_sync
 # name service that ippeveprinter needs runs but once on a machine
 _TOGETHER = (
     "calibrating", "colour", "inking/test_brushes.py", "printing/test_ippeveprinter.py", "reading", "score",
-    "simulated/author", "web", "tagging/test_alignment.py", "tagging/test_page_tagging.py", "test_wheel.py",
+    "simulated/author", "web", "tagging/test_alignment.py", "tagging/test_page_tagging.py",
 )  # fmt: skip
-_OF_THE_CODE = ("tests/test_architecture.py", "tests/test_house.py")  # which parse it once
+# which parse it once, or build it
+_OF_THE_CODE = ("tests/test_architecture.py", "tests/test_house.py", "tests/test_wheel.py")
+_AT_ONCE = 8  # tests of a file that one process is given: each part costs the scheduler a look at all that were given
 
 
 def pytest_sessionstart(session):
@@ -65,7 +69,7 @@ def pytest_collection_finish(session):
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
-    """Tests that share fixtures are given to one process, every other test to whichever is free.
+    """Tests that share fixtures are given to one process, the others a few of a file at a time to whichever is free.
 
     The marks of ``--dist loadgroup`` would say the same, but pytest-xdist 3.8 writes them into a field that pytest 9
     does not read.
@@ -73,10 +77,20 @@ def pytest_xdist_make_scheduler(config, log):
     from xdist.scheduler import LoadScopeScheduling
 
     class Together(LoadScopeScheduling):
+        @functools.cached_property
+        def _parts(self):
+            """Which part of its file each test belongs to."""
+            seen, parts = Counter(), {}
+            for nodeid in self.collection:
+                file = nodeid.partition("::")[0]
+                parts[nodeid] = f"{file} {seen[file] // _AT_ONCE}"
+                seen[file] += 1
+            return parts
+
         def _split_scope(self, nodeid):
             if nodeid.startswith(_OF_THE_CODE):
                 return _OF_THE_CODE[0]
-            return next((name for name in _TOGETHER if nodeid.startswith("tests/" + name)), nodeid)
+            return next((name for name in _TOGETHER if nodeid.startswith("tests/" + name)), self._parts[nodeid])
 
     return Together(config, log) if config.getvalue("dist") != "no" else None
 

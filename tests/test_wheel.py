@@ -11,6 +11,15 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
+_VERBS = """
+import json, sys
+from handout.cli import main
+for line in json.loads(sys.argv[1]):
+    try:
+        main(line)
+    except SystemExit as leave:
+        assert leave.code == 0, (line, leave.code)
+"""
 
 
 def run(*command, **options):
@@ -49,14 +58,19 @@ def handout(tmp_path_factory):
     def call(*arguments):
         return run(python, "-m", "handout", *arguments, cwd=elsewhere, env=clean)
 
+    def calls(*lines):
+        """What each of some verbs prints, all in one process: they load the same."""
+        said = run(python, "-c", _VERBS, json.dumps(lines), cwd=elsewhere, env=clean)
+        return [json.loads(one) for one in said.splitlines()]
+
     origin = run(python, "-c", "import handout; print(handout.__file__)", cwd=elsewhere, env=clean).strip()
     assert origin.startswith(str(home)), origin
-    return call, elsewhere
+    return call, calls, elsewhere
 
 
 @pytest.mark.slow
 def test_writes_from_another_folder(handout):
-    call, folder = handout
+    call, _, folder = handout
     facts = json.loads(call("write", "Dear Ada", "--seed", "1", "-o", "letter.svg", "-o", "letter.png", "--json", "-q"))
     assert facts["files"] == ["letter.svg", "letter.png"]
     assert all((folder / name).stat().st_size > 1000 for name in facts["files"])
@@ -64,11 +78,14 @@ def test_writes_from_another_folder(handout):
 
 @pytest.mark.slow
 def test_ships_hands_and_machines(handout):
-    call, _ = handout
-    assert {"house-joined", "house-print", "house-quick"} <= {
-        h["name"] for h in json.loads(call("hand", "list", "--json"))["hands"]
-    }
-    devices = {d["name"] for d in json.loads(call("devices", "list", "--json"))["devices"]}
-    assert devices >= {"plotter-grbl-servo", "plotter-grbl-z", "plotter-simulated", "printer-epson", "printer-pdf"}
-    assert json.loads(call("asemic", "--style", "calm", "-o", "tag.svg", "--json", "-q"))["style"] == "calm"
-    assert json.loads(call("plot", "--port", "sim:", "hi", "--json", "-q"))["executed_s"] > 0
+    _, calls, _ = handout
+    hands, devices, tag, plot = calls(
+        ["hand", "list", "--json"],
+        ["devices", "list", "--json"],
+        ["asemic", "--style", "calm", "-o", "tag.svg", "--json", "-q"],
+        ["plot", "--port", "sim:", "hi", "--json", "-q"],
+    )
+    assert {"house-joined", "house-print", "house-quick"} <= {h["name"] for h in hands["hands"]}
+    names = {d["name"] for d in devices["devices"]}
+    assert names >= {"plotter-grbl-servo", "plotter-grbl-z", "plotter-simulated", "printer-epson", "printer-pdf"}
+    assert tag["style"] == "calm" and plot["executed_s"] > 0

@@ -49,6 +49,23 @@ def command() -> None:
         "--controls", type=click.IntRange(0), default=2, show_default=True, help="Such pairs for each person."
     ),
     click.option(
+        "--random",
+        type=click.IntRange(0),
+        default=0,
+        show_default=True,
+        help="Pairs for each person whose fake is of letters taken by chance, the way to compare with.",
+    ),
+    click.option(
+        "--random-people", is_flag=True, help="Every other person sees such fakes alone, in A and in B, instead."
+    ),
+    click.option(
+        "--sampling",
+        type=click.Choice(["balanced", "random"]),
+        default="balanced",
+        show_default=True,
+        help="Everybody's pieces: each piece as often as any other, or drawn by chance.",
+    ),
+    click.option(
         "--envelopes",
         type=click.Path(path_type=Path),
         help="A file of addresses, parted by empty lines: a test of envelopes, half of them made.",

@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from handout.inking.pen import Pen
 from handout.values import Array, Drawing, Stroke
@@ -75,6 +74,8 @@ def _room(strokes: Sequence[Stroke], width: float) -> list[float]:
     widths = np.full(len(strokes), width)
     dots = [k for k, stroke in enumerate(strokes) if stroke.length < _DOT * width]
     if len(dots) > 1:
+        from scipy.spatial import cKDTree
+
         middles = np.array([strokes[k].xy.mean(axis=0) for k in dots])
         nearest, _ = cKDTree(middles).query(middles, 2)
         widths[dots] = np.clip(_APART * nearest[:, 1], _LEAST * width, width)

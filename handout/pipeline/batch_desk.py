@@ -290,6 +290,8 @@ def approve_batch(name: str, made: str = "") -> Facts:
         raise InputError(f"The batch {name} has no proof yet: make one, and look at it.")
     if made and _facts(batch.folder / _FACTS).get("made") != made:
         raise InputError("The proof was made anew elsewhere: look at that one first.")
+    if not _facts(batch.folder / _FACTS).get("rows"):
+        raise InputError(f"No row of the batch {name} can be made: put its table right, and keep it anew.")
     atomic.write(batch.folder / _APPROVED, b"")
     return show_batch(name)
 
@@ -310,7 +312,8 @@ def make_batch(name: str, ports: Sequence[str], at_zero: bool, *, listener: Wire
     if run is not None and run.ended == "done":
         raise InputError(f"All of the batch {name} was made: keep it anew to make it once more.")
     # who keeps a batch anew and approves it wants all of it, whatever became of another with the same rows
-    table = replace(plan.table, resume=run is not None, afresh=run is None and plan.to != "pdf")
+    afresh = run is None and plan.to != "pdf"
+    table = replace(plan.table, resume=run is not None, afresh=afresh, rows=_rows(batch))
     shared = Shared(listener) if len(_queues(plan) if plan.to == "printer" else ports) > 1 else None
     try:
         with shared or contextlib.nullcontext():
@@ -318,6 +321,20 @@ def make_batch(name: str, ports: Sequence[str], at_zero: bool, *, listener: Wire
     except KeyboardInterrupt:
         return {**show_batch(name), "complete": False}
     return {**show_batch(name), "complete": True, "made": {**made.facts(), "files": []}}
+
+
+def _rows(batch: _Batch) -> str:
+    """The rows that are made: those of its plan, without those that its proof says cannot be."""
+    chosen = batch.plan.table.rows
+    if not _facts(batch.folder / _FACTS).get("failed"):
+        return chosen
+    good = list[list[int]]()
+    for row in _facts((batch.folder / _PROOF).with_suffix(".json"))["rows"]:
+        if good and row == good[-1][1] + 1:
+            good[-1][1] = row
+        else:
+            good.append([row, row])
+    return ",".join(f"{first}-{last}" for first, last in good)
 
 
 def _made(batch: _Batch, table: TableOptions, where: tuple[Sequence[str], bool], attendant: Attendant) -> Printed:

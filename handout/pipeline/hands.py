@@ -103,11 +103,20 @@ def read(
     tell = within(listener.progress, _OPENED, _MADE)
     pages = tuple(tagged_pages(sources, options.seed, options.pen, listener.say, tell=tell))
     listener.progress(_MADE, "writing the hand")
-    hand = hand_of_pages(name, pages, options.title or "")
+    hand, notes = hand_of_pages(name, pages, options.title or ""), tuple[str, ...]()
     if path is not None:
         file.save(hand, path)
+        notes = _remembered(hand, path)
+    return ReadHand(hand, path, pages, options.seed, notes=notes)
+
+
+def _remembered(hand: ScannedHand, path: Path) -> tuple[str, ...]:
+    """Keep what is worked out of a hand in its file; what is to be said where that cannot be."""
+    try:
         remember(hand, learn(path))
-    return ReadHand(hand, path, pages, options.seed)
+    except InputError as error:
+        return (f"{hand.name} is kept, and slower to write with, since what is worked out of it is not: {error}",)
+    return ()
 
 
 def read_as_own(
@@ -173,9 +182,8 @@ def read_more(
     glyphs = [renumbered(glyph, glyph.page + pages, first) for glyph in more.hand.glyphs]
     joined = replace(hand, pages=(*hand.pages, *more.hand.pages), glyphs=(*hand.glyphs, *glyphs))
     file.save(joined, path)
-    remember(joined, learn(path))
     notes = (f"What was corrected in {hand.name} stays, and can no longer be undone.",) if corrected else ()
-    return ReadHand(joined, path, more.pages, options.seed, notes=notes)
+    return ReadHand(joined, path, more.pages, options.seed, notes=(*notes, *_remembered(joined, path)))
 
 
 def _transcript(path: Path, listener: Listener) -> str:

@@ -19,10 +19,8 @@ from typing import Any
 
 from handout.errors import HandoutError, InputError
 from handout.hand.library import path
-from handout.motion.styles.style import path as style_path
 from handout.pipeline.letters import LetterTask, draw_letter
 from handout.pipeline.options import SheetOptions, WritingOptions
-from handout.pipeline.poses import pose_path
 from handout.pipeline.results import Tally
 from handout.pipeline.writing import STROKES, WritingTask, draw, prepare, program, set_pages, title
 from handout.plotting import fit_to_bed
@@ -63,7 +61,7 @@ def inputs(
     hand = str(file.resolve()) if Path(name) == file else name
     options: dict[str, Any] = {option: getattr(writing, option) for option in _WRITING}
     options |= {"page_name": page_name, "margin": sheet.margin, "pages": sheet.pages}
-    pose = None if writing.pose is None else pose_path(writing.pose)
+    pose = _pose_file(writing.pose)
     kept = writing.pose if pose is None or Path(writing.pose or "") != pose else str(pose.resolve())
     options |= {"seed": task.seed, "hand": hand, "pose": kept, "style": _kept_file(writing.style)}
     options["prime"] = _kept_file(writing.prime)
@@ -71,13 +69,32 @@ def inputs(
         rules = None if task.layout.ruling is None else task.layout.ruling.rules
         layout = {"margin": task.layout.margin, "x_height": task.layout.x_height, "rules": rules}
         options["lined"] = {**layout, "line_spacing": task.layout.line_spacing}
-    files = (file, pose, None if writing.style is None else style_path(writing.style), _example(writing.prime))
+    files = (file, pose, _style_file(writing.style), _example(writing.prime))
     return {"program": program(), "text": text, "options": options, "digest": _digest(*files)}
 
 
 def _kept_file(name: str | None) -> str | None:
     """The name of a style or of its example, or the whole path of its file where it was named by that."""
     return name if name is None or not Path(name).suffix else str(Path(name).resolve())
+
+
+# what reads poses and styles takes a third of the time in which a plot without them begins: it is loaded for them alone
+def _pose_file(name: str | None) -> Path | None:
+    """The file of a pose."""
+    if name is None:
+        return None
+    from handout.pipeline.poses import pose_path
+
+    return pose_path(name)
+
+
+def _style_file(name: str | None) -> Path | None:
+    """The file of a style."""
+    if name is None:
+        return None
+    from handout.motion.styles.style import path
+
+    return path(name)
 
 
 def _example(name: str | None) -> Path | None:
@@ -181,8 +198,7 @@ def _again(inputs: Mapping[str, Any], pages: int) -> WritingTask:
             "on with that, or plot the rest of the text anew."
         )
     try:
-        pose = None if options.get("pose") is None else pose_path(options["pose"])
-        style = None if options.get("style") is None else style_path(options["style"])
+        pose, style = _pose_file(options.get("pose")), _style_file(options.get("style"))
         files = (path(options["hand"]), pose, style, _example(options.get("prime")))
         same = _digest(*files) == inputs["digest"]
     except (OSError, InputError) as error:

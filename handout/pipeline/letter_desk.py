@@ -26,7 +26,7 @@ from handout import atomic
 from handout.branching import branches
 from handout.errors import InputError
 from handout.hand import file, library
-from handout.hand.corrections import AnyCorrection, Entry, Journal, read_corrections
+from handout.hand.corrections import AnyCorrection, Entry, Journal, Strokes, read_corrections
 from handout.hand.pending import PendingLog
 from handout.hand.places import graphemes
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
@@ -340,13 +340,17 @@ def correct_letters(name: str, revision: str, corrections: bytes, later: bool = 
     return {
         **_opened(desk),
         **_told(desk, {one.page for one in new}),
+        **({} if later else _rewritten(desk)),
         "notes": list(notes),
         "behind": desk.behind is not None,
     }
 
 
 def align_letters(name: str, revision: str) -> Facts:
-    """What the last correction means for the words around it; all letters where another window made that, or asked."""
+    """What the last correction means for the words around it; all letters where another window made that, or asked.
+
+    rewritten : by page the strokes of other letters that are written otherwise since, as `letter_strokes` has them.
+    """
     desk = _desk(name, aligned=False)
     pages = set(range(len(desk.state.hand.pages)))
     if desk.behind is not None and desk.revision == revision:
@@ -354,7 +358,7 @@ def align_letters(name: str, revision: str) -> Facts:
     else:
         desk.shown.clear()  # somebody else was told
     _align(desk)
-    return {**_opened(desk), **_told(desk, pages)}
+    return {**_opened(desk), **_told(desk, pages), **_rewritten(desk)}
 
 
 def _made_and_kept(
@@ -573,13 +577,39 @@ def letter_strokes(name: str, page: int, spot: tuple[float, float]) -> Facts:
         number = hand.glyphs[number].before
     strokes: list[Facts] = []
     while number != NOBODY:
-        glyph = hand.glyphs[number]
-        for way, late in model.ways_of(number):
-            xy = [[round(float(x), 1), round(float(y), 1)] for x, y in sheet.graph.uv[way].tolist()]
-            one = glyph.at if glyph.at >= 0 else -1 - int(glyph.vertices[0])
-            strokes.append({"id": one, "xy": xy, "own": bool(glyph.ways), "late": late})
-        number = glyph.after
+        strokes += _strokes(hand, number, model.ways_of(number))
+        number = hand.glyphs[number].after
     return {"strokes": strokes}
+
+
+def _strokes(hand: ScannedHand, number: int, ways: Sequence[tuple[Indices, bool]]) -> list[Facts]:
+    glyph = hand.glyphs[number]
+    one, uv = glyph.at if glyph.at >= 0 else -1 - int(glyph.vertices[0]), hand.pages[glyph.page].graph.uv
+    return [
+        {
+            "id": one,
+            "xy": [[round(x, 1), round(y, 1)] for x, y in uv[way].tolist()],
+            "own": bool(glyph.ways),
+            "late": late,
+        }
+        for way, late in ways
+    ]
+
+
+def _rewritten(desk: _Desk) -> Facts:
+    """By page the strokes of letters that are written otherwise since the last step told how one of their name is."""
+    from handout.motion.recovery.letter_forms import HANDS
+    from handout.motion.recovery.stroke_order import stroke_order_model
+
+    found, hand = dict[str, list[Facts]](), desk.state.hand
+    for entry, before in desk.steps[-1:]:
+        told = all(isinstance(one, Strokes) for one in entry.corrections)
+        told = told and len(before.hand.glyphs) == len(hand.glyphs)
+        models = [stroke_order_model(one, HANDS) for one in (before.hand, hand)] if told else []
+        for number in models[1].rewritten(models[0]) if models else ():
+            page = str(hand.glyphs[number].page)
+            found.setdefault(page, []).extend(_strokes(hand, number, models[1].ways_of(number)))
+    return {"rewritten": found}
 
 
 def _carried(before: _State, hand: ScannedHand, judged: dict[tuple[int, int], float]) -> Array:

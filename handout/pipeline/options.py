@@ -396,6 +396,9 @@ class StudyOptions:
     snippets: int = 60  # of each hand at most, real and made
     control: str = ""  # another person's scanned hand: pairs that are easy
     controls: int = 2  # such pairs for each person, where `control` is given
+    random: int = 0  # pairs for each person whose made one is of letters taken by chance
+    random_people: bool = False  # every other person sees such ones alone
+    sampling: str = "balanced"  # or "random": everybody's snippets are drawn by chance
     envelopes: Path | None = None  # a file of addresses, parted by empty lines: half go on made envelopes
     page: str = "A4"  # or letter
     about: bool = False  # whether the cover asks for age, habit and hand

@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -30,8 +31,8 @@ from handout.reading.pictures import Floats, Reader, Reading, Verdict
 from handout.reading.word_space import X_HEIGHT, drawn
 from handout.values import Array, Indices
 from handout.writing.compose import Proofreader
-from handout.writing.pages import Sheet
-from handout.writing.scanned_words import SetParagraph, SetUnit
+from handout.writing.pages import Sheet, Word
+from handout.writing.scanned_words import InkGlyph, SetParagraph, SetUnit
 
 
 @dataclass(frozen=True)
@@ -207,6 +208,7 @@ class Rereader:
     words: list[ReadWord] = field(default_factory=list)
 
     def __post_init__(self) -> None:
+        self._known = _read_before(self.hand, self.own, self.settings)
         wrong = 1.0 - vet(self.hand).probability
         # so many of an average word's letters are wrong, and those more often of which the vetting thinks less
         usual_length = 4.5
@@ -219,12 +221,12 @@ class Rereader:
         again : of one that was read, the words that are others since: they are read, and left as they are.
         """
         if again is not None:
-            read = self._read([self._written(paragraph, paragraph.units[k]) for k in again])
+            read = self._read(paragraph, [paragraph.units[k] for k in again])
             new = {word.at: word for word in read}
             self.words = [new.get(word.at, word) for word in self.words]
             return
         places = [k for k, unit in enumerate(paragraph.units) if unit.intended is None]
-        read = self._read([self._written(paragraph, paragraph.units[k]) for k in places])
+        read = self._read(paragraph, [paragraph.units[k] for k in places])
         self.words += [self._mended(paragraph, k, word) for k, word in zip(places, read, strict=True)]
 
     def _mended(self, paragraph: SetParagraph, k: int, word: ReadWord) -> ReadWord:
@@ -235,7 +237,7 @@ class Rereader:
                 break
             prices[paragraph.choices[k].letters[word.worst].at, int(word.numbers[word.worst])] = self.settings.price
             attempt = paragraph.again(k, prices)
-            (word,) = self._read([self._written(paragraph, attempt.unit)])
+            (word,) = self._read(paragraph, [attempt.unit])
             if word.wrong < best.wrong:
                 best = word
                 paragraph.keep(attempt)
@@ -253,12 +255,17 @@ class Rereader:
         picture = drawn(np.concatenate(places), np.concatenate(radius), np.concatenate(edges))
         return ReadWord("".join(unit.word.spelt), unit.word.at[0], numbers, picture)
 
-    def _read(self, words: Sequence[ReadWord]) -> list[ReadWord]:
+    def _read(self, paragraph: SetParagraph, units: Sequence[SetUnit]) -> list[ReadWord]:
+        """The words of a paragraph as they read; those that were read before, set alike, are not read again."""
+        new = [unit for unit in units if unit.word not in self._known]
+        words = [self._written(paragraph, unit) for unit in new]
         known = [word for word in words if readable(word.text)]
         readings = self.own.reader.read_all([word.picture for word in known])
         surprising = surprises(readings, [word.text for word in known], self.settings)
         found = iter(zip(readings, surprising.tolist(), strict=True))
-        return [self._judged(word, *next(found)) if readable(word.text) else word for word in words]
+        for unit, word in zip(new, words, strict=True):
+            self._known[unit.word] = self._judged(word, *next(found)) if readable(word.text) else word
+        return [self._known[unit.word] for unit in units]
 
     def _judged(self, word: ReadWord, reading: Reading, surprise: float) -> ReadWord:
         doubt = self._doubt[word.numbers]
@@ -268,6 +275,14 @@ class Rereader:
             return replace(word, wrong=wrong)
         read = np.array([max(each.probability, 1e-9) for each in reading.spans(word.text)])
         return replace(word, wrong=wrong, verdict=verdict, worst=int(np.argmax(np.log(doubt + 1e-9) - np.log(read))))
+
+
+@lru_cache(maxsize=2)
+def _read_before(
+    hand: ScannedHand, own: AuthorReader, settings: RereadingSettings
+) -> WeakKeyDictionary[Word[InkGlyph], ReadWord]:
+    """Words of a hand that were read by a reader, as long as they are kept where they were set."""
+    return WeakKeyDictionary()
 
 
 def reread(

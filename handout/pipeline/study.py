@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -44,8 +45,10 @@ _READ, _WRITTEN = 0.1, 0.9  # of the work on a study, when its pages are known, 
 KEY, SHEETS, ABOUT = "study.key", "sheets.pdf", "study.json"
 _MOST_PEOPLE = 10_000  # far more than any study has: a bound against slips
 _FEWEST_ENVELOPES = 4  # two of either kind
+_FEWEST_PARTED = 4  # people: two of either kind
 _MOST_ROWS = 125  # of a kind: the code of a sheet counts rows in a byte, and pairs and controls together
 _ADDRESS = "45mm,10mm,10mm,90mm"  # margins of an envelope: the address stands right of its middle
+_CHOSEN = "The controls decided who counts: their own share is too high for that, and is no finding."
 _STAYS = "whose size, slant and distance of lines stay those of all"
 
 
@@ -54,6 +57,7 @@ class MadeStudy(Result):
     """A study that was made.
 
     name : of the study, printed on its sheets; tells : what might give the made snippets away.
+    sampling : how snippets were dealt.
     """
 
     name: str
@@ -64,11 +68,12 @@ class MadeStudy(Result):
     folds: int
     tells: tuple[Tell, ...]
     seed: int
+    sampling: str
 
     def facts(self) -> Facts:
         tells: list[Fact] = [
             {"measure": t.name, "made": t.made, "real": t.real, "share": round(t.share, 3), "error": round(t.error, 3),
-             "tells": t.tells} for t in self.tells
+             "p": round(t.p, 5), "tells": t.tells} for t in self.tells
         ]  # fmt: skip
         return {
             "study": self.name,
@@ -78,6 +83,7 @@ class MadeStudy(Result):
             "snippets": self.snippets,
             "hands_made": self.folds,
             "tells": tells,
+            "sampling": self.sampling,
             "seed": self.seed,
         }
 
@@ -100,17 +106,24 @@ def make(output: str | Path, options: StudyOptions = StudyOptions(), *, listener
     rng = np.random.default_rng([seed, 8])
     materials = _materials(options, listener)
     control = file.load(library.scanned_file(options.control)) if options.control else None
-    controls = options.controls if control is not None else 0
-    lots = parted(materials, options.singles + options.pairs + controls, options.snippets, rng)
-    made, references = twins(materials, lots, control, seed, within(listener.progress, _READ, _WRITTEN))
+    options = options if control is not None else replace(options, controls=0)
+    shown = options.singles + options.pairs + options.controls + options.random
+    lots = parted(materials, shown, options.snippets, rng)
+    loose = options.random > 0 or options.random_people
+    made, references = twins(materials, lots, control, loose, seed, within(listener.progress, _READ, _WRITTEN))
     kept, scales, notes = _fitting(materials, made)
-    people = _people(kept, lots, controls, options, rng)
+    if options.random_people:
+        kept, more = _all_random(kept, len(lots.folds), shown)
+        notes += more
+    people = _people(kept, lots, options, rng)
     hands, words = tuple(each.hand.name for each in materials), tuple(_lettered(twin.snippet, rng) for twin in kept)
-    key = Key(seed=seed, hands=hands, snippets=words, people=people)
+    key = Key(seed=seed, hands=hands, snippets=words, people=people, sampling=options.sampling)
     told = tuple(evenness.tells([twin.made for twin in kept], [twin.real for twin in kept]))
     notes += _notes(materials, lots, kept, told)
-    fewest = min(sum(item.condition == design.CONTROL for item in person.pairs) for person in people)
-    notes += [f"Somebody has {fewest} controls only: there are no more snippets."] if fewest < controls else []
+    for condition, wanted in ((design.CONTROL, options.controls), (design.RANDOM, options.random)):
+        fewest = min(sum(item.condition == condition for item in person.pairs) for person in people)
+        if fewest < wanted:
+            notes.append(f"Somebody has {fewest} pairs of condition {condition} only: there are no more snippets.")
     listener.progress(_WRITTEN, "drawing the sheets")
     show = _show(kept, scales, lots, references, options.title)
     with TemporaryDirectory(prefix=".study-", dir=folder.resolve().parent) as aside:
@@ -118,7 +131,8 @@ def make(output: str | Path, options: StudyOptions = StudyOptions(), *, listener
         name, files, pages = _written(work, key, show, options)
         files += [*_pictures(work / "snippets", kept, words), work / ABOUT]
         paths = tuple(folder / path.relative_to(work) for path in files)
-        result = MadeStudy(name, paths, len(people), pages, len(kept), len(lots.folds), told, seed, notes=tuple(notes))
+        result = MadeStudy(name, paths, len(people), pages, len(kept), len(lots.folds), told, seed, options.sampling,
+                           notes=tuple(notes))  # fmt: skip
         about = {**result.facts(), "key_sha256": sha256((work / KEY).read_bytes()).hexdigest(), "notes": notes}
         atomic.write(work / ABOUT, (json.dumps(about, ensure_ascii=False, indent=1) + "\n").encode())
         if folder.exists():
@@ -137,6 +151,8 @@ def _show(
         pictures |= {(n, design.REAL): (twin.real, scale), (n, design.OURS): (twin.made, scale)}
         if twin.control is not None:  # which may look as it will: it is to be easy
             pictures[n, design.CONTROL] = twin.control, min(scale, sheets.largest(twin.control))
+        if twin.random is not None:
+            pictures[n, design.RANDOM] = twin.random, scale
     hands_of = [k for k, _ in lots.references]
     above = {n: (picture, scales[k]) for n, (k, picture) in enumerate(zip(hands_of, references, strict=True))}
     return sheets.Show(pictures, above, title)
@@ -174,8 +190,15 @@ def _check(options: StudyOptions) -> None:
         )
     if not 1 <= options.people <= _MOST_PEOPLE:
         raise InputError(f"people: {options.people} is outside 1 to {_MOST_PEOPLE}.")
-    if not 0 <= min(asked := (options.singles, options.pairs, options.controls)) <= max(asked) <= _MOST_ROWS:
-        raise InputError(f"singles, pairs and controls are 0 to {_MOST_ROWS}.")
+    asked = (options.singles, options.pairs, options.controls, options.random)
+    if not 0 <= min(asked) <= max(asked) <= _MOST_ROWS or sum(asked[1:]) > _MOST_ROWS:
+        raise InputError(f"singles, and pairs with controls and random ones, are 0 to {_MOST_ROWS}.")
+    if options.sampling not in design.SAMPLINGS:
+        raise InputError(f"sampling: {options.sampling!r} is not one of {', '.join(design.SAMPLINGS)}.")
+    if options.random and options.random_people:
+        raise InputError("Random selection is seen beside the hand's own (--random) or by other people: give one.")
+    if options.random_people and options.people < _FEWEST_PARTED:
+        raise InputError(f"--random-people parts the people in two: {_FEWEST_PARTED} or more.")
     design.roles_of(options.singles, options.pairs)
     if options.envelopes is not None:
         _addresses(options.envelopes)
@@ -196,7 +219,10 @@ def _fitting(materials: Sequence[Material], made: Sequence[Twin]) -> tuple[list[
         own = [twin for twin in made if twin.snippet.hand == k]
         scales.append(sheets.scale_of([picture for twin in own for picture in (twin.real, twin.made)]))
         fit = [twin for twin in own if sheets.fits(twin.real, scales[k]) and sheets.fits(twin.made, scales[k])]
-        kept += fit
+        kept += [
+            twin if twin.random is None or sheets.fits(twin.random, scales[k]) else replace(twin, random=None)
+            for twin in fit
+        ]
         if scales[k] < 1:
             notes.append(f"The writing of {each.hand.name} is shown at {scales[k]:.0%} of its size, real and made.")
         if len(fit) < len(own):
@@ -204,36 +230,83 @@ def _fitting(materials: Sequence[Material], made: Sequence[Twin]) -> tuple[list[
     return kept, scales, notes
 
 
-def _people(
-    kept: Sequence[Twin], lots: Parted, controls: int, options: StudyOptions, rng: np.random.Generator
-) -> tuple[Person, ...]:
+def _all_random(kept: Sequence[Twin], folds: int, wanted: int) -> tuple[list[Twin], list[str]]:
+    """The snippets that are there of letters taken by chance, too, and what to say of the others.
+
+    Raises
+    ------
+    InputError
+        Too few for somebody who is shown `wanted`.
+    """
+    both = [twin for twin in kept if twin.random is not None]
+    least = min(sum(twin.snippet.fold == fold for twin in both) for fold in range(folds))
+    if least < wanted:
+        raise InputError(
+            f"Of {units.count(len(kept), 'snippet')} random selection can write {len(both)}: of the others the hand "
+            f"lacks a letter, or they are too wide. Some people could see {least}, and each is to see {wanted}: ask "
+            "less, give more pages, or use --random instead of --random-people."
+        )
+    left = units.count(len(kept) - len(both), "snippet")
+    return both, [f"{left} without random selection left out."] if len(both) < len(kept) else []
+
+
+def _people(kept: Sequence[Twin], lots: Parted, options: StudyOptions, rng: np.random.Generator) -> tuple[Person, ...]:
     """What everybody is asked."""
     folds = [[n for n, twin in enumerate(kept) if twin.snippet.fold == fold] for fold in range(len(lots.folds))]
-    plans = design.dealt(folds, options.people, options.singles, options.pairs, rng)
+    plans = design.dealt(folds, options.people, options.singles, options.pairs, rng, options.sampling)
     count = len(_addresses(options.envelopes)) if options.envelopes else 0
     opened = design.envelopes(count, (count + 1) // 2, options.people, rng)
     people = []
     for number, ((singles, pairs), seen) in enumerate(zip(plans, opened, strict=True)):
         shown = {item.snippet for item in (*singles, *pairs)}
         rest = [n for n in folds[number % len(folds)] if n not in shown]
-        both = [*pairs, *_easy(rest, controls, number, rng)]
-        both = [both[k] for k in rng.permutation(len(both))]
-        referred = [_referred(item, kept[item.snippet].snippet.hand, lots, rng) for item in both]
-        people.append(Person(singles, tuple(referred), seen))
+        both = [*pairs, *_compared(rest, kept, options, number, rng)]
+        referred = _referred([both[k] for k in rng.permutation(len(both))], kept, lots, rng)
+        who = Person(singles, tuple(referred), seen)
+        people.append(_all_by_chance(who) if options.random_people and number // len(folds) % 2 else who)
     return tuple(people)
 
 
-def _referred(item: Item, hand: int, lots: Parted, rng: np.random.Generator) -> Item:
-    """A pair with one of its hand's references."""
-    own = [n for n, (each, _) in enumerate(lots.references) if each == hand]
-    return msgspec.structs.replace(item, reference=int(rng.choice(own)))
+def _compared(
+    rest: Sequence[int], kept: Sequence[Twin], options: StudyOptions, person: int, rng: np.random.Generator
+) -> list[Item]:
+    """Somebody's pairs of other conditions, of snippets that he does not see otherwise."""
+    easy = _more(rest, options.controls, design.CONTROL, person, rng)
+    shown = {item.snippet for item in easy}
+    left = [n for n in rest if kept[n].random is not None and n not in shown]
+    return [*easy, *_more(left, options.random, design.RANDOM, person, rng)]
 
 
-def _easy(rest: Sequence[int], controls: int, person: int, rng: np.random.Generator) -> list[Item]:
-    """Some pairs whose made one is in another person's hand, as often left as right; fewer where there are no more."""
-    chosen = rng.permutation(rest)[:controls].tolist()
+def _all_by_chance(person: Person) -> Person:
+    """The same questions, what was written in the hand being of letters taken by chance."""
+
+    def instead(items: Sequence[Item]) -> tuple[Item, ...]:
+        ours = [item.condition == design.OURS for item in items]
+        return tuple(
+            msgspec.structs.replace(item, condition=design.RANDOM) if own else item
+            for item, own in zip(items, ours, strict=True)
+        )
+
+    return Person(instead(person.singles), instead(person.pairs), person.envelopes)
+
+
+def _referred(items: Sequence[Item], kept: Sequence[Twin], lots: Parted, rng: np.random.Generator) -> list[Item]:
+    """Somebody's pairs with references of their hands: none again before all of its hand were there."""
+    own = {k: rng.permutation([n for n, (each, _) in enumerate(lots.references) if each == k])
+           for k in sorted({each for each, _ in lots.references})}  # fmt: skip
+    found, used = list[Item](), Counter[int]()
+    for item in items:
+        hand = kept[item.snippet].snippet.hand
+        found.append(msgspec.structs.replace(item, reference=int(own[hand][used[hand] % len(own[hand])])))
+        used[hand] += 1
+    return found
+
+
+def _more(rest: Sequence[int], count: int, condition: str, person: int, rng: np.random.Generator) -> list[Item]:
+    """Some pairs of another condition, as often left as right; fewer where there are no more."""
+    chosen = rng.permutation(rest)[:count].tolist()
     sides = (design.LEFT, design.RIGHT)
-    return [Item(n, sides[(person + k) % 2], design.CONTROL) for k, n in enumerate(chosen)]
+    return [Item(n, sides[(person + k) % 2], condition) for k, n in enumerate(chosen)]
 
 
 def _lettered(snippet: Snippet, rng: np.random.Generator) -> Snippet:
@@ -305,7 +378,8 @@ def _notes(materials: Sequence[Material], lots: Parted, kept: Sequence[Twin], to
         notes.append(f"{doubtful} of {len(kept)} made snippets have a word that reads as another.")
     notes += [
         f"Not even: {tell.name} alone tells the made one in {max(tell.share, 1 - tell.share):.0%} of pairs (made "
-        f"{tell.made:.3g}, real {tell.real:.3g}); half is even."
+        f"{tell.made:.3g}, real {tell.real:.3g}); half is even; of the {len(told)} measures chance alone makes "
+        f"one as uneven with p = {tell.p:.2g} (Holm)."
         for tell in told
         if tell.tells
     ]
@@ -559,7 +633,7 @@ def score(
         atomic.write(figure_path, figure(found, histograms, f"Study {study}"))
         files = (figure_path,)
     return ScoredStudy(study, answers, found, tuple(scoring.difficulties(opened, answers.judged)), histograms, files,
-                       notes=tuple(_left_out(answers)))  # fmt: skip
+                       notes=(*_left_out(answers), *([_CHOSEN] if least_controls else [])))  # fmt: skip
 
 
 def _left_out(answers: Taken) -> list[str]:

@@ -7,7 +7,6 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, repeat
 from pathlib import Path
-from string import ascii_lowercase
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,7 +22,7 @@ from handout.pipeline.writing import draw, prepare, set_parts
 from handout.progress import Tell
 from handout.scanning.picture_files import read_picture
 from handout.study.design import Snippet
-from handout.study.snippets import WIDEST, Picture, Run, WrittenWords, on_white, without_lines
+from handout.study.snippets import WIDEST, LooseLetters, Picture, Run, WrittenWords, on_white, without_lines
 from handout.tagging.page_sources import filled_sheet
 
 if TYPE_CHECKING:
@@ -34,8 +33,8 @@ _SMALL = 400  # pixels, wide: two pictures of a page so small are compared
 _FORM = 0.02  # by which their heights, in widths, may differ
 _SAME = 0.7  # correlation above which they are the same; pages of one writer on one form have under 0.3
 _PLACE = "170x70mm", "25mm,10mm"  # a sheet that any snippet fits, and its margins
-_REFERENCES = (2, 6)  # lines of a hand that stand above pairs and are nothing else: least, most
-_TELLING = 10  # letters of the alphabet that a line of words has at least; set by eye
+_REFERENCES = (2, 10)  # lines of a hand that stand above pairs and are nothing else: least, most
+_TELLING = 20  # letters that a reference has at least, where there are such; set by eye
 _REFERENCE = 160.0  # mm, how wide they may be
 _FITTING = 0.8  # of the snippets that are counted on: others are too large for their frame; 13 % were, of four hands
 _SHARE = 0.1  # of its lines, between these
@@ -188,7 +187,8 @@ def parted(materials: Sequence[Material], wanted: int, most: int, rng: np.random
     """
     by_line = _by_line(materials)
     lines = [list(by_line)[k] for k in rng.permutation(len(by_line))]
-    references = set(chain.from_iterable(_reference_lines(lines, by_line, k) for k in range(len(materials))))
+    longest = _longest(materials)
+    references = set(chain.from_iterable(_reference_lines(lines, longest, k) for k in range(len(materials))))
     lines = _enough([line for line in lines if line not in references], by_line, most)
     count = int(_FITTING * sum(len(by_line[line]) for line in lines))
     inside = any(materials[k].own(page) for k, page, _ in lines)
@@ -198,9 +198,18 @@ def parted(materials: Sequence[Material], wanted: int, most: int, rng: np.random
     folds: list[list[tuple[int, Run]]] = [[] for _ in range(number)]
     for line in lines:
         min(folds, key=len).extend(by_line[line])
-    whole = [(k, run) for k, each in enumerate(materials) for run in each.runs(_REFERENCE)]
-    shown = tuple((k, run) for k, run in whole if (k, run.page, run.line) in references)
+    shown = tuple((line[0], run) for line, run in longest.items() if line in references)
     return Parted(tuple(map(tuple, folds)), shown)
+
+
+def _longest(materials: Sequence[Material]) -> dict[_Line, Run]:
+    """Of every line the longest part that may stand as a reference."""
+    found = dict[_Line, Run]()
+    for k, each in enumerate(materials):
+        for run in each.runs(_REFERENCE):
+            line = k, run.page, run.line
+            found[line] = max(found.get(line, run), run, key=lambda one: len(one.text))
+    return found
 
 
 def _enough(lines: Sequence[_Line], by_line: Mapping[_Line, Sequence[object]], most: int) -> list[_Line]:
@@ -222,13 +231,11 @@ def _by_line(materials: Sequence[Material]) -> dict[_Line, list[tuple[int, Run]]
     return found
 
 
-def _reference_lines(
-    lines: Sequence[_Line], by_line: Mapping[_Line, Sequence[tuple[int, Run]]], hand: int
-) -> list[_Line]:
-    """Those of a hand that are kept for references: lines of words before those of few letters (rows of accents)."""
+def _reference_lines(lines: Sequence[_Line], longest: Mapping[_Line, Run], hand: int) -> list[_Line]:
+    """Those of a hand that are kept for references: lines that show much before those of few letters."""
 
     def shown(line: _Line) -> int:
-        return len({each for _, run in by_line[line] for each in run.text.lower()} & {*ascii_lowercase})
+        return sum(map(str.isalpha, longest[line].text)) if line in longest else 0
 
     own = sorted((line for line in lines if line[0] == hand), key=lambda line: -min(shown(line), _TELLING))
     return own[: int(np.clip(round(_SHARE * len(own)), *_REFERENCES))]
@@ -247,12 +254,13 @@ def _too_few(count: int, wanted: int, inside: bool) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Twin:
-    """The same words real and made; `control` in another person's hand."""
+    """The same words real and made; `control` in another person's hand, `random` of letters taken by chance."""
 
     snippet: Snippet
     real: Picture
     made: Picture
     control: Picture | None = None
+    random: Picture | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -269,9 +277,9 @@ class _Made:
 
 
 def twins(
-    materials: Sequence[Material], lots: Parted, control: ScannedHand | None, seed: int, tell: Tell
+    materials: Sequence[Material], lots: Parted, control: ScannedHand | None, random: bool, seed: int, tell: Tell
 ) -> tuple[list[Twin], list[Picture]]:
-    """Every run of every fold twice, and the references, which are there once."""
+    """Every run of every fold twice, and the references, which are there once; `random`: of loose letters, too."""
     found = list[Twin]()
     parts = [(fold, k) for fold in range(len(lots.folds)) for k in range(len(materials))]
     for done, (fold, k) in enumerate(parts):
@@ -279,24 +287,31 @@ def twins(
         runs = [run for number, run in lots.folds[fold] if number == k]
         if runs:
             hand = materials[k].hand_without(lots.kept_out(k, fold))
-            found += _twins(materials[k], runs, hand, control, (k, fold, seed))
+            loose = LooseLetters(hand) if random else None
+            found += _twins(materials[k], runs, hand, (control, loose), (k, fold, seed))
     shown = [materials[k].pages[run.page].picture(run, 0.0, materials[k].dpi) for k, run in lots.references]
     return found, shown
 
 
 def _twins(
-    each: Material, runs: Sequence[Run], hand: ScannedHand, control: ScannedHand | None, numbers: tuple[int, int, int]
+    each: Material,
+    runs: Sequence[Run],
+    hand: ScannedHand,
+    others: tuple[ScannedHand | None, LooseLetters | None],
+    numbers: tuple[int, int, int],
 ) -> Iterator[Twin]:
     """Runs of one fold twice; `numbers` are those of the hand and of the fold, and the seed."""
-    number, fold, seed = numbers
+    (number, fold, seed), (control, loose) = numbers, others
+    rng = np.random.default_rng([seed, 9, number, fold])
     sizes, texts = [each.pages[run.page].page.x_height for run in runs], [run.text for run in runs]
-    others: Iterable[_Made | None] = repeat(None)
+    easy: Iterable[_Made | None] = repeat(None)
     if control is not None:
-        others = _made(control, texts, sizes, seed, each.dpi)
-    for run, ours, other in zip(runs, _made(hand, texts, sizes, seed, each.dpi), others, strict=False):
+        easy = _made(control, texts, sizes, seed, each.dpi)
+    for run, size, ours, other in zip(runs, sizes, _made(hand, texts, sizes, seed, each.dpi), easy, strict=False):
         real = each.pages[run.page].picture(run, ours.rise, each.dpi)
         snippet = Snippet(number, run.page, run.line, run.text, fold, ours.lent, ours.doubtful)
-        yield Twin(snippet, real, ours.picture, None if other is None else other.picture)
+        random = None if loose is None else loose.picture(run.text, size, ours.rise, each.dpi, rng)
+        yield Twin(snippet, real, ours.picture, None if other is None else other.picture, random)
 
 
 def _made(

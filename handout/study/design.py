@@ -2,7 +2,8 @@
 
 Questionnaire A asks of single snippets whether each is real or made, B which of two of the same words is made, E the
 same of envelopes.  Over all people every snippet is real in A, made in A, made on the left of B and made on the right
-as often as any other of its fold, but for one at most; nobody meets a snippet twice.
+as often as any other of its fold, but for one at most; or everybody's are drawn by chance from all.  Nobody meets a
+snippet twice.
 
 The key says what is true of every row of every sheet.  It is a file of its own, packed so that nobody reads it by
 accident, but under no password: who makes a study has to be able to open it, and a password would guard it against
@@ -27,7 +28,10 @@ from handout.values import Array, Indices
 SINGLES, PAIRS, ENVELOPES = "A", "B", "E"
 REAL, MADE, LEFT, RIGHT = "real", "made", "left", "right"
 ROLES = ((SINGLES, REAL), (SINGLES, MADE), (PAIRS, LEFT), (PAIRS, RIGHT))
-OURS, CONTROL = "made", "control"  # how the made snippet of an item came to be: in the hand, or in another person's
+# how the made snippet of an item came to be: in the hand, in another person's, or of letters taken by chance
+OURS, CONTROL, RANDOM = "made", "control", "random"
+BALANCED, DRAWN = "balanced", "random"  # how snippets are dealt
+SAMPLINGS = (BALANCED, DRAWN)
 ID = 12  # hexadecimal digits of the hash that name a study
 _MAGIC = b"handout study key 1\n"
 _MOST = 50_000_000  # bytes of an unpacked key: what is longer is none of ours
@@ -79,12 +83,13 @@ class Person(msgspec.Struct, frozen=True):
 
 
 class Key(msgspec.Struct, frozen=True):
-    """What is true of every row of every sheet."""
+    """What is true of every row of every sheet; `sampling`: how snippets were dealt, one of `SAMPLINGS`."""
 
     seed: int
     hands: tuple[str, ...]
     snippets: tuple[Snippet, ...]
     people: tuple[Person, ...]
+    sampling: str = BALANCED
 
     def sealed(self) -> bytes:
         """The file."""
@@ -144,7 +149,12 @@ def roles_of(singles: int, pairs: int) -> Indices:
 
 
 def dealt(
-    folds: Sequence[Sequence[int]], people: int, singles: int, pairs: int, rng: np.random.Generator
+    folds: Sequence[Sequence[int]],
+    people: int,
+    singles: int,
+    pairs: int,
+    rng: np.random.Generator,
+    sampling: str = BALANCED,
 ) -> list[tuple[tuple[Item, ...], tuple[Item, ...]]]:
     """Snippets for everybody: those of A and of B, references yet to be chosen.
 
@@ -153,6 +163,7 @@ def dealt(
     folds : numbers of snippets; one person sees those of one fold only, since the hand of a fold is made without the
         lines of its snippets and may have letters from those of another.
     singles, pairs : even numbers.
+    sampling : `BALANCED`, or `DRAWN`: for each person by chance, without replacement, as in seed 000, §8.2.
 
     Raises
     ------
@@ -168,7 +179,7 @@ def dealt(
     for person in range(people):
         fold, count = folds[person % len(folds)], often[person % len(folds)]
         at, slots = _assigned(count, roles, rng)
-        count[at, roles[slots]] += 1
+        count[at, roles[slots]] += sampling == BALANCED
         rows = [(ROLES[roles[slot]], fold[snippet]) for snippet, slot in zip(at, slots, strict=True)]
         rows = [rows[k] for k in rng.permutation(len(rows))]
         a, b = (tuple(Item(n, truth) for (kind, truth), n in rows if kind == which) for which in (SINGLES, PAIRS))

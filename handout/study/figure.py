@@ -30,6 +30,8 @@ def figure(scores: Mapping[str, Scores], difficulty: Mapping[str, Sequence[float
         ]
         if kind in difficulty:
             panels.append(_histogram(f"{kind}-3  snippets, by how many told them", difficulty[kind]))
+        if len(each.conditions) > 1:
+            panels.append(_shares(f"{kind}-4  told right, by condition", each.conditions))
         rows.append(panels)
     whole = {f"{kind} {_NAMES[kind]}": each.share for kind, each in scores.items()}
     rows.append([_shares("C  all together", whole)])

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,15 +67,15 @@ class Decision:
 
 
 def depth_of(flat: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """(h, w) light that is missing at each pixel of a flat page (h, w, 3), 0–1, of the paper around it."""
+    """(h, w) light that is missing at each pixel of a flat page (h, w, 3) or (h, w), 0–1, of the paper around it."""
     import cv2
 
-    page = flat if flat.ndim == 3 else np.repeat(flat[:, :, None], 3, axis=2)
-    small = cv2.resize(page, None, fx=1 / 8, fy=1 / 8, interpolation=cv2.INTER_AREA)
+    small = cv2.resize(flat, None, fx=1 / 8, fy=1 / 8, interpolation=cv2.INTER_AREA)
     paper = cv2.dilate(small, np.ones((9, 9), np.uint8))  # no print or mark is so wide: 9 mm
-    paper = cv2.resize(cv2.blur(paper, (9, 9)), page.shape[1::-1], interpolation=cv2.INTER_LINEAR)
-    light = page.astype(np.float32) / np.maximum(paper.astype(np.float32), 1)
-    return np.asarray(np.clip(1 - light.min(axis=2), 0, 1), dtype=np.float32)
+    paper = cv2.resize(cv2.blur(paper, (9, 9)), flat.shape[1::-1], interpolation=cv2.INTER_LINEAR)
+    colours = zip(cv2.split(flat), cv2.split(paper), strict=True)
+    light = [cv2.divide(seen, np.maximum(white, 1), dtype=cv2.CV_32F) for seen, white in colours]
+    return np.asarray(np.clip(1 - reduce(cv2.min, light), 0, 1), dtype=np.float32)
 
 
 def read_row(depth: NDArray[np.float32], row: Row) -> list[Mark] | None:

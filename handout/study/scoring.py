@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from handout.errors import InputError
 from handout.study import design
 from handout.study.answers import DOUBTFUL, Answer
-from handout.study.design import CONTROL, ENVELOPES, MADE, PAIRS, REAL, SINGLES, Key
+from handout.study.design import CONTROL, ENVELOPES, MADE, OURS, PAIRS, REAL, SINGLES, Key
 from handout.study.sheets import COVER
 from handout.values import Array, Indices
 
@@ -65,7 +65,7 @@ Interval = tuple[float, float]
 class Share:
     """How many of some answers are right.
 
-    exact, people, both : intervals; see above.  p : of guessing, two-sided, answers of one person being alike.
+    exact, people, both : intervals; see above.  p : of guessing, two-sided, for other people and words, as `both`.
     """
 
     right: int
@@ -104,7 +104,7 @@ def share_of(judged: Sequence[Judgement]) -> Share:
         exact_interval(float(right.sum()), len(right)),
         _effective(right, own, counts[0]),
         _effective(right, two_way, min(counts)),
-        _p(right, own, counts[0]),
+        _p(right, two_way, min(counts)),
     )
 
 
@@ -135,7 +135,7 @@ def _effective(right: Array, variance: float, clusters: int) -> Interval:
 
 
 def _p(right: Array, variance: float, clusters: int) -> float:
-    """How likely guessing would be as far from half; answers of one person are alike."""
+    """How likely guessing would be as far from half, where answers of one cluster are alike."""
     from scipy.stats import binomtest, t
 
     exact = float(binomtest(int(right.sum()), len(right), GUESSING).pvalue)
@@ -259,7 +259,9 @@ class Test:
 
 
 def conditions_test(judged: Sequence[Judgement], rng: np.random.Generator) -> list[Test]:
-    """Conditions, from the hardest to tell, each against the next: labels are permuted within each person.
+    """Conditions, from the hardest to tell, each against the next.
+
+    Labels are permuted within each person; where everybody saw one of the two alone, people are permuted whole.
 
     Source: seed 001, table 1 (a randomised permutation test of each row and the next, corrected after Bonferroni).
     """
@@ -277,6 +279,8 @@ def _permuted(judged: Sequence[Judgement], a: str, b: str, rng: np.random.Genera
             parts[one.person][2 * (one.condition == b) + (not one.right)] += 1
     counts = np.array(list(parts.values()))
     right, of = counts[:, [0, 2]].sum(axis=1), counts.sum(axis=1)
+    if not (counts[:, :2].any(axis=1) & counts[:, 2:].any(axis=1)).any():
+        return _people_permuted(right, of, np.asarray(counts[:, 2:].any(axis=1)), rng)
     of_a, of_b = counts[:, :2].sum(), counts[:, 2:].sum()
     drawn = rng.hypergeometric(right, of - right, counts[:, 2:].sum(axis=1), (_PERMUTATIONS, len(counts))).sum(axis=1)
 
@@ -285,6 +289,14 @@ def _permuted(judged: Sequence[Judgement], a: str, b: str, rng: np.random.Genera
 
     as_far = apart(drawn) >= apart(counts[:, 2].sum()) - 1e-12
     return float((1 + as_far.sum()) / (1 + _PERMUTATIONS))
+
+
+def _people_permuted(right: Indices, of: Indices, b: NDArray[np.bool_], rng: np.random.Generator) -> float:
+    """How likely people who are parted by chance are as far apart; b : who saw the second condition."""
+    drawn = rng.permuted(np.tile(b, (_PERMUTATIONS + 1, 1)), axis=1)
+    drawn[0] = b
+    apart = np.abs(drawn @ right / (drawn @ of) - ~drawn @ right / (~drawn @ of))
+    return float((apart >= apart[0] - 1e-12).mean())
 
 
 def grouped(judged: Iterable[Judgement], by: Callable[[Judgement], str]) -> dict[str, Share]:
@@ -363,7 +375,7 @@ def _judged(key: Key, answer: Answer) -> Judgement:
 
 @dataclass(frozen=True)
 class Scores:
-    """One questionnaire's figures; `controls` are in nothing but `conditions`."""
+    """One questionnaire's figures; conditions but the first are in nothing but `conditions`, the hardest first."""
 
     questionnaire: str
     share: Share
@@ -380,10 +392,10 @@ def scores(key: Key, answers: Taken, seed: int = 0) -> dict[str, Scores]:
     found = {}
     for kind in (SINGLES, PAIRS, ENVELOPES):
         every = [one for one in answers.judged if one.questionnaire == kind]
-        ours = [one for one in every if one.condition != CONTROL]
+        ours = [one for one in every if one.condition == OURS]
         if ours:
             both = (design.LEFT, design.RIGHT) if kind == PAIRS else (REAL, MADE)
-            conditions = grouped(every, lambda one: one.condition)
+            conditions = dict(sorted(grouped(every, lambda one: one.condition).items(), key=lambda each: each[1].share))
             tests = tuple(conditions_test(every, np.random.default_rng(seed))) if len(conditions) > 1 else ()
             found[kind] = Scores(kind, share_of(ours), grouped(ours, lambda one: one.hand), skill_of(ours),
                                  confusions_of(ours, both), conditions, tests, _groups(key, ours, answers))  # fmt: skip
@@ -411,7 +423,7 @@ def difficulties(key: Key, judged: Sequence[Judgement]) -> list[Difficulty]:
     """All snippets that were judged, those first whose made form was told least."""
     parts: dict[Hashable, list[Judgement]] = defaultdict(list)
     for one in judged:
-        if one.questionnaire != ENVELOPES and one.condition != CONTROL:
+        if one.questionnaire != ENVELOPES and one.condition == OURS:
             kind = one.truth if one.questionnaire == SINGLES else PAIRS
             parts[one.snippet, kind].append(one)
     found = []
@@ -423,8 +435,8 @@ def difficulties(key: Key, judged: Sequence[Judgement]) -> list[Difficulty]:
 
 
 def difficulty_histogram(judged: Sequence[Judgement]) -> list[float]:
-    """Share of the snippets that were told by 0–10 %, 10–20 % … of those who saw them in one form; not as controls."""
-    ours = [one for one in judged if one.condition != CONTROL]
+    """Share of the snippets that were told by 0–10 %, 10–20 % … of those who saw them in one form, as `OURS`."""
+    ours = [one for one in judged if one.condition == OURS]
     shares = list(
         grouped(ours, lambda one: f"{one.snippet} {one.truth if one.questionnaire == SINGLES else ''}").values()
     )

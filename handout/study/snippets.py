@@ -6,17 +6,23 @@ were lifted by, and it is laid on the same white: paper, crop and compression of
 
 from __future__ import annotations
 
+import unicodedata
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
+import regex
 from numpy.typing import NDArray
 
 from handout.hand.places import graphemes
 from handout.hand.scanned import ScannedGlyph, ScannedHand, ScannedPage, Texture
 from handout.values import Indices
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 WIDEST = 72.0  # mm of a real snippet; its made twin may be wider by the rest of its frame
 NARROWEST = 22.0  # mm: less shows too little of a hand; set by eye
@@ -26,13 +32,19 @@ _CUT = 2  # vertices of another word that hang on a run: more is a stroke that w
 _REACH = 0.3  # distances of lines, within which ink that is no letter's is its neighbour's; set by eye
 _FAINTEST = 1 / 255  # of the cover: less is a rounding of the interpolation
 _NOWHERE = -1
+_GAPS = 0.05, 1.2  # x-heights, where a page does not show how far letters and words are apart; set by eye
+_OPENS, _ENDS = "[(\"'“„«‹‘‚¿¡]*", "[.,;:?!…)\"'”“»›’]*"  # what stands before a word in running text, and after it
+_LETTER = r"(?:\p{L}\p{M}*)"
+_LETTERS = regex.compile(rf"{_OPENS}({_LETTER}+(?:['’-]{_LETTER}+)*){_ENDS}")
+_NUMBER_OR_DASH = regex.compile(rf"\p{{Nd}}+{_ENDS}|[-–—]")
 
 
 @dataclass(frozen=True)
 class Run:
     """Some words of a page that stand beside each other.
 
-    words : numbers of the words of the page's transcript, which are parted by white space.
+    words : numbers of the words of the page's transcript, which are parted by white space: words of running text,
+        and fewer numbers and dashes than those.
     """
 
     page: int
@@ -71,7 +83,7 @@ class WrittenWords:
 
     @cached_property
     def lines(self) -> dict[int, list[int]]:
-        """Line → the words on it of which every letter was found, in order; `_NOWHERE` parts them where one was not."""
+        """Line → the words of running text on it of which every letter was found, in order; others are `_NOWHERE`."""
         found: dict[tuple[int, int], set[int]] = defaultdict(set)
         for glyph in self._glyphs:
             if (word := self._of_letter.get(glyph.at)) is not None:
@@ -79,7 +91,7 @@ class WrittenWords:
         on: dict[int, list[int]] = defaultdict(list)
         for line, word in sorted(found):
             text, places = self.words[word]
-            whole = len(found[line, word]) == len(places) and "~" not in text
+            whole = len(found[line, word]) == len(places) and runs_on(text)
             beside = not on[line] or on[line][-1] == word - 1
             on[line] += ([] if beside else [_NOWHERE]) + [word if whole else _NOWHERE]
         return dict(on)
@@ -117,7 +129,8 @@ class WrittenWords:
         for line, words in sorted(self.lines.items()):
             for piece in _pieces(words):
                 for run in _cut(piece, spans, widest):
-                    if len(run) >= _FEWEST and self._clean(run, line):
+                    said = sum(is_word(self.words[word][0]) for word in run)
+                    if said >= _FEWEST and 2 * said > len(run) and self._clean(run, line):
                         text = " ".join(self.words[word][0] for word in run)
                         yield Run(self.number, line, tuple(run), text)
 
@@ -165,12 +178,125 @@ class WrittenWords:
         return on_white(turned, finer * (float((a + b) / 2) - top) + float(rim), dpi)
 
 
+class LooseLetters:
+    """Words of any glyph of each letter, equally far apart and as high over the line as on its page.
+
+    Nothing is chosen, bent or joined: how well people tell such words is what better ways are compared with.
+
+    Source: "random selection" in seed 000, §8.2 and Appendix F.
+    """
+
+    def __init__(self, hand: ScannedHand) -> None:
+        self.hand = hand
+
+    @cached_property
+    def _gaps(self) -> tuple[float, float]:
+        """Between the letters of a word, and between words: the middle ones of the hand's own pages, x-heights."""
+        beside = {(glyph.page, glyph.at): k for k, glyph in enumerate(self.hand.glyphs) if glyph.at >= 0}
+        gaps: tuple[list[float], list[float]] = ([], [])
+        for (page, at), k in beside.items():
+            for further, found in enumerate(gaps, 1):
+                other = beside.get((page, at + further))
+                if other is None or self.hand.glyphs[other].line != self.hand.glyphs[k].line:
+                    continue
+                if further == 1 or (page, at + 1) not in beside:
+                    found.append((self._ends(other)[0] - self._ends(k)[1]) / self.hand.pages[page].x_height)
+        within, between = (
+            float(np.median(found)) if found else usual for found, usual in zip(gaps, _GAPS, strict=True)
+        )
+        return within, between
+
+    def _ends(self, number: int) -> tuple[float, float]:
+        """Where a glyph begins and ends on its page, mm."""
+        page = self.hand.pages[self.hand.glyphs[number].page]
+        body = self.hand.body(number)
+        x, half = page.graph.uv[body, 0] * page.pixel, page.graph.radius[body]
+        return float((x - half).min()), float((x + half).max())
+
+    @cached_property
+    def _nearest(self) -> list[cKDTree]:
+        from scipy.spatial import cKDTree
+
+        return [cKDTree(page.graph.uv) for page in self.hand.pages]
+
+    def _cut(self, number: int) -> tuple[NDArray[np.float32], float, float]:
+        """The ink of a glyph (h, w, 4), colours times alpha; where it begins in x, and the row of its baseline."""
+        glyph = self.hand.glyphs[number]
+        page, body = self.hand.pages[glyph.page], self.hand.body(number)
+        uv = page.graph.uv[body] - np.array(page.texture.corner)
+        reach = 2 * float(page.graph.radius[body].max()) / page.pixel + 2
+        low = np.maximum(np.floor(uv.min(axis=0) - reach).astype(int), 0)
+        high = np.ceil(uv.max(axis=0) + reach).astype(int)
+        part = page.texture.part(slice(low[1], high[1]), slice(low[0], high[0]))
+        ink: NDArray[np.float32] = part.astype(np.float32) / np.float32(255)
+        corner = low + np.array(page.texture.corner)
+        rows, columns = np.nonzero(ink[:, :, 3])
+        _, vertex = self._nearest[glyph.page].query(np.column_stack([columns, rows]) + corner)
+        others = ~np.isin(vertex, body)
+        ink[rows[others], columns[others]] = 0
+        ink[:, :, :3] *= ink[:, :, 3:]
+        left, _ = self._ends(number)
+        middle = float(corner[0]) + ink.shape[1] / 2
+        return ink, left / page.pixel - float(corner[0]), float(page.base(glyph.line, middle)) - float(corner[1])
+
+    def picture(self, text: str, x_height: float, rise: float, dpi: float, rng: np.random.Generator) -> Picture | None:
+        """Words at an x-height (mm), their line rising by `rise`; None where the hand lacks a letter of them."""
+        import cv2
+
+        units = graphemes(text)
+        if any(not unit.isspace() and not len(self.hand.of(unit)) for unit in units):
+            return None
+        numbers = [None if unit.isspace() else int(rng.choice(self.hand.of(unit))) for unit in units]
+        pixel, (within, between) = 25.4 / dpi, self._gaps
+        placed, x = [], 0.0
+        for number in numbers:
+            if number is None:
+                x += (between - within) * x_height
+                continue
+            page = self.hand.pages[self.hand.glyphs[number].page]
+            placed.append((number, x, x_height / page.x_height))
+            left, right = self._ends(number)
+            x += (right - left) * x_height / page.x_height + within * x_height
+        rim = 4 * x_height  # no letter reaches further from its line
+        size = [round(side / pixel) for side in (x + 2 * rim, 2 * rim)]
+        sheet = np.zeros((size[1], size[0], 4), dtype=np.float32)
+        for number, at, scale in placed:
+            ink, left, base = self._cut(number)
+            finer = scale * dpi / self.hand.pages[self.hand.glyphs[number].page].dpi
+            corner = np.array([(at + rim) / pixel - finer * left, (rim - rise * at) / pixel - finer * base])
+            column, row = np.maximum(np.floor(corner).astype(int) - 1, 0).tolist()
+            moved = np.column_stack([finer * np.eye(2), corner - (column, row)])
+            box = [int(np.ceil(finer * side)) + 4 for side in ink.shape[1::-1]]
+            own = np.asarray(cv2.warpAffine(ink, moved, box, flags=cv2.INTER_CUBIC), dtype=np.float32).clip(0, 1)
+            own[own[:, :, 3] < _FAINTEST] = 0
+            under = sheet[row : row + box[1], column : column + box[0]]
+            own = own[: under.shape[0], : under.shape[1]]
+            under[:] = own + under * (1 - own[:, :, 3:])
+        return on_white(sheet, (rim - rise * x / 2) / pixel, dpi)
+
+
 def on_white(rgba: NDArray[np.float32], base: float, dpi: float) -> Picture:
     """Ink (h, w, 4), colours times alpha, on white, cut close around it; `base` is the row of its baseline."""
     rows, columns = (np.flatnonzero((rgba[:, :, 3] > 0).any(axis=axis)) for axis in (1, 0))
     part = rgba[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
     mixed = part[:, :, :3] + (1 - part[:, :, 3:])
     return Picture(np.rint(np.clip(mixed, 0, 1) * 255).astype(np.uint8), base - float(rows[0]), dpi)
+
+
+def is_word(text: str) -> bool:
+    """Whether a text without spaces is a word of running text, with the marks that may stand beside it.
+
+    A word has two letters that are not the same (rows of accents have not), or is one letter with no mark beside it:
+    with one it is an initial, or the name of a thing.
+    """
+    text = unicodedata.normalize("NFC", text)
+    found = _LETTERS.fullmatch(text)
+    return found is not None and (len(set(found[1].casefold())) > 1 or len(text) == 1)
+
+
+def runs_on(text: str) -> bool:
+    """Whether a text without spaces belongs to running text: a word, a plain number, a dash."""
+    return is_word(text) or _NUMBER_OR_DASH.fullmatch(text) is not None
 
 
 def _words(transcript: str) -> Iterator[tuple[str, tuple[int, ...]]]:

@@ -10,7 +10,7 @@ Source: seed 000, §6.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import pairwise
 from typing import TypeAlias
@@ -95,10 +95,27 @@ def _reach(form: Form, bend: Bend) -> tuple[float, float]:
     return float((xy[:, 0] - radius).min()), float((xy[:, 0] + radius).max())
 
 
+_MOST_KEPT = 500  # words of a hand that stay set, so that of a text that is typed on only what changed is: 20 MB
+
+
+@dataclass(eq=False)
+class Before:
+    """Paragraphs as they were set in a hand, by all that they depend on, and the ink of their words."""
+
+    paragraphs: dict[object, list[SetUnit]] = field(default_factory=dict)
+    laid: WeakKeyDictionary[Word[InkGlyph], list[LineGraph]] = field(default_factory=WeakKeyDictionary)
+
+    def keep(self, key: object, units: list[SetUnit]) -> None:
+        """Keep a paragraph; the oldest go, so that there are not too many words."""
+        self.paragraphs[key] = units
+        while sum(1 + len(each) for each in self.paragraphs.values()) > _MOST_KEPT:
+            self.paragraphs.pop(next(iter(self.paragraphs)))
+
+
 @lru_cache(maxsize=4)
-def _learnt(hand: ScannedHand) -> tuple[GlyphIndex, LayoutModel]:
-    """What is worked out once for a hand, however many texts are written in it."""
-    return index_glyphs(hand), layout_model(hand)
+def _learnt(hand: ScannedHand) -> tuple[GlyphIndex, LayoutModel, Before]:
+    """What is worked out once for a hand, however many texts are written in it, and what was set last."""
+    return index_glyphs(hand), layout_model(hand), Before()
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,8 +156,7 @@ class ScannedHandwriting:
     def __init__(self, hand: ScannedHand, rng: np.random.Generator, variation: float) -> None:
         self._hand, self._variation = hand, variation
         self._seed, self.again, self.rewriting = rng.integers(2**63, size=(3, 2)).tolist()
-        self._laid = WeakKeyDictionary[Word[InkGlyph], list[LineGraph]]()
-        self.stock, self._model = _learnt(hand)
+        self.stock, self._model, self._before = _learnt(hand)
         self.name, self.pitch, self.baseline_model = hand.name, hand.pitch, author_baselines(hand)
         self.repertoire = hand.repertoire
         self.space = float(self._model.spacing.gaps.mean[WORDS]) * hand.pitch  # the usual gap between words, x-heights
@@ -148,7 +164,14 @@ class ScannedHandwriting:
     def set_paragraph(self, words: Iterable[Choice]) -> Iterator[SetUnit]:
         """See `pages.Handwriting`; all words of the paragraph are set together, as one line."""
         choices = list(words)
-        return self.set_words(choices, [word_stream(self._seed, choice.key) for choice in choices])
+        spelling = [(choice.key, choice.spaces, choice.intended, *choice.letters) for choice in choices]
+        numbers = [tuple(choice.numbers.tolist()) for choice in choices]
+        key = (*self._seed, self._variation, tuple(spelling), tuple(numbers))
+        units = self._before.paragraphs.pop(key, None)
+        if units is None:
+            units = list(self.set_words(choices, [word_stream(self._seed, choice.key) for choice in choices]))
+        self._before.keep(key, units)
+        return iter(units)
 
     def set_words(self, choices: Sequence[Choice], streams: Sequence[np.random.Generator]) -> Iterator[SetUnit]:
         """Words of a paragraph, each of which varies by a stream of its own."""
@@ -195,9 +218,9 @@ class ScannedHandwriting:
 
     def laid(self, word: Word[InkGlyph]) -> list[LineGraph]:
         """The ink of a word's glyphs, line space from where it begins on its line."""
-        found = self._laid.get(word)
+        found = self._before.laid.get(word)
         if found is None:
-            found = self._laid[word] = self._lay(word.glyphs, [glyph.x for glyph in word.glyphs])
+            found = self._before.laid[word] = self._lay(word.glyphs, [glyph.x for glyph in word.glyphs])
         return found
 
     def _lay(self, glyphs: Sequence[InkGlyph], x: Sequence[float]) -> list[LineGraph]:

@@ -24,6 +24,8 @@ def test_what_cannot_be_made_is_refused_before_the_work(call, tmp_path):
     wrong = ("study", "make", "--hand", "no-such-hand", "-o", "study")  # which is looked for later
     assert "use even numbers" in call(*wrong, "--singles", "5", code=2)[1]
     assert "0 to 125" in call(*wrong, "--singles", "300", code=2)[1]
+    assert "give one" in call(*wrong, "--random", "2", "--random-people", code=2)[1]
+    assert "4 or more" in call(*wrong, "--people", "2", "--random-people", code=2)[1]
     (tmp_path / "few.txt").write_text("A\n\nB")
     assert "2 addresses, parted by empty lines" in call(*wrong, "--envelopes", "few.txt", code=2)[1]
 

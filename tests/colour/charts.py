@@ -1,5 +1,7 @@
 """Prints and scans of the chart for tests: made of it in known ways, so that what must be read is known."""
 
+from functools import lru_cache
+
 import cv2
 import numpy as np
 
@@ -16,7 +18,8 @@ def printed(device):
 
 def inked(page_pixels):
     """The different colours (n, 3) uint8 of a page, and which of them each pixel (h, w) has."""
-    packed = page_pixels.astype(np.uint32) @ np.array([65536, 256, 1], dtype=np.uint32)
+    red, green, blue = (page_pixels[..., part].astype(np.uint32) for part in range(3))
+    packed = red << 16 | green << 8 | blue
     seen = np.zeros(1 << 24, dtype=bool)
     seen[packed] = True
     codes = np.flatnonzero(seen)
@@ -28,7 +31,24 @@ def inked(page_pixels):
 def paper(page_pixels):
     """The printed page as the scanner sees it, (h, w, 3) float32, from the printer's pixels."""
     colours, back = inked(page_pixels)
-    return printed(colours / 255).astype(np.float32)[back]
+    return np.take(printed(colours / 255).astype(np.float32), back, axis=0)
+
+
+_sheets = {}  # one at a time, by its number
+
+
+@lru_cache(maxsize=4)
+def _blurred(number, sigma):
+    return cv2.GaussianBlur(_sheets[number], (0, 0), sigma)
+
+
+def blurred(sheet, sigma):
+    """The sheet as the openings of a coarse scanner see it; kept for the next scan of the same sheet."""
+    if id(sheet) not in _sheets:
+        _sheets.clear()
+        _blurred.cache_clear()
+        _sheets[id(sheet)] = sheet
+    return _blurred(id(sheet), sigma)
 
 
 def scanned(
@@ -64,12 +84,12 @@ def scanned(
         whole = (8 * flat.shape[1], 8 * flat.shape[0])
         mm -= cv2.resize(moved.astype(np.float32), whole, interpolation=cv2.INTER_LINEAR)[:h, :w]
     source = mm * np.float32(fine / 25.4) - np.float32(0.5)
-    smooth = cv2.GaussianBlur(sheet, (0, 0), max(0.3, 0.45 * fine / dpi)) if dpi < fine else sheet
+    smooth = blurred(sheet, max(0.3, 0.45 * fine / dpi)) if dpi < fine else sheet
     image = cv2.remap(smooth, source[..., 0], source[..., 1], cv2.INTER_LINEAR, borderValue=(lid,) * 3)
     image = cv2.GaussianBlur(image, (0, 0), blur) if blur else image
     if shade:
         image = image * (1 - shade * np.arange(w) / (high - low)[0]).astype(np.float32)[:, None]
-    grain = rng.normal(0, noise / 255, image.shape).astype(np.float32) if noise else 0.0
+    grain = rng.standard_normal(image.shape, dtype=np.float32) * np.float32(noise / 255) if noise else 0.0
     full = 255 if bits == 8 else 65535
     pixels = np.clip(np.rint((image + grain) * full), 0, full).astype(np.uint8 if bits == 8 else np.uint16)
     return pixels, lambda points: (np.asarray(points) + bend(np.asarray(points))) @ linear.T - low

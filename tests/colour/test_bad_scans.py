@@ -30,7 +30,7 @@ def sent():
 def sheet():
     """The printed page."""
     colours, back = sent()
-    return printed(colours / 255).astype(np.float32)[back]
+    return np.take(printed(colours / 255).astype(np.float32), back, axis=0)
 
 
 @pytest.fixture(scope="module")
@@ -59,7 +59,7 @@ def reprinted(change, **how):
     """A scan of the chart printed by a printer that gets other colours: change((n, 3) device 0–1) → (n, 3)."""
     colours, back = sent()
     got = np.rint(np.clip(change(colours / 255), 0, 1) * 255)
-    return scanned(printed(got / 255).astype(np.float32)[back], DPI, **how)[0]
+    return scanned(np.take(printed(got / 255).astype(np.float32), back, axis=0), DPI, **how)[0]
 
 
 def blended(pixels, mask, colour):

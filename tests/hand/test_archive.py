@@ -95,13 +95,11 @@ def test_an_array_of_objects_is_never_made(tmp_path):
     assert "not an array" in refusal(tmp_path, {"x.npy": stream.getvalue()}, lambda a: a.array("x.npy", "O", None))
 
 
-@pytest.mark.slow
 def test_a_bomb_is_refused_before_it_is_unpacked(tmp_path):
     path = tmp_path / "bomb.hand"
-    zipped = zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1)
-    with zipped as archive, archive.open("x.npy", "w", force_zip64=True) as stream:
-        for _ in range(1100):
-            stream.write(bytes(1 << 20))
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("x.npy", bytes(1 << 20))
+        archive.getinfo("x.npy").file_size = 1100 << 20  # as the archive's directory tells it
     with Archive(path) as opened, pytest.raises(InputError, match="1100 MB, more than 1024"):
         opened.read("x.npy")
 

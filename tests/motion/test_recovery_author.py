@@ -1,14 +1,18 @@
 """An author writes a letter the same way each time, and where the line does not tell, as the other times."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from inked import arc
 
+from handout.motion.recovery.carried_strokes import carried, carried_cost
 from handout.motion.recovery.letter_line import Candidate, LetterLine
-from handout.motion.recovery.stroke_order import StrokeOrderModel
+from handout.motion.recovery.stroke_order import StrokeOrderModel, stroke_order_model
 from handout.motion.recovery.writer_habits import instance_of, learn_habit
+from handout.values import LineGraph
 
 FORTH, BACK = "anticlockwise", "clockwise"
 
@@ -91,3 +95,69 @@ def test_it_does_not_matter_which_glyph_is_asked_for_first(small_hand):
     for n in some:
         assert there[n].delayed == back[n].delayed
         assert [s.tolist() for s in there[n].strokes] == [s.tolist() for s in back[n].strokes]
+
+
+def cross(*, wide: float = 1.0, lean: float = 0.0, foot: float = 0.0) -> LineGraph:
+    """A t in pixels: its stem downwards, perhaps with a foot, then its bar, without a vertex in common."""
+    stem = np.column_stack([np.full(41, 20.0), np.linspace(0.0, 60.0, 41)])
+    bar = np.column_stack([np.linspace(5.0, 35.0, 21), np.full(21, 20.3)])
+    ways = [np.vstack([stem, [(20.0 + foot * k, 60.0) for k in range(1, 11)]]) if foot else stem, bar]
+    uv = np.concatenate(ways)
+    uv = (uv + lean * uv[:, 1:] * (1, 0)) * (wide, 1)
+    edges = [[i, i + 1] for i in range(len(uv) - 1) if i != len(ways[0]) - 1]
+    return LineGraph(uv, np.full(len(uv), 2.0), np.ones(len(uv)), uv, np.array(edges))
+
+
+@settings(deadline=None, max_examples=20)
+@given(st.floats(0.7, 1.4), st.floats(-0.4, 0.4), st.booleans())
+def test_strokes_are_carried_to_ink_that_is_alike(wide, lean, turned):
+    told, other = cross(), cross(wide=wide, lean=lean)
+    ways = [told.uv[41:][::-1] if turned else told.uv[41:], told.uv[:41]]
+    found = carried(other, np.arange(62), ways, told.uv)
+    bar, stem = (other.uv[way] for way in found.ways)
+    assert found.apart < 0.03
+    assert (bar[-1, 0] > bar[0, 0]) is not turned and stem[-1, 1] > stem[0, 1]
+    assert set(np.concatenate(found.ways).tolist()) >= set(range(0, 62)) - {0, 40, 41, 61}
+
+
+def test_strokes_go_on_over_ink_that_they_had_not_and_leave_none_out():
+    told, other = cross(), cross(foot=1.2)
+    ways = [told.uv[:41], told.uv[41:]]
+    stem, bar = carried(other, np.arange(72), ways, told.uv).ways
+    assert stem[-1] == 50 and len(bar) >= 19
+    # a ring beside it belongs to neither
+    angle = np.linspace(0, 2 * np.pi, 40)
+    ring = np.column_stack([50 + 9 * np.cos(angle), 50 + 9 * np.sin(angle)])
+    uv = np.vstack([told.uv, ring])
+    edges = np.vstack([told.edges, np.column_stack([np.arange(62, 101), np.arange(63, 102)])])
+    assert carried(LineGraph(uv, np.ones(102), np.ones(102), uv, edges), np.arange(102), ways, told.uv) is None
+
+
+def test_what_is_carried_costs_its_lifts_and_its_unlikeness():
+    one, two = (
+        [np.array([(0.0, 1.0), (0.0, 0.0)])],
+        [np.array([(0.0, 1.0), (0.0, 0.5)]), np.array([(0.0, 0.5), (0.0, 0.0)])],
+    )
+    assert carried_cost(one, one, 0.0, 1.0) == 0
+    assert carried_cost(two, one, 0.0, 1.0) == -carried_cost(one, two, 0.0, 1.0) > 3
+    assert carried_cost(one, one, 0.1, 1.0) > 1
+
+
+def test_what_is_said_of_one_letter_is_weighed_for_all_of_its_name(small_hand):
+    model, letter = stroke_order_model(small_hand, ("house-quick",)), "e"
+    numbers = small_hand.of(letter).tolist()
+    before = {n: model.ways_of(n) for n in numbers}
+    glyph = small_hand.glyphs[numbers[0]]
+    said = tuple(way[::-1] for way, _ in before[numbers[0]])
+    glyphs = tuple(replace(glyph, ways=said) if n == numbers[0] else g for n, g in enumerate(small_hand.glyphs))
+    heir = model.heir(replace(small_hand, glyphs=glyphs))
+    fresh = StrokeOrderModel(replace(small_hand, glyphs=glyphs), ("house-quick",))
+    for n in numbers:
+        assert [way.tolist() for way, _ in heir.ways_of(n)] == [way.tolist() for way, _ in fresh.ways_of(n)]
+    assert [way.tolist() for way, _ in heir.ways_of(numbers[0])] == [way.tolist() for way in said]
+    # the model itself is as it was, and so is one of other ink
+    assert all(
+        np.array_equal(a, b) for n in numbers for (a, _), (b, _) in zip(before[n], model.ways_of(n), strict=True)
+    )
+    glyphs = tuple(replace(g, vertices=g.vertices[1:]) if g is glyph else g for g in small_hand.glyphs)
+    assert model.heir(replace(small_hand, glyphs=glyphs)) is None

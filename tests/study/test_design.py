@@ -35,6 +35,13 @@ def test_the_order_is_of_chance_and_seeded():
     assert 10 < firsts.count("real") < 30
 
 
+def test_snippets_that_are_drawn_by_chance_are_seen_unequally_often():
+    plans = design.dealt([range(30)], 30, 10, 10, np.random.default_rng(1), design.DRAWN)
+    often = Counter(row.snippet for plan in plans for rows in plan for row in rows)
+    assert max(often.values()) - min(often.values()) > 4
+    assert all(len({row.snippet for rows in plan for row in rows}) == 20 for plan in plans)
+
+
 def test_what_cannot_be_dealt_is_refused():
     with pytest.raises(InputError, match="even"):
         design.dealt([range(20)], 4, 5, 10, np.random.default_rng(1))

@@ -82,6 +82,18 @@ def test_conditions_are_compared_within_people():
     assert same.p > 0.5
 
 
+def test_conditions_that_nobody_saw_both_of_are_compared_between_people():
+    def parted(rate, seed):
+        rng = np.random.default_rng(seed)
+        ours = judged(rng.random((15, 10)) < 0.5)
+        others = judged(np.repeat(rng.random((30, 1)) < rate, 10, axis=1), "A", "random")
+        (test,) = scoring.conditions_test([*ours, *(each for each in others if each.person > 15)], rng)
+        return test.p
+
+    assert parted(0.95, 1) < 0.001
+    assert sum(parted(0.5, seed) < 0.05 for seed in range(8)) <= 1  # though people are alike all through
+
+
 KEY = Key(1, ("me",), tuple(Snippet(0, 0, k, f"words {k}", 0, "q" if k == 1 else "") for k in range(4)), (
     Person((Item(0, "real"), Item(1, "made")), (Item(2, "left"), Item(3, "right", "control"))),
     Person((Item(0, "made"), Item(1, "real")), (Item(2, "right"), Item(3, "left", "control"))),

@@ -5,7 +5,7 @@ import pytest
 from scipy.ndimage import label
 
 from handout.study import evenness
-from handout.study.snippets import Picture, WrittenWords, without_lines
+from handout.study.snippets import LooseLetters, Picture, WrittenWords, is_word, runs_on, without_lines
 
 
 @pytest.fixture(scope="module")
@@ -20,6 +20,27 @@ def test_runs_are_words_that_stand_beside_each_other(words):
         assert run.text in words.page.transcript.splitlines()[run.line]
     assert len({word for run in runs for word in run.words}) == sum(len(run.words) for run in runs)
     assert max(words.picture(run, 0.0, 300.0).width for run in words.runs(40.0)) < 42
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [(text, True) for text in ("a", "I", "Squares,", '"tock".', "(and", "brother-in-law's", "Zsófia", "Mr.", "ка́к?")]
+    + [(text, False) for text in ("ÄÄ", "éé", "C:", "D.", "|", "…", "{walnut}.", "<10", "LS31", "£12,", "*not*", "15")],
+)
+def test_words_of_running_text_are_told_from_lists_and_signs(text, word):
+    assert is_word(text) == word and runs_on(text) == (word or text == "15")
+
+
+def test_loose_letters_are_any_of_the_hand_equally_far_apart(words, small_hand):
+    letters = LooseLetters(small_hand)
+    run, rng = next(iter(words.runs())), np.random.default_rng
+    picture = letters.picture(run.text, 3.0, 0.0, 300.0, rng(1))
+    assert picture.rgb.tobytes() == letters.picture(run.text, 3.0, 0.0, 300.0, rng(1)).rgb.tobytes()
+    assert picture.rgb.tobytes() != letters.picture(run.text, 3.0, 0.0, 300.0, rng(2)).rgb.tobytes()
+    assert letters.picture(run.text, 6.0, 0.0, 300.0, rng(1)).width == pytest.approx(2 * picture.width, rel=0.02)
+    above = 255.0 - picture.rgb[: round(picture.base)].mean()
+    assert above > 255.0 - picture.rgb[round(picture.base) :].mean() and 0 < picture.base < len(picture.rgb)
+    assert letters.picture("ж" + run.text, 3.0, 0.0, 300.0, rng(1)) is None
 
 
 def test_a_picture_is_the_ink_of_its_words_alone(words):
@@ -65,6 +86,11 @@ def test_a_hand_without_a_line_has_nothing_of_it(small_hand):
         assert np.array_equal(after.graph.uv[glyph.vertices], before.graph.uv[same.vertices])
         assert np.allclose(less.centre(number), small_hand.centre(small_hand.glyphs.index(same)), atol=0.2)
     assert label(after.texture.alpha > 0)[1] > 0
+
+
+def test_of_tests_made_together_the_least_counts_as_often_as_there_are():
+    assert evenness.holm(np.array([0.04, 0.01, 0.5, 0.03])) == pytest.approx([0.09, 0.04, 0.5, 0.09])
+    assert evenness.holm(np.array([0.4, 0.9])) == pytest.approx([0.8, 0.9])
 
 
 def test_what_is_not_even_is_told():

@@ -151,6 +151,20 @@ def test_a_batch_is_shared_by_two_plotters_stops_and_goes_on(program):
     assert done["complete"] and [row["state"] for row in done["rows"]] == ["done", "done"]
 
 
+def test_rows_that_cannot_be_made_are_left_out_of_a_batch_that_is_approved(program):
+    """And a proof that was made anew meanwhile is not approved unseen."""
+    table = program.sent("people.csv", b"First name,Gift\nAda,jam\nBob,\n")
+    text = "{{ first_name }}, {{ gift }}"
+    name = program.post("/api/batches", json={"table": table, "text": text, "page": "A6"}).json()["batch"]
+    url = f"/api/batches/{name}"
+    program.post(f"{url}/proof")
+    proof = program.get(url).json()["proof"]
+    assert proof["rows"] == 1 and [each["row"] for each in proof["failed"]] == [3]
+    assert "made anew elsewhere" in program.post(f"{url}/approval", json={"made": "before"}).json()["error"]
+    assert program.post(f"{url}/approval", json={"made": proof["made"]}).json()["state"] == "approved"
+    assert program.post(f"{url}/make").json()["facts"]["state"] == "done"
+
+
 def test_what_is_asked_of_some_plotters_that_share_a_batch_goes_to_the_page():
     """Each question waits for its own answer, and what stops one stops all of them by their first thread."""
     from handout.pipeline.plot_desk import Attendant, Shared

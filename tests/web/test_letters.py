@@ -179,6 +179,22 @@ def test_strokes_that_were_told_stay_so(hand):
     assert [each["xy"] for each in strokes()] == told and all(each["own"] for each in strokes())
 
 
+def test_it_is_told_which_letters_follow_what_was_said_of_one(hand):
+    def ways():
+        spots = [(one["id"], one["spot"]) for one in letters(hand) if one["letter"] == "n"]
+        found = {at: desk.letter_strokes(hand, 0, tuple(spot))["strokes"] for at, spot in spots}
+        return {at: [each["xy"] for each in word if each["id"] == at] for at, word in found.items()}
+
+    before = ways()
+    one = next(one for one in letters(hand) if one["letter"] == "n")
+    said = made(hand, {"do": "strokes", "at": one["spot"], "ways": [xy[::-1] for xy in before[one["id"]]]})
+    changed = {each["id"] for each in said["rewritten"].get("0", [])}
+    after = ways()
+    assert changed == {at for at in before if before[at] != after[at]} - {one["id"]}
+    desk.rewind_letters(hand, said["revision"], 1)
+    assert ways() == before
+
+
 def test_the_words_around_a_correction_follow_it(hand):
     state, (x, y) = desk.open_letters(hand), letters(hand)[6]["spot"]
     one = {"page": 0, "do": "paint", "to": "paper", "stroke": [[x, y], [x + 9, y]], "width": 6}

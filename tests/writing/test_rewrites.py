@@ -5,6 +5,7 @@ import pytest
 
 from handout.pipeline.options import SheetOptions, WritingOptions
 from handout.pipeline.writing import prepare, set_pages
+from handout.writing import scanned_words
 
 TEXT = "ten hens\nin an even line"
 
@@ -108,3 +109,21 @@ def test_words_of_a_letter_are_told_and_written_again_in_each_of_its_hands(tmp_p
     for number in (5, 8):  # ends of lines: what comes behind a word on its line goes along with it
         changed = words((before[number]["at"], 1))
         assert [k for k, (one, other) in enumerate(zip(before, changed, strict=True)) if one != other] == [number]
+
+
+@pytest.mark.slow
+def test_what_is_typed_on_is_the_text_written_at_once(small_hand):
+    """Paragraphs that stay are not set and read anew."""
+
+    def page(text):
+        (sheet,) = set_pages(text, prepare(WritingOptions(small_hand, 4), SheetOptions("120x60mm", "5mm")))[1]
+        return np.concatenate([placed.ink.graph.xy for line in sheet.manuscript.lines for placed in line.placed])
+
+    scanned_words._learnt.cache_clear()
+    page(TEXT)
+    before = scanned_words._learnt(small_hand)[2]
+    first = next(iter(before.paragraphs.values()))
+    typed = page(TEXT + "n")
+    assert any(units is first for units in before.paragraphs.values())
+    scanned_words._learnt.cache_clear()
+    assert np.array_equal(typed, page(TEXT + "n"))

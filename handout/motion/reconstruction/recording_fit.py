@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d
 
 from handout.motion import sigma_lognormal_model as lognormal
 from handout.motion.reconstruction.plan import LognormalPlan, from_pulses
@@ -60,6 +59,8 @@ def prepared(t: Array, xy: Array) -> Recording:
     ValueError
         It lasts less than three samples, or does not move.
     """
+    from scipy.ndimage import gaussian_filter1d
+
     span = float(t[-1] - t[0])
     even = np.linspace(t[0], t[-1], max(round(span / _STEP) + 1, 2))
     if len(even) < 5 or not np.ptp(xy, axis=0).any():
@@ -176,6 +177,8 @@ def _stroke(peak: float, lasts: float, half: float) -> Array:
 
 def _missing(recording: Recording, x: Array) -> Array:
     """A stroke where the residual of the fit is largest: (1, 4)."""
+    from scipy.ndimage import gaussian_filter1d
+
     _, chords = _chords(recording, x)
     off = recording.velocity - chords @ _moving(_pulses(x), recording.t)[0]
     power = gaussian_filter1d(np.abs(off) ** 2, 3)

@@ -30,7 +30,8 @@ _AHEAD = 0.5  # cosine: a gap left by failing ink lies along the way
 _BESIDE = 2.5  # half widths: over so small a gap the pen may go on in any direction
 _RING = 8  # vertices: a smaller ring is a dot
 _SEAM = 0.06  # of a ring, to either side, that tells whether it was closed there
-_MARKED = 1.0  # log odds by which a seam stands out
+_MARKED = 1.0  # log odds by which a seam at the top of a ring stands out …
+_BEGUN = 3.0  # … and more, as it lies lower: people begin rings above; pens that go slowly darken the lower left, too
 _FAINT = 0.05  # of the usual density: less ink tells no more
 _HABITUAL = np.array([0.5, -0.866])  # direction in which writing costs nothing: down and to the right
 
@@ -210,7 +211,9 @@ def ring_seams(net: Network, among: Sequence[int]) -> dict[int, set[int]]:
         smooth /= 2 * reach + 1
         best = int(smooth.argmax())
         usual = float(np.median(smooth))
-        if smooth[best] > usual + _MARKED:
+        right, up = net.xy[ring[best]] - net.xy[ring].mean(axis=0)
+        low = 1 - up / max(float(np.hypot(right, up)), 1e-9)
+        if smooth[best] > usual + _MARKED + _BEGUN * low:
             thin = np.roll(smooth < (smooth[best] + usual) / 2, -best)
             first, last = int(thin[::-1].argmax()), int(thin.argmax())
             for vertex in (ring[best - first], ring[(best + last) % len(ring)]):

@@ -5,14 +5,17 @@ Where the pen of a page was recorded its vertices are numbered in the order of w
 
 from __future__ import annotations
 
+import copy
+import operator
+from collections import OrderedDict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 
 import numpy as np
 
 from handout.hand import measures
-from handout.hand.scanned import NOBODY, ScannedHand
+from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand
+from handout.motion.recovery.carried_strokes import carried, carried_cost
 from handout.motion.recovery.crossbars import WordCrossbars
 from handout.motion.recovery.ink_gaps import Endpoint, endpoints, log_odds, prior_log_odds
 from handout.motion.recovery.letter_line import Candidate, LetterLine, LetterStrokes, as_said
@@ -54,9 +57,39 @@ class StrokeOrderModel:
         self._usual = [_usual_ink(hand, number) for number in range(len(hand.pages))]
         self._crossbars = WordCrossbars(hand, self.forms.paths)
         self._endpoints: dict[int, list[Endpoint]] = {}
-        self._instances: dict[int, tuple[Instance, tuple[Indices, ...]]] = {}
+        self._lines: dict[int, tuple[LetterLine, tuple[Indices, ...], list[Candidate]]] = {}
+        self._instances: dict[int, Instance] = {}
         self._habits: dict[str, tuple[tuple[int, ...], WriterHabit | None]] = {}
         self._strokes: dict[int, LetterStrokes] = {}
+
+    def heir(self, hand: ScannedHand) -> StrokeOrderModel | None:
+        """The model of a hand that differs at most in what a person said of strokes; None of any other."""
+        pairs = list(zip(self._hand.glyphs, hand.glyphs, strict=False))
+        if len(self._hand.glyphs) != len(hand.glyphs) or not all(map(operator.is_, self._hand.pages, hand.pages)):
+            return None
+        if len(self._hand.pages) != len(hand.pages) or not all(_inked_alike(a, b) for a, b in pairs):
+            return None
+        said = self._said_otherwise(hand)
+        other = copy.copy(self)
+        other._hand = hand
+        other._habits = {letter: habit for letter, habit in self._habits.items() if letter not in said}
+        other._instances = {n: one for n, one in self._instances.items() if hand.glyphs[n].letter not in said}
+        other._strokes = {n: one for n, one in self._strokes.items() if hand.glyphs[n].letter not in said}
+        return other
+
+    def rewritten(self, before: StrokeOrderModel) -> list[int]:
+        """The glyphs that are written otherwise than in the model of the same ink, though nobody said so of them."""
+        letters, found = before._said_otherwise(self._hand), list[int]()
+        for number in (n for letter in sorted(letters) for n in self._hand.of(letter).tolist()):
+            old, new = ([way for way, _ in model.ways_of(number)] for model in (before, self))
+            if not self._hand.glyphs[number].ways and not _same(old, new):
+                found.append(number)
+        return found
+
+    def _said_otherwise(self, hand: ScannedHand) -> set[str]:
+        """The letters of whose strokes a person said other things in a hand of the same glyphs."""
+        pairs = zip(self._hand.glyphs, hand.glyphs, strict=True)
+        return {a.letter for a, b in pairs if a is not b and not _same(a.ways, b.ways)}
 
     def strokes_of(self, number: int) -> tuple[LetterStrokes, tuple[Indices, ...]]:
         """The strokes of a glyph, and which vertices of its line are those of each of its ligatures, anchor left out,
@@ -79,10 +112,12 @@ class StrokeOrderModel:
                 ways.append((np.array(way, dtype=np.intp), bool(late)))
         return ways
 
-    def _said(self, number: int, line: LetterLine, sections: tuple[Indices, ...]) -> list[Indices]:
-        """The strokes of a glyph's line as a person gave them; each ligature goes on where one begins or ends."""
+    def _on_line(
+        self, number: int, given: Sequence[Indices], line: LetterLine, sections: tuple[Indices, ...]
+    ) -> list[Indices]:
+        """Strokes along vertices of its page on a glyph's line; each ligature goes on where one begins or ends."""
         place = self._places_on_page(number, sections)
-        told = ([place[v] for v in way.tolist() if v in place] for way in self._hand.glyphs[number].ways)
+        told = ([place[v] for v in way.tolist() if v in place] for way in given)
         ways = [way for way in told if way]
         for (way, _), section in zip(outwards(self.forms[number]), sections, strict=True) if ways else ():
             _lead(line.xy, ways, [way.anchor, *section.tolist()])
@@ -107,18 +142,40 @@ class StrokeOrderModel:
         # those of which a person said how they were written tell most
         return tuple(sorted(numbers, key=lambda number: not self._hand.glyphs[number].ways)[:POOL])
 
-    def _instance(self, number: int) -> tuple[Instance, tuple[Indices, ...]]:
-        """A glyph with its candidates, and the vertices of its ligatures."""
-        entry = self._instances.get(number)
-        if entry is None:
+    def _line(self, number: int) -> tuple[LetterLine, tuple[Indices, ...], list[Candidate]]:
+        """A glyph's line, the vertices of its ligatures, and the candidates that its ink and its letter tell of."""
+        if number not in self._lines:
             line, sections = _letter_line(self.forms[number], self._x_height)
             line = self._with_neighbours(number, line, sections)
-            found = self._candidates(number, line)
-            if self._hand.glyphs[number].ways:
-                found = [as_said(found, said)] if (said := self._said(number, line, sections)) else found
-            instance = instance_of(found, line, len(self.forms[number].xy))
-            entry = self._instances[number] = (instance, sections)
-        return entry
+            self._lines[number] = line, sections, self._candidates(number, line)
+        return self._lines[number]
+
+    def _instance(self, number: int) -> tuple[Instance, tuple[Indices, ...]]:
+        """A glyph with its candidates, and the vertices of its ligatures."""
+        line, sections, found = self._line(number)
+        if number not in self._instances:
+            if said := self._on_line(number, self._hand.glyphs[number].ways, line, sections):
+                found = [as_said(found, said)]
+            else:
+                found = sorted([*found, *self._carried(number)], key=lambda way: way.cost)
+            self._instances[number] = instance_of(found, line, len(self.forms[number].xy), bool(said))
+        return self._instances[number], sections
+
+    def _carried(self, number: int) -> list[Candidate]:
+        """A glyph written as that of its name of which a person said it and whose ink is most alike; if any is."""
+        glyph, told = self._hand.glyphs[number], []
+        for like in (self._hand.glyphs[other] for other in self._pool(glyph.letter)):
+            if like.ways:
+                graph, uv = self._hand.pages[glyph.page].graph, self._hand.pages[like.page].graph.uv
+                told.append(carried(graph, glyph.vertices, [uv[way] for way in like.ways], uv[like.vertices]))
+        best = min((way for way in told if way is not None), key=lambda way: way.apart, default=None)
+        if best is None:
+            return []
+        line, sections, found = self._line(number)
+        strokes = self._on_line(number, best.ways, line, sections)
+        places, others = ([line.xy[way] for way in ways] for ways in (strokes, found[0].strokes))
+        more = carried_cost(places, others, best.apart, line.x_height)
+        return [replace(as_said(found, strokes), cost=found[0].cost + more)]
 
     def _candidates(self, number: int, line: LetterLine) -> list[Candidate]:
         glyph = self._hand.glyphs[number]
@@ -219,10 +276,31 @@ class StrokeOrderModel:
         return ends
 
 
-@lru_cache(maxsize=4)
+_KEPT = 4  # models
+_MODELS: OrderedDict[tuple[int, tuple[str, ...]], StrokeOrderModel] = OrderedDict()
+
+
 def stroke_order_model(hand: ScannedHand, hands: tuple[str, ...]) -> StrokeOrderModel:
-    """The model of a hand; that of the last few hands is kept."""
-    return StrokeOrderModel(hand, hands)
+    """The model of a hand; that of the last few hands is kept, and what holds of one that is much the same is taken."""
+    key = id(hand), hands
+    if key not in _MODELS:
+        kin = (model.heir(hand) for (_, known), model in reversed(_MODELS.items()) if known == hands)
+        _MODELS[key] = next((heir for heir in kin if heir is not None), None) or StrokeOrderModel(hand, hands)
+        while len(_MODELS) > _KEPT:
+            _MODELS.popitem(last=False)
+    _MODELS.move_to_end(key)
+    return _MODELS[key]
+
+
+def _inked_alike(a: ScannedGlyph, b: ScannedGlyph) -> bool:
+    """Whether two glyphs of one number are the same but for what a person said of them."""
+    where = operator.attrgetter("letter", "page", "line", "before", "after")
+    joins = ([way.path for way in glyph.ligatures] for glyph in (a, b))
+    return a is b or (where(a) == where(b) and _same([a.vertices], [b.vertices]) and _same(*joins))
+
+
+def _same(some: Sequence[Indices], others: Sequence[Indices]) -> bool:
+    return len(some) == len(others) and all(map(np.array_equal, some, others))
 
 
 def _lead(xy: Array, ways: list[list[int]], out: Sequence[int]) -> None:

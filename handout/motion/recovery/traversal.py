@@ -84,7 +84,11 @@ def guided_search(
     """The traversals that follow each of some guides best, with what they cost without a guide; see `beam_search`."""
     costs = edge_costs(net, x_height, ends, weights)
     first = _first_costs(net, ends, weights)
-    guided = {s for guide in guides for _, s in _search(_with_guide(costs, guide), first, weights, most, width)}
+    guided = {
+        strokes
+        for guide in guides
+        for _, strokes in _search(_with_guide(costs, guide), np.add(first, guide.first).tolist(), weights, most, width)
+    }
     return [Traversal(strokes, _cost(strokes, costs, first, weights)) for strokes in sorted(guided)]
 
 
@@ -245,10 +249,12 @@ def _strokes(last: _State) -> _Strokes:
 class FormGuide:
     """What movements cost more, or less, where a form of the letter is followed.
 
+    first : (2 b,) of beginning by each end.
     passing : (2 b,) of passing the branch that is left for by each end.
     onward, air : (2 b, 2 b) of passing one after another, without and with a lift.
     """
 
+    first: Array
     passing: Array
     onward: Array
     air: Array
@@ -272,13 +278,14 @@ def form_guides(net: Network, laid: Array, stroke_of: NDArray[np.intp]) -> Itera
         away = ((places[:, :, None] - form) ** 2).sum(axis=-1) / (size * weights.near) ** 2
         cost = away + weights.aimed * (1 - aims @ directions(form[None])[0].T)
         unlike, begin, end = _best_parts(cost, stroke)
-        left_out = np.abs(begin[None] - end[:, None] - 0.5) / len(form)
-        left_out[short] = 0.0
+        left_out = np.abs(np.vstack([begin, begin[None] - end[:, None] - 0.5])) / len(form)
+        left_out[1:][short] = 0.0
         left_out[:, short] = 0.0
-        leap = weights.left_out * np.minimum(left_out, weights.most_left_out)
+        first, *leaps = weights.left_out * np.minimum(left_out, weights.most_left_out)
+        leap = np.array(leaps)
         parted = stroke[end][:, None] != stroke[begin][None]
         lifted = weights.guided_lift * parted
-        yield FormGuide(weights.passed * share * unlike, leap + lifted, leap - lifted)
+        yield FormGuide(first, weights.passed * share * unlike, leap + lifted, leap - lifted)
 
 
 def _evenly(xy: Array) -> Array:

@@ -30,6 +30,7 @@ class HabitSettings:
     weight: float = 2.0  # costs of a candidate for one unit less of log likelihood
     stray: float = 0.003  # share of instances that are written in ways of their own
     doubt: float = 1.0  # instances seen that follow no habit
+    told: float = 4.0  # instances that one counts for of which a person said how it was written; set by eye
     warm: float = 1.0  # costs that make a candidate less likely by e
     rounds: int = 3
     least: float = 0.05  # a candidate less likely tells nothing of the other instances
@@ -45,14 +46,16 @@ class Instance:
     candidates : the cheapest first.
     parts : for each of them the places (n, 2) of its strokes in the body of the glyph, y up; none where it has none.
     body : (n, 2) float: places all over the body.
+    told : whether a person said how it was written.
     """
 
     candidates: Sequence[Candidate]
     parts: Sequence[Sequence[Array]]
     body: Array
+    told: bool = False
 
 
-def instance_of(candidates: Sequence[Candidate], line: LetterLine, count: int) -> Instance:
+def instance_of(candidates: Sequence[Candidate], line: LetterLine, count: int, told: bool = False) -> Instance:
     """An instance of a letter, the first `count` vertices of whose line are its body, the others its joins."""
     parts = []
     for candidate in candidates:
@@ -60,7 +63,7 @@ def instance_of(candidates: Sequence[Candidate], line: LetterLine, count: int) -
         within = [v for v in candidate.strokes if v[0] not in line.bar_entries] or candidate.strokes
         lines = [line.xy[stroke[stroke < count]] for stroke in within]
         parts.append([xy for xy in lines if len(xy) > 1])
-    return Instance(candidates, parts, line.xy[:count])
+    return Instance(candidates, parts, line.xy[:count], told)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,13 +72,15 @@ class WriterHabit:
 
     forms : the ways in which its instances may have been written, as forms.
     owner : (f,) int: which instance each is of.
-    share : (f,) float: how likely that one was written so.
+    share : (f,) float: how likely that one was written so, times how much it counts.
+    counts : (f,) float: how much that one counts.
     alike : number of an instance that the habit was learned from → (w, f) 0–1: how like its ways are to the forms.
     """
 
     forms: LetterForms
     owner: Indices
     share: Array
+    counts: Array
     alike: Mapping[int, Array]
 
     def choose(self, instance: Instance, number: int = -1) -> Candidate:
@@ -84,7 +89,7 @@ class WriterHabit:
             return instance.candidates[0]
         others = self.owner != number
         alike = self.alike[number] if number in self.alike else _alike(instance, self.forms)
-        count = len(np.unique(self.owner[others]))
+        count = self.counts[others][np.unique(self.owner[others], return_index=True)[1]].sum()
         return instance.candidates[int((_costs(instance) + _cost(alike @ (self.share * others), count)).argmin())]
 
 
@@ -103,13 +108,15 @@ def learn_habit(pool: Sequence[Instance]) -> WriterHabit | None:
     )
     alike = np.concatenate([_alike(instance, forms) for instance in readable]) * (owner[:, None] != owner)
     costs = np.concatenate([_costs(instance) for instance in readable])
-    share = _shares(costs, owner)
+    counts = np.array([_SETTINGS.told if instance.told else 1.0 for instance in readable])
+    share, rest = _shares(costs, owner), (counts.sum() - counts)[owner]
     for _ in range(_SETTINGS.rounds):
-        share = _shares(costs + _cost(alike @ share, len(readable) - 1), owner)
+        share = _shares(costs + _cost(alike @ (counts[owner] * share), rest), owner)
     likely = np.flatnonzero(share >= _SETTINGS.least)
+    counts = counts[owner[likely]]
     numbers = np.array([k for k, instance in enumerate(pool) if all(instance.parts)], dtype=np.intp)
     likeness = {k: alike[owner == i][:, likely] for i, k in enumerate(numbers.tolist())}
-    return WriterHabit(forms.take(likely), numbers[owner[likely]], share[likely], likeness)
+    return WriterHabit(forms.take(likely), numbers[owner[likely]], counts * share[likely], counts, likeness)
 
 
 def _as_forms(pool: Sequence[Instance]) -> LetterForms:
@@ -140,7 +147,7 @@ def _costs(instance: Instance) -> Array:
     return np.array([candidate.cost for candidate in instance.candidates]) - instance.candidates[0].cost
 
 
-def _cost(alike: Array, count: int) -> Array:
+def _cost(alike: Array, count: Array | float) -> Array:
     """Of ways that are so like those of `count` other instances, all together."""
     return np.asarray(-_SETTINGS.weight * np.log(alike / (count + _SETTINGS.doubt) + _SETTINGS.stray))
 

@@ -105,12 +105,14 @@ async function opened(name, machines, devices, changed) {
     h('div', { class: 'row between' }, head, h('button', { type: 'button', onclick: () => dialog.close() }, 'Close')),
     summary, h('div', { class: 'row' }, prove, approve, make, on, stop, take, sheet, drop), sharing, refusal, question, bar, told, proofs, more, rows);
 
+  const lost = () => batch.proof.failed?.length || 0;
   const word = (what) => request('POST', `/api/tasks/${running}/word`, { word: what });
   function controls(live = {}) {
     const busy = Boolean(running);
     prove.hidden = busy || ['done', 'broken off'].includes(batch.state);
     prove.textContent = batch.state === 'new' ? 'Make a proof' : 'Make the proof anew';
-    approve.hidden = busy || batch.state !== 'proofed';
+    approve.hidden = busy || batch.state !== 'proofed' || !batch.proof.rows;
+    approve.textContent = lost() ? `Approve the other ${batch.proof.rows}` : 'Approve';
     make.hidden = busy || !['approved', 'broken off'].includes(batch.state);
     make.textContent = batch.state === 'broken off' ? 'Go on' : batch.to === 'plotter' ? 'Plot' : batch.to === 'printer' ? 'Print' : 'Make the PDF';
     sharing.hidden = make.hidden || batch.to !== 'plotter' || !others(devices.port.value, true).length;
@@ -134,9 +136,9 @@ async function opened(name, machines, devices, changed) {
       }
     } finally {
       running = null;
+      told.textContent = '';
       clearInterval(looking);
     }
-    told.textContent = '';
     if (last?.error) refusal.textContent = last.error;
     shown(await request('GET', `/api/batches/${name}`));
     changed();
@@ -179,6 +181,7 @@ async function opened(name, machines, devices, changed) {
     head.textContent = batch.title;
     const what = [batch.letters && 'letters', batch.envelopes && 'envelopes'].filter(Boolean).join(' and ');
     summary.textContent = `${batch.count} ${batch.count === 1 ? 'row' : 'rows'}, ${what}, for ${batch.printer || TO[batch.to]}; ${STATES[batch.state]}${batch.state === 'broken off' && batch.ended ? `: ${batch.ended}` : ''}.`;
+    if (lost()) summary.textContent += ` ${lost()} ${lost() === 1 ? 'row' : 'rows'} cannot be made, as is said below: keep the batch anew with a better table, or make it without them.`;
     listed(batch);
     if (JSON.stringify(batch.proof) !== before) pictures();
     controls();

@@ -69,8 +69,8 @@ function card(hand, redraw, seen) {
       }
     },
   }, label);
-  const actions = [act('All letters', async () => shown(`Letters of ${hand.name}`, await pictureOf(`${url}/sheet`, `All letters of ${hand.name}`, 'image/png')))];
-  if (!hand.drawn) actions.push(act('Save as file', async () => save(await blob(`${url}/file`), `${hand.name}.hand`)));
+  const actions = [h('a', { class: 'button', href: `#write/${encodeURIComponent(hand.name)}`, 'aria-label': `Write in ${hand.name}` }, 'Write'), act('All letters', async () => shown(`Letters of ${hand.name}`, await pictureOf(`${url}/sheet`, `All letters of ${hand.name}`, 'image/png')))];
+  if (!hand.drawn) actions.push(act('Save', async () => save(await blob(`${url}/file`), `${hand.name}.hand`)));
   if (!hand.drawn) actions.push(h('a', { class: 'button', href: `#letters/${encodeURIComponent(hand.name)}` }, 'Letters'));
   if (hand.removable) {
     actions.push(act('Delete', async () => {
@@ -154,7 +154,9 @@ function reader(redraw, own, typed) {
     try {
       const { facts, said = [] } = await run(read);
       const figures = facts.glyphs ? `${facts.glyphs} letters, ${facts.doubtful.length} of them doubtful.` : 'It is among your hands now.';
-      result.replaceChildren(h('p', {}, h('strong', {}, into.value || name.value), `: ${figures}`), ...said.map((one) => h('p', { class: 'quiet' }, one)));
+      const made = into.value || name.value, to = (page, label) => h('a', { class: 'button', href: `#${page}/${encodeURIComponent(made)}` }, label);
+      const lasting = said.filter((one) => !one.endsWith('…')); // not how far it had come
+      result.replaceChildren(h('p', {}, h('strong', {}, made), `: ${figures}`), h('div', { class: 'row' }, to('write', 'Write in it'), to('letters', 'Look at its letters')), ...lasting.map((one) => h('p', { class: 'quiet' }, one)));
       for (const { file } of scans) delete texts[file.name];
       keep();
       scans.length = 0; list.replaceChildren(); name.value = '';
@@ -229,7 +231,8 @@ export async function show(main, shared) {
   const redraw = async (again = true) => {
     if (again) await shared.refresh();
     const { hands } = shared.choices;
-    place.replaceChildren(h('h1', {}, 'Hands'), gallery([...hands].sort((a, b) => b.own - a.own), redraw));
+    const forms = h('button', { type: 'button', class: 'to-forms', onclick: () => document.querySelector('[aria-label="A new hand"] input').focus() }, 'A new hand');
+    place.replaceChildren(h('div', { class: 'row between' }, h('h1', {}, 'Hands'), forms), gallery([...hands].sort((a, b) => b.own - a.own), redraw));
   };
   await redraw(false);
   const scanned = shared.choices.hands.filter((hand) => !hand.drawn);

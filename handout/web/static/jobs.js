@@ -170,9 +170,14 @@ export async function show(main, shared, [chosen, batch]) {
     }
     running = null; live = {};
     if (left) return;
+    controls();
     if (last?.error) refusal.textContent = last.error;
-    await choose(plot.job);
-    await listed();
+    try {
+      await choose(plot.job);
+      await listed();
+    } catch (error) {
+      refusal.textContent = error.message;
+    }
   }
   async function choose(name) {
     plot = await request('GET', `/api/plots/${name}`);

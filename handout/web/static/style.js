@@ -540,7 +540,7 @@ export async function show(main, shared, [wanted]) {
   async function keepIt() {
     const own = facts.own && style.name === facts.name, put = (replace) => request('POST', '/api/styles', { style: draft(), replace });
     const inFile = async () => JSON.stringify((await request('GET', `/api/styles/${encodeURIComponent(facts.name)}`)).values);
-    saveRefusal.textContent = '';
+    saveRefusal.textContent = refusal.textContent = '';
     try {
       const ask = own && (await inFile() === opened ? 'Write this style into its file?' : 'The file was changed elsewhere since it was opened here. Write over it?');
       if (own && !confirm(`${ask} Comments in the file are not kept.`)) return;

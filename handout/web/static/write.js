@@ -98,8 +98,9 @@ function called(text) {
   return words.replace(/[^\p{L}\p{N}-]/gu, '').toLowerCase() || 'page';
 }
 
-export async function show(main, shared) {
-  const kept = await drafts.kept('draft');
+export async function show(main, shared, [hand]) {
+  const kept = { ...await drafts.kept('draft'), ...(hand ? { hand, rewritten: [] } : {}) };
+  if (hand) history.replaceState(null, '', '#write'); // once: another hand that is chosen here stays when the page is loaded anew
   const machines = Object.fromEntries(shared.choices.plotters.map((one) => [one.name, one.title]));
   const made = controls(shared.choices, kept);
   const [fallback, lend] = tick('Lend letters that the hand lacks', { checked: kept.fallback ?? true });
@@ -156,6 +157,7 @@ export async function show(main, shared) {
 
   let mode = '', chosen = -1, rewritten = new Map(kept.rewritten || []), margin = kept.margin || null, text = made.text.value;
   let held = null; // of a letter that was changed, the words that are written again, until it is known where they went
+  let stale = false; // whether something was changed since what is shown was asked for
   let page = 0, took = 0, last = null, lines = null, coming = null, waiting = 0, stopped = null;
 
   const quick = () => shared.choices.hands.find((hand) => hand.name === made.hand.value)?.drawn;
@@ -269,6 +271,7 @@ export async function show(main, shared) {
   async function drawn() {
     coming?.abort();
     stopped?.();
+    stale = false;
     const own = coming = new AbortController(), begun = performance.now();
     if (!made.text.value.trim()) {
       refusal.textContent = 'Nothing to write yet.';
@@ -299,17 +302,20 @@ export async function show(main, shared) {
 
   function soon() {
     keep();
+    stale = true;
     clearTimeout(waiting);
     waiting = setTimeout(drawn, Math.min(Math.max(took / 2, PAUSE.least), PAUSE.most));
   }
 
   async function watched() {
     if (stopped) { stopped(); return; }
+    replay.disabled = true;
     try {
+      clearTimeout(waiting);
+      if (stale || coming) await drawn(); // else what comes would take the place of what is played
       if (!lines) {
         coming?.abort();
         const own = coming = new AbortController();
-        replay.disabled = true;
         lines = await task('/api/write', { ...asking(), format: 'svg' }, heard, own.signal);
         coming = null;
       }
@@ -330,7 +336,7 @@ export async function show(main, shared) {
   }
 
   async function downloaded() {
-    download.disabled = true;
+    download.disabled = true; refusal.textContent = '';
     const format = made.format.value;
     const body = { ...asking(), format };
     if (!made.device.hidden && made.device.value) body.device = made.device.value;

@@ -2,12 +2,15 @@
 
 import http.server
 import json
+import os
 import socket
 import threading
 
 import msgspec
 import pytest
 from cursive import page
+from hypothesis import given
+from hypothesis import strategies as st
 
 from handout import profiles
 from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent, DoesNotFit, InputError, PortError
@@ -366,3 +369,25 @@ def test_a_web_socket_says_who_may_not_ask_and_not_how_moonraker_is():
 def test_nobody_there(url, said):
     with pytest.raises(PortError, match=said):
         open_port(url, SERVO)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(
+    not {"HANDOUT_KLIPPY", "HANDOUT_MOONRAKER"} <= set(os.environ),
+    reason="neither Klipper's host nor Moonraker is here",
+)
+def test_a_real_moonraker_and_klipper_are_shut_down_and_gone_on_with(tmp_path):
+    from benchmarks import faults, moonraker
+
+    with moonraker.Host(tmp_path, SERVO) as host:
+        assert host.wait("ready") == "ready"
+        run = moonraker.plotted(host, "emergency stop", 0, faults.drawing("it"))
+    assert faults.verdict(run) == "right" and run.stops  # a busy computer stops Klipper by itself, too
+
+
+@pytest.mark.skipif(os.name != "posix", reason="its board speaks through a pseudo-terminal")
+@given(st.integers(-(2**31), 2**31 - 1))
+def test_numbers_of_klipper_s_boards_come_back(value):
+    from benchmarks.moonraker import _packed, _unpacked
+
+    assert _unpacked(_packed(value), 0) == (value, len(_packed(value)))

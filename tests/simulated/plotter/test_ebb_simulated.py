@@ -126,6 +126,17 @@ def test_es_stops_at_once_and_the_count_stays_true():
     assert motors(port)[1][-1].tolist() == [one, two] and port.at_rest
 
 
+@pytest.mark.parametrize("clears", ["CU,51,0", "EM,1,1"])
+def test_after_a_limit_switch_motion_is_ignored_until_that_is_cleared(clears):
+    port = board("fault=alarm&after=1&firmware=3.0.2")
+    say(port, "SM,100,300,0", "SM,100,300,0")
+    at = port.paper.at
+    say(port, "SM,100,300,0")
+    assert port.paper.at == at
+    say(port, clears, "SM,100,300,0")
+    assert port.paper.at != at
+
+
 def test_the_pen_arrives_when_its_servo_does():
     port = board()
     begun = port.now

@@ -127,6 +127,15 @@ def interrupted(port, monkeypatch):
     port.write(b"G0X12\nG4P0\n")
 
 
+@pytest.fixture
+def heard():
+    """Ctrl-C is heard as in a terminal: it is ignored behind a shell's &."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("heard")
 def test_an_interrupt_does_not_reach_into_the_machine(monkeypatch):
     port = awake("")
     interrupted(port, monkeypatch)
@@ -135,6 +144,7 @@ def test_an_interrupt_does_not_reach_into_the_machine(monkeypatch):
     assert hear(port, 3) == ["ok", "ok"] and where(port)[1][0] == pytest.approx(12)
 
 
+@pytest.mark.usefixtures("heard")
 def test_a_machine_that_was_cut_off_within_is_lost(monkeypatch):
     port = awake("")
     monkeypatch.setattr("handout.simulated.plotter.port._unaware", contextlib.nullcontext)  # as in another thread

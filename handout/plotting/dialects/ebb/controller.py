@@ -22,7 +22,7 @@ from handout.values import Array
 
 # Commands sent and not answered.  The board reads no further than the one that waits for its queue; the others wait in
 # the USB connection, which holds them back, and are there when this program is late for some hundredths of a second.
-# Boards before LT go on with what waits there when a limit switch has stopped them: for them it is little.
+# Boards before LT go on with what waits there when they have been stopped: for them it is little.
 _OPEN, _OPEN_OLD = 8, 3
 _LOOK = 16  # commands between two questions whether the queue ran empty
 _TOUCH = 64  # commands between two questions for the button of an old board, about a second of writing

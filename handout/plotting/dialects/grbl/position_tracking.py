@@ -30,17 +30,14 @@ _WORD = re.compile(rb"([GMXYZS])(-?\d*\.?\d+)")
 
 
 class Way(NamedTuple):
-    """A command: its number, the straight way it leads, and the spindle's value before and after it."""
+    """A command: its number, the straight way it leads, and the spindle's value before and after it; and whether it
+    certainly takes a place in the machine's queue."""
 
     number: int
     begin: Place
     end: Place
     power: tuple[float, float]
-
-    @property
-    def moves(self) -> bool:
-        """Whether it certainly takes a place in the machine's queue."""
-        return max(abs(a - b) for a, b in zip(self.begin, self.end, strict=True)) > _NEAR
+    moves: bool
 
 
 class PositionTracking:
@@ -78,7 +75,8 @@ class PositionTracking:
             before = self.at
         self._on = (self._on or b"M3" in codes) and b"M5" not in codes
         self._power = letters.get(b"S", self._power)
-        self._ways.append(Way(number, before, self.at, (power, self._shown())))
+        moves = max(abs(a - b) for a, b in zip(before, self.at, strict=True)) > _NEAR
+        self._ways.append(Way(number, before, self.at, (power, self._shown()), moves))
         return power != self._shown() or before[2] != self.at[2]
 
     def _shown(self) -> float:

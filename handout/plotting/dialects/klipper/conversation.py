@@ -101,7 +101,7 @@ class MoonrakerConversation(Conversation[Reply]):
 
     def _note(self, notice: Notice) -> None:
         if notice.kind in ("shutdown", "disconnected"):
-            self._fell("" if notice.kind == "shutdown" else "it is starting anew")
+            self._fell(self.state()[1] if notice.kind == "shutdown" else "it is starting anew")
         unknown = _UNKNOWN.search(notice.text) if notice.kind == "response" else None
         if unknown and unknown[1] in self._lines.upper():  # another program may have said another
             raise DeviceAlarm(

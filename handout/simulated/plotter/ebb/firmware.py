@@ -71,6 +71,7 @@ class EbbFirmware(Firmware):
     def start(self) -> None:
         """Power comes on."""
         self.engine.begin(self.now)
+        self._limited = False  # it has stopped at a limit switch
         self.engine.depth, self.uniform, self._mode = 1, False, 1
         self._settings = {4: 12000, 5: 16000, 8: 8, 11: 0, 12: 0}
         self.engine.channels = 8
@@ -114,9 +115,10 @@ class EbbFirmware(Firmware):
         self._error("", "!0 Err: <axis1> step rate > 25K steps/second.")
 
     def alarm(self) -> None:
-        """A limit switch is hit."""
+        """A limit switch is hit (which boards have since 3.0): motion is ignored until that is cleared."""
         if self.engine.stop(self.now, True):
             self.engine.slip()
+        self._limited = True
         self._put("Limit switch triggered. PortB=0E\n")
 
     def execute(self, line: bytes) -> Iterator[Wait]:
@@ -142,7 +144,9 @@ class EbbFirmware(Firmware):
                 self.press()
 
     def _obey(self, name: str, numbers: list[int]) -> Iterator[Wait]:
-        if name in self._moves:
+        if name in self._moves and self._limited:
+            yield self._parsing(name)
+        elif name in self._moves:
             yield self._parsing(name)
             job = self._moves[name](numbers)
             if name == "HM":
@@ -201,6 +205,8 @@ class EbbFirmware(Firmware):
             self.engine.channels = self._settings[8]
             if numbers[0] == 10:
                 self._settings[11] = self._settings[12] = numbers[1]
+        elif name == "CU" and numbers == [51, 0]:
+            self._limited = False
         elif name == "CU" and numbers[0] == 10 and self.version >= (3, 0, 0):
             self.uniform = numbers[1] == 1
         elif name == "CS":
@@ -237,6 +243,7 @@ class EbbFirmware(Firmware):
         return f"{int(was)}" if short else f"{int(was)},0,0,0,0"
 
     def _em(self, numbers: list[int]) -> tuple[int, int]:
+        self._limited = False
         mode = numbers[0]
         two = numbers[1] if len(numbers) > 1 else int(self.engine.enabled[1])
         self._mode = mode if mode in _MODES else self._mode

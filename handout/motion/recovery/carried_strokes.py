@@ -1,0 +1,121 @@
+"""Strokes that a person gave for one letter, carried over to another of its name: as its ink is like, so is its order.
+
+The ink of the one is laid over that of the other by the affine map which brings them nearest, and the strokes follow
+the other's line.  What is left of it at their ends they go on over.  They are a candidate beside those that were
+searched for: one that leaves ink out, or lies far from it, is none, and what it costs a hand is compared.
+
+Source: own method; iterated closest points, Besl and McKay 1992.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from handout.branching import branches
+from handout.hand.page_editor import along
+from handout.motion.recovery.letter_forms import frame_of
+from handout.motion.recovery.network import WEIGHTS
+from handout.values import Array, Indices, LineGraph
+
+
+@dataclass(frozen=True)
+class CarrySettings:
+    """When strokes are carried over; by hand, on letters of four simulated pages."""
+
+    rounds: int = 3  # of laying over
+    reach: float = 0.25  # of a letter's size: ink farther apart has little weight in it
+    apart: float = 0.12  # of a letter's size, mean: ink farther apart is not alike
+    covered: float = 0.08  # of a letter's size: ink so near a stroke is its
+    speck: float = 0.15  # of a letter's size: ink left out that is no longer than this
+    end: float = 0.2  # of a letter's size: strokes go on over ink that begins so near their ends
+    unlike: float = 40.0  # costs, for ink that is a letter's size apart
+    places: int = 40  # of a stroke that are followed
+
+
+_SETTINGS = CarrySettings()
+
+
+class Carried(NamedTuple):
+    """Strokes on another letter: its vertices in order, and how far both letters' ink is apart, of their size."""
+
+    ways: tuple[Indices, ...]
+    apart: float
+
+
+def carried(graph: LineGraph, own: Indices, ways: Sequence[Array], ink: Array) -> Carried | None:
+    """The strokes `ways`, (n, 2), of a letter with `ink`, (m, 2), along the vertices `own`; None where they do not fit.
+
+    All places are pixels of a page.
+    """
+    if min(len(own), len(ink)) < 3:
+        return None
+    size = _size(graph.uv[own])
+    matrix, apart = _laid(ink, graph.uv[own])
+    if apart > _SETTINGS.apart:
+        return None
+    found = []
+    for way in ways:
+        places = np.column_stack([way, np.ones(len(way))]) @ matrix
+        found.append(along(graph, own, places[:: max(1, len(places) // _SETTINGS.places)]))
+    whole = _gone_on(graph, own, found, size)
+    return None if whole is None else Carried(tuple(whole), apart)
+
+
+def carried_cost(strokes: Sequence[Array], others: Sequence[Array], apart: float, x_height: float) -> float:
+    """What carried strokes cost more than others of the same letter, (n, 2) each, y up, in the unit of `x_height`."""
+    return _effort(strokes, x_height) - _effort(others, x_height) + _SETTINGS.unlike * apart
+
+
+def _size(places: Array) -> float:
+    return max(float(np.sqrt((places.std(axis=0) ** 2).sum())), 1e-9)
+
+
+def _laid(ink: Array, over: Array) -> tuple[Array, float]:
+    """(3, 2): the affine map of places (x, y, 1) that lays ink over other ink, and how far apart they are then."""
+    from scipy.spatial import cKDTree
+
+    middles, size = (ink.mean(axis=0), over.mean(axis=0)), _size(over)
+    turned = np.linalg.inv(frame_of(ink - middles[0])).T @ frame_of(over - middles[1]).T
+    matrix = np.vstack([turned, middles[1] - middles[0] @ turned])
+    places, tree = np.column_stack([ink, np.ones(len(ink))]), cKDTree(over)
+    for _ in range(_SETTINGS.rounds):
+        (there, nearest), (back, ours) = tree.query(places @ matrix), cKDTree(places @ matrix).query(over)
+        weight = np.exp(-0.5 * (np.concatenate([there, back]) / (_SETTINGS.reach * size)) ** 2)[:, None]
+        matrix = np.linalg.lstsq(
+            np.concatenate([places, places[ours]]) * weight, np.concatenate([over[nearest], over]) * weight, rcond=None
+        )[0]
+    there, back = tree.query(places @ matrix)[0], cKDTree(places @ matrix).query(over)[0]
+    return matrix, max(float(there.mean()), float(back.mean())) / size
+
+
+def _gone_on(graph: LineGraph, own: Indices, ways: Sequence[Indices], size: float) -> list[Indices] | None:
+    """Strokes with the ink that they left out at their ends; None where they leave out more."""
+    from scipy.spatial import cKDTree
+
+    uv, whole = graph.uv, [way for way in ways if len(way)]
+    if not whole:
+        return None
+    left = own[cKDTree(uv[np.concatenate(whole)]).query(uv[own])[0] > _SETTINGS.covered * size]
+    for branch in branches(graph.edges_between(left), len(left)):
+        path = left[branch]
+        tips = [(i, end, tip) for i in range(len(whole)) for end in (0, -1) for tip in (0, -1)]
+        away = [float(np.linalg.norm(uv[whole[i][end]] - uv[path[tip]])) for i, end, tip in tips]
+        i, end, tip = tips[int(np.argmin(away))]
+        if min(away) > _SETTINGS.end * size:
+            if np.linalg.norm(np.diff(uv[path], axis=0), axis=1).sum() > _SETTINGS.speck * size:
+                return None
+            continue
+        outwards = path if tip == 0 else path[::-1]
+        whole[i] = np.concatenate([whole[i], outwards] if end else [outwards[::-1], whole[i]])
+    return whole
+
+
+def _effort(strokes: Sequence[Array], x_height: float) -> float:
+    """What strokes cost a hand as far as their places tell: lifts, and what is written up and to the left."""
+    steps = np.concatenate([np.diff(xy, axis=0) for xy in strokes])
+    against = (np.hypot(*steps.T) - steps @ (0.5, -0.866)).sum() / 2 / x_height
+    return float(WEIGHTS.lift * (len(strokes) - 1) + WEIGHTS.against * against)
