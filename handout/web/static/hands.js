@@ -70,7 +70,7 @@ function card(hand, redraw, seen) {
     },
   }, label);
   const actions = [h('a', { class: 'button', href: `#write/${encodeURIComponent(hand.name)}`, 'aria-label': `Write in ${hand.name}` }, 'Write'), act('All letters', async () => shown(`Letters of ${hand.name}`, await pictureOf(`${url}/sheet`, `All letters of ${hand.name}`, 'image/png')))];
-  if (!hand.drawn) actions.push(act('Save as file', async () => save(await blob(`${url}/file`), `${hand.name}.hand`)));
+  if (!hand.drawn) actions.push(act('Save', async () => save(await blob(`${url}/file`), `${hand.name}.hand`)));
   if (!hand.drawn) actions.push(h('a', { class: 'button', href: `#letters/${encodeURIComponent(hand.name)}` }, 'Letters'));
   if (hand.removable) {
     actions.push(act('Delete', async () => {

@@ -166,7 +166,7 @@ export async function show(main, shared, [name, number = '0']) {
     for (const group of strokesOf(strokes, -1, unit, true)) { group.removeAttribute('data-stroke'); view.written.append(group); }
   }
   const correct = (correction, how) => change('corrections', { corrections: [{ page, ...correction }], later: true }, how);
-  const back = (count) => change('history', { back: count }, { painted: true });
+  const back = (count) => { if (!mode) view.written.replaceChildren(); return change('history', { back: count }, { painted: true }); };
 
   function confirmLetter() {
     if (!here()?.letter) { refusal.textContent = 'This has no name yet: type its letter.'; return; }

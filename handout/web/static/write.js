@@ -157,6 +157,7 @@ export async function show(main, shared, [hand]) {
 
   let mode = '', chosen = -1, rewritten = new Map(kept.rewritten || []), margin = kept.margin || null, text = made.text.value;
   let held = null; // of a letter that was changed, the words that are written again, until it is known where they went
+  let stale = false; // whether something was changed since what is shown was asked for
   let page = 0, took = 0, last = null, lines = null, coming = null, waiting = 0, stopped = null;
 
   const quick = () => shared.choices.hands.find((hand) => hand.name === made.hand.value)?.drawn;
@@ -270,6 +271,7 @@ export async function show(main, shared, [hand]) {
   async function drawn() {
     coming?.abort();
     stopped?.();
+    stale = false;
     const own = coming = new AbortController(), begun = performance.now();
     if (!made.text.value.trim()) {
       refusal.textContent = 'Nothing to write yet.';
@@ -300,17 +302,20 @@ export async function show(main, shared, [hand]) {
 
   function soon() {
     keep();
+    stale = true;
     clearTimeout(waiting);
     waiting = setTimeout(drawn, Math.min(Math.max(took / 2, PAUSE.least), PAUSE.most));
   }
 
   async function watched() {
     if (stopped) { stopped(); return; }
+    replay.disabled = true;
     try {
+      clearTimeout(waiting);
+      if (stale || coming) await drawn(); // else what comes would take the place of what is played
       if (!lines) {
         coming?.abort();
         const own = coming = new AbortController();
-        replay.disabled = true;
         lines = await task('/api/write', { ...asking(), format: 'svg' }, heard, own.signal);
         coming = null;
       }
