@@ -98,7 +98,7 @@ function reader(redraw, own, typed) {
   const into = choice(['', ...own], { '': 'a new hand', ...Object.fromEntries(own.map((name) => [name, `more of ${name}`])) });
   const name = h('input', { required: true, pattern: '[\\w\\-]{1,80}', title: 'Letters, digits, - and _', autocomplete: 'off' });
   const dpi = h('input', { type: 'number', min: 50, max: 2400, placeholder: 'as the files say' });
-  const [keeping, keep] = tick('Keep the scan around the writing in the file, so that ink can be painted with it', { checked: true });
+  const [keeping, withScan] = tick('Keep the scan around the writing in the file, so that ink can be painted with it', { checked: true });
   const input = h('input', { type: 'file', multiple: true, accept: TAKEN, 'aria-describedby': 'drop-help' });
   const list = h('div', { class: 'panel-scans' });
   const refusal = h('p', { class: 'bad', role: 'alert' }), unkept = h('p', { class: 'bad', role: 'alert' });
@@ -144,7 +144,7 @@ function reader(redraw, own, typed) {
     }
     const texts = scans.map((scan) => scan.text.value).filter((text) => text.trim());
     if (into.value) return task(`/api/hands/${into.value}/pages`, { scans: ids, texts, ...(dpi.value ? { dpi: Number(dpi.value) } : {}) }, heard, signal);
-    return task('/api/hands', { name: name.value, scans: ids, texts, ink_only: !keep.checked, ...(dpi.value ? { dpi: Number(dpi.value) } : {}) }, heard, signal);
+    return task('/api/hands', { name: name.value, scans: ids, texts, ink_only: !withScan.checked, ...(dpi.value ? { dpi: Number(dpi.value) } : {}) }, heard, signal);
   }
 
   async function submit(event) {
