@@ -7,12 +7,15 @@ COPY calibration /src/calibration
 COPY styles /src/styles
 COPY poses /src/poses
 COPY brushes /src/brushes
-# left out: the tests of libraries, and a report on tests that colour-science 0.4.7 carries along (76 MB)
+# left out: the tests of libraries, their C sources, sample pictures and data, and a report on tests that colour-science
+# 0.4.7 carries along (76 MB)
 RUN python -m venv /opt/handout \
  && /opt/handout/bin/pip install --no-cache-dir --no-compile "/src[excel,network,pdf]" \
  && /opt/handout/bin/pip uninstall --yes pip \
  && cd /opt/handout/lib/python3.13/site-packages \
  && find . -type d -name tests -prune -exec rm -r {} + \
+ && find . -type f \( -name '*.pyx' -o -name '*.pxd' -o -name '*.[cha]' -o -name '*.hpp' -o -name '*.lib' \) -delete \
+ && find skimage/data sklearn/datasets -type f -size +20k ! -name '*.py*' -delete \
  && rm -rf colour/htmlcov
 # whether all is whole, and what letters and plots need compiled beforehand
 RUN cd /tmp \

@@ -30,19 +30,19 @@ from handout.colour.table import ColourTable
 from handout.errors import InputError
 from handout.values import Array
 
-# ΔE00 on the mean up to which a match is called so
+# ΔE00 on the mean up to which the colours of a strip, all of which the printer can print, are judged so
 _VERDICTS = (
-    (1.0, "Of colours in reach the match is excellent: the eye sees no difference."),
-    (2.0, "Of colours in reach the match is good: a difference is seen only side by side."),
+    (1.0, "Colours that this printer can print come out right: the eye sees no difference."),
+    (2.0, "Colours that this printer can print come out nearly right: a difference is seen only side by side."),
     (
         4.0,
-        "Of colours in reach the match is fair: differences can be seen. Scan the chart again, or print it in better "
-        "quality.",
+        "Colours that this printer can print come out roughly right: differences can be seen. Scan the chart again, or "
+        "print it in better quality.",
     ),
 )
 _POOR = (
-    "Even of colours in reach the match is poor: what was printed is not what was calibrated. Check that printer, "
-    "paper, quality and the scanner's settings are those of the chart, and begin again with a new chart."
+    "Even colours that this printer can print come out wrong: what was printed is not what was calibrated. Check that "
+    "printer, paper, quality and the scanner's settings are those of the chart, and begin again with a new chart."
 )
 _NO_HELP = "The calibration makes nothing better here: print with --calibration none, or begin again with a new chart."
 _SAME_PEN = 2.0  # ΔE00 of a pen's lines; some words written with more pressure differ by 1

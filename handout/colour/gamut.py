@@ -63,9 +63,10 @@ def said(out: float, mean: float, whose: str = "") -> str:
     """
     ink = f"the ink {whose}" if whose else "the ink"
     if not out:
-        return f"The printer reaches all of {ink} (within ΔE00 {SEEN:g})."
+        return f"This printer can print all of {ink} (within ΔE00 {SEEN:g})."
     return (
-        f"{out:.0%} of {ink} is out of the printer's reach (off by more than ΔE00 {SEEN:g}), by {mean:.1f} on the mean."
+        f"This printer cannot print {out:.0%} of {ink}, and prints the nearest colour instead: off by ΔE00 {mean:.1f} "
+        "on the mean, which only another paper or printer can better."
     )
 
 

@@ -27,13 +27,15 @@ def test_what_is_out_of_reach_is_told(table: ColourTable) -> None:
     # the darkest that the formula prints is 0.12 in all channels
     darkest = conversions.delta_e(conversions.lab(np.full(3, 0.12)), conversions.lab(black[0]))
     assert found.mean == pytest.approx(darkest, abs=0.4) and found.p95 == pytest.approx(darkest, abs=0.4)
-    assert str(found).startswith("25% of the ink is out of the printer's reach (off by more than ΔE00 1), by ")
+    assert str(found).startswith(
+        "This printer cannot print 25% of the ink, and prints the nearest colour instead: off by "
+    )
 
 
 def test_all_in_reach(table: ColourTable) -> None:
     found = reach(dull(np.full((3, 3), 0.4)), table)
     assert (found.out, found.mean, found.p95) == (0, 0, 0)
-    assert str(found) == "The printer reaches all of the ink (within ΔE00 1)."
+    assert str(found) == "This printer can print all of the ink (within ΔE00 1)."
 
 
 def test_swatches_show_wanted_over_printed(table: ColourTable) -> None:

@@ -317,6 +317,9 @@ class SimulatedPlotter(InstrumentedPort):
 
     def _fails(self) -> bool:
         """Let the fault that was asked for happen in its time; whether the line just read is lost to it."""
+        fault = self.options.fault
+        if not fault or not self.faults.past(fault):
+            return False
         strikes: dict[str, Callable[[], None]] = {
             "jam": self._fall_silent,
             "unplugged": self._unplug,
@@ -328,11 +331,10 @@ class SimulatedPlotter(InstrumentedPort):
             "hold": self.firmware.hold,
             "stall": self._stall,
         }
-        for fault, strike in strikes.items():
-            if self.faults.strikes(fault):
-                strike()
-                return fault not in {"unplugged", "hold", "stall", *self.firmware.obeys}  # what it has, it does
-        return False
+        if fault not in strikes or not self.faults.strikes(fault):
+            return False
+        strikes[fault]()
+        return fault not in {"unplugged", "hold", "stall", *self.firmware.obeys}  # what it has, it does
 
     def _fall_silent(self) -> None:
         self._silent = True
