@@ -6,7 +6,9 @@ import asyncio
 import contextlib
 import os
 import secrets
+import shutil
 import tempfile
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,6 +16,7 @@ from typing import Any
 
 from starlette.exceptions import HTTPException
 
+from handout import atomic
 from handout.web.worker import HALTS, Call
 from handout.web.workers import Busy, Lane, Task
 
@@ -25,6 +28,8 @@ _MOST_TASKS = 60  # that have ended and whose files are kept
 _QUIET, _AGAIN, _LAST = 2.0, 15.0, 10.0  # s: without a correction, then they are kept; tried again; at the end
 _MOST_MACHINES = 16
 _WAITING = 12  # tasks that may wait in a lane
+_PREFIX, _ALIVE = "handout-studio-", "alive"  # of its folder for a while; the file there that is locked while it runs
+_NEW = 60.0  # s
 
 
 @dataclass
@@ -61,7 +66,10 @@ class Studio:
     _keys: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self._folder = tempfile.TemporaryDirectory(prefix="handout-studio-")
+        sweep()
+        self._folder = tempfile.TemporaryDirectory(prefix=_PREFIX)
+        self._alive = (Path(self._folder.name) / _ALIVE).open("wb")
+        atomic.lock(self._alive)
         # short calls, long ones, and those about the letters of a hand, which one process does in turn: one writer
         self.quick = Lane(1, _WAITING)
         # two long ones at least, so that what replaces cancelled work need not wait for its end
@@ -217,7 +225,19 @@ class Studio:
             waiting.cancel()
         lanes = (self.quick, self.long, self.desk, self.bench, *self._machines.values())
         await asyncio.gather(*(lane.close() for lane in lanes))
+        self._alive.close()
         self._folder.cleanup()
+
+
+def sweep() -> None:
+    """Delete what studios that were killed left: scans that were sent, and files that were made."""
+    for alive in Path(tempfile.gettempdir()).glob(f"{_PREFIX}*/{_ALIVE}"):
+        with contextlib.suppress(OSError):
+            if time.time() - alive.stat().st_mtime < _NEW:
+                continue  # one that begins may not hold its lock yet
+            with alive.open("ab") as stream:
+                atomic.lock(stream)
+            shutil.rmtree(alive.parent)
 
 
 def refused(task: Task) -> None:

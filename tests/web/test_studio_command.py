@@ -1,7 +1,9 @@
 """`handout studio` before it serves: what it lacks, what it is given, where it listens."""
 
+import os
 import socket
 import sys
+import tempfile
 
 import pytest
 
@@ -61,3 +63,19 @@ def test_pages_that_the_commands_open_refuse_what_is_none(capsys, tmp_path):
         with pytest.raises(SystemExit) as leave:
             main(arguments)
         assert leave.value.code == 2 and said_ in capsys.readouterr().err, arguments
+
+
+def test_what_a_killed_studio_left_is_deleted_and_what_runs_stays(tmp_path, monkeypatch):
+    pytest.importorskip("starlette")
+    from handout.web.studio import Studio
+
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    left = tmp_path / "handout-studio-left"
+    left.mkdir()
+    for name in ("scan.png", "alive"):
+        (left / name).touch()
+    studio = Studio()
+    for alive in (left / "alive", studio.folder().parent / "alive"):
+        os.utime(alive, (0, 0))
+    other = Studio()
+    assert studio.folder().is_dir() and other.folder().is_dir() and not left.exists()

