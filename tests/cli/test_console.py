@@ -1,10 +1,12 @@
 """What is said while a machine draws: in order, complete, and nobody waits for the terminal."""
 
+import errno
 import threading
 
 import click
 import pytest
 
+from handout import cli
 from handout.cli.console import BackgroundOutput
 
 
@@ -60,3 +62,17 @@ def test_a_terminal_that_is_gone_stops_nothing(monkeypatch):
     with BackgroundOutput(quiet=False) as output:
         output.say("one")
         output.say("two")
+
+
+@pytest.mark.parametrize("hidden", [False, True])
+def test_a_full_disk_is_a_sentence_wherever_it_is_met(monkeypatch, capsys, hidden):
+    def fails(**_):
+        full = OSError(errno.ENOSPC, "No space left on device")
+        raise OSError("cannot be closed") from full if hidden else full
+
+    monkeypatch.setattr(cli.cli, "main", fails)
+    assert cli._run([]) == 2
+    assert "The disk is full" in capsys.readouterr().err
+    monkeypatch.setattr(cli.cli, "main", lambda **_: open("/no/such/file"))
+    with pytest.raises(FileNotFoundError):  # other faults are not hidden
+        cli._run([])
