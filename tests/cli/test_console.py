@@ -2,6 +2,7 @@
 
 import errno
 import threading
+from pathlib import Path
 
 import click
 import pytest
@@ -68,11 +69,13 @@ def test_a_terminal_that_is_gone_stops_nothing(monkeypatch):
 def test_a_full_disk_is_a_sentence_wherever_it_is_met(monkeypatch, capsys, hidden):
     def fails(**_):
         full = OSError(errno.ENOSPC, "No space left on device")
-        raise OSError("cannot be closed") from full if hidden else full
+        if hidden:
+            raise OSError("cannot be closed") from full
+        raise full
 
     monkeypatch.setattr(cli.cli, "main", fails)
     assert cli._run([]) == 2
     assert "The disk is full" in capsys.readouterr().err
-    monkeypatch.setattr(cli.cli, "main", lambda **_: open("/no/such/file"))
+    monkeypatch.setattr(cli.cli, "main", lambda **_: Path("/no/such/file").read_text())
     with pytest.raises(FileNotFoundError):  # other faults are not hidden
         cli._run([])
