@@ -19,11 +19,15 @@ import tempfile
 import time
 import urllib.request
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from handout.hand import library
+import numpy as np
+
+from handout.hand import file, library
+from handout.hand.scanned import KeptScan, ScannedHand, ScannedPage
 from handout.motion.styles import style
 from handout.pipeline import letter_desk, style_editor
 from handout.pipeline.options import PictureOptions, SheetOptions, StyleDraft, WritingOptions
@@ -127,6 +131,7 @@ def corrections(server: Server, hand: Path) -> None:
     )
     paint = {"do": "paint", "page": 0, "to": "ink", "stroke": [spot, [spot[0] + 30.0, spot[1]]], "width": 6.0}
     painted = json.dumps([paint]).encode()
+    answered(own, revision, painted)
     compared(
         "ink painted, words aligned anew",
         lambda: post("corrections", corrections=[paint]),
@@ -134,6 +139,31 @@ def corrections(server: Server, hand: Path) -> None:
         FEW,
     )
     compared("undone", lambda: post("history", back=1), lambda: change(letter_desk.rewind_letters, 1), FEW - 1)
+
+
+def answered(own: str, revision: list[str], painted: bytes) -> None:
+    """The row of ink that is painted, with its window segmented anew, until it is answered; the words follow."""
+    taken = []
+    for _ in range(FEW):
+        begin, spent = time.perf_counter(), time.process_time()
+        revision[1] = str(letter_desk.correct_letters(own, revision[1], painted, later=True)["revision"])
+        taken.append((1000 * (time.perf_counter() - begin), 1000 * (time.process_time() - spent)))
+        letter_desk.align_letters(own, revision[1])
+    wall, own_time = (statistics.median(column) for column in zip(*taken, strict=True))
+    print(f"{'ink painted, answered; CPU alone':<34} {'':8} {wall:8.1f} {own_time:8.1f}", flush=True)
+
+
+def with_scans(hand: ScannedHand) -> ScannedHand:
+    """A hand with a scan of each page: its ink on its paper."""
+
+    def kept(page: ScannedPage) -> ScannedPage:
+        import cv2
+
+        pixels = np.ascontiguousarray(page.on_paper()[:, :, ::-1])
+        data = bytes(cv2.imencode(".webp", pixels, [cv2.IMWRITE_WEBP_QUALITY, 75])[1])
+        return replace(page, scan=KeptScan(page.shape, lambda: pixels, lambda: data))
+
+    return replace(hand, pages=tuple(map(kept, hand.pages)))
 
 
 def typed_on(server: Server, folder: Path) -> None:
@@ -183,7 +213,8 @@ def main() -> None:
     print(f"{'ms, medians':<34} {'studio':>8} {'library':>8} {'more':>8}")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        hand = Path(shutil.copy(library.scanned_file(SCANNED), folder / "copy.hand"))
+        hand = folder / "copy.hand"
+        file.save(with_scans(file.load(library.scanned_file(SCANNED))), hand, packed=True)
         server = Server(folder, hand)
         try:
             server.ask("/api/choices")

@@ -69,6 +69,7 @@ def read_hand(path):
                 "density": file.array(folder + "density.npy") / 100,
                 "edges": np.column_stack([first, first + edges[:, 1]]),
                 "ink": lambda name=folder + ink: file.picture(name),
+                "scan": lambda name=folder + "scan.webp": file.picture(name) if file.has(name) else None,
             }
         )
     ligatures = list(zip(file.array("ligatures/from.npy").tolist(), file.lists("ligatures"), strict=True))

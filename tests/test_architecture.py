@@ -41,7 +41,7 @@ GROUND = {
 MAY = {
     "scanning": set(),
     "colour": set(),
-    "hand": {"reading"},
+    "hand": {"reading", "scanning"},
     "reading": set(),
     "writing": {"hand"},
     "motion": {"hand", "writing"},

@@ -54,6 +54,11 @@ command.add_command(prompt)
     click.option("--pen", type=click.Choice(TEXTURED), help="What it was written with; default: told from the ink."),
     click.option("--title", help="What to call the hand, for people."),
     click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Same seed, same hand."),
+    click.option(
+        "--ink-only",
+        is_flag=True,
+        help="Keep nothing of the scans but their ink. What is painted is then not segmented anew.",
+    ),
 )
 @options.console
 def read(
@@ -364,12 +369,13 @@ def pen(scans: tuple[str, ...], output: str, dpi: float | None, console: Console
 @command.command("export")
 @click.argument("name")
 @click.option("--output", "-o", required=True, help="The .hand file.")
+@click.option("--ink-only", is_flag=True, help="Without the scans that it keeps beside the ink.")
 @options.console
-def export(name: str, output: str, console: Console) -> None:
+def export(name: str, output: str, ink_only: bool, console: Console) -> None:
     """Copy the scanned hand NAME into a file, to be given to somebody or kept."""
     from handout.pipeline.kept_hands import export_hand
 
-    result = export_hand(name, output)
+    result = export_hand(name, output, ink_only=ink_only)
     console.report(result, f"Wrote {result.path}.")
 
 

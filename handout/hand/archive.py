@@ -104,7 +104,7 @@ def content_bytes(content: Content) -> bytes:
 
 
 def _unpacked(data: bytes) -> NDArray[np.uint8] | None:
-    """The pixels (h, w, 4) of a picture with an alpha channel, blue first; None if it is damaged."""
+    """The pixels (h, w, channels) of a picture, blue first; None if it is damaged."""
     import cv2
 
     pixels = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
@@ -211,7 +211,7 @@ class Archive:
     def picture(self, name: str, mode: str, most: int = _MOST_PIXELS) -> NDArray[np.uint8]:
         """A part as a picture (h, w[, channels]) uint8, of `most` pixels, of a Pillow `mode` such as ``"RGBA"``.
 
-        With the mode ``"BGRA"`` the pixels of an RGBA picture have blue first.
+        With the modes ``"BGRA"`` and ``"BGR"`` the pixels of an RGBA or RGB picture have blue first.
         """
         from PIL import Image, UnidentifiedImageError
         from PIL import WebPImagePlugin as _  # noqa: F401  (or Pillow looks for it by importing all that it has)
@@ -222,14 +222,15 @@ class Archive:
             with Image.open(io.BytesIO(data), formats=["PNG", "WEBP"]) as picture:
                 if picture.width * picture.height > most:
                     raise self._error(f"{name} has {picture.width} × {picture.height} pixels, too many")
-                wanted = "RGBA" if mode == "BGRA" else mode
+                wanted = {"BGRA": "RGBA", "BGR": "RGB"}.get(mode, mode)
                 if picture.mode != wanted:
                     raise self._error(f"{name} is a picture in {picture.mode}, not {wanted}")
                 # of WebP Pillow makes three copies on the way, which take twice as long as unpacking it
-                pixels = _unpacked(data) if picture.format == "WEBP" and wanted == "RGBA" else None
+                pixels = _unpacked(data) if picture.format == "WEBP" else None
                 if pixels is not None:
-                    return pixels if mode == "BGRA" else pixels[:, :, _SWAPPED]
-                return np.asarray(picture)[:, :, _SWAPPED] if mode == "BGRA" else np.asarray(picture)
+                    return pixels if mode != wanted else pixels[:, :, _SWAPPED]
+                own = np.asarray(picture)
+                return own if mode == wanted else own[:, :, _SWAPPED[: own.shape[2]]]
         except (OSError, UnidentifiedImageError, SyntaxError, ValueError, struct.error, zlib.error) as error:
             raise self._error(f"{name} is not a picture") from error
 

@@ -15,7 +15,8 @@ Source: seed 000, §5.1.3 for what is kept.
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 from functools import lru_cache, partial
 from itertools import accumulate, pairwise
 from pathlib import Path
@@ -31,7 +32,7 @@ from handout.hand import learnt
 from handout.hand.archive import Archive, Content, Packed, content_bytes, pack
 from handout.hand.corrections import AnyCorrection, Entry, Journal, apply, read_corrections
 from handout.hand.places import PLACES
-from handout.hand.scanned import Ligature, ScannedGlyph, ScannedHand, ScannedPage, Texture
+from handout.hand.scanned import KeptScan, Ligature, ScannedGlyph, ScannedHand, ScannedPage, Texture
 from handout.values import Array, Indices, LineGraph, Moments
 
 FORMAT = 2  # of the file; any other is refused with what to do
@@ -39,6 +40,7 @@ SUFFIX = ".hand"
 _UV, _RADIUS, _DENSITY = 16.0, 256.0, 100.0  # steps a pixel, a pixel, 1
 _MOMENTS = {"times": 1e5, "pressure": 1e3, "tilt": 1e4, "azimuth": 1e4, "rotation": 1e4}  # steps a second, 1, rad
 _MOST_PAPER = 1_000_000  # pixels; what is kept of it has a few thousand
+_SCAN = "scan.webp"  # of a page, in its folder
 _JOURNAL, _ENTRIES, _LEARNT = "corrections.json", "corrections/", "learnt.json"
 _SHIPPED = Path(__file__).resolve().parent / "house"
 _BESIDE = ".learnt"  # suffix of what is kept of a hand that ships: with every version something else, where ink stays
@@ -187,6 +189,19 @@ def rewind(source: Path, path: Path, made: int) -> Journal:
     return journal
 
 
+def without_scans(path: Path) -> bytes:
+    """The bytes of a file without the scans of its pages.
+
+    Raises
+    ------
+    InputError
+        As `load`.
+    """
+    _refuse_foreign(path)
+    with Archive(path) as archive:
+        return pack({name: archive.packed(name) for name in archive.names if not name.endswith(_SCAN)})
+
+
 def journal(path: Path) -> Journal:
     """What was corrected of the hand of a file.
 
@@ -241,6 +256,8 @@ def _hand_parts(hand: ScannedHand, packed: bool, drawn: Sequence[bool] = ()) -> 
         if page.moments is not None:
             parts |= _moment_arrays(page.moments, folder)
         parts[folder + "paper.png"] = _picture(page.paper)
+        if page.scan is not None and not drawn:
+            parts[folder + _SCAN] = page.scan.packed()
         if not drawn or drawn[number]:
             parts[folder + ("ink.webp" if packed else "ink.png")] = _picture(
                 page.texture.rgba, packed, _QUICK if drawn else _TIGHT
@@ -275,6 +292,7 @@ def check(path: Path, data: bytes | None = None) -> ScannedHand:
     hand = _read(path, data)
     for page in hand.pages:
         _ = page.texture.rgba
+        _ = page.scan and page.scan.pixels
     return hand
 
 
@@ -300,9 +318,9 @@ def _hand(archive: Archive, path: Path, data: bytes | None) -> ScannedHand:
     folders = _folders(journal.made)
     archive.look_in(folders)
     facts = archive.json("hand.json", _File)
-    ink = partial(_ink, path, data, folders)
+    pictures = _Pictures(path, data, folders)
     try:
-        pages = tuple(_page(archive, ink, number, page) for number, page in enumerate(facts.pages))
+        pages = tuple(_page(archive, pictures, number, page) for number, page in enumerate(facts.pages))
         hand = ScannedHand(facts.name, facts.title, pages, _glyphs(archive, facts.letters, pages))
     except (ValueError, IndexError, OverflowError) as error:
         raise InputError(f"{path} cannot be used: its parts do not fit together ({error}).") from error
@@ -364,9 +382,7 @@ def _facts(page: ScannedPage) -> _Page:
     )
 
 
-def _page(
-    archive: Archive, load_ink: Callable[[str, tuple[int, int]], NDArray[np.uint8]], number: int, facts: _Page
-) -> ScannedPage:
+def _page(archive: Archive, pictures: _Pictures, number: int, facts: _Page) -> ScannedPage:
     folder = f"pages/{number}/"
     dismissed = folder + "dismissed.npy"
     uv = _sums(archive.array(folder + "uv.npy", "int32", None, 2)) / _UV
@@ -382,9 +398,16 @@ def _page(
         np.column_stack([first, first + apart]),
     )
     ink = folder + ("ink.webp" if folder + "ink.webp" in archive else "ink.png")
-    texture = Texture(facts.corner, facts.texture, partial(load_ink, ink, facts.texture), blue_first=True)
+    texture = Texture(
+        facts.corner, facts.texture, partial(pictures.unpacked, ink, facts.texture, "BGRA"), blue_first=True
+    )
     if ink not in archive:
         raise ValueError(f"page {number} has no ink")
+    name = folder + _SCAN
+    scan = None
+    if name in archive:
+        load = partial(pictures.unpacked, name, facts.shape, "BGR")
+        scan = KeptScan(facts.shape, load, partial(pictures.packed, name))
     values = {name: getattr(facts, name) for name in ("source", "transcript", "dpi", "shape", "pitch", "x_height")}
     return ScannedPage(
         **values,
@@ -396,6 +419,7 @@ def _page(
         paper=archive.picture(folder + "paper.png", "RGB", _MOST_PAPER),
         moments=_moments(archive, folder, count),
         dismissed=_sums(archive.array(dismissed, "int32", None)) if dismissed in archive else np.zeros(0, np.intp),
+        scan=scan,
     )
 
 
@@ -419,15 +443,25 @@ def _moments(archive: Archive, folder: str, count: int) -> Moments | None:
     )
 
 
-def _ink(
-    path: Path, data: bytes | None, folders: Sequence[str], part: str, shape: tuple[int, int]
-) -> NDArray[np.uint8]:
-    with Archive(path, data) as archive:
-        archive.look_in(folders)
-        pixels = archive.picture(part, "BGRA", shape[0] * shape[1])
-    if pixels.shape[:2] != shape:
-        raise InputError(f"{path} cannot be used: {part} has another size than it says; make it again.")
-    return pixels
+@dataclass(frozen=True, eq=False)
+class _Pictures:
+    """The pictures of a file, each read when it is looked at.  data : the file's bytes where it is not yet there."""
+
+    path: Path
+    data: bytes | None
+    folders: Sequence[str]
+
+    def unpacked(self, part: str, shape: tuple[int, int], mode: str) -> NDArray[np.uint8]:
+        with Archive(self.path, self.data) as archive:
+            archive.look_in(self.folders)
+            pixels = archive.picture(part, mode, shape[0] * shape[1])
+        if pixels.shape[:2] != shape:
+            raise InputError(f"{self.path} cannot be used: {part} has another size than it says; make it again.")
+        return pixels
+
+    def packed(self, part: str) -> bytes:
+        with Archive(self.path, self.data) as archive:
+            return archive.read(part)
 
 
 def _glyph_arrays(glyphs: Sequence[ScannedGlyph]) -> dict[str, Content]:

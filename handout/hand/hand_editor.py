@@ -15,7 +15,7 @@ import regex
 from numpy.typing import NDArray
 
 from handout import units
-from handout.hand import page_editor
+from handout.hand import page_editor, resegmentation
 from handout.hand.ligatures import LigatureFinder
 from handout.hand.page_editor import PaintError
 from handout.hand.places import Place, graphemes, places
@@ -27,6 +27,10 @@ if TYPE_CHECKING:
 
 _NEAR = 1.0  # mm from a place to the ink it means
 _FARTHEST = 3.0  # mm between two ends that are joined: a pen that skipped further did not write
+_NO_SCAN = (
+    "This hand keeps no scan of the page, so painting moves only the ink under the brush, and painted ink has the "
+    "page's usual colour; a hand that is read anew keeps it."
+)
 _MOST_BRUSH = 20.0  # mm: wider brushes would take lines of writing
 
 Spot = tuple[float, float]
@@ -196,19 +200,24 @@ class HandEditor:
         self._check_brush(cover, width)
         scan = self._scan
         under = page_editor.filled(scan, cover) if width is None else page_editor.brush(scan, cover, width)
+        confirmed = [glyph.vertices for _, glyph in self._on_this_page() if glyph.confirmed]
+        held = np.concatenate([np.zeros(0, dtype=np.intp), *confirmed])
+        segmented = resegmentation.without_ink(scan, under, held) if scan.scan is not None else None
         try:
-            self._changed(*page_editor.as_paper(scan, under))
+            self._changed(*(segmented or page_editor.as_paper(scan, under)), adopting=segmented is not None)
         except PaintError as error:
             raise CorrectionError(f"{error} at ({cover[0][0]:g}, {cover[0][1]:g})") from error
 
     def paint_ink(self, stroke: Sequence[Spot], width: float) -> None:
         """Put ink along a brush `width` pixels wide."""
         self._check_brush(stroke, width)
-        self._changed(*page_editor.as_ink(self._scan, stroke, width))
-        self.notes.append(
-            "Painted ink has the page's usual colour, as a hand keeps no paper; read the page anew with these "
-            "corrections to have its own."
-        )
+        scan = self._scan
+        segmented = resegmentation.with_ink(scan, stroke, width) if scan.scan is not None else None
+        self._changed(*(segmented or page_editor.as_ink(scan, stroke, width)), adopting=segmented is not None)
+        if scan.scan is None:
+            self.notes.append(_NO_SCAN)
+        elif segmented is None:
+            self.notes.append("The scan shows no ink where it was painted, so it has the page's usual colour.")
 
     def rule(self, a: Spot, b: Spot, width: float) -> None:
         """Take away a printed rule that was taken for ink, and its likes."""
@@ -427,8 +436,11 @@ class HandEditor:
             most = _MOST_BRUSH / self._scan.pixel
             raise CorrectionError(f"a brush {width:g} pixels wide is outside 1 to {most:.0f}")
 
-    def _changed(self, page: ScannedPage, number: Indices) -> None:
-        """Take a page whose vertices have other numbers (n,), −1 for those that are gone."""
+    def _changed(self, page: ScannedPage, number: Indices, adopting: bool = False) -> None:
+        """Take a page whose vertices have other numbers (n,), −1 for those that are gone.
+
+        adopting : what is new belongs to the letter that it hangs together with.
+        """
         cut: list[int] = []
         same = np.array_equal(number, np.arange(len(number)))
         for i, _ in [] if same else self._on_this_page():
@@ -452,7 +464,30 @@ class HandEditor:
         self._owners.pop(self._page)
         self._trees.pop(self._page, None)
         self.turn_to(self._page)
-        self._rejoin_some({i for i in cut if self._glyphs[i] is not None})
+        new = np.ones(len(page.graph), dtype=bool)
+        new[number[number >= 0]] = False
+        adopted = self._adopted(new) if adopting else set()
+        self._rejoin_some({i for i in cut if self._glyphs[i] is not None} | adopted)
+
+    def _adopted(self, new: NDArray[np.bool_]) -> set[int]:
+        """Give each of some vertices (n,) to the letter that is nearest along their line; the letters that got any."""
+        from scipy.sparse import coo_matrix
+        from scipy.sparse.csgraph import dijkstra
+
+        uv, edges = self._scan.graph.uv, self._scan.graph.edges
+        near, at = np.unique(edges[new[edges].any(axis=1)], return_inverse=True)
+        a, b = at.reshape(-1, 2).T
+        ends = np.flatnonzero(self._owner[near] != NOBODY)
+        if not len(ends):
+            return set()
+        length = np.linalg.norm(uv[near[a]] - uv[near[b]], axis=1) + 1e-6
+        line = coo_matrix((length, (a, b)), shape=(len(near), len(near)))
+        _, _, nearest = dijkstra(line, directed=False, indices=ends, return_predecessors=True, min_only=True)
+        found = np.flatnonzero(new[near] & (nearest >= 0))
+        reached, owners = near[found], self._owner[near[nearest[found]]]
+        for number in np.unique(owners).tolist():
+            self._given(number, reached[owners == number])
+        return set(owners.tolist())
 
     def _cut(self, edges: NDArray[np.bool_]) -> None:
         beside = set(self._owner[self._scan.graph.edges[edges]].ravel().tolist()) - {NOBODY}

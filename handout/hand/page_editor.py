@@ -32,6 +32,7 @@ class PaintSettings:
     rim: int = 4  # around the page, in which ink may lie that runs off it
     nearest: int = 24  # vertices that a place may mean
     gap: float = 2.0  # times as far counts a straight way where there is no line
+    own: tuple[float, float] = (1.5, 0.35)  # half widths to a stroke's middle, share of its opacity at a stroke's edge
     around: int = 4  # vertices on either side, between which a stroke's direction is taken
 
 
@@ -116,7 +117,7 @@ def as_paper(page: ScannedPage, cover: Cover) -> tuple[ScannedPage, Indices]:
         raise PaintError("there is no ink")
     pixels = page.texture.pixels.copy()
     pixels[part][values > 0] = 0
-    return _without(replace(page, texture=_texture(page.texture, pixels)), gone)
+    return without(replace(page, texture=with_texture(page.texture, pixels)), gone)
 
 
 def as_ink(page: ScannedPage, places: Sequence[tuple[float, float]], width: float) -> tuple[ScannedPage, Indices]:
@@ -166,9 +167,34 @@ def without_rule(
     height, wide = page.texture.shape
     pixels = page.texture.pixels.copy()
     pixels[cover[y : y + height, x : x + wide]] = 0
-    page = replace(page, texture=_texture(page.texture, pixels))
-    changed, number = _without(page, gone)
+    page = replace(page, texture=with_texture(page.texture, pixels))
+    changed, number = without(page, gone)
     return changed, number, len(likes)
+
+
+def own_ink(page: ScannedPage, rows: slice, columns: slice) -> NDArray[np.bool_]:
+    """(h, w) where a part of a page has ink that has a line: as far as its opacity is that of its own stroke."""
+    import cv2
+
+    shape = (rows.stop - rows.start, columns.stop - columns.start)
+    alpha = np.zeros(shape, dtype=np.uint8)
+    here, values = Cover((columns.start, rows.start), alpha).over(page.texture.corner, page.texture.shape)
+    values[:] = page.texture.alpha[here]
+    size = 2 * max(1, round(_SETTINGS.own[0] * usual_half(page))) + 1
+    middle = cv2.dilate(alpha, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)))
+    ink = (alpha > 0) & (alpha >= _SETTINGS.own[1] * middle)
+    _, labels = cv2.connectedComponents(ink.astype(np.uint8), connectivity=8)
+    column, row = np.rint(page.graph.uv - (columns.start, rows.start)).astype(np.intp).T
+    inside = (column >= 0) & (row >= 0) & (column < shape[1]) & (row < shape[0])
+    lined = np.zeros(int(labels.max()) + 1, dtype=bool)
+    lined[labels[row[inside], column[inside]]] = True
+    lined[0] = False
+    return np.asarray(lined[labels])
+
+
+def usual_half(page: ScannedPage) -> float:
+    """Half the usual width of a page's strokes, pixels."""
+    return max(1.0, float(np.median(page.graph.radius)) / page.pixel) if len(page.graph) else 1.0
 
 
 def line_alone(graph: LineGraph, some: NDArray[np.bool_], shape: tuple[int, int], pixel: float) -> NDArray[np.bool_]:
@@ -255,7 +281,7 @@ def along(graph: LineGraph, vertices: Indices, places: Array) -> Indices:
     return np.asarray(vertices[path], dtype=np.intp)
 
 
-def _without(page: ScannedPage, gone: NDArray[np.bool_]) -> tuple[ScannedPage, Indices]:
+def without(page: ScannedPage, gone: NDArray[np.bool_]) -> tuple[ScannedPage, Indices]:
     graph, kept = page.graph, np.flatnonzero(~gone)
     number = np.full(len(graph), -1, dtype=np.intp)
     number[kept] = np.arange(len(kept))
@@ -284,26 +310,26 @@ def _with_line(page: ScannedPage, uv: Array, radius: float) -> tuple[ScannedPage
     return replace(page, graph=drawn), np.arange(count)
 
 
-def _texture(texture: Texture, pixels: NDArray[np.uint8]) -> Texture:
+def with_texture(texture: Texture, pixels: NDArray[np.uint8]) -> Texture:
     """The texture with other pixels (h, w, 4)."""
     return Texture(texture.corner, texture.shape, lambda: pixels, texture.blue_first)
 
 
 def _inked(page: ScannedPage, cover: Cover) -> Texture:
     """The texture with ink under a cover, its box wide enough for that."""
-    texture = _wide_enough(page, cover)
+    texture = wide_enough(page, cover)
     part, values = cover.over(texture.corner, texture.shape)
-    colour, opacity = _usual_ink(page)
+    colour, opacity = usual_ink(page)
     under = texture.pixels[part].copy()
     alpha = (values * (opacity / 255)).astype(np.uint8)
     under[(alpha > under[:, :, 3]) & (under[:, :, 3] == 0), :3] = colour
     under[:, :, 3] = np.maximum(under[:, :, 3], alpha)
     pixels = texture.pixels.copy()
     pixels[part] = under
-    return _texture(texture, pixels)
+    return with_texture(texture, pixels)
 
 
-def _wide_enough(page: ScannedPage, cover: Cover) -> Texture:
+def wide_enough(page: ScannedPage, cover: Cover) -> Texture:
     """The texture of a page, its box made to hold what of the page lies under a cover."""
     texture, (rows, columns) = page.texture, cover.over((0, 0), page.shape)[0]
     (x, y), (height, width) = texture.corner, texture.shape
@@ -316,7 +342,7 @@ def _wide_enough(page: ScannedPage, cover: Cover) -> Texture:
     return Texture((left, top), pixels.shape[:2], lambda: pixels, texture.blue_first)
 
 
-def _usual_ink(page: ScannedPage) -> tuple[NDArray[np.uint8], float]:
+def usual_ink(page: ScannedPage) -> tuple[NDArray[np.uint8], float]:
     """Colour (3,), as the pixels of the texture have it, and opacity, 0–255, of the middle of strokes; else black."""
     x, y = page.texture.corner
     height, width = page.texture.shape

@@ -152,6 +152,35 @@ class Texture:
 
 
 @dataclass(frozen=True, eq=False)
+class KeptScan:
+    """The picture that a page was read from, around its writing; elsewhere its paper's colour.  Looked at when needed.
+
+    shape : (height, width), pixels: those of the page.
+    load : gives (h, w, 3) uint8, blue first.
+    packed : gives the same as a lossy WebP, as a file keeps it.
+    """
+
+    shape: tuple[int, int]
+    load: Callable[[], NDArray[np.uint8]] = field(repr=False)
+    packed: Callable[[], bytes] = field(repr=False)
+
+    __repr__ = one_line
+
+    @cached_property
+    def pixels(self) -> NDArray[np.uint8]:
+        """(h, w, 3) uint8, blue first, read-only."""
+        pixels = self.load().view()
+        if pixels.shape != (*self.shape, 3) or pixels.dtype != np.uint8:
+            raise ValueError(f"expected {(*self.shape, 3)} of uint8, got {pixels.shape} of {pixels.dtype}")
+        pixels.flags.writeable = False
+        return pixels
+
+    def part(self, rows: slice, columns: slice) -> NDArray[np.uint8]:
+        """(h, w, 3) uint8, red first: some of its pixels."""
+        return np.ascontiguousarray(self.pixels[rows, columns, ::-1])
+
+
+@dataclass(frozen=True, eq=False)
 class ScannedPage:
     """A page of somebody's writing.
 
@@ -170,6 +199,7 @@ class ScannedPage:
     paper : (h, w, 3) uint8: the page without ink, much reduced.
     moments : of a page that was recorded: the vertices of its graph are in the order of writing.
     dismissed : (n,) int: vertices of the graph that are no letter's, as a person said.
+    scan : the picture that it was read from, where that was kept.
     """
 
     source: str
@@ -186,6 +216,7 @@ class ScannedPage:
     paper: NDArray[np.uint8]
     moments: Moments | None = None
     dismissed: Indices = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
+    scan: KeptScan | None = None
 
     __repr__ = one_line
 
@@ -208,6 +239,8 @@ class ScannedPage:
         box = [(at, at + side) for at, side in zip(self.texture.corner[::-1], self.texture.shape, strict=True)]
         if any(low < 0 or high <= low or high > side for (low, high), side in zip(box, self.shape, strict=True)):
             raise ValueError("the ink lies outside the picture")
+        if self.scan is not None and self.scan.shape != self.shape:
+            raise ValueError("the scan is not as large as its page")
 
     def _check_vertices(self) -> None:
         uv = self.graph.uv

@@ -14,7 +14,7 @@ from handout.hand import file, library, report, svg_font
 from handout.hand.learnt import remember
 from handout.hand.pending import PendingLog
 from handout.pipeline.inputs import decoded, hand_path
-from handout.pipeline.kept_hands import learn, own_place
+from handout.pipeline.kept_hands import learn, own_place, scan_notes
 from handout.pipeline.letter_desk import keep_letters
 from handout.pipeline.options import ReadingOptions
 from handout.pipeline.results import SILENT, Fact, Facts, Listener, Result
@@ -103,10 +103,13 @@ def read(
     tell = within(listener.progress, _OPENED, _MADE)
     pages = tuple(tagged_pages(sources, options.seed, options.pen, listener.say, tell=tell))
     listener.progress(_MADE, "writing the hand")
-    hand, notes = hand_of_pages(name, pages, options.title or ""), tuple[str, ...]()
+    hand = hand_of_pages(name, pages, options.title or "")
+    if options.ink_only:
+        hand = replace(hand, pages=tuple(replace(page, scan=None) for page in hand.pages))
+    notes: tuple[str, ...] = ()
     if path is not None:
         file.save(hand, path)
-        notes = _remembered(hand, path)
+        notes = (*scan_notes(hand), *_remembered(hand, path))
     return ReadHand(hand, path, pages, options.seed, notes=notes)
 
 
@@ -176,8 +179,10 @@ def read_more(
     file.check(path)
     if PendingLog(path).there():
         keep_letters(str(path))
-    more = _read_texts(file.load(path).name, scans, texts, None, options, listener)
     hand, corrected = file.load(path), file.journal(path).made
+    keeping = any(page.scan is not None for page in hand.pages)
+    options = replace(options, ink_only=options.ink_only or not keeping)
+    more = _read_texts(hand.name, scans, texts, None, options, listener)
     first, pages = len(hand.glyphs), len(hand.pages)
     glyphs = [renumbered(glyph, glyph.page + pages, first) for glyph in more.hand.glyphs]
     joined = replace(hand, pages=(*hand.pages, *more.hand.pages), glyphs=(*hand.glyphs, *glyphs))

@@ -301,12 +301,24 @@ def keep_pen(scans: Sequence[str | Path], output: str | Path, dpi: float | None 
     return KeptHand(path, details={"pieces": pieces, "width": round(2 * samples[0].radius, 3)})
 
 
-def export_hand(name: str, output: str | Path) -> KeptHand:
-    """Copy a scanned hand into a file, to be given to somebody or kept."""
+def export_hand(name: str, output: str | Path, *, ink_only: bool = False) -> KeptHand:
+    """Copy a scanned hand into a file, to be given to somebody or kept; with `ink_only` without the scans it keeps."""
     source, path = library.scanned_file(name), hand_path(output)
-    file.check(source)
-    atomic.write(path, source.read_bytes())
-    return KeptHand(path)
+    hand = file.check(source)
+    atomic.write(path, file.without_scans(source) if ink_only else source.read_bytes())
+    return KeptHand(path, notes=() if ink_only else scan_notes(hand))
+
+
+def scan_notes(hand: ScannedHand) -> tuple[str, ...]:
+    """What is to be said of the scans in the file of a hand."""
+    kept = sum(page.scan is not None for page in hand.pages)
+    if not kept:
+        return ()
+    pages = units.count(kept, "page")
+    return (
+        f"The file keeps the scan of {pages} around the writing, so that what is painted is segmented anew; --ink-only "
+        "leaves it out.",
+    )
 
 
 def import_hand(source: str | Path, name: str | None = None, *, replaced: bool = False) -> KeptHand:

@@ -175,6 +175,7 @@ def _opened(desk: _Desk) -> Facts:
             "baselines": _baselines(page),
             "letters": letters[number],
             "doubtful": doubtful[number],
+            "scan": page.scan is not None,
         }
         for number, page in enumerate(hand.pages)
     ]
@@ -316,8 +317,11 @@ def page_tile(name: str, page: int, level: int, column: int, row: int) -> bytes:
 def warm_letters(name: str, page: int) -> bool:
     """Work out a part of what corrections of a page will ask for; whether there is more of that."""
     desk = _desk(name)
-    _page(desk.state.hand, page)
-    begun, aligner = page in desk.aligners, desk.aligner(page)
+    sheet = _page(desk.state.hand, page)
+    begun, scan = page in desk.aligners, sheet.scan
+    if scan is not None and not begun:
+        _ = scan.pixels  # unpacked before it is painted on
+    aligner = desk.aligner(page)
     return aligner is not None and (not begun or aligner.warm(desk.state.hand, page))
 
 

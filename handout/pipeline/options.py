@@ -228,12 +228,14 @@ class ReadingOptions:
     pen : what it was written with, one of `TEXTURED`; None: told from the ink.
     title : what to call the hand, for people.
     seed : same seed, same hand.
+    ink_only : the file keeps nothing of the scans but their ink.
     """
 
     dpi: float | None = None
     pen: str | None = None
     title: str | None = None
     seed: int = 0
+    ink_only: bool = False
 
 
 @dataclass(frozen=True)

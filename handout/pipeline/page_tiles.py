@@ -13,6 +13,8 @@ from handout.hand.scanned import ScannedPage
 TILE = 512  # pixels of a side of a tile
 _LEVELS = 6  # the coarsest: an A3 page at 1200 dpi is one tile
 _QUALITY = 88  # of tiles as JPEG, set by eye
+_FADED = 0.5  # so strong is what of the scan was not taken for ink: it is seen, and seen to be none
+_SEEN = 3  # the level from which that is not seen any more, and the scan of a large page need not be unpacked
 _ROWS = 1024  # of a page that are made smaller at a time
 
 Pixels = NDArray[np.uint8]
@@ -22,7 +24,7 @@ class Tiles:
     """The squares of one page.  Smaller sizes of its ink are made when they are first asked for, and kept."""
 
     def __init__(self, page: ScannedPage) -> None:
-        self._texture, self._paper, self._shape = page.texture, page.paper, page.shape
+        self._texture, self._paper, self._shape, self._scan = page.texture, page.paper, page.shape, page.scan
         self._smaller: list[Pixels] = []
         self._tile = lru_cache(maxsize=64)(self._drawn)
 
@@ -52,6 +54,8 @@ class Tiles:
         left, top = column * TILE, row * TILE
         right, low = min(left + TILE, width), min(top + TILE, height)
         picture = self._ground(level, (left, top, right, low))
+        if self._scan is not None and level < _SEEN:
+            picture += _FADED * (self._scanned(level, (left, top, right, low)) - picture)
         ink = self._ink(level)
         x, y = (at // 2**level for at in self._texture.corner)
         # of the ink's own pixels those within the square
@@ -77,6 +81,16 @@ class Tiles:
         paper = self._paper[:, :, ::-1].astype(np.float32)
         across, down = np.meshgrid(x, y)
         return np.asarray(cv2.remap(paper, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
+
+    def _scanned(self, level: int, box: tuple[int, int, int, int]) -> NDArray[np.float32]:
+        """(h, w, 3) the scan of a square, blue first."""
+        import cv2
+
+        assert self._scan is not None
+        left, top, right, low = box
+        part = self._scan.pixels[top * 2**level : low * 2**level, left * 2**level : right * 2**level]
+        size = (right - left, low - top)
+        return np.asarray(cv2.resize(part, size, interpolation=cv2.INTER_AREA) if level else part, dtype=np.float32)
 
     def _ink(self, level: int) -> Pixels:
         """(h, w, 4) the ink; smaller than it is as `_laid` gives it."""

@@ -253,7 +253,8 @@ def _all_random(kept: Sequence[Twin], folds: int, wanted: int) -> tuple[list[Twi
 def _people(kept: Sequence[Twin], lots: Parted, options: StudyOptions, rng: np.random.Generator) -> tuple[Person, ...]:
     """What everybody is asked."""
     folds = [[n for n, twin in enumerate(kept) if twin.snippet.fold == fold] for fold in range(len(lots.folds))]
-    plans = design.dealt(folds, options.people, options.singles, options.pairs, rng, options.sampling)
+    each = folds * (1 + options.random_people)  # balanced among those who see one condition
+    plans = design.dealt(each, options.people, options.singles, options.pairs, rng, options.sampling)
     count = len(_addresses(options.envelopes)) if options.envelopes else 0
     opened = design.envelopes(count, (count + 1) // 2, options.people, rng)
     people = []

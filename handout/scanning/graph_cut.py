@@ -8,6 +8,7 @@ Source: seed 000, Appendix A; capacities are whole numbers of 1/256.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,6 +68,27 @@ def least_cut(
     weights : Weights
     paint : (h, w) int8, optional: 1 where the user says ink (only within the domain), −1 paper, 0 nothing.
     """
+    return _cut(rgb, lambda pixels: unary(density.ravel()[pixels], weights), domain, weights, paint)
+
+
+def field_cut(
+    rgb: NDArray[np.uint8],
+    cost: NDArray[np.float32],
+    domain: NDArray[np.bool_],
+    weights: Weights,
+    paint: NDArray[np.int8],
+) -> NDArray[np.bool_]:
+    """The same where each pixel has a cost (h, w) of its own of being ink rather than paper, at most `weights.ink`."""
+    return _cut(rgb, lambda pixels: cost.ravel()[pixels], domain, weights, paint)
+
+
+def _cut(
+    rgb: NDArray[np.uint8],
+    cost: Callable[[Indices], NDArray[np.float32]],
+    domain: NDArray[np.bool_],
+    weights: Weights,
+    paint: NDArray[np.int8] | None,
+) -> NDArray[np.bool_]:
     from scipy.ndimage import label
 
     height, width = domain.shape
@@ -84,26 +106,26 @@ def least_cut(
         more = int(np.searchsorted(ends, start + _TOGETHER, side="right"))
         stop = max(stop, int(ends[more - 1]) if more else 0)
         pixels = np.sort(inside[start:stop])
-        mask[pixels] = _cut_pieces(rgb, density, pixels, number, weights, paint)
+        mask[pixels] = _cut_pieces(rgb, cost(pixels), pixels, number, weights, paint)
         start = stop
     return mask.reshape(height, width)
 
 
 def _cut_pieces(
     rgb: NDArray[np.uint8],
-    density: NDArray[np.float32],
+    costs: NDArray[np.float32],
     pixels: Indices,
     number: NDArray[np.int32],
     weights: Weights,
     paint: NDArray[np.int8] | None,
 ) -> NDArray[np.bool_]:
-    """Ink (n,) among the pixels `pixels`, which no other pixel of the domain touches."""
-    width = density.shape[1]
-    cost = unary(density.ravel()[pixels], weights).astype(np.float64)
+    """Ink (n,) among the pixels `pixels`, of costs (n,), which no other pixel of the domain touches."""
+    width = rgb.shape[1]
+    cost = costs.astype(np.float64)
     number[pixels] = np.arange(len(pixels))
     flat = rgb.reshape(-1, rgb.shape[2])
     ends: list[tuple[Indices, Indices, Array]] = []
-    for step, last in ((1, pixels % width == width - 1), (width, pixels >= density.size - width)):
+    for step, last in ((1, pixels % width == width - 1), (width, pixels >= rgb.shape[0] * width - width)):
         for sign, edge in ((1, last), (-1, pixels % width == 0 if step == 1 else pixels < width)):
             has = ~edge
             other = pixels[has] + sign * step

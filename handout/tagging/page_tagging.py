@@ -228,7 +228,7 @@ def pen_of_pages(name: str, pages: Sequence[WrittenPage], title: str = "") -> Sc
     if not pages:
         raise InputError(f"{name}: no page, so there is no pen to keep.")
     no_lines = TextLines((), *_SCRIBBLE)
-    scanned_pages = tuple(scanned_page(replace(page, text_lines=no_lines), "") for page in pages)
+    scanned_pages = tuple(replace(scanned_page(replace(page, text_lines=no_lines), ""), scan=None) for page in pages)
     return ScannedHand(name, title or name, scanned_pages, ())
 
 

@@ -111,11 +111,13 @@ def ship(recipe: Recipe, seed: int, dpi: float = 300.0, scans_to: Path | None = 
 
 
 def compressible(hand: ScannedHand) -> ScannedHand:
-    """The hand with ink that packs well: faint pixels are rounded to fewer colours, which no eye tells apart.
+    """The hand without scans, and with ink that packs well: faint pixels have fewer colours, which no eye tells apart.
 
     Laid on any paper, no pixel changes by more than `_UNSEEN` of 255.
     """
-    return replace(hand, pages=tuple(replace(sheet, texture=_rounded(sheet.texture)) for sheet in hand.pages))
+    return replace(
+        hand, pages=tuple(replace(sheet, texture=_rounded(sheet.texture), scan=None) for sheet in hand.pages)
+    )
 
 
 def _rounded(texture: Texture) -> Texture:

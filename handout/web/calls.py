@@ -237,10 +237,11 @@ class NewHand(Body, frozen=True):
     dpi: Annotated[float, Meta(ge=50, le=2400)] | None = None
     pen: Literal["ballpoint", "fineliner", "fountain", "pencil"] | None = None
     seed: Seed = 0
+    ink_only: bool = False
 
     def reading(self) -> ReadingOptions:
         """How it is read."""
-        return ReadingOptions(self.dpi, self.pen, self.title, self.seed)
+        return ReadingOptions(self.dpi, self.pen, self.title, self.seed, self.ink_only)
 
 
 class MorePages(Body, frozen=True):

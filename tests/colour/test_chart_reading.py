@@ -179,7 +179,7 @@ def test_files_that_cannot_be_opened(tmp_path, data, said):
         read([tmp_path / "none.png"])
 
 
-def test_no_scan():
+def test_ink_only():
     reading = read([])
     assert [finding.code for finding in reading.findings] == ["no-scan"]
     assert not reading.usable

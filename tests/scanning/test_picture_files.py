@@ -166,7 +166,7 @@ def test_a_locked_pdf_is_named(pdf):
         read_scan(pdf.with_name("locked.pdf"), page=1)
 
 
-def test_a_pdf_without_a_picture_is_no_scan(tmp_path):
+def test_a_pdf_without_a_picture_is_ink_only(tmp_path):
     pytest.importorskip("pypdfium2")
     from reportlab.pdfgen import canvas
 

@@ -29,23 +29,25 @@ def test_no_reference_comes_again_before_all_were_there():
     assert len({item.reference for item in found[:6]}) == 6
 
 
-def people(**options):
-    """Six people of a study of two folds, whose last snippets have no random selection."""
+def people(count, **options):
+    """Some people of a study of two folds, whose last snippets have no random selection."""
     kept = [SimpleNamespace(snippet=SimpleNamespace(hand=0, fold=k % 2), random=k < 20 or None) for k in range(24)]
     lots = Parted(((), ()), ((0, Run(0, 0, (0,), "words")),))
-    asked = StudyOptions(people=6, singles=2, pairs=2, controls=0, **options)
+    asked = StudyOptions(people=count, singles=2, pairs=2, controls=0, **options)
     return _people(kept, lots, asked, np.random.default_rng(1)), kept
 
 
 def test_random_selection_is_seen_beside_the_hand_s_own_or_by_every_other_person():
-    beside, kept = people(random=3)
+    beside, kept = people(6, random=3)
     for person in beside:
         assert Counter(item.condition for item in person.pairs) == {"made": 2, "random": 3}
         assert len({item.snippet for item in (*person.singles, *person.pairs)}) == 7
         assert all(kept[item.snippet].random for item in person.pairs if item.condition == "random")
-    apart, _ = people(random_people=True)
+    apart, _ = people(12, random_people=True)
     seen = [{item.condition for item in (*person.singles, *person.pairs)} for person in apart]
-    assert seen == [{"made"}, {"made"}, {"random"}, {"random"}, {"made"}, {"made"}]
+    assert seen == [{"made"}, {"made"}, {"random"}, {"random"}] * 3
+    often = Counter((item.snippet, item.condition) for who in apart for item in (*who.singles, *who.pairs))
+    assert set(often.values()) == {1}  # none comes again before all of its condition were there
     assert len(_all_random(kept, 2, 10)[0]) == 20
     with pytest.raises(InputError, match="Some people could see 10, and each is to see 11"):
         _all_random(kept, 2, 11)

@@ -145,12 +145,21 @@ def test_a_pen_draws_on_the_page_of_letters_and_fingers_move_it(page):
         pen = {"type": kind, "x": x + step, "y": y, "button": "left", "buttons": 1, "clickCount": 1}
         send("Input.dispatchMouseEvent", {**pen, "pointerType": "pen", "force": 0.5})
     side.get_by_text("5 corrections are kept.").wait_for()
+    page.keyboard.press("Alt+i")  # by mouse, where the scan shows the ink that the pen took away
+    page.get_by_text("one dab is enough for a stroke").wait_for()
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 20, y, steps=3)
+    page.mouse.up()
+    side.get_by_text("6 corrections are kept.").wait_for()
+    kept(page, "letters-paint")
+    page.keyboard.press("Alt+p")
     before = seen()
     finger(1)  # the hand that holds the pen lies on the glass
     moved = seen()
     finger(-1, 1)
     assert len({before, moved, seen()}) == 3 and float(seen().split()[2]) < float(moved.split()[2])
-    side.get_by_text("5 corrections are kept.").wait_for()
+    side.get_by_text("6 corrections are kept.").wait_for()
     page.keyboard.press("Escape")
 
 

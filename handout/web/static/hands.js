@@ -1,7 +1,7 @@
 // The page Hands: a gallery, a new hand from scans, what a text would lack, sheets to write on.
 
 import { blob, fileOf, request, task } from './api.js';
-import { choice, field, h, save, say } from './dom.js';
+import { choice, field, h, save, say, tick } from './dom.js';
 import * as drafts from './drafts.js';
 
 const TAKEN = '.png,.jpg,.jpeg,.tif,.tiff,.pdf,.webp,.bmp,.hand';
@@ -98,6 +98,7 @@ function reader(redraw, own, typed) {
   const into = choice(['', ...own], { '': 'a new hand', ...Object.fromEntries(own.map((name) => [name, `more of ${name}`])) });
   const name = h('input', { required: true, pattern: '[\\w\\-]{1,80}', title: 'Letters, digits, - and _', autocomplete: 'off' });
   const dpi = h('input', { type: 'number', min: 50, max: 2400, placeholder: 'as the files say' });
+  const [keeping, keep] = tick('Keep the scan around the writing in the file, so that ink can be painted with it', { checked: true });
   const input = h('input', { type: 'file', multiple: true, accept: TAKEN, 'aria-describedby': 'drop-help' });
   const list = h('div', { class: 'panel-scans' });
   const refusal = h('p', { class: 'bad', role: 'alert' }), unkept = h('p', { class: 'bad', role: 'alert' });
@@ -143,7 +144,7 @@ function reader(redraw, own, typed) {
     }
     const texts = scans.map((scan) => scan.text.value).filter((text) => text.trim());
     if (into.value) return task(`/api/hands/${into.value}/pages`, { scans: ids, texts, ...(dpi.value ? { dpi: Number(dpi.value) } : {}) }, heard, signal);
-    return task('/api/hands', { name: name.value, scans: ids, texts, ...(dpi.value ? { dpi: Number(dpi.value) } : {}) }, heard, signal);
+    return task('/api/hands', { name: name.value, scans: ids, texts, ink_only: !keep.checked, ...(dpi.value ? { dpi: Number(dpi.value) } : {}) }, heard, signal);
   }
 
   async function submit(event) {
@@ -176,7 +177,7 @@ function reader(redraw, own, typed) {
   }
   drop.addEventListener('drop', (event) => add(event.dataTransfer.files));
   return h('section', { class: 'panel' }, h('h2', {}, 'A new hand'), h('form', { onsubmit: submit, 'aria-label': 'A new hand' },
-    drop, list, h('p', { class: 'quiet' }, NEEDS_NO_TEXT), h('div', { class: 'grid' }, own.length ? field('They become', into) : '', nameField, field('Pixels an inch', dpi)), refusal, unkept, button, line, result));
+    drop, list, h('p', { class: 'quiet' }, NEEDS_NO_TEXT), h('div', { class: 'grid' }, own.length ? field('They become', into) : '', nameField, field('Pixels an inch', dpi)), keeping, refusal, unkept, button, line, result));
 }
 
 function sheets(hands) {

@@ -235,8 +235,9 @@ export async function show(main, shared, [name, number = '0']) {
   }
   function beginPaint(to) {
     const wide = Math.max(2, Number(brush.value) * unit / 100);
-    const said = to === 'paper' ? 'Paint over what is no ink.' : 'Paint ink where there is some that was not found.';
-    begin(to, { kind: 'path', width: wide, to, done: (points) => { view.draw(null); correct({ do: 'paint', to, stroke: rounded(thinned(points, 200)), width: wide }, { painted: true }).then(() => { if (mode?.id === to) { mode = null; beginPaint(to); } }); } }, said);
+    const seen = facts.pages[page].scan, alone = 'This hand keeps no scan of the page: only what is under the brush changes.';
+    const said = to === 'paper' ? `Paint over what is no ink${seen ? '; one dab is enough for all of a stain' : ''}.` : `Paint ink where there is some that was not found${seen ? '; one dab is enough for a stroke' : ''}.`;
+    begin(to, { kind: 'path', width: wide, to, done: (points) => { view.draw(null); correct({ do: 'paint', to, stroke: rounded(thinned(points, 200)), width: wide }, { painted: true }).then(() => { if (mode?.id === to) { mode = null; beginPaint(to); } }); } }, seen ? said : `${said} ${alone}`);
   }
   function beginPrinted() {
     begin('printed', { kind: 'line', done: ([a, b]) => { stop(); correct({ do: 'rule', a, b, width: Math.max(2, unit * 0.2) }, { painted: true }); } }, 'Draw along a printed rule that was taken for ink; those like it go, too.');

@@ -171,6 +171,6 @@ def test_what_cannot_be_is_refused(given_, said):
 
 
 @pytest.mark.parametrize("dpi", [49, 1201, math.nan])
-def test_resolutions_that_no_scanner_has_are_refused(sheet, dpi):
+def test_resolutions_that_ink_onlyner_has_are_refused(sheet, dpi):
     with pytest.raises(InputError, match="outside 50 to 1200"):
         IDEAL.scan(sheet, dpi, rng())
