@@ -17,6 +17,11 @@
 A message is one sentence or two: what, where, the bound, the way out.  It never needs a traceback.
 """
 
+import errno
+
+_FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
+_NO_ROOM = "The disk is full: what was kept before is as it was. Make room, then do this again."
+
 
 class HandoutError(Exception):
     """Root of the tree; `exit_code` is what the command returns for it."""
@@ -72,3 +77,10 @@ class DeviceAlarm(DeviceError):
 
 class DeviceGarbled(DeviceAlarm):
     """A command came over wrong or not at all: what the machine has done since it was last certain may be wrong."""
+
+
+def no_room(error: BaseException | None) -> str:
+    """A sentence where an error comes of a full disk, whatever was made of it since; "" for others."""
+    while error is not None and getattr(error, "errno", None) not in _FULL:
+        error = error.__cause__ or error.__context__
+    return "" if error is None else _NO_ROOM

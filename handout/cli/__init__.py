@@ -14,7 +14,7 @@ import click
 
 from handout import __version__
 from handout.cli import signals
-from handout.errors import HandoutError
+from handout.errors import HandoutError, no_room
 
 # verb → what `handout --help` says of it; the code is in the module of that name
 _VERBS = {
@@ -154,4 +154,9 @@ def _run(args: list[str] | None) -> int:
     except BrokenPipeError:
         sys.stderr.close()
         return 0
+    except OSError as error:
+        if not (sentence := no_room(error)):
+            raise
+        click.echo(f"handout: {sentence}", err=True)
+        return 2
     return result if isinstance(result, int) else 0

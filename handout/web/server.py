@@ -20,12 +20,11 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
 
 from handout import atomic
-from handout.errors import InputError
+from handout.errors import InputError, no_room
 from handout.web import batches, calibration, hands, jobs, letters, styles, tasks, writing
 from handout.web.guard import Guard
 from handout.web.routes import Way, json_answer, openapi
 from handout.web.studio import Studio
-from handout.web.worker import full
 
 TABLES = (
     *(tasks.ROUTES, writing.ROUTES, hands.ROUTES, letters.ROUTES, styles.ROUTES),
@@ -62,7 +61,7 @@ def application(studio: Studio, port: int) -> ASGIApp:
 
     others = Route("/api/{path:path}", nothing, methods=["GET", "POST", "PUT", "PATCH", "DELETE"])
     routes = [*ways, others, Mount("/", StaticFiles(directory=_STATIC, html=True))]
-    faults: dict[Any, Any] = {HTTPException: _fault, OSError: _no_room, Exception: _fault}
+    faults: dict[Any, Any] = {HTTPException: _fault, OSError: _full_disk, Exception: _fault}
     app = Starlette(routes=routes, lifespan=lifespan, exception_handlers=faults)
     app.state.studio = studio
     return Guard(app, port, studio.known)
@@ -77,9 +76,9 @@ async def _fault(request: Request, error: Exception) -> Response:
     return JSONResponse({"error": sentence}, error.status_code, error.headers)
 
 
-async def _no_room(request: Request, error: OSError) -> Response:
+async def _full_disk(request: Request, error: OSError) -> Response:
     """A full disk as a sentence; other errors of files are faults."""
-    if sentence := full(error):
+    if sentence := no_room(error):
         return JSONResponse({"error": sentence}, 507)
     raise error
 

@@ -8,7 +8,6 @@ outlives its server.
 from __future__ import annotations
 
 import contextlib
-import errno
 import os
 import pickle
 import queue
@@ -24,13 +23,11 @@ from typing import Any, BinaryIO
 
 import msgspec
 
-from handout.errors import HandoutError
+from handout.errors import HandoutError, no_room
 
 LENGTH = 4  # bytes of a frame's length
 HALTS = 30.0  # s that a machine has to stop in good order, its pen lifted; set by eye
 _GLANCE = 0.05  # s
-_FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
-_NO_ROOM = "The disk is full: what was kept before is as it was. Make room, then do this again."
 
 
 @dataclass(frozen=True)
@@ -103,8 +100,8 @@ class _Desk:
                 self._tell("cancelled")
             except Exception as error:
                 own = str(error) if isinstance(error, HandoutError) else ""
-                if own or full(error):
-                    self._tell("refused", error=f"{own} {full(error)}".strip(), reason=type(error).__name__)
+                if own or no_room(error):
+                    self._tell("refused", error=f"{own} {no_room(error)}".strip(), reason=type(error).__name__)
                     continue
                 traceback.print_exc()
                 fault = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
@@ -142,13 +139,6 @@ class _Desk:
             number, word = self._words.get(timeout=seconds) if seconds else self._words.get_nowait()
             return word if number == self._number else ""
         return ""
-
-
-def full(error: BaseException | None) -> str:
-    """A sentence where an error comes of a full disk, whatever was made of it since; "" for others."""
-    while error is not None and getattr(error, "errno", None) not in _FULL:
-        error = error.__cause__ or error.__context__
-    return "" if error is None else _NO_ROOM
 
 
 def _plain(value: Any) -> Any:

@@ -1,10 +1,13 @@
 """What is said while a machine draws: in order, complete, and nobody waits for the terminal."""
 
+import errno
 import threading
+from pathlib import Path
 
 import click
 import pytest
 
+from handout import cli
 from handout.cli.console import BackgroundOutput
 
 
@@ -60,3 +63,19 @@ def test_a_terminal_that_is_gone_stops_nothing(monkeypatch):
     with BackgroundOutput(quiet=False) as output:
         output.say("one")
         output.say("two")
+
+
+@pytest.mark.parametrize("hidden", [False, True])
+def test_a_full_disk_is_a_sentence_wherever_it_is_met(monkeypatch, capsys, hidden):
+    def fails(**_):
+        full = OSError(errno.ENOSPC, "No space left on device")
+        if hidden:
+            raise OSError("cannot be closed") from full
+        raise full
+
+    monkeypatch.setattr(cli.cli, "main", fails)
+    assert cli._run([]) == 2
+    assert "The disk is full" in capsys.readouterr().err
+    monkeypatch.setattr(cli.cli, "main", lambda **_: Path("/no/such/file").read_text())
+    with pytest.raises(FileNotFoundError):  # other faults are not hidden
+        cli._run([])
