@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import shutil
 from collections.abc import Sequence
@@ -101,7 +102,7 @@ class Session:
 
     def close(self) -> None:
         """Remove the folder: what it held is stored."""
-        shutil.rmtree(self.folder, ignore_errors=True)
+        _remove(self.folder)
 
     def _save(self, state: State) -> None:
         try:
@@ -126,13 +127,19 @@ def opened(printer: str, paper: str, sheet: str, pages: int, scanner: str = "", 
         A name that none can have.
     """
     home = folder() / f"{store.key(printer)}--{store.key(paper)}"
-    if afresh:
-        shutil.rmtree(home, ignore_errors=True)
-    left = _read(home)
+    left = None if afresh else _read(home)
     if left is not None:
         return Session(home, left, resumed=True)
+    _remove(home)  # of what was not removed to its end, nothing is taken for the new one's
     begun = datetime.now().astimezone().isoformat(timespec="minutes")
     return Session(home, State(Step.PRINT, store.key(printer), store.key(paper), sheet, pages, begun, scanner))
+
+
+def _remove(home: Path) -> None:
+    """Remove the folder of a session; one that is broken off leaves nothing that could be gone on with."""
+    with contextlib.suppress(OSError):
+        (home / _STATE).unlink()
+    shutil.rmtree(home, ignore_errors=True)
 
 
 def _read(home: Path) -> State | None:

@@ -216,9 +216,10 @@ def build(
 
 
 def add(calibration: Calibration) -> Calibration:
-    """Keep a calibration among the user's own; it is the one that is used from now on."""
+    """Keep a calibration among the user's own, once; it is the one that is used from now on."""
     assert calibration.folder is not None
-    place = _place(calibration.printer, calibration.paper, calibration.date)
+    kept = (other.folder for other in every(calibration.printer, calibration.paper) if other.date == calibration.date)
+    place = next(kept, None) or _place(calibration.printer, calibration.paper, calibration.date)
     with _new_folder(place) as work:
         for path in calibration.folder.iterdir():
             shutil.copy2(path, work / path.name)

@@ -158,7 +158,7 @@ _again_option = under(
     ),
     under(
         PARTS,
-        click.option("--copies", type=click.IntRange(1, 1000), default=1, show_default=True),
+        click.option("--copies", type=click.IntRange(1, 1000), default=1, show_default=True, help="Of all pages."),
         click.option("--overlap", metavar="LENGTH", help="Ink that may be drawn twice after a break; default: 20mm."),
     ),
     under(
@@ -168,7 +168,16 @@ _again_option = under(
     ),
     under(ENVELOPES, click.option("--envelopes-to", multiple=True, metavar="PORT", help="Where these are plotted.")),
 )
-@options.bind("batch", options.batch, options.table(_again_option), options.WORKERS, options.LETTERS, options.ENVELOPES)
+@options.bind(
+    "batch",
+    options.batch,
+    options.ROWS,
+    _again_option,
+    options.AFRESH,
+    options.WORKERS,
+    options.LETTERS,
+    options.ENVELOPES,
+)
 @options.sheet("A5")
 @options.writing
 @options.picture

@@ -51,6 +51,16 @@ def test_a_run_that_was_left_is_gone_on_with(wizard, scan, profile):
     assert not afresh.resumed and afresh.step is Step.PRINT and not again.session.folder.exists()
 
 
+def test_of_a_session_whose_deletion_is_broken_off_nothing_is_gone_on_with(wizard, scan, profile, monkeypatch):
+    wizard.take_scans([scan])
+    left = wizard.session.scans[0]
+    with monkeypatch.context() as patch:
+        patch.setattr("shutil.rmtree", lambda *_, **__: None)
+        wizard.session.close()
+    assert left.is_file()
+    assert not Wizard(Task(profile, "sim", "white")).resumed and not left.exists()
+
+
 @pytest.mark.slow
 def test_a_chart_of_two_pages_waits_for_the_other(profile, tmp_path):
     wizard = Wizard(Task(profile, "sim", "white", pages=2))

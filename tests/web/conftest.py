@@ -47,7 +47,7 @@ def page(server):
     with sync_api.sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": 1280, "height": 800})
-        page.set_default_timeout(60_000)
+        page.set_default_timeout(180_000)  # every wait is for an event: reached only where something is wrong
         faults = []
         page.on("pageerror", lambda error: faults.append(str(error)))
         # a refusal that comes at once, and not as an event, is an error to Chromium: the tests below ask for some

@@ -171,12 +171,14 @@ def test_after_a_halt_it_knows_where_it_is_to_a_step(profile, zero):
     made = plan(DRAWING, profile)
     for _ in streamed(made, port, controller, profile):
         if controller.sent == 150:
+            proven = controller.proven
             controller.halt()
             break
     stood = controller.position()
     shift = np.array([7, 5]) if zero == "here" else np.zeros(2)
     assert stood == pytest.approx(np.array(port.paper.at[:2]) / 80 - shift, abs=2e-3)
     assert not port.pen_is_down and 0 < controller.executed < 150
+    assert controller.proven == proven < controller.executed, "where it was braked proves nothing about what it drew"
     port.replug()
     again = connected(port, profile)
     assert again.position() == pytest.approx(stood, abs=2e-3)

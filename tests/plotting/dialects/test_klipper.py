@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from handout import profiles
-from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent, DoesNotFit, InputError, PortError
+from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceSilent, DoesNotFit, InputError, PortError
 from handout.plotting import connections, open_port, plan, run
 from handout.plotting.dialects.klipper import DIALECT as klipper
 from handout.plotting.dialects.klipper import protocol
@@ -237,6 +237,27 @@ def test_what_another_program_does_is_noticed():
     port = with_object("motion_report", live_position=[90.0, 90.0, 0.0, 0.0])(SERVO)
     with pytest.raises(DeviceGarbled, match=r"at 90.0, 90.0 mm and not on its way: another program"):
         run(plan(DRAWING, SERVO), port, SERVO)
+
+
+@pytest.mark.parametrize("moves", [40, 1])  # to the end
+def test_relative_coordinates_of_another_program_are_noticed(moves):
+    port = open_port("sim:", SERVO)
+    controller = klipper.connect(port, SERVO, print)
+    controller.home()
+    commands = list(klipper.program(plan(DRAWING, SERVO).blocks, SERVO))
+    begin = [number for number, command in enumerate(commands) if command.data.startswith(b"G1X")][-moves]
+    for command in commands[:begin]:
+        controller.send(command.data)
+    controller.finish()
+    port.firmware.relative = True
+    with pytest.raises(DeviceError) as error:
+        for command in commands[begin:]:
+            controller.send(command.data)
+        controller.finish()
+    proven = controller.proven
+    controller.halt()
+    assert controller.spoilt or isinstance(error.value, DeviceGarbled)
+    assert controller.proven == proven < len(commands) and not port.pen_is_down
 
 
 def test_a_line_of_the_user_s_own_may_have_remarks():

@@ -37,6 +37,7 @@ class GrblController(BaseController):
         self._knows = self.info.uninterrupted and not self.info.locked  # its place, as far as it can tell
         self._offset = self.info.offset
         self._tracking: PositionTracking | None = None
+        self._tells = False  # where it is; still known after a halt
         self._heard = 0  # commands that it had acknowledged when it was asked while nothing could be sent
         self._looks: deque[int] = deque()  # commands of the program that the machine is asked after where it is
         self.conversation.on_status = self._look
@@ -45,6 +46,7 @@ class GrblController(BaseController):
         """Write a line as soon as the receive buffer has room for it."""
         if self._tracking is None:
             self._tracking = self._new_tracking()
+            self._tells = self._tracking is not None
         if self._tracking is not None and self._tracking.send(self.sent, data):
             self._looks.append(self.sent - 1)  # the pen moves: what it did until then must have been seen
         self._knows = True  # whoever begins a plot vouches for its zero
@@ -56,7 +58,7 @@ class GrblController(BaseController):
     @property
     def proven(self) -> int:
         """Commands found right by its reports of its place; all executed ones of a machine that does not report it."""
-        return self._proven if self._tracking is not None else self.executed
+        return self._proven if self._tells else self.executed
 
     def wait(self) -> None:
         """Hear the next reply; one that only acknowledges, or is silent, is asked for its status: place and queue."""

@@ -9,6 +9,7 @@ shutdown, its place is lost.
 
 from __future__ import annotations
 
+import math
 import re
 from collections import deque
 from typing import NamedTuple
@@ -71,7 +72,8 @@ class Proof:
         if heard is None:
             self.proven = executed
         elif heard != self._heard:
-            self.proven, self._by_then, self._heard = self._by_then, self._before, heard
+            self.proven = max(self.proven, self._by_then)  # it may have been asked since
+            self._by_then, self._heard = self._before, heard
         self._before = executed
 
 
@@ -156,10 +158,7 @@ class KlipperController(BaseController):
         begin, end = (np.array(ends) for ends in zip(*((way.begin, way.end) for way in ways), strict=True))
         off = distance_to_lines(np.array(place), begin, end)
         if off.min() > _FAR and not any(way.free for way in ways):
-            raise DeviceGarbled(
-                f"Klipper is at {place[0]:.1f}, {place[1]:.1f} mm and not on its way: another program has moved it, or "
-                "it corrects skew (SET_SKEW CLEAR=1)."
-            )
+            raise _strayed(place)
         near = np.flatnonzero(off <= _NEAR)
         self._count(ways[int(near[0])].number if len(near) else ways[0].number)
         self.listener(StateReport(self.taken, self.executed, None, place))
@@ -193,6 +192,9 @@ class KlipperController(BaseController):
             self._hear(self.conversation.glance)
         for told in self.conversation.ask(protocol.STANDING):
             self._look(told)
+        place = self.conversation.status().end  # the other one may be a quarter of a second old
+        if place is not None and self._ways and not self._astray and math.dist(place, self._at) > _FAR:
+            raise _strayed(place)
         self._count(self.sent)
         self._prove()
         self.listener(StateReport(self.taken, self.executed))
@@ -204,7 +206,7 @@ class KlipperController(BaseController):
         """
         switches = self.conversation.result("printer.query_endstops.status", patience=_PROOF)
         told, waited = self.conversation.status(), 0.0
-        if isinstance(switches, dict):
+        if isinstance(switches, dict) and switches:  # a machine without any asks no board
             self._proof.proven = self.executed
         while self.proven < self.executed:
             if (waited := waited + _MOMENT) > _PROOF:
@@ -273,7 +275,7 @@ class KlipperController(BaseController):
                 self._do([*protocol.MODES[:2], *protocol.pen(False, self.profile.pen)])
         except DeviceError:
             self._pen_not_lifted()
-        self.spoilt = conversation.fallen and self.proven < self.executed
+        self.spoilt |= conversation.fallen and self.proven < self.executed
 
     def _runs_out(self) -> bool:
         """Let it finish, and count what it has drawn; False if somebody interrupts again, and it is shut down."""
@@ -291,7 +293,10 @@ class KlipperController(BaseController):
             self._stop_dead()
             return False
         if refused or self._answered < self._sent:  # of the script that was refused, the lines before that
-            self._look(self.conversation.status())
+            try:
+                self._look(self.conversation.status())
+            except DeviceGarbled:  # refused for where it led: another program has it move relatively (G91)
+                self.spoilt = True
         else:
             self.taken = self._sent
             self._count(self._sent)
@@ -306,3 +311,10 @@ class KlipperController(BaseController):
             self.conversation.ask(b"".join(protocol.pen(False, self.profile.pen)))
         else:
             self._pen_not_lifted()
+
+
+def _strayed(place: Place) -> DeviceGarbled:
+    return DeviceGarbled(
+        f"Klipper is at {place[0]:.1f}, {place[1]:.1f} mm and not on its way: another program has moved it or has made "
+        "its coordinates relative (G91), or it corrects skew (SET_SKEW CLEAR=1)."
+    )
