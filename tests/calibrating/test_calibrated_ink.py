@@ -55,7 +55,7 @@ def test_ink_out_of_reach_is_counted(stored):
     facts = made.facts()
     assert facts["out_of_reach"] == pytest.approx(0.375) and facts["lost"] > 5
     assert made.said().startswith(
-        f"calibration simulated/white of {stored.date:%Y-%m-%d} (made today). 38% of the ink is"
+        f"calibration simulated/white of {stored.date:%Y-%m-%d} (made today). This printer cannot print 38% of the ink"
     )
 
 
