@@ -79,6 +79,11 @@ class DeviceGarbled(DeviceAlarm):
     """A command came over wrong or not at all: what the machine has done since it was last certain may be wrong."""
 
 
+def reason(error: BaseException) -> str:
+    """Why something ended, for a journal: what the error says, or what it is."""
+    return str(error) or ("it was interrupted" if isinstance(error, KeyboardInterrupt) else type(error).__name__)
+
+
 def no_room(error: BaseException | None) -> str:
     """A sentence where an error comes of a full disk, whatever was made of it since; "" for others."""
     while error is not None and getattr(error, "errno", None) not in _FULL:

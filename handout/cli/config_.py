@@ -255,7 +255,8 @@ def _typed(option: click.Option, word: str) -> str | int | float | bool:
     try:
         value = kind.convert(word, option, None)
     except click.BadParameter as error:
-        raise InputError(f"{configuration.key_of(option)}: {error.message}") from error
+        said = f"{word!r} is neither true nor false." if option.is_flag else error.message
+        raise InputError(f"{configuration.key_of(option)}: {said}") from error
     return value if isinstance(value, bool | int | float) else word
 
 

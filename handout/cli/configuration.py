@@ -29,6 +29,7 @@ Value = str | int | float | bool | list[str | int | float]
 Option = Callable[[Callable[..., object]], Callable[..., object]]
 Verb = Callable[..., object]
 SHARED: set[str] = set()  # what options are called that a bare key of the configuration sets
+JOB_WORDS = ("jobs", "show", "forget")  # of `plot`, with which kept plots are asked about
 _OF_TABLES = ("letter", "with_envelopes", "columns")  # parameters that make a plot one of a table's rows
 
 
@@ -45,13 +46,21 @@ class Shared(click.Option):
         value, source = super().consume_value(ctx, opts)
         if source is not ParameterSource.DEFAULT_MAP:
             return value, source
-        kept = (_asked(ctx, "resume") or _asked(ctx, "again")) and ctx.params.get("text") == ()
-        kept = kept and not any(_asked(ctx, name) for name in _OF_TABLES)  # of which --resume may have the name
-        if kept or any(_asked(ctx, name) for name in self.unless):
+        if _of_kept(ctx) or any(_asked(ctx, name) for name in self.unless):
             assert ctx.default_map is not None
             ctx.default_map.pop(str(self.name))
             return super().consume_value(ctx, opts)
         return value, source
+
+
+def _of_kept(context: click.Context) -> bool:
+    """Whether a plot that is kept goes on, is drawn again, or is asked about."""
+    if any(_asked(context, name) for name in _OF_TABLES):  # of which --resume may have the name
+        return False
+    text = context.params.get("text")
+    if context.info_name == "plot" and text and text[0] in JOB_WORDS:
+        return not any(_asked(context, name) for name in ("file", "ports", "dry_run"))
+    return text == () and (_asked(context, "resume") or _asked(context, "again"))
 
 
 def _asked(context: click.Context, name: str) -> bool:

@@ -80,7 +80,13 @@ _LINES = under(
     commands.PAGE,
     shared("--x-height", "x_height", help="Height of a small letter; default: 2.5mm, or a scanned hand's own."),
     shared("--line-spacing", help="Distance of lines, e.g. 9mm; default: the hand's own."),
-    shared("--align", type=click.Choice(ALIGNMENTS), default="ragged", show_default=True),
+    shared(
+        "--align",
+        type=click.Choice(ALIGNMENTS),
+        default="ragged",
+        show_default=True,
+        help="Of lines; ragged begins them on the left, not quite straight.",
+    ),
     shared("--fit", is_flag=True, help="Shrink what does not fit instead of refusing it."),
 )
 _STYLED = under(
@@ -96,27 +102,26 @@ _CONSOLE = under(
 )
 
 
-def table(again: Option) -> Option:
-    """Which rows of which columns; `again`: the option --again."""
-    return under(
-        commands.TABLE,
-        click.option("--rows", default="", help="Rows by their numbers in the file, the header is 1: 3-7,9 or 7-."),
-        click.option(
-            "--columns",
-            multiple=True,
-            metavar="WHAT=COLUMN",
-            help='What columns hold: "name=Guest(s)" or "1=name"; also of a row its own hand, pen, language, copies, '
-            "or its text.",
-        ),
-        click.option("--address", default="", help="Of several addresses of a row: home, business, 2 …"),
-        click.option("--no-name", is_flag=True, help="Take a table that has no names."),
-        again,
-        click.option("--afresh", is_flag=True, help="Make all of it, though an earlier run of it broke off."),
-    )
-
-
-TABLE = table(
-    click.option("--again", default="", metavar="ROWS", help="With --resume: make these whatever became of them.")
+ROWS = under(
+    commands.TABLE,
+    click.option("--rows", default="", help="Rows by their numbers in the file, the header is 1: 3-7,9 or 7-."),
+    click.option(
+        "--columns",
+        multiple=True,
+        metavar="WHAT=COLUMN",
+        help='What columns hold: "name=Guest(s)" or "1=name"; also of a row its own hand, pen, language, copies, '
+        "or its text.",
+    ),
+    click.option("--address", default="", help="Of several addresses of a row: home, business, 2 …"),
+    click.option("--no-name", is_flag=True, help="Take a table that has no names."),
+)
+AFRESH = under(
+    commands.TABLE,
+    click.option("--afresh", is_flag=True, help="Make all of it, though an earlier run of it broke off."),
+)
+AGAIN = under(
+    commands.TABLE,
+    click.option("--again", default="", metavar="ROWS", help="With --resume: make these whatever became of them."),
 )
 WORKERS = under(
     commands.TABLE,
@@ -140,7 +145,13 @@ ENVELOPES = under(
     click.option("--with-envelopes", is_flag=True, help="An envelope for every letter."),
     shared("--envelope", default="DL", show_default=True, help="The size of these envelopes."),
     shared("--return-address", default="", help="The sender on envelopes: a text, or its file."),
-    shared("--return-at", type=click.Choice(["corner", "back"]), default="corner", show_default=True),
+    shared(
+        "--return-at",
+        type=click.Choice(["corner", "back"]),
+        default="corner",
+        show_default=True,
+        help="Where the sender stands: in the corner of the front, or on the back.",
+    ),
     shared("--home-country", default="", help="The country that is left out of addresses."),
     shared("--window", default="", help="Address on the letter, for a window: DL, C5, #10, CH, CH-left or FR."),
 )

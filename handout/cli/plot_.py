@@ -13,7 +13,7 @@ import click
 from click.core import ParameterSource
 
 from handout import units
-from handout.cli import options, sentences
+from handout.cli import configuration, options, sentences
 from handout.cli.commands import ENVELOPES, FILES, MACHINE, PARTS, TABLE, Command, under
 from handout.cli.console import Console
 from handout.errors import InputError
@@ -28,7 +28,6 @@ _LAST = "last"  # of kept plots, in place of a name
 # what may be given with --again
 _AGAIN = {"again", "ports", "dry_run", "show_travel", "report", "home_after", "hold_limit", "yes", "as_json", "quiet"}
 _AGAIN |= {"begin", "end", "from_word", "to_word", "sheets"}
-_JOB_WORDS = ("jobs", "show", "forget")
 # what may be given with --resume
 _RESUMING = {"resume", "ports", "report", "at_zero", "home_after", "hold_limit", "yes", "as_json", "quiet"}
 
@@ -158,7 +157,7 @@ _again_option = under(
     ),
     under(
         PARTS,
-        click.option("--copies", type=click.IntRange(1, 1000), default=1, show_default=True),
+        click.option("--copies", type=click.IntRange(1, 1000), default=1, show_default=True, help="Of all pages."),
         click.option("--overlap", metavar="LENGTH", help="Ink that may be drawn twice after a break; default: 20mm."),
     ),
     under(
@@ -168,7 +167,16 @@ _again_option = under(
     ),
     under(ENVELOPES, click.option("--envelopes-to", multiple=True, metavar="PORT", help="Where these are plotted.")),
 )
-@options.bind("batch", options.batch, options.table(_again_option), options.WORKERS, options.LETTERS, options.ENVELOPES)
+@options.bind(
+    "batch",
+    options.batch,
+    options.ROWS,
+    _again_option,
+    options.AFRESH,
+    options.WORKERS,
+    options.LETTERS,
+    options.ENVELOPES,
+)
 @options.sheet("A5")
 @options.writing
 @options.picture
@@ -215,7 +223,7 @@ def command(
         return None
     if mode.at_zero:
         raise InputError("--at-zero says where the pen of a plot stands that is resumed: give it with --resume.")
-    if text and text[0] in _JOB_WORDS and not mode.plots_anyway:
+    if text and text[0] in configuration.JOB_WORDS and not mode.plots_anyway:
         _manage(text[0], text[1:], console)
         return None
     if mode.port is None and not mode.dry_run:

@@ -54,7 +54,9 @@ _printing = options.bind(
         ),
     ),
     under(PAGE, click.option("--page", help=f"{page_sizes.HELP}  [default: A4, or without a letter DL]")),
-    options.TABLE,
+    options.ROWS,
+    options.AGAIN,
+    options.AFRESH,
     options.WORKERS,
     under(
         PARTS,

@@ -39,7 +39,7 @@ from handout.pipeline.options import MergeOptions, PictureOptions, TableOptions,
         click.option("--prices", default="", metavar="NAME=…,…", help="sheet=0.02,envelope=0.1,hour=4,currency=EUR …"),
     ),
 )
-@options.bind("batch", options.batch, options.TABLE, options.LETTERS, options.ENVELOPES)
+@options.bind("batch", options.batch, options.ROWS, options.LETTERS, options.ENVELOPES)
 @options.writing
 @options.picture
 @options.console

@@ -9,7 +9,7 @@ import click
 
 from handout import units
 from handout.cli import options
-from handout.cli.commands import Group
+from handout.cli.commands import FILES, HAND, Group, under
 from handout.cli.console import Console
 from handout.pipeline.options import StudyOptions
 
@@ -26,17 +26,31 @@ def command() -> None:
 
 
 @command.command("make")
-@click.option("--output", "-o", required=True, help="A folder, new or empty.")
+@under(FILES, click.option("--output", "-o", required=True, help="A folder, new or empty."))
 @options.bind(
     "study",
     StudyOptions,
-    click.option("--hand", multiple=True, required=True, help="A scanned hand, or a .hand file; may be repeated."),
-    click.option(
-        "--real",
-        multiple=True,
-        type=click.Path(path_type=Path),
-        help="A folder of scans that real words are cut from, each with its text in a .txt file beside it (prompt "
-        "sheets need none), for each --hand; default: the pages that the hand was read from.",
+    under(
+        FILES,
+        click.option(
+            "--real",
+            multiple=True,
+            type=click.Path(path_type=Path),
+            help="A folder of scans that real words are cut from, each with its text in a .txt file beside it (prompt "
+            "sheets need none), for each --hand; default: the pages that the hand was read from.",
+        ),
+        click.option(
+            "--envelopes",
+            type=click.Path(path_type=Path),
+            help="A file of addresses, parted by empty lines: a test of envelopes, half of them made.",
+        ),
+    ),
+    under(
+        HAND,
+        click.option("--hand", multiple=True, required=True, help="A scanned hand, or a .hand file; may be repeated."),
+        click.option(
+            "--control", default="", help="Another person's scanned hand, for pairs that everybody should tell."
+        ),
     ),
     click.option("--people", type=click.IntRange(1), default=20, show_default=True, help="How many are asked."),
     click.option("--singles", type=click.IntRange(0), default=10, show_default=True, help="Questions A for each."),
@@ -44,19 +58,20 @@ def command() -> None:
     click.option(
         "--snippets", type=click.IntRange(1), default=60, show_default=True, help="Pieces of each hand at most."
     ),
-    click.option("--control", default="", help="Another person's scanned hand, for pairs that everybody should tell."),
     click.option(
-        "--controls", type=click.IntRange(0), default=2, show_default=True, help="Such pairs for each person."
+        "--controls", type=click.IntRange(0), default=2, show_default=True, help="Pairs of --control for each person."
     ),
     click.option(
         "--random",
         type=click.IntRange(0),
         default=0,
         show_default=True,
-        help="Pairs for each person whose fake is of letters taken by chance, the way to compare with.",
+        help="Pairs for each person whose fake is made by random selection, the simple way to compare with.",
     ),
     click.option(
-        "--random-people", is_flag=True, help="Every other person sees such fakes alone, in A and in B, instead."
+        "--random-people",
+        is_flag=True,
+        help="Instead of --random: half of the people see such fakes alone, in A and in B.",
     ),
     click.option(
         "--sampling",
@@ -64,11 +79,6 @@ def command() -> None:
         default="balanced",
         show_default=True,
         help="Everybody's pieces: each piece as often as any other, or drawn by chance.",
-    ),
-    click.option(
-        "--envelopes",
-        type=click.Path(path_type=Path),
-        help="A file of addresses, parted by empty lines: a test of envelopes, half of them made.",
     ),
     click.option("--page", default="A4", show_default=True, help="A4 or letter."),
     click.option("--about", is_flag=True, help="Ask on the cover for age, habit of writing, and hand."),
@@ -81,8 +91,8 @@ def make(output: str, study: StudyOptions, console: Console) -> None:
     """Make the sheets of a study: sheets.pdf to print, and its key, study.key, which nobody who takes part may see.
 
     Questionnaire A shows words and asks of each whether it is real or fake; B shows the same words twice, below a
-    line of the same person's writing, and asks which is fake. Each person's sheets differ, and all is balanced. Made
-    words never hold a letter cut from the real ones that the same person sees.
+    line of the same person's writing, and asks which is fake. Each person's sheets differ, and all is balanced but
+    for --sampling random. Made words never hold a letter cut from the real ones that the same person sees.
 
     \b
     handout study make --hand me.hand --real scans/ --people 170 -o study/

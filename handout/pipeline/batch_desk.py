@@ -228,7 +228,7 @@ def show_batch(name: str) -> Facts:
         "queues": list(plan.queues),
         "device": plan.device,
         "state": batch.state,
-        "ended": "" if run is None else run.ended.replace(KeyboardInterrupt.__name__, "it was stopped"),
+        "ended": "" if run is None else run.ended,
         "seed": plan.writing.seed,
         "letters": merged.with_letters,
         "envelopes": merged.with_envelopes,

@@ -399,7 +399,7 @@ class StudyOptions:
     control: str = ""  # another person's scanned hand: pairs that are easy
     controls: int = 2  # such pairs for each person, where `control` is given
     random: int = 0  # pairs for each person whose made one is of letters taken by chance
-    random_people: bool = False  # every other person sees such ones alone
+    random_people: bool = False  # half of the people see such ones alone
     sampling: str = "balanced"  # or "random": everybody's snippets are drawn by chance
     envelopes: Path | None = None  # a file of addresses, parted by empty lines: half go on made envelopes
     page: str = "A4"  # or letter

@@ -123,7 +123,7 @@ def make(output: str | Path, options: StudyOptions = StudyOptions(), *, listener
     for condition, wanted in ((design.CONTROL, options.controls), (design.RANDOM, options.random)):
         fewest = min(sum(item.condition == condition for item in person.pairs) for person in people)
         if fewest < wanted:
-            notes.append(f"Somebody has {fewest} pairs of condition {condition} only: there are no more snippets.")
+            notes.append(f"Somebody has only {units.count(fewest, f'{condition} pair')}: there are no more snippets.")
     listener.progress(_WRITTEN, "drawing the sheets")
     show = _show(kept, scales, lots, references, options.title)
     with TemporaryDirectory(prefix=".study-", dir=folder.resolve().parent) as aside:
@@ -264,7 +264,7 @@ def _people(kept: Sequence[Twin], lots: Parted, options: StudyOptions, rng: np.r
         both = [*pairs, *_compared(rest, kept, options, number, rng)]
         referred = _referred([both[k] for k in rng.permutation(len(both))], kept, lots, rng)
         who = Person(singles, tuple(referred), seen)
-        people.append(_all_by_chance(who) if options.random_people and number // len(folds) % 2 else who)
+        people.append(_all_by_chance(who) if options.random_people and sum(divmod(number, len(folds))) % 2 else who)
     return tuple(people)
 
 

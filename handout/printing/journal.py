@@ -25,7 +25,7 @@ from types import TracebackType
 from typing import Any, Literal, NamedTuple, TextIO
 
 from handout import atomic, shipped
-from handout.errors import InputError
+from handout.errors import InputError, reason
 from handout.printing.rows import Row
 
 State = Literal["sending", "sent", "completed", "failed", "doubtful"]
@@ -150,7 +150,7 @@ class Journal:
     ) -> None:
         # a resumed run is ended even if nothing was left to do
         if self._head is None or (self.resumed and error is None):
-            self._write({"ended": "done" if error is None else str(error) or type(error).__name__})
+            self._write({"ended": "done" if error is None else reason(error)})
         if self._stream is not None:
             self._stream.close()
 

@@ -81,7 +81,7 @@ def test_ctrl_c_loses_nothing_and_draws_nothing_twice(tmp_path, profile, share):
     job, plotter, person, words = made(tmp_path, profile), SimulatedPlotter(profile), Somebody(), []
     with pytest.raises(KeyboardInterrupt):
         runner.run_job(job, lambda: plotter, person, progress=Stop(share))
-    assert not plotter.pen_is_down and job.standing().stopped == "KeyboardInterrupt"
+    assert not plotter.pen_is_down and job.standing().stopped == "it was interrupted"
     runner.run_job(job, again(plotter), person, log=words.append)
     judged(plotter, 1, exact=True)
     assert person.asked == []

@@ -205,7 +205,7 @@ def test_what_is_known_is_on_the_disk_after_an_interrupt_that_finds_it_busy(tmp_
 
     with pytest.raises(KeyboardInterrupt):
         runner.run_job(job, lambda: plotter, Nobody(), progress=stop)
-    assert job.standing().stopped == "KeyboardInterrupt" and not plotter.pen_is_down
+    assert job.standing().stopped == "it was interrupted" and not plotter.pen_is_down
     plotter.replug()
     runner.run_job(job, lambda: plotter, Nobody())
     ink = compare(DRAWING, plotter.executed().strokes)

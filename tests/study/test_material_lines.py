@@ -29,10 +29,10 @@ def test_no_reference_comes_again_before_all_were_there():
     assert len({item.reference for item in found[:6]}) == 6
 
 
-def people(count, **options):
-    """Some people of a study of two folds, whose last snippets have no random selection."""
-    kept = [SimpleNamespace(snippet=SimpleNamespace(hand=0, fold=k % 2), random=k < 20 or None) for k in range(24)]
-    lots = Parted(((), ()), ((0, Run(0, 0, (0,), "words")),))
+def people(count, folds=2, **options):
+    """Some people of a study, whose last snippets have no random selection."""
+    kept = [SimpleNamespace(snippet=SimpleNamespace(hand=0, fold=k % folds), random=k < 20 or None) for k in range(24)]
+    lots = Parted(((),) * folds, ((0, Run(0, 0, (0,), "words")),))
     asked = StudyOptions(people=count, singles=2, pairs=2, controls=0, **options)
     return _people(kept, lots, asked, np.random.default_rng(1)), kept
 
@@ -45,9 +45,12 @@ def test_random_selection_is_seen_beside_the_hand_s_own_or_by_every_other_person
         assert all(kept[item.snippet].random for item in person.pairs if item.condition == "random")
     apart, _ = people(12, random_people=True)
     seen = [{item.condition for item in (*person.singles, *person.pairs)} for person in apart]
-    assert seen == [{"made"}, {"made"}, {"random"}, {"random"}] * 3
+    assert seen == [{"made"}, {"random"}, {"random"}, {"made"}] * 3
     often = Counter((item.snippet, item.condition) for who in apart for item in (*who.singles, *who.pairs))
     assert set(often.values()) == {1}  # none comes again before all of its condition were there
+    for folds in (1, 3, 4):
+        few = [person.pairs[0].condition for person in people(4, folds, random_people=True)[0]]
+        assert Counter(few) == {"made": 2, "random": 2}
     assert len(_all_random(kept, 2, 10)[0]) == 20
     with pytest.raises(InputError, match="Some people could see 10, and each is to see 11"):
         _all_random(kept, 2, 11)

@@ -145,7 +145,7 @@ def test_a_batch_is_shared_by_two_plotters_stops_and_goes_on(program):
         assert program.post("/api/pen", json={"port": port, "move": "up"}).status_code == 409
     program.post(f"/api/tasks/{task}/word", json={"word": "stop"})
     stopped = until(program, task, lambda snapshot: snapshot["state"] == "done")["facts"]
-    assert not stopped["complete"] and (stopped["state"], stopped["ended"]) == ("broken off", "it was stopped")
+    assert not stopped["complete"] and (stopped["state"], stopped["ended"]) == ("broken off", "it was interrupted")
     assert sorted(row["state"] for row in stopped["rows"]) != ["done", "done"]  # that which is drawn at true speed
     done = program.post(f"{one}/make", json={"port": AT_ONCE}).json()["facts"]
     assert done["complete"] and [row["state"] for row in done["rows"]] == ["done", "done"]

@@ -37,7 +37,7 @@ from pathlib import Path
 from types import TracebackType
 
 from handout import atomic
-from handout.errors import InputError
+from handout.errors import InputError, reason
 from handout.plotting.jobs.places import START, Place
 
 _DRAWN, _UNPROVEN = "drawn", "unproven"
@@ -256,7 +256,7 @@ class Journal:
     ) -> None:
         try:
             if error is not None and not self.standing.finished:
-                self._write(f"stopped {str(error) or type(error).__name__}")
+                self._write(f"stopped {reason(error)}")
                 self.sync()
         finally:
             self.close()
