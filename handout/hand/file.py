@@ -292,7 +292,7 @@ def check(path: Path, data: bytes | None = None) -> ScannedHand:
     hand = _read(path, data)
     for page in hand.pages:
         _ = page.texture.rgba
-        _ = page.scan and page.scan.pixels
+        _ = page.scan and page.scan.load()  # which are not kept
     return hand
 
 

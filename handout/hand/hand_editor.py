@@ -217,7 +217,7 @@ class HandEditor:
         if scan.scan is None:
             self.notes.append(_NO_SCAN)
         elif segmented is None:
-            self.notes.append("The scan shows no ink where it was painted, so it has the page's usual colour.")
+            self.notes.append("Where it was painted the scan shows no more ink, so it has the page's usual colour.")
 
     def rule(self, a: Spot, b: Spot, width: float) -> None:
         """Take away a printed rule that was taken for ink, and its likes."""

@@ -35,7 +35,7 @@ class WindowSettings:
     middle: float = 0.5  # of a brush: so much of it is surely ink, the rest as the scan has it
     room: float = 8.0  # around what changed, in which the line is found anew
     away: float = 0.8  # from a vertex that stays, within which a new one is the same
-    halo: float = 4.0  # around ink, as `matting` takes it at 300 dpi
+    halo: float = 0.34  # mm around ink, as `matting` takes it
 
 
 _SETTINGS = WindowSettings()
@@ -237,7 +237,7 @@ def _with_matte(page: ScannedPage, window: _Window) -> ScannedPage:
     from handout.scanning.matting import fill_textured, least_opaque
 
     assert page.scan is not None
-    halo = _SETTINGS.halo
+    halo = _SETTINGS.halo / page.pixel
     near = _grown(window.after, halo)
     zone = _grown(window.changed, 2 * halo)
     rgb = page.scan.part(window.rows, window.columns)

@@ -179,16 +179,18 @@ def read_more(
     file.check(path)
     if PendingLog(path).there():
         keep_letters(str(path))
-    hand, corrected = file.load(path), file.journal(path).made
-    keeping = any(page.scan is not None for page in hand.pages)
+    known = file.load(path)
+    keeping = any(page.scan is not None for page in known.pages)
     options = replace(options, ink_only=options.ink_only or not keeping)
-    more = _read_texts(hand.name, scans, texts, None, options, listener)
+    more = _read_texts(known.name, scans, texts, None, options, listener)
+    hand, corrected = file.load(path), file.journal(path).made  # as it is now: reading takes minutes
     first, pages = len(hand.glyphs), len(hand.pages)
     glyphs = [renumbered(glyph, glyph.page + pages, first) for glyph in more.hand.glyphs]
     joined = replace(hand, pages=(*hand.pages, *more.hand.pages), glyphs=(*hand.glyphs, *glyphs))
     file.save(joined, path)
     notes = (f"What was corrected in {hand.name} stays, and can no longer be undone.",) if corrected else ()
-    return ReadHand(joined, path, more.pages, options.seed, notes=(*notes, *_remembered(joined, path)))
+    notes = (*notes, *scan_notes(more.hand), *_remembered(joined, path))
+    return ReadHand(joined, path, more.pages, options.seed, notes=notes)
 
 
 def _transcript(path: Path, listener: Listener) -> str:

@@ -311,14 +311,16 @@ def export_hand(name: str, output: str | Path, *, ink_only: bool = False) -> Kep
 
 def scan_notes(hand: ScannedHand) -> tuple[str, ...]:
     """What is to be said of the scans in the file of a hand."""
-    kept = sum(page.scan is not None for page in hand.pages)
-    if not kept:
+    if not (kept := _scans(hand)):
         return ()
-    pages = units.count(kept, "page")
     return (
-        f"The file keeps the scan of {pages} around the writing, so that what is painted is segmented anew; --ink-only "
-        "leaves it out.",
+        f"The file keeps the scan of {units.count(kept, 'page')} around the writing, so that what is painted is "
+        "segmented anew; `handout hand export --ink-only` leaves it out.",
     )
+
+
+def _scans(hand: ScannedHand) -> int:
+    return sum(page.scan is not None for page in hand.pages)
 
 
 def import_hand(source: str | Path, name: str | None = None, *, replaced: bool = False) -> KeptHand:
@@ -372,7 +374,7 @@ def remove_hand(name: str) -> KeptHand:
 class ListedHand:
     """A hand that is known by name; `about` says how much it holds, or why it cannot be read.
 
-    forms : of its letters, if it is drawn; glyphs : its letters, if it was scanned.
+    forms : of its letters, if it is drawn; glyphs : its letters, if it was scanned; scans : pages whose scan it keeps.
     """
 
     name: str
@@ -381,12 +383,13 @@ class ListedHand:
     about: str
     forms: int | None = None
     glyphs: int = 0
+    scans: int = 0
 
     def facts(self) -> Facts:
         """What ``--json`` prints."""
         facts: Facts = {"name": self.name, "title": self.title, "characters": self.characters}
         return {**facts, "forms": self.forms} if self.forms is not None else {
-            **facts, "glyphs": self.glyphs, "said": self.about
+            **facts, "glyphs": self.glyphs, "scans": self.scans, "said": self.about
         }  # fmt: skip
 
 
@@ -431,7 +434,7 @@ def _listed_scan(name: str, path: Path) -> ListedHand:
         f"{units.count(len(hand.letters), 'character')}, {units.count(len(hand.glyphs), 'letter')} "
         f"from {units.count(len(hand.pages), 'scanned page')}"
     )
-    return ListedHand(name, hand.title, "".join(hand.letters), about, glyphs=len(hand.glyphs))
+    return ListedHand(name, hand.title, "".join(hand.letters), about, None, len(hand.glyphs), _scans(hand))
 
 
 @dataclass(frozen=True)

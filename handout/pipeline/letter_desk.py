@@ -558,6 +558,7 @@ def take_learnt(name: str, copy: str, made: int) -> Facts:
         _recorded(renewed, Path(copy))  # once, and with all of them: a break leaves the hand as it was, or as it is now
     except InputError as error:
         raise InputError(f"{error} What was learned is left out; the corrections are in the hand.") from error
+    renewed.turn(_State(file.load(desk.path), renewed.state.probability))  # pictures are read from it: the copy goes
     _DESKS[desk.path] = renewed
     return {**_opened(renewed), **_told(renewed, set(range(len(hand.pages)))), "notes": notes}
 

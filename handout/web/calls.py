@@ -250,10 +250,11 @@ class MorePages(Body, frozen=True):
     scans: Annotated[tuple[UploadId, ...], Meta(min_length=1, max_length=20)]
     texts: Annotated[tuple[Text, ...], Meta(max_length=20)] = ()
     dpi: Annotated[float, Meta(ge=50, le=2400)] | None = None
+    ink_only: bool = False
 
     def reading(self) -> ReadingOptions:
         """How they are read."""
-        return ReadingOptions(self.dpi)
+        return ReadingOptions(self.dpi, ink_only=self.ink_only)
 
 
 class GivenHand(Body, frozen=True):

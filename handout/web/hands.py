@@ -118,10 +118,12 @@ async def copy(studio: Studio, request: Request, body: None) -> Response:
 
 
 async def give(studio: Studio, request: Request, body: None) -> Response:
-    """A hand as a file."""
+    """A hand as a file, with the scans that it keeps or without them."""
     name, folder = name_of(request), studio.folder()
     await studio.settled(studio.hand(name))
-    await studio.answer("copying a hand", Call("kept_hands.export_hand", (studio.hand(name), folder / f"{name}.hand")))
+    only = {"ink_only": request.query_params.get("ink_only") == "true"}
+    call = Call("kept_hands.export_hand", (studio.hand(name), folder / f"{name}.hand"), only)
+    await studio.answer("copying a hand", call)
     return FileResponse(folder / f"{name}.hand", media_type="application/zip", filename=f"{name}.hand")
 
 
@@ -152,7 +154,8 @@ ROUTES = (
         body=MorePages),
     Way("POST", "/api/hands/given", "A .hand file, kept among the user's own", take, body=GivenHand),
     Way("POST", "/api/hands/{name}/copy", "A copy of a scanned hand among the user's own, called my-NAME", copy),
-    Way("GET", "/api/hands/{name}/file", "A scanned hand as a .hand file", give, answer="application/zip"),
+    Way("GET", "/api/hands/{name}/file", "A scanned hand as a .hand file", give, answer="application/zip",
+        query=(("ink_only", "true: without the scans that it keeps beside the ink"),)),
     Way("DELETE", "/api/hands/{name}", "Delete a scanned hand of the user's own", remove),
     Way("POST", "/api/sheets", "Sheets to write a hand on, as PDF", sheets, answer="application/pdf", body=Sheets),
 )  # fmt: skip

@@ -6,6 +6,7 @@ import struct
 import zipfile
 import zlib
 
+import cv2
 import msgspec
 import numpy as np
 import pytest
@@ -102,12 +103,18 @@ def bomb(side, colour):
     return b"\x89PNG\r\n\x1a\n" + head + chunk(b"IDAT", rows) + chunk(b"IEND", b"")
 
 
-@pytest.mark.parametrize(("part", "colour"), [("ink", 6), ("paper", 2)])
+@pytest.mark.parametrize(("part", "colour"), [("ink.png", 6), ("paper.png", 2), ("scan.webp", 2)])
 @pytest.mark.parametrize("side", [4000, 15000])  # under and over what Pillow itself refuses
 def test_a_picture_larger_than_it_says_is_never_unpacked(whole, tmp_path, part, colour, side):
-    path = rewritten(whole, tmp_path / "a.hand", {f"pages/0/{part}.png": bomb(side, colour)})
-    with pytest.raises(InputError, match=rf"{part}\.png has {side} × {side} pixels, too many"):
+    path = rewritten(whole, tmp_path / "a.hand", {f"pages/0/{part}": bomb(side, colour)})
+    with pytest.raises(InputError, match=rf"{part} has {side} × {side} pixels, too many"):
         file.check(path)
+
+
+def test_a_scan_of_another_size_than_its_page_is_refused(whole, tmp_path):
+    _, small = cv2.imencode(".webp", np.zeros((8, 9, 3), np.uint8))
+    with pytest.raises(InputError, match=r"scan\.webp has another size than it says"):
+        file.check(rewritten(whole, tmp_path / "a.hand", {"pages/0/scan.webp": small.tobytes()}))
 
 
 def spot(hand, letter):

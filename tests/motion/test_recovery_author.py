@@ -12,7 +12,7 @@ from handout.motion.recovery.carried_strokes import carried, carried_cost
 from handout.motion.recovery.letter_line import Candidate, LetterLine
 from handout.motion.recovery.stroke_order import StrokeOrderModel, stroke_order_model
 from handout.motion.recovery.writer_habits import instance_of, learn_habit
-from handout.values import LineGraph
+from handout.values import LineGraph, Moments
 
 FORTH, BACK = "anticlockwise", "clockwise"
 
@@ -161,3 +161,12 @@ def test_what_is_said_of_one_letter_is_weighed_for_all_of_its_name(small_hand):
     )
     glyphs = tuple(replace(g, vertices=g.vertices[1:]) if g is glyph else g for g in small_hand.glyphs)
     assert model.heir(replace(small_hand, glyphs=glyphs)) is None
+
+
+def test_nothing_is_carried_to_letters_whose_writing_was_recorded(small_hand):
+    (page,) = small_hand.pages
+    glyphs = [replace(one, ways=(one.vertices,)) if one.letter == "n" else one for one in small_hand.glyphs]
+    told = replace(small_hand, glyphs=tuple(glyphs))
+    recorded = replace(told, pages=(replace(page, moments=Moments(times=np.arange(len(page.graph)) / 100)),))
+    seen, known = ([len(StrokeOrderModel(hand, ())._carried(n)) for n in told.of("n")] for hand in (told, recorded))
+    assert any(seen) and not any(known)

@@ -6,6 +6,7 @@ import pytest
 
 from handout.errors import InputError
 from handout.hand import file
+from handout.hand.corrections import Confirm, Entry, applied
 from handout.hand.pending import untaken
 from handout.pipeline import hands
 from handout.pipeline import letter_desk as desk
@@ -23,15 +24,26 @@ def test_pages_are_added_and_what_was_corrected_stays(small_hand, small_hand_fil
     assert "corrections that mine.hand lacks" in untaken(str(path))[0]
     # reading is tested where it is done: here the pages are there already
     read = SimpleNamespace(hand=small_hand, pages=())
-    monkeypatch.setattr(hands, "_read_texts", lambda *given: read)
+
+    def reading(*given):
+        """Meanwhile another program corrects the hand."""
+        hand, number = file.load(path), before.glyphs[5]
+        at = tuple(hand.pages[0].graph.uv[number.vertices[0]].tolist())
+        made = applied(hand, [Confirm(page=0, at=at)]).hand
+        file.record(path, path, hand, made, Entry((Confirm(page=0, at=at),), ()))
+        return read
+
+    monkeypatch.setattr(hands, "_read_texts", reading)
     more = hands.read_more(str(path), ["page.png"], ["an even line"])
     assert untaken(str(path)) == ()
     joined, count = file.load(path), len(before.glyphs)
     assert len(joined.pages) == 2 and len(joined.glyphs) == 2 * count and joined.glyphs[2].confirmed
+    assert sum(glyph.confirmed for glyph in joined.glyphs) == 2
     for old, new in zip(before.glyphs, joined.glyphs[count:], strict=True):
         assert (new.letter, new.page, new.line) == (old.letter, 1, old.line)
         assert new.after == (old.after + count if old.after >= 0 else old.after)
-    assert more.notes == ("What was corrected in small stays, and can no longer be undone.",)
+    stays, kept = more.notes
+    assert stays == "What was corrected in small stays, and can no longer be undone." and "--ink-only" in kept
     assert desk.open_letters(str(path))["revision"] != state["revision"]
     assert len(desk.page_letters(str(path), 1)["letters"]) == count
 

@@ -181,16 +181,16 @@ def test_strokes_that_were_told_stay_so(hand):
 
 def test_it_is_told_which_letters_follow_what_was_said_of_one(hand):
     def ways():
-        spots = [(one["id"], one["spot"]) for one in letters(hand) if one["letter"] == "n"]
+        spots = [(one["id"], one["spot"]) for one in letters(hand) if one["letter"] == "s"]
         found = {at: desk.letter_strokes(hand, 0, tuple(spot))["strokes"] for at, spot in spots}
         return {at: [each["xy"] for each in word if each["id"] == at] for at, word in found.items()}
 
     before = ways()
-    one = next(one for one in letters(hand) if one["letter"] == "n")
+    one = next(one for one in letters(hand) if one["letter"] == "s")
     said = made(hand, {"do": "strokes", "at": one["spot"], "ways": [xy[::-1] for xy in before[one["id"]]]})
     changed = {each["id"] for each in said["rewritten"].get("0", [])}
     after = ways()
-    assert changed == {at for at in before if before[at] != after[at]} - {one["id"]}
+    assert changed and changed == {at for at in before if before[at] != after[at]} - {one["id"]}
     desk.rewind_letters(hand, said["revision"], 1)
     assert ways() == before
 
@@ -231,9 +231,11 @@ def test_the_others_learn_while_more_is_corrected(hand, tmp_path, monkeypatch):
     assert taken["told"]["0"]["order"] == [one["id"] for one in letters(hand)]
     assert taken["made"] >= 2 and taken["revision"] != state["revision"]
     assert [letters(hand)[i]["verdict"] for i in (0, 7)] == ["confirmed"] * 2
+    moved = Path(copy).rename(tmp_path / "moved.hand")
+    assert desk.page_tile(hand, 0, 0, 0, 0), "pictures are those of the hand's own file"
     desk.rewind_letters(hand, taken["revision"], taken["made"])
     with pytest.raises(desk.StaleHand, match="undone"):
-        desk.take_learnt(hand, copy, begun["made"])
+        desk.take_learnt(hand, str(moved), begun["made"])
 
 
 class Killed(BaseException):

@@ -122,6 +122,7 @@ def test_a_hand_is_given_shown_and_deleted(program, small_hand_file):
     lacks = program.post("/api/hands/mine/lacks", json={"text": "even Q"}).json()
     assert [way["letter"] for way in lacks["supply"]] == ["Q"]
     assert program.get("/api/hands/mine/file").content == small_hand_file.read_bytes()
+    assert b"scan.webp" not in program.get("/api/hands/mine/file?ink_only=true").content
     assert program.delete("/api/hands/mine").status_code == 200
     assert program.delete("/api/hands/house-joined-ballpoint").status_code == 422
 

@@ -164,6 +164,8 @@ class StrokeOrderModel:
     def _carried(self, number: int) -> list[Candidate]:
         """A glyph written as that of its name of which a person said it and whose ink is most alike; if any is."""
         glyph, told = self._hand.glyphs[number], []
+        if self._hand.pages[glyph.page].moments is not None:
+            return []  # how it was written is known
         for like in (self._hand.glyphs[other] for other in self._pool(glyph.letter)):
             if like.ways:
                 graph, uv = self._hand.pages[glyph.page].graph, self._hand.pages[like.page].graph.uv

@@ -70,7 +70,8 @@ function card(hand, redraw, seen) {
     },
   }, label);
   const actions = [h('a', { class: 'button', href: `#write/${encodeURIComponent(hand.name)}`, 'aria-label': `Write in ${hand.name}` }, 'Write'), act('All letters', async () => shown(`Letters of ${hand.name}`, await pictureOf(`${url}/sheet`, `All letters of ${hand.name}`, 'image/png')))];
-  if (!hand.drawn) actions.push(act('Save', async () => save(await blob(`${url}/file`), `${hand.name}.hand`)));
+  if (!hand.drawn) actions.push(act(hand.scans ? 'Save with scans' : 'Save', async () => save(await blob(`${url}/file`), `${hand.name}.hand`)));
+  if (hand.scans) actions.push(act('Save ink only', async () => save(await blob(`${url}/file?ink_only=true`), `${hand.name}.hand`)));
   if (!hand.drawn) actions.push(h('a', { class: 'button', href: `#letters/${encodeURIComponent(hand.name)}` }, 'Letters'));
   if (hand.removable) {
     actions.push(act('Delete', async () => {
@@ -143,7 +144,7 @@ function reader(redraw, own, typed) {
       return { facts: await request('POST', '/api/hands/given', { name: name.value, upload: ids[0] }, signal) };
     }
     const texts = scans.map((scan) => scan.text.value).filter((text) => text.trim());
-    if (into.value) return task(`/api/hands/${into.value}/pages`, { scans: ids, texts, ...(dpi.value ? { dpi: Number(dpi.value) } : {}) }, heard, signal);
+    if (into.value) return task(`/api/hands/${into.value}/pages`, { scans: ids, texts, ink_only: !withScan.checked, ...(dpi.value ? { dpi: Number(dpi.value) } : {}) }, heard, signal);
     return task('/api/hands', { name: name.value, scans: ids, texts, ink_only: !withScan.checked, ...(dpi.value ? { dpi: Number(dpi.value) } : {}) }, heard, signal);
   }
 
