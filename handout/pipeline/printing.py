@@ -152,7 +152,7 @@ def print_(
         pages.seed,
         task.hand.name,
         ", ".join(
-            each.queue or (f"the folder {SIMULATED}" if each.simulated else each.title) for each in [*profiles, *apart]
+            each.queue or (f"the folder {SIMULATED}/" if each.simulated else each.title) for each in [*profiles, *apart]
         ),
         {**merged.table.facts()},
         letters=merged.with_letters,

@@ -208,8 +208,12 @@ def from_csv(path: Path) -> list[Answer]:
     """
     try:
         text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"Cannot read {path}: {error}.") from error
+    except OSError as error:
+        raise InputError(f"Cannot read {path}: {error.strerror or error}.") from error
+    except UnicodeDecodeError as error:
+        raise InputError(
+            f"{path} is no table in UTF-8: give the one that `study read` wrote, saved as CSV in UTF-8."
+        ) from error
     parted_by = max(",;\t", key=text.partition("\n")[0].count)
     table = csv.DictReader(io.StringIO(text, newline=""), delimiter=parted_by)
     if not set(_COLUMNS[:5]) <= set(table.fieldnames or ()):

@@ -55,7 +55,7 @@ def test_ink_out_of_reach_is_counted(stored):
     facts = made.facts()
     assert facts["out_of_reach"] == pytest.approx(0.375) and facts["lost"] > 5
     assert made.said().startswith(
-        f"calibration simulated/white of {stored.date:%Y-%m-%d} (made today). 38% of the ink is"
+        f"calibration simulated/white of {stored.date:%Y-%m-%d} (made today). This printer cannot print 38% of the ink"
     )
 
 
@@ -71,6 +71,7 @@ def test_the_newest_of_a_paper_is_used(stored, built):
     assert found == old and len(doubts) == 1 and "400 days old" in doubts[0]
     new = store.add(built)
     assert calibrated_ink.choose("sim") == (new, [])
+    assert store.add(built).folder == new.folder, "one that is stored is not stored twice"
     cream = aged(store.add(built), 0, "cream")
     assert [one.folder for one in store.every()] and calibrated_ink.choose("sim", "cream")[0].folder == cream.folder
     assert calibrated_ink.choose("sim", asked="simulated/white")[0].paper == "white"

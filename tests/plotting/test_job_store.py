@@ -56,6 +56,8 @@ def test_names_are_short_and_differ(tmp_path):
     finished(store.find(names[2], tmp_path))
     assert store.find(None, tmp_path, unfinished=True).name == names[1]
     assert store.find(None, tmp_path).name == store.find("last", tmp_path).name == names[2]
+    (tmp_path / names[2] / "journal").unlink()  # as in the middle of its deletion
+    assert store.find("last", tmp_path).name == names[1]
     with pytest.raises(InputError, match=f"no job 'mar99-1'; the last ones are {', '.join(names)}"):
         store.find("mar99-1", tmp_path)
 

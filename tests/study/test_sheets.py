@@ -134,6 +134,9 @@ def test_the_table_comes_back_with_what_a_person_wrote_into_it(tmp_path):
     path.write_text("name\nx\n")
     with pytest.raises(InputError, match="lacks the columns"):
         answers.from_csv(path)
+    path.write_bytes(b"\x97")
+    with pytest.raises(InputError, match="no table in UTF-8"):
+        answers.from_csv(path)
 
 
 @pytest.mark.parametrize("parted_by", [",", ";", "\t"])

@@ -71,6 +71,12 @@ def test_refusals_stand_where_the_text_is(page):
     page.get_by_text("More", exact=True).click()
     page.get_by_label("Lend letters that the hand lacks").uncheck()
     page.locator("form .bad", has_text="Ж").wait_for()
+    watch = page.get_by_role("button", name="Watch it written")
+    watch.evaluate(NOTED)
+    said = watch.get_attribute("data-said")
+    watch.click()
+    page.get_by_role("button", name="Watch it written", disabled=False).wait_for()
+    assert watch.get_attribute("data-said") == said, "what was written before is not played"
     page.get_by_label("Lend letters that the hand lacks").check()
     page.get_by_label("Text", exact=True).fill("Dear Ada")
     page.locator(".told", has_text="1 line").wait_for()

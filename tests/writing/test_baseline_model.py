@@ -29,7 +29,7 @@ def sheet(like, manner, count, seed, turned=0.0, indents=()):
     graph = LineGraph(uv / 10, np.full(len(uv), 0.2), np.ones(len(uv)), uv, edges)
     return replace(
         like, dpi=254.0, shape=(6000, 3000), graph=graph, baselines=np.array(rows), pitch=PITCH * SIZE / 10,
-        x_height=SIZE / 10, transcript="l\n" * count,
+        x_height=SIZE / 10, transcript="l\n" * count, scan=None,
     )  # fmt: skip
 
 

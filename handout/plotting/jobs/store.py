@@ -237,8 +237,12 @@ def drawn_before(name: str | None = None, place: Path | None = None) -> Job:
 
 
 def _by_use(place: Path | None) -> list[Job]:
-    """All jobs, the one that was drawn last at the end."""
-    return sorted(every(place), key=lambda job: (job.folder / JOURNAL).stat().st_mtime)
+    """All jobs, the one that was drawn last at the end; one that another program deletes meanwhile is none."""
+    used = []
+    for job in every(place):
+        with contextlib.suppress(OSError):
+            used.append(((job.folder / JOURNAL).stat().st_mtime, job))
+    return [job for _, job in sorted(used, key=lambda each: each[0])]
 
 
 def _is_finished(job: Job) -> bool:

@@ -23,7 +23,7 @@ function ticks(legend, names, labels = {}) {
 /** The form of a new batch; `made` is called with its name. */
 function form(shared, machines, made) {
   const table = h('input', { type: 'file', accept: '.csv,.tsv,.txt,.xlsx' });
-  const letter = h('textarea', { rows: 5, placeholder: GAPS, oninput: () => drafts.keep('batch', { letter: letter.value }, refusal) });
+  const letter = h('textarea', { rows: 5, placeholder: GAPS, oninput: () => drafts.keep('batch', { letter: letter.value }, unkept) });
   drafts.kept('batch').then((typed) => { letter.value ||= typed.letter || ''; });
   const [markdown, isMarkdown] = tick('The letter is Markdown');
   const hand = choice(shared.choices.hands.map((one) => one.name));
@@ -34,7 +34,7 @@ function form(shared, machines, made) {
   const printer = choice(printers, Object.fromEntries(machines.printers.map((one) => [one.name, one.title])));
   const device = choice(machines.plotters.map((one) => one.name), Object.fromEntries(machines.plotters.map((one) => [one.name, one.title])));
   const [envelopes, withEnvelopes] = tick('With envelopes');
-  const refusal = h('p', { class: 'bad', role: 'alert' });
+  const refusal = h('p', { class: 'bad', role: 'alert' }), unkept = h('p', { class: 'bad', role: 'alert' }); // a draft that is kept clears its own alone
   const printerField = field('Printer', printer), deviceField = field('Machine', device);
   const [shared_, queues] = ticks('Shared with these printers', machines.queues);
   const chosen = () => {
@@ -66,7 +66,7 @@ function form(shared, machines, made) {
   return h('details', {}, h('summary', {}, 'A new batch'), h('form', { onsubmit: submit, 'aria-label': 'A new batch' },
     field('Table', table), field('Letter; empty for envelopes alone', letter), markdown,
     h('div', { class: 'grid' }, field('Hand', hand), field('Page', page), field('Made by', to), printerField, deviceField),
-    shared_, envelopes, refusal, h('div', { class: 'row' }, h('button', {}, 'Keep the batch'))));
+    shared_, envelopes, refusal, unkept, h('div', { class: 'row' }, h('button', {}, 'Keep the batch'))));
 }
 
 /** A batch in a window of its own. */

@@ -275,6 +275,7 @@ export async function show(main, shared, [hand]) {
     const own = coming = new AbortController(), begun = performance.now();
     if (!made.text.value.trim()) {
       refusal.textContent = 'Nothing to write yet.';
+      coming = null; stale = true;
       return;
     }
     const body = asking();
@@ -293,6 +294,7 @@ export async function show(main, shared, [hand]) {
       }
       took = performance.now() - begun;
     } catch (error) {
+      if (coming === own) stale = true; // what is shown is still what was asked for before
       if (error.name === 'AbortError') return;
       refusal.textContent = error.message;
     } finally {
@@ -313,6 +315,7 @@ export async function show(main, shared, [hand]) {
     try {
       clearTimeout(waiting);
       if (stale || coming) await drawn(); // else what comes would take the place of what is played
+      if (stale) return;
       if (!lines) {
         coming?.abort();
         const own = coming = new AbortController();
