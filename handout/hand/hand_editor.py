@@ -31,6 +31,8 @@ _NO_SCAN = (
     "This hand keeps no scan of the page, so painting moves only the ink under the brush, and painted ink has the "
     "page's usual colour; a hand that is read anew keeps it."
 )
+_AS_NEAR = 1.0  # x-heights: lines that are nearly as near to some ink as the nearest; a third of their distance
+_ASIDE = 0.25  # of an x-height off the line, which one aside counts as: letters are expected to two of them; set by eye
 _MOST_BRUSH = 20.0  # mm: wider brushes would take lines of writing
 
 Spot = tuple[float, float]
@@ -351,9 +353,7 @@ class HandEditor:
 
         taking : it may be one that other ink was taken for.
         """
-        middle = self._scan.graph.uv[vertices].mean(axis=0)
-        height = np.array([self._scan.to_line(i, middle)[0, 1] for i in range(len(self._scan.baselines))])
-        line = int(np.abs(height - 0.5 * self._scan.x_height / self._scan.pitch).argmin())
+        line = self._line(vertices, text, missing=not taking)
         word = max((g.word for g in self._glyphs if g is not None and g.page == self._page), default=-1) + 1
         number = len(self._glyphs)
         self._owner[vertices] = number
@@ -383,31 +383,54 @@ class HandEditor:
             glyph = replace(glyph, word=sum(begins) - 1)
         self._glyphs[number] = replace(glyph, letter=text, at=at, place=place or usual, confidence=1.0, confirmed=True)
 
+    def _line(self, vertices: Indices, text: str, missing: bool) -> int:
+        """The line that loose vertices are a letter of: of those about as near, the one whose text has it there.
+
+        Where the baseline is off by half a line the nearest may be a neighbour's, whose letter of that name would be
+        moved across the page.
+        """
+        page, unit = self._scan, self._scan.x_height / self._scan.pitch
+        x, y = page.graph.uv[vertices].mean(axis=0)
+        off = np.array([abs(page.to_line(i, (x, y))[0, 1] / unit - 0.5) for i in range(len(page.baselines))])
+        near = np.flatnonzero(off <= off.min() + _AS_NEAR).tolist()
+        found = {line: self._nearest(line, float(x), text, missing, NOBODY) for line in near}
+        costs = {line: off[line] + _ASIDE * one[1] for line, one in found.items() if one is not None}
+        return int(min(costs, key=costs.__getitem__) if costs else off.argmin())
+
     def _grapheme(self, number: int, text: str, missing: bool = False) -> int | None:
         """Index in the transcript of the letter `text` that a glyph can be, None if there is none.
 
         missing : only one that no ink was taken for.
         """
         glyph = self._glyph(number)
-        middle = {i: float(self._scan.graph.uv[g.vertices, 0].mean()) for i, g in self._on_this_page()}
-        on_line = [(g.at, middle[i], g.confirmed) for i, g in self._on_this_page()
-                   if g.line == glyph.line and g.at >= 0 and i != number]  # fmt: skip
-        x = middle[number]
+        x = float(self._scan.graph.uv[glyph.vertices, 0].mean())
+        found = self._nearest(glyph.line, x, text, missing, number)
+        return None if found is None else found[0]
+
+    def _nearest(self, line: int, x: float, text: str, missing: bool, number: int) -> tuple[int, float] | None:
+        """The letter `text` of a line that ink at `x` can be, by its index, and x-heights to where it is expected.
+
+        number : of the glyph that has the ink, `NOBODY` if it is none yet.
+        """
+        others = [(i, g) for i, g in self._on_this_page() if i != number]
+        on_line = [(g.at, float(self._scan.graph.uv[g.vertices, 0].mean()), g.confirmed) for _, g in others
+                   if g.line == line and g.at >= 0]  # fmt: skip
         written = graphemes(self._scan.transcript)
-        elsewhere = [(g.at, g.line) for i, g in self._on_this_page() if g.at >= 0 and g.line != glyph.line]
+        elsewhere = [(g.at, g.line) for _, g in self._on_this_page() if g.at >= 0 and g.line != line]
         low = max([at for at, there, sure in on_line if sure and there < x]
-                  + [at for at, line in elsewhere if line < glyph.line], default=-1)  # fmt: skip
+                  + [at for at, on in elsewhere if on < line], default=-1)  # fmt: skip
         high = min([at for at, there, sure in on_line if sure and there > x]
-                   + [at for at, line in elsewhere if line > glyph.line], default=len(written))  # fmt: skip
-        held = {g.at for i, g in self._on_this_page() if i != number and (g.confirmed or missing)}
+                   + [at for at, on in elsewhere if on > line], default=len(written))  # fmt: skip
+        held = {g.at for _, g in others if g.confirmed or missing}
         fitting = [at for at in range(low + 1, high) if written[at] == text and at not in held]
         if not fitting:
             return None
         known = np.array(sorted((at, there) for at, there, _ in on_line)).reshape(-1, 2)
         if not len(known):
-            return fitting[0]
-        away = np.abs(np.interp(fitting, known[:, 0], known[:, 1]) - x)
-        return fitting[int(away.argmin())]
+            return fitting[0], 0.0
+        away = np.abs(np.interp(fitting, known[:, 0], known[:, 1]) - x) * self._scan.pixel / self._scan.x_height
+        best = int(away.argmin())
+        return fitting[best], float(away[best])
 
     def _not_there(self, line: int, text: str) -> str:
         """Why a letter of the transcript cannot be named so."""
