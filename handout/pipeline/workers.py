@@ -94,9 +94,13 @@ class ProcessWorkers(Remote):
 
     def _end(self) -> None:
         """End the processes, whatever they are at: what is still being made nobody wants any more."""
+        # its thread may still write into a pipe that it closes: an interpreter that ends meanwhile prints a traceback
+        manager = getattr(self._pool, "_executor_manager_thread", None)
         self._pool.shutdown(wait=False, cancel_futures=True)
         for process in set(multiprocessing.active_children()) - self._before:
             process.kill()
+        if manager is not None:
+            manager.join(_ENDING)
 
     @property
     def ahead(self) -> int:

@@ -6,7 +6,7 @@ import { apart, middle, stage, strokesOf } from './stage.js';
 
 const VERDICTS = { sure: 'sure', doubtful: 'doubtful', refused: 'probably wrong', unnamed: 'without a name', confirmed: 'confirmed' };
 const NEAR = 12; // x-heights that fit into the shorter side of the view when a letter is looked at
-const LEARN_AFTER = 12, QUIET = 8000; // corrections, and ms without one, after which the page is learned from
+const LEARN_FIRST = 3, LEARN_AFTER = 12, QUIET = 8000; // corrections, the first time and then, and ms without one, after which the page is learned from
 const KEYS = matchMedia('(hover: hover)').matches;
 const HINT = KEYS ? 'Enter confirms, a key names the letter anew, ↓ goes to the next doubtful one, ← and → to the letters beside.' : 'A tap chooses a letter, two fingers move and enlarge the page.';
 const BY_KEYS = KEYS ? 'With keys: arrows move the cross, Space puts the pen down, Enter ends; Esc leaves it.' : 'Two fingers move the page; the button again leaves it.';
@@ -46,7 +46,7 @@ export async function show(main, shared, [name, number = '0']) {
   let facts = await request('GET', `${url}/letters`);
   let { letters } = await request('GET', `${url}/letters/${page}`);
   const sheet = { ...facts.pages[page], page, tile: facts.tile }, unit = sheet.x_height;
-  let at = 0, mode = null, chain = Promise.resolve(), pending = 0, since = 0, learning = null, quiet = 0, left_ = false;
+  let at = 0, mode = null, chain = Promise.resolve(), pending = 0, since = 0, learning = null, learned = false, quiet = 0, left_ = false;
   const skipped = new Set();
 
   const title = h('p', { class: 'big', 'aria-live': 'polite' }), about = h('p', { class: 'quiet' });
@@ -382,7 +382,7 @@ export async function show(main, shared, [name, number = '0']) {
   const learn = h('button', { type: 'button', onclick: () => beginLearning(true) }, 'Learn from the corrections');
   async function beginLearning(asked) {
     if (learning || left_) return;
-    learn.disabled = true; since = 0;
+    learn.disabled = true; since = 0; learned = true;
     learning = new AbortController();
     await chain;
     try {
@@ -398,7 +398,7 @@ export async function show(main, shared, [name, number = '0']) {
   }
   function soonLearn() {
     clearTimeout(quiet);
-    if (since >= LEARN_AFTER) quiet = setTimeout(() => beginLearning(false), QUIET);
+    if (since >= (learned ? LEARN_AFTER : LEARN_FIRST)) quiet = setTimeout(() => beginLearning(false), QUIET);
   }
 
   const line = h('input', { value: 'a quick look at it', maxlength: 80 }), written = h('figure', { class: 'sheet' });
