@@ -1,5 +1,6 @@
 """Corrections: each does what it says, finds its letter by place, and leaves what was found as it is."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import msgspec
@@ -280,6 +281,32 @@ def test_a_name_takes_its_letter_of_the_transcript(small_hand):
     # a letter left of one that is confirmed comes before it in the text
     with pytest.raises(InputError, match="has no 'h'"):
         strictly(small_hand, Confirm(page=0, at=at(small_hand, v)), Label(page=0, at=at(small_hand, e), text="h"))
+
+
+def test_where_a_baseline_is_off_a_letter_stays_in_its_line(small_hand):
+    """The neighbouring line is nearer to the ink then, and has a letter of that name, but far from there."""
+    page = small_hand.pages[0]
+    x = {i: float(page.graph.uv[g.vertices, 0].mean()) for i, g in enumerate(small_hand.glyphs)}
+    on_line = [(g.letter, g.line) for g in small_hand.glyphs]
+    number, other = max(
+        ((i, k) for i, g in enumerate(small_hand.glyphs) for k, h in enumerate(small_hand.glyphs)
+         if g.letter == h.letter and g.line == h.line + 1 and on_line.count((g.letter, g.line)) == 1),
+        key=lambda pair: abs(x[pair[0]] - x[pair[1]]),
+    )  # fmt: skip
+    glyph, tall = small_hand.glyphs[number], page.x_height / page.pixel
+    middle = page.graph.uv[glyph.vertices].mean(axis=0)
+    baselines = np.array(page.baselines)
+    above = float(page.base(small_hand.glyphs[other].line, middle[0]))
+    baselines[glyph.line, 0] += middle[1] + (middle[1] - above + 1.5 * tall) - float(page.base(glyph.line, middle[0]))
+    bent = replace(small_hand, pages=(replace(page, baselines=baselines),))
+    off = [
+        abs(bent.pages[0].to_line(i, middle)[0, 1] * page.pitch / page.x_height - 0.5) for i in range(len(baselines))
+    ]
+    assert off[glyph.line] > off[glyph.line - 1] == min(off)
+    made = made_by.apply(bent, [Outline(page=0, within=box(small_hand, [number]), text=glyph.letter)])
+    (again,) = [one for one in made.glyphs if one.at == glyph.at]
+    assert again.confirmed and again.line == glyph.line
+    assert any(one.at == small_hand.glyphs[other].at and not one.confirmed for one in made.glyphs)
 
 
 def test_removed_ink_is_dismissed_until_it_is_named(small_hand):
