@@ -22,7 +22,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,7 +57,7 @@ class Fault:
     page: ScannedPage
     truth: Bools
     wanted: Bools
-    to: str
+    to: Literal["ink", "paper"]
 
 
 def _grown(mask: Bools, by: float) -> Bools:
@@ -224,7 +224,7 @@ def repaired(fault: Fault, kind: str, seed: int, kept: bool) -> Tally:
         left = fault.wanted & (~ink if fault.to == "ink" else ink)
         way, width = _dab(left, page, rng, kind == "stain")
         begin = time.process_time()
-        hand = applied(hand, [Paint(page=0, to=fault.to, stroke=tuple(way), width=width)]).hand  # type: ignore[arg-type]
+        hand = applied(hand, [Paint(page=0, to=fault.to, stroke=tuple(way), width=width)]).hand
         tally.seconds.append(time.process_time() - begin)
         ink = ink_of(hand.pages[0])
         if count == 1:

@@ -1,7 +1,8 @@
 """A scanned hand while it is being corrected: its glyphs in a list that changes, found by places on a page.
 
 A letter that is named is a letter of the page's transcript: the one of that name on its line whose place is nearest,
-between the letters that are confirmed on its left and on its right.
+between the letters that are confirmed on its left and on its right.  Loose ink that is named may be of any line that is
+about as near as the nearest.
 """
 
 from __future__ import annotations
@@ -31,8 +32,9 @@ _NO_SCAN = (
     "This hand keeps no scan of the page, so painting moves only the ink under the brush, and painted ink has the "
     "page's usual colour; a hand that is read anew keeps it."
 )
-_AS_NEAR = 1.0  # x-heights: lines that are nearly as near to some ink as the nearest; a third of their distance
-_ASIDE = 0.25  # of an x-height off the line, which one aside counts as: letters are expected to two of them; set by eye
+# by which lines as near as the nearest are further from some ink: x-heights, a third of the distance of usual lines
+_AS_NEAR = 1.0
+_ASIDE = 0.25  # x-heights off its line that a letter's place costs for each x-height aside; set by eye, as the one above
 _MOST_BRUSH = 20.0  # mm: wider brushes would take lines of writing
 
 Spot = tuple[float, float]

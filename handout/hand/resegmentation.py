@@ -1,8 +1,8 @@
 """A page segmented anew in the window around what a person painted, where its scan was kept.
 
 Ink, line and texture of the window follow what `scanning.scribbles` makes of the scan; vertices whose ink is as it was
-keep their places and their letters, so that a letter loses nothing but the ink that is none.  What is new is nobody's
-until the words around it are aligned.
+keep their places and their letters, so that a letter loses nothing but the ink that is none.  What is new goes to the
+letter that is nearest along its line (`hand_editor`), until the words around it are aligned.
 
 Source: seed 000, §5.2; own method.
 """
