@@ -32,9 +32,9 @@ _NO_SCAN = (
     "This hand keeps no scan of the page, so painting moves only the ink under the brush, and painted ink has the "
     "page's usual colour; a hand that is read anew keeps it."
 )
-# by which lines as near as the nearest are further from some ink: x-heights, a third of the distance of usual lines
-_AS_NEAR = 1.0
-_ASIDE = 0.25  # x-heights off its line that a letter's place costs for each x-height aside; set by eye, as the one above
+# both set by eye: x-heights by which a line may be further from some ink than the nearest, a third of what lies between
+# lines; and what a letter costs in x-heights off its line for each that it lies aside of its place
+_AS_NEAR, _ASIDE = 1.0, 0.25
 _MOST_BRUSH = 20.0  # mm: wider brushes would take lines of writing
 
 Spot = tuple[float, float]
