@@ -81,7 +81,7 @@ def run(printer, kept=None, queue=None, **given):
 def test_one_that_cannot_be_started_is_switched_off_all_the_same(tmp_path, monkeypatch):
     monkeypatch.setattr(shutil, "which", lambda name, path: None)
     printer = Everywhere(tmp_path)
-    with pytest.raises(Missing, match="ippeveprinter is not installed"):
+    with pytest.raises(Missing, match="is not installed"):
         printer.start()
     printer.kill()
 
