@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.simulated.author.ink_ownership import evenly
-from handout.simulated.author.truth import Truth
 from handout.values import Array, Indices
+from handout_lab.author.ink_ownership import evenly
+from handout_lab.author.truth import Truth
 
 NOBODY = -1  # the letter of ink that is no letter's
 NEAR = 0.06  # mm between a true and a found path that count as one

@@ -10,9 +10,9 @@ import regex
 from numpy.typing import NDArray
 
 from handout.motion.trace import STEPS
-from handout.simulated.author.truth import Letter, Path, Split
 from handout.simulated.scanner.placement import Placement
 from handout.values import Array, Drawing, Indices, Manuscript
+from handout_lab.author.truth import Letter, Path, Split
 
 _STEP = 0.4  # pixels between two places of a path as it is drawn
 _APART = 1.5  # widths of the line along it, from which on nearness is no mere continuation

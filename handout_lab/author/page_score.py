@@ -14,10 +14,10 @@ from handout.hand.places import graphemes
 from handout.hand.scanned import ScannedGlyph
 from handout.scanning.scan import Scan
 from handout.scanning.written_page import WrittenPage, read_page
-from handout.simulated.author import ground_truth_score
-from handout.simulated.author.truth import Simulated, Truth
 from handout.tagging.page_tagging import TaggedPage
 from handout.values import Array, Indices
+from handout_lab.author import ground_truth_score
+from handout_lab.author.truth import Simulated, Truth
 
 
 @dataclass(frozen=True)

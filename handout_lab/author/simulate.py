@@ -16,14 +16,14 @@ from handout.inking.pen import Pen, rgb, usual
 from handout.inking.pens import passed
 from handout.motion.trace import trace, written
 from handout.page_sizes import page
-from handout.simulated.author import ink_ownership
-from handout.simulated.author.truth import Simulated, Truth
 from handout.simulated.scanner import Flatbed
-from handout.simulated.scanner import written as scanned
 from handout.simulated.scanner.placement import Placement, dust, lay
 from handout.values import Drawing, Manuscript, Page
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
+from handout_lab.author import ink_ownership
+from handout_lab.author import written as scanned
+from handout_lab.author.truth import Simulated, Truth
 
 LEAST_DPI, MOST_DPI = 72.0, 1200.0  # below what readers take (100) to what flatbeds have; set by eye
 _MOST = 250e6  # pixels: the truth takes 30 bytes of each

@@ -13,7 +13,7 @@ from handout.cli.commands import Command
 from handout.cli.console import Console
 
 if TYPE_CHECKING:
-    from handout.pipeline.scoring import CrowdedPage, Distance, ScoredPage, ScoredPair
+    from handout_lab.pipeline.scoring import CrowdedPage, Distance, ScoredPage, ScoredPair
 
 _DEGREES = ("slant", "slant_spread", "line_slope", "slope_spread", "margin_drift")  # kept in radians
 # measure → its caption, and the unit behind it
@@ -43,7 +43,7 @@ _CAPTIONS = {
 }
 
 
-@click.command("score", cls=Command)
+@click.command("score", cls=Command, short_help="Measure how far page images look written by a person.")
 @click.argument("pages", nargs=-1, required=True, metavar="PAGE...", type=click.Path(path_type=Path))
 @click.option("--crowd", type=click.Path(path_type=Path), help="Folder of other people's pages to compare with.")
 @click.option("--dpi", type=click.FloatRange(50, 2400), help="Of the images, where the files do not say.")
@@ -61,7 +61,7 @@ def command(pages: tuple[Path, ...], crowd: Path | None, dpi: float | None, seed
     handout score letter.png
     handout score real.png page.png --crowd scans/ --json
     """
-    from handout.pipeline.scoring import score
+    from handout_lab.pipeline.scoring import score
 
     scores = score(pages, crowd, dpi=dpi, seed=seed)
     if as_json:

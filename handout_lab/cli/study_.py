@@ -11,16 +11,20 @@ from handout import units
 from handout.cli import options
 from handout.cli.commands import FILES, HAND, Group, under
 from handout.cli.console import Console
-from handout.pipeline.options import StudyOptions
+from handout_lab.pipeline.options import StudyOptions
 
 if TYPE_CHECKING:
-    from handout.pipeline.study import ScoredStudy, Scores, Share
+    from handout_lab.pipeline.study import ScoredStudy, Scores, Share
 
 _CAPTIONS = {"A": "A: real or made", "B": "B: which of two is made", "E": "E: envelopes"}
 _FEW = 3  # snippets that are shown of the hardest, and of the easiest
 
 
-@click.group("study", cls=Group)
+@click.group(
+    "study",
+    cls=Group,
+    short_help="Make, read and score a study: can people tell made writing from real?",
+)
 def command() -> None:
     """A study: can people tell what is made in a hand from what its writer wrote?"""
 
@@ -97,7 +101,7 @@ def make(output: str, study: StudyOptions, console: Console) -> None:
     \b
     handout study make --hand me.hand --real scans/ --people 170 -o study/
     """
-    from handout.pipeline.study import make
+    from handout_lab.pipeline.study import make
 
     with console.working():
         result = make(output, study, listener=console)
@@ -122,7 +126,7 @@ def read(scans: tuple[str, ...], output: str, console: Console) -> int:
     \b
     handout study read filled-scans/ -o answers.csv
     """
-    from handout.pipeline.study import read
+    from handout_lab.pipeline.study import read
 
     with console.working():
         result = read(scans, output, listener=console)
@@ -154,7 +158,7 @@ def score(table: Path, key: Path | None, output: Path | None, least_controls: in
     \b
     handout study score answers.csv -o figure.svg
     """
-    from handout.pipeline.study import score
+    from handout_lab.pipeline.study import score
 
     result = score(table, key, output, least_controls=least_controls, seed=seed)
     if not console.as_json:
@@ -214,7 +218,7 @@ def judge(real: Path, made: Path, controls: bool, seed: int, console: Console) -
     \b
     handout study judge recordings/ made/ --controls
     """
-    from handout.pipeline.judging import judge_motion
+    from handout_lab.pipeline.judging import judge_motion
 
     with console.working():
         result = judge_motion(real, made, controls=controls, seed=seed, listener=console)

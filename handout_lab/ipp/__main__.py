@@ -1,4 +1,4 @@
-"""``python -m handout.simulated.ipp FOLDER``: a simulated printer, to see what handout does when one fails."""
+"""``python -m handout_lab.ipp FOLDER``: a simulated printer, to see what handout does when one fails."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import argparse
 import time
 from pathlib import Path
 
-from handout.simulated.ipp.printer import FAILURES, Faults, SimulatedPrinter
+from handout_lab.ipp.printer import FAILURES, Faults, SimulatedPrinter
 
 
 def main() -> None:
     """Run a printer until Ctrl-C."""
-    parser = argparse.ArgumentParser(prog="python -m handout.simulated.ipp", description=Faults.__doc__)
+    parser = argparse.ArgumentParser(prog="python -m handout_lab.ipp", description=Faults.__doc__)
     parser.add_argument("folder", type=Path, help="receives what is printed")
     parser.add_argument("--port", type=int, default=8632)
     jobs = ("busy", "empty_at", "jam_at", "hold_at", "lie_at", "lost_at", "torn_at", "unanswered_at")

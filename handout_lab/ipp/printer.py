@@ -2,7 +2,7 @@
 
 It speaks IPP 1.1 and 2.0 (Get-Printer-Attributes, Validate-Job, Print-Job, Create-Job, Send-Document,
 Get-Job-Attributes, Get-Jobs, Cancel-Job), knows envelopes and custom sizes, keeps every document that it "prints" byte
-for byte, and refuses what it does not have.  ``python -m handout.simulated.ipp printed`` runs one until Ctrl-C;
+for byte, and refuses what it does not have.  ``python -m handout_lab.ipp printed`` runs one until Ctrl-C;
 ``--help`` names its faults.
 """
 
@@ -22,7 +22,7 @@ from handout.printing.documents import MIME
 from handout.printing.ipp.client import Operation
 from handout.printing.ipp.message import Attribute, Group, Message, Range, Resolution, Tag, Value, attribute
 from handout.printing.ipp.status import JobState, Status
-from handout.simulated.ipp.server import Broken, handler
+from handout_lab.ipp.server import Broken, handler
 
 FAILURES = tuple(f"{when}{how}" for how in ("500", "503", "drop", "error", "text") for when in ("", "done-"))
 _TRAYS, _TYPES = ("auto", "rear", "main"), ("stationery", "envelope")

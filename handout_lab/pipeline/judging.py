@@ -11,10 +11,10 @@ import numpy as np
 from handout.errors import InputError
 from handout.pipeline.results import SILENT, Facts, Listener, Result
 from handout.progress import within
-from handout.score import motion_judge
-from handout.score.motion_judge import Judgement, Sample
 from handout.sources import read_drawing, suffixes
 from handout.values import Drawing
+from handout_lab.score import motion_judge
+from handout_lab.score.motion_judge import Judgement, Sample
 
 _SPLIT = 2 * motion_judge.LEAST  # real writers that can be parted in two for the control
 _ALONE = "there is one writer of them: files are kept apart instead, and the judge may know the writer's manner"

@@ -10,12 +10,12 @@ import numpy as np
 
 from handout.errors import InputError
 from handout.pipeline.results import Fact, Facts, Result
-from handout.score.comparison import Comparison, WriterRanking, compare, rank_writers, read_crowd
-from handout.score.features import Distance as Distance
-from handout.score.features import LineFeatures, PageFeatures, distance, measure_lines, page_features
-from handout.score.repetition import components, repetition
-from handout.score.statistics import PageStatistics, page_statistics
-from handout.score.written_lines import ink, read_page
+from handout_lab.score.comparison import Comparison, WriterRanking, compare, rank_writers, read_crowd
+from handout_lab.score.features import Distance as Distance
+from handout_lab.score.features import LineFeatures, PageFeatures, distance, measure_lines, page_features
+from handout_lab.score.repetition import components, repetition
+from handout_lab.score.statistics import PageStatistics, page_statistics
+from handout_lab.score.written_lines import ink, read_page
 
 _NEAREST = 5  # of a crowd, that are named
 _DECIMALS = 5  # of the figures in JSON

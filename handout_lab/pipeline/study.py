@@ -19,27 +19,28 @@ from numpy.typing import NDArray
 from handout import atomic, units
 from handout.errors import InputError
 from handout.hand import file, library
-from handout.pipeline.options import SheetOptions, StudyOptions, WritingOptions, seed_of
+from handout.pipeline.options import SheetOptions, WritingOptions, seed_of
 from handout.pipeline.results import SILENT, Fact, Facts, Listener, Result
-from handout.pipeline.study_material import Material, Twin, material, parted, pictures_in, twins
 from handout.pipeline.writing import write
 from handout.progress import within
 from handout.prompting.sheet_layout import paper_of_name
 from handout.scanning.picture_files import read_picture
-from handout.study import answers as answering
-from handout.study import design, evenness, scoring, sheets
-from handout.study.answers import Answer
-from handout.study.design import Item, Key, Person, Snippet
-from handout.study.figure import figure
-from handout.study.scoring import Scores as Scores
-from handout.study.scoring import Share as Share
 from handout.tagging.page_sources import chosen_pages
+from handout_lab.pipeline.options import StudyOptions
+from handout_lab.pipeline.study_material import Material, Twin, material, parted, pictures_in, twins
+from handout_lab.study import answers as answering
+from handout_lab.study import design, evenness, scoring, sheets
+from handout_lab.study.answers import Answer
+from handout_lab.study.design import Item, Key, Person, Snippet
+from handout_lab.study.figure import figure
+from handout_lab.study.scoring import Scores as Scores
+from handout_lab.study.scoring import Share as Share
 
 if TYPE_CHECKING:
-    from handout.pipeline.study_material import Parted
-    from handout.study.evenness import Tell
-    from handout.study.scoring import Difficulty, Taken
-    from handout.study.snippets import Picture
+    from handout_lab.pipeline.study_material import Parted
+    from handout_lab.study.evenness import Tell
+    from handout_lab.study.scoring import Difficulty, Taken
+    from handout_lab.study.snippets import Picture
 
 _READ, _WRITTEN = 0.1, 0.9  # of the work on a study, when its pages are known, and when all is written; measured
 KEY, SHEETS, ABOUT = "study.key", "sheets.pdf", "study.json"

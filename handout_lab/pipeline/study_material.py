@@ -21,9 +21,9 @@ from handout.pipeline.results import Listener
 from handout.pipeline.writing import draw, prepare, set_parts
 from handout.progress import Tell
 from handout.scanning.picture_files import read_picture
-from handout.study.design import Snippet
-from handout.study.snippets import WIDEST, LooseLetters, Picture, Run, WrittenWords, on_white, without_lines
 from handout.tagging.page_sources import filled_sheet
+from handout_lab.study.design import Snippet
+from handout_lab.study.snippets import WIDEST, LooseLetters, Picture, Run, WrittenWords, on_white, without_lines
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand

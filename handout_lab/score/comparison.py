@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from handout.errors import InputError
-from handout.score.features import (
+from handout_lab.score.features import (
     KINDS,
     Distance,
     LineFeatures,
@@ -30,8 +30,8 @@ from handout.score.features import (
     page_features,
     pool_lines,
 )
-from handout.score.two_sample import TwoSample, two_sample
-from handout.score.written_lines import ink, read_page
+from handout_lab.score.two_sample import TwoSample, two_sample
+from handout_lab.score.written_lines import ink, read_page
 
 DRAWS = 24  # of halves
 LEAST = 4  # lines: with fewer a half is one line

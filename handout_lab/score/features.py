@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.scanning.text_lines import line_owners
-from handout.score.hinge import chi_square, hinge, hinge_counts
-from handout.score.quill import quill, quill_counts
-from handout.score.run_lengths import run_counts, run_distance, runs
-from handout.score.statistics import line_figures
-from handout.score.written_lines import WrittenLine, find_lines, find_words, ink
 from handout.values import Array
+from handout_lab.score.hinge import chi_square, hinge, hinge_counts
+from handout_lab.score.quill import quill, quill_counts
+from handout_lab.score.run_lengths import run_counts, run_distance, runs
+from handout_lab.score.statistics import line_figures
+from handout_lab.score.written_lines import WrittenLine, find_lines, find_words, ink
 
 KINDS = ("hinge", "runs", "quill")
 _SHORT = 0.35  # of the usual ink of a line: the last word of a paragraph

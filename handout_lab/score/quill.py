@@ -19,8 +19,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.score.hinge import legs
 from handout.values import Array
+from handout_lab.score.hinge import legs
 
 LEG = 4  # contour points
 DIRECTIONS = 24  # of 7.5°

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.scanning.baselines import spans
-from handout.score.hinge import chi_square
 from handout.values import Array
+from handout_lab.score.hinge import chi_square
 
 LONGEST = 60  # pixels, 5 mm at 300 dpi: about two heights of a small letter
 KINDS = ("ink across", "ink down", "paper across", "paper down")

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
-from handout.score.hinge import legs
-from handout.score.written_lines import DPI, WrittenLine, ends_of_strokes, find_lines, find_words, ink, tops_over
 from handout.values import Array
+from handout_lab.score.hinge import legs
+from handout_lab.score.written_lines import DPI, WrittenLine, ends_of_strokes, find_lines, find_words, ink, tops_over
 
 _STRAIGHT = np.cos(np.radians(20.0))  # between the two legs of a piece of edge: sharper pieces are not straight
 _STEM = np.radians(25.0)  # from the page's slant: edges that lean further are not those of stems

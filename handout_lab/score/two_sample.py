@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
-from handout.score.features import LineFeatures
 from handout.values import Array, Indices
+from handout_lab.score.features import LineFeatures
 
 LEAST = 4  # lines of either kind
 GOAL = 0.60

@@ -20,9 +20,9 @@ from handout.errors import InputError
 from handout.prompting.registration import in_grey, register
 from handout.prompting.sheet_codes import read_codes
 from handout.prompting.sheet_detection import rectify
-from handout.study import marks, sheets
-from handout.study.marks import Manner, Mark
-from handout.study.sheets import COVER, SheetRecord
+from handout_lab.study import marks, sheets
+from handout_lab.study.marks import Manner, Mark
+from handout_lab.study.sheets import COVER, SheetRecord
 
 _NAMED = "study-"  # before a study's name, which a spreadsheet would take for a number where it is as 375329e11892
 PLAIN, DOUBTFUL = "plain", "doubtful"

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from handout.study.snippets import Picture
 from handout.values import Array
+from handout_lab.study.snippets import Picture
 
 _INK = 0.25  # of the snippet's own depth, where ink begins
 _SPECK = 0.08  # mm²: ink smaller than that is dust to the eye; a full stop of a ballpoint has twice that

@@ -5,8 +5,8 @@ from __future__ import annotations
 import html
 from collections.abc import Mapping, Sequence
 
-from handout.study.design import ENVELOPES, PAIRS, SINGLES
-from handout.study.scoring import GUESSING, Scores, Share, Skill
+from handout_lab.study.design import ENVELOPES, PAIRS, SINGLES
+from handout_lab.study.scoring import GUESSING, Scores, Share, Skill
 
 _WIDE, _HIGH, _GAP = 250, 170, 62  # of a panel, and between panels; pixels
 _FACE = "font-family='Liberation Sans, Arial, sans-serif'"

@@ -18,8 +18,8 @@ from functools import reduce
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.study.sheets import BOX, EDGE, Row
 from handout.values import Array
+from handout_lab.study.sheets import BOX, EDGE, Row
 
 DPI = 200.0  # of the flat page on which boxes are read
 _UNIT = DPI / 25.4  # pixels a mm

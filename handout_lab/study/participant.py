@@ -14,9 +14,9 @@ import numpy as np
 from handout.simulated.printer.pen import ink_of
 from handout.simulated.scanner import Flatbed
 from handout.simulated.sheet import Sheet, Written
-from handout.study.design import Item, Person
-from handout.study.sheets import ANSWERS, Row
 from handout.values import Array
+from handout_lab.study.design import Item, Person
+from handout_lab.study.sheets import ANSWERS, Row
 
 _FINER = 4  # of a pixel, while a line is drawn
 _PAPER = np.array([0.97, 0.97, 0.96])

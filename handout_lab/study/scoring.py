@@ -27,11 +27,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
-from handout.study import design
-from handout.study.answers import DOUBTFUL, Answer
-from handout.study.design import CONTROL, ENVELOPES, MADE, OURS, PAIRS, REAL, SINGLES, Key
-from handout.study.sheets import COVER
 from handout.values import Array, Indices
+from handout_lab.study import design
+from handout_lab.study.answers import DOUBTFUL, Answer
+from handout_lab.study.design import CONTROL, ENVELOPES, MADE, OURS, PAIRS, REAL, SINGLES, Key
+from handout_lab.study.sheets import COVER
 
 LEVEL = 0.95  # of intervals
 GUESSING = 0.5  # the share of who tells nothing: all questions have two answers

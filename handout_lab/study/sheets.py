@@ -21,10 +21,10 @@ import handout
 from handout.errors import InputError
 from handout.prompting import sheet_codes, sheet_pdf
 from handout.prompting.sheet_layout import MARK_FOOT, MARK_QUIET, MARK_SIDE, MARK_SIZE
-from handout.study import design
-from handout.study.design import ENVELOPES, PAIRS, SINGLES, Person
-from handout.study.snippets import Picture
 from handout.values import Array, Page, readonly
+from handout_lab.study import design
+from handout_lab.study.design import ENVELOPES, PAIRS, SINGLES, Person
+from handout_lab.study.snippets import Picture
 
 COVER = "P"
 KINDS = (COVER, SINGLES, PAIRS, ENVELOPES)

@@ -1,6 +1,6 @@
 """Makes the shipped brushes: a dry brush of scanned strokes, and marker, sumi and crayon of simulated ones.
 
-    python -m handout.training.brushes stroke.png … --output brushes
+    python -m handout_lab.training.brushes stroke.png … --output brushes
 
 The pictures are of the dry brush's strokes, one each; the other strokes are painted here, in a frame along and across
 them, with noise that is smooth along the bristles.  Their shapes and tones are set by eye.

@@ -1,7 +1,7 @@
 """Learns what tells a glyph that is wrong: writers are simulated, their letters known, some of them spoilt on purpose.
 
-`python -m handout.training.glyph_vetting -o handout/hand/outliers.npz` makes the model that ships.  How far a score is
-to be believed was measured on people's pages (`hand.vetting`).
+`python -m handout_lab.training.glyph_vetting -o handout/hand/outliers.npz` makes the model that ships.  How far a score
+is to be believed was measured on people's pages (`hand.vetting`).
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from handout.inking.pen import usual
 from handout.page_sizes import page
 from handout.prompting import corpus
 from handout.scanning.written_page import WrittenPage
-from handout.simulated.author import ground_truth_score, page_score
-from handout.simulated.author.simulate import Desk, simulate
-from handout.simulated.author.truth import Simulated
 from handout.tagging.page_tagging import TaggedPage, hand_of_pages, tag_labelled_page
 from handout.tagging.synthetic_writers import built_in_hands, random_writer, texts
-from handout.training.spoilt_letters import NOBODY, Spoiler
 from handout.values import Array, Indices
 from handout.writing.layout import Layout
+from handout_lab.author import ground_truth_score, page_score
+from handout_lab.author.simulate import Desk, simulate
+from handout_lab.author.truth import Simulated
+from handout_lab.training.spoilt_letters import NOBODY, Spoiler
 
 
 @dataclass(frozen=True)
@@ -249,7 +249,7 @@ def _say(line: str) -> None:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Learn the model and write it."""
     parser = argparse.ArgumentParser(
-        prog="python -m handout.training.glyph_vetting", description=(__doc__ or "").split("\n")[0]
+        prog="python -m handout_lab.training.glyph_vetting", description=(__doc__ or "").split("\n")[0]
     )
     parser.add_argument("-o", "--output", type=Path, required=True, help="the .npz file")
     chosen = parser.parse_args(arguments)

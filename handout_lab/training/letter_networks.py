@@ -1,4 +1,4 @@
-"""Trains the networks that read letters: ``python -m handout.training.letter_networks -o FILE.npz``.
+"""Trains the networks that read letters: ``python -m handout_lab.training.letter_networks -o FILE.npz``.
 
 All training lines are written by synthetic writers (`tagging.synthetic_lines`); no real page is used.
 """
@@ -108,7 +108,7 @@ def _report(line: str) -> None:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Train one network, write it, and print its accuracy on new lines."""
     parser = argparse.ArgumentParser(
-        prog="python -m handout.training.letter_networks", description=(__doc__ or "").split("\n")[0]
+        prog="python -m handout_lab.training.letter_networks", description=(__doc__ or "").split("\n")[0]
     )
     parser.add_argument("-o", "--output", type=Path, required=True, help="the .npz to write")
     parser.add_argument("--corpus", type=Path, help="sentences, one a line (default: the prompts')")

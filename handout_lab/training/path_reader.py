@@ -1,4 +1,4 @@
-"""Trains the reader of pen paths: ``python -m handout.training.path_reader WORDS.npz -o FILE.npz``.
+"""Trains the reader of pen paths: ``python -m handout_lab.training.path_reader WORDS.npz -o FILE.npz``.
 
 Needs PyTorch, which the program itself does not.  WORDS.npz is made by ``--make``, from the built-in hands and the
 single-line SVG fonts that are given.  The training criterion is the probability of the text, whatever steps it takes
@@ -22,8 +22,8 @@ from handout.hand import library, svg_font
 from handout.prompting import corpus
 from handout.reading import pen_paths
 from handout.reading.path_features import COUNT, Floats, SampledPath, features
-from handout.training.path_words import NOISE, PathNoise, PathWord, path_words, varied
 from handout.values import Array
+from handout_lab.training.path_words import NOISE, PathNoise, PathWord, path_words, varied
 
 _RATE_ON = 1e-3  # greatest learning rate of a network that is trained on
 EACH = 4  # points a step of the network
@@ -308,7 +308,7 @@ def _report(line: str) -> None:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Make words, or train a network on them and print its errors on new ones."""
     parser = argparse.ArgumentParser(
-        prog="python -m handout.training.path_reader", description=(__doc__ or "").split("\n")[0]
+        prog="python -m handout_lab.training.path_reader", description=(__doc__ or "").split("\n")[0]
     )
     parser.add_argument("words", type=Path, help="the words to learn from, or to make")
     parser.add_argument("--make", type=int, metavar="COUNT", help="make so many words, and train nothing")

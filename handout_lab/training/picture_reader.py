@@ -1,4 +1,4 @@
-"""Trains the reader of pictures: ``python -m handout.training.picture_reader WORDS.npz … -o READER.npz``.
+"""Trains the reader of pictures: ``python -m handout_lab.training.picture_reader WORDS.npz … -o READER.npz``.
 
 Needs torch (the extra "train").  The sets of pictures are made by `word_pictures`; what is written is for numpy alone
 (`reading.pictures`).
@@ -314,7 +314,7 @@ def _report(line: str) -> None:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Train a reader and write it."""
     parser = argparse.ArgumentParser(
-        prog="python -m handout.training.picture_reader", description=(__doc__ or "").split("\n")[0]
+        prog="python -m handout_lab.training.picture_reader", description=(__doc__ or "").split("\n")[0]
     )
     parser.add_argument("words", type=Path, nargs="+", help="sets of pictures")
     parser.add_argument("-o", "--output", type=Path, required=True, help="the .npz to write")

@@ -1,4 +1,4 @@
-"""Makes the pose libraries that ship: ``python -m handout.training.pose_libraries FOLDER -o poses``.
+"""Makes the pose libraries that ship: ``python -m handout_lab.training.pose_libraries FOLDER -o poses``.
 
 FOLDER holds the recordings: ``bda_svc/HC-female`` and ``HC-male`` (`*.svc`), ``wacom_uim/value-of-ink.uim``.  Each
 becomes a library of at most so many samples, the first of the recording; what is learned twice is kept once.

@@ -2,7 +2,7 @@
 
 Simulated devices stand in for pen, paper and scanner.  Ink, line and lines of writing are what the pipeline finds;
 whose ink is whose is known, so that these hands have no wrong letters.
-`python -m handout.training.scanned_hands -o FOLDER` makes them anew.
+`python -m handout_lab.training.scanned_hands -o FOLDER` makes them anew.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from handout.hand.scanned import ScannedHand, Texture
 from handout.inking.pen import Pen, usual
 from handout.page_sizes import page
 from handout.prompting import corpus, prompt_pages, sentence_choice
-from handout.simulated.author import page_score
-from handout.simulated.author.simulate import Desk, simulate_pages
-from handout.simulated.author.truth import Simulated
 from handout.tagging.page_tagging import TaggedPage, hand_of_pages, tag_labelled_page
-from handout.training.glyph_vetting import known
 from handout.writing.layout import Layout
+from handout_lab.author import page_score
+from handout_lab.author.simulate import Desk, simulate_pages
+from handout_lab.author.truth import Simulated
+from handout_lab.training.glyph_vetting import known
 
 PAGES = 3  # that the author copies; set by eye
 ACCENTED = "àáâãäåæçèéêëìíîïñòóôõöøœßùúûüýÿÄÖÜÉ¡¿€£–…"
@@ -153,7 +153,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Make the hands and write them."""
     names = [recipe.name for recipe in RECIPES]
     parser = argparse.ArgumentParser(
-        prog="python -m handout.training.scanned_hands", description=(__doc__ or "").split("\n")[0]
+        prog="python -m handout_lab.training.scanned_hands", description=(__doc__ or "").split("\n")[0]
     )
     parser.add_argument("-o", "--output", type=Path, required=True, help="the folder for the .hand files")
     parser.add_argument("--hands", nargs="+", choices=names, default=names)

@@ -1,4 +1,4 @@
-"""Makes the learned style that ships: ``python -m handout.training.styles -o styles/learned.style``.
+"""Makes the learned style that ships: ``python -m handout_lab.training.styles -o styles/learned.style``.
 
 Its examples are this project's own: tags that the genetic algorithm invents, in three styles of rules, and pages of two
 built-in hands.  Each of the five manners is a primer; the structure is that of the tags.

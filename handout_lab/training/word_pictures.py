@@ -1,7 +1,7 @@
 """Pictures of words to train readers on: written by synthetic writers, and set in handwriting fonts, much distorted.
 
-``python -m handout.training.word_pictures --fonts FOLDER -o WORDS.npz`` makes a set of them.  The fonts are .woff or
-.ttf files under licences that allow it (docs/bibliography.md names them).  About a quarter of the texts are random
+``python -m handout_lab.training.word_pictures --fonts FOLDER -o WORDS.npz`` makes a set of them.  The fonts are .woff
+or .ttf files under licences that allow it (docs/bibliography.md names them).  About a quarter of the texts are random
 letters and a third of the words have a wrong letter: what is read must be what is there, not what would be likely.
 """
 
@@ -426,7 +426,7 @@ def save(pictures: Sequence[WordPicture], path: Path) -> None:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Make a set and write it."""
     parser = argparse.ArgumentParser(
-        prog="python -m handout.training.word_pictures", description=(__doc__ or "").split("\n")[0]
+        prog="python -m handout_lab.training.word_pictures", description=(__doc__ or "").split("\n")[0]
     )
     parser.add_argument("-o", "--output", type=Path, required=True, help="the .npz to write")
     parser.add_argument("--fonts", type=Path, required=True, help="folder of handwriting fonts")

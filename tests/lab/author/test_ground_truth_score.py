@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from handout.hand.library import load
 from handout.inking.pen import usual
 from handout.page_sizes import page
-from handout.simulated.author import ground_truth_score
-from handout.simulated.author.simulate import Desk, simulate
 from handout.simulated.scanner import Flatbed
 from handout.writing.layout import Layout
+from handout_lab.author import ground_truth_score
+from handout_lab.author.simulate import Desk, simulate
 
 
 @pytest.fixture(scope="module")

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from handout.inking.pen import Pen
-from handout.simulated.author.old_paper import Age, old_sheet
 from handout.values import Drawing, Page, Stroke
+from handout_lab.author.old_paper import Age, old_sheet
 
 PAGE, DPI = Page(60.0, 40.0), 100
 CLEAN = Age(uneven=0.0, edge=0.0, foxing=0.0, stains=0, folds=(), through=0.0)

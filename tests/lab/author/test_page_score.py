@@ -7,9 +7,9 @@ import pytest
 
 from handout.hand.library import load
 from handout.prompting import corpus
-from handout.simulated.author import page_score
-from handout.simulated.author.ink_ownership import parted
-from handout.training import scanned_hands as shipping
+from handout_lab.author import page_score
+from handout_lab.author.ink_ownership import parted
+from handout_lab.training import scanned_hands as shipping
 
 HALF = 6  # samples from the last point of a letter to where it changes hands in motor time
 

@@ -13,11 +13,11 @@ from handout.inking.papers import Paper
 from handout.inking.pen import usual
 from handout.motion.trace import STEPS, trace, written
 from handout.page_sizes import page
-from handout.simulated.author.simulate import Desk, scan, simulate, simulate_pages
 from handout.simulated.scanner import Flatbed
 from handout.simulated.scanner.placement import lay
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
+from handout_lab.author.simulate import Desk, scan, simulate, simulate_pages
 
 TEXT = "Minimum jumps, été of it."
 SMALL = Layout(page("70x40mm"), (6.0, 6.0, 6.0, 6.0), x_height=2.2)

@@ -8,17 +8,17 @@ import pytest
 from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from handout.cli.score_ import command
-from handout.errors import InputError
-from handout.scanning.text_lines import line_owners
-from handout.score.comparison import closeness, compare, half_to_half
-from handout.score.features import full_lines, measure_lines, page_features, pool_lines
-from handout.score.repetition import repetition
-from handout.score.two_sample import TwoSample, together, two_sample, wilson
-from handout.score.written_lines import find_lines, ink
 from tests.score.drawn import page
 from tests.score.pages_of_hands import font, house
+
+from handout.errors import InputError
+from handout.scanning.text_lines import line_owners
+from handout_lab.cli.score_ import command
+from handout_lab.score.comparison import closeness, compare, half_to_half
+from handout_lab.score.features import full_lines, measure_lines, page_features, pool_lines
+from handout_lab.score.repetition import repetition
+from handout_lab.score.two_sample import TwoSample, together, two_sample, wilson
+from handout_lab.score.written_lines import find_lines, ink
 
 # they rest on scans that take seconds to make
 pytestmark = pytest.mark.slow
@@ -84,7 +84,7 @@ def test_another_hand_fails(lines, rng):
 
 def test_guessing_is_half_right_on_average():
     """Lines of noise: the accuracy must be neither above nor below one half when there is nothing to learn."""
-    from handout.score import two_sample as module
+    from handout_lab.score import two_sample as module
 
     rng = np.random.default_rng(3)
     found = []
@@ -98,7 +98,7 @@ def test_guessing_is_half_right_on_average():
 
 def test_a_line_that_is_left_out_teaches_nothing():
     """Changing what is known of the lines left out cannot change the classifier: only their own verdicts."""
-    from handout.score import two_sample as module
+    from handout_lab.score import two_sample as module
 
     rng = np.random.default_rng(1)
     values, label = rng.normal(size=(12, 5)), np.repeat([1.0, -1.0], 6)

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from handout.score.hinge import BINS, chi_square, hinge, legs
-from handout.score.run_lengths import KINDS, LONGEST, run_distance, runs, spans
+from handout_lab.score.hinge import BINS, chi_square, hinge, legs
+from handout_lab.score.run_lengths import KINDS, LONGEST, run_distance, runs, spans
 
 
 def scribble(seed, slant=0.0, thickness=4, size=500):

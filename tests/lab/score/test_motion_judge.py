@@ -10,10 +10,10 @@ from sklearn.metrics import roc_auc_score
 
 from handout.cli import cli
 from handout.errors import InputError
-from handout.score import motion_judge
-from handout.score.motion_judge import Sample, judge, sample, steady
 from handout.sinks.drawing_json import to_json
 from handout.values import Drawing, Page, Stroke
+from handout_lab.score import motion_judge
+from handout_lab.score.motion_judge import Sample, judge, sample, steady
 
 
 @pytest.fixture(autouse=True)

@@ -5,7 +5,7 @@ import pytest
 from PIL import Image
 
 from handout.errors import InputError
-from handout.score.written_lines import ink, read_page
+from handout_lab.score.written_lines import ink, read_page
 
 
 def test_resolution_and_transparency(tmp_path):
@@ -46,9 +46,9 @@ def test_a_house_page_repeats_itself_as_little_as_people_do():
     from handout.inking.plain import flatten, ink
     from handout.motion.trace import trace
     from handout.page_sizes import page
-    from handout.score.repetition import repetition
     from handout.writing.compose import compose
     from handout.writing.layout import Layout
+    from handout_lab.score.repetition import repetition
 
     text = (
         " ".join(

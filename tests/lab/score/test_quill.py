@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from handout.score.hinge import chi_square
-from handout.score.quill import DIRECTIONS, WIDEST, quill, quill_counts, widths
+from handout_lab.score.hinge import chi_square
+from handout_lab.score.quill import DIRECTIONS, WIDEST, quill, quill_counts, widths
 
 
 def bar(angle, thickness):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from handout.score.repetition import components, repetition
+from handout_lab.score.repetition import components, repetition
 
 
 def page(shapes):

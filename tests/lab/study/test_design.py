@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from handout.errors import InputError
-from handout.study import design
-from handout.study.design import Item, Key, Person, Snippet
+from handout_lab.study import design
+from handout_lab.study.design import Item, Key, Person, Snippet
 
 
 @given(st.integers(20, 40), st.integers(1, 30), st.integers(1, 2), st.integers(0, 99))

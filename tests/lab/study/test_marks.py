@@ -4,9 +4,9 @@ import cv2
 import numpy as np
 import pytest
 
-from handout.study import marks
-from handout.study.marks import DPI, Manner, Mark, decided
-from handout.study.sheets import BOX, EDGE, Row
+from handout_lab.study import marks
+from handout_lab.study.marks import DPI, Manner, Mark, decided
+from handout_lab.study.sheets import BOX, EDGE, Row
 
 UNIT = DPI / 25.4
 ROW = Row("A", 1, ("real", "made"), np.array([[20.0, 20, 25, 25], [50.0, 20, 55, 25]]))

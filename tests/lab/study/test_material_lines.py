@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from handout.errors import InputError
-from handout.pipeline.options import StudyOptions
-from handout.pipeline.study import _all_random, _people, _referred
-from handout.pipeline.study_material import Parted, _reference_lines
-from handout.study.design import Item
-from handout.study.snippets import Run
+from handout_lab.pipeline.options import StudyOptions
+from handout_lab.pipeline.study import _all_random, _people, _referred
+from handout_lab.pipeline.study_material import Parted, _reference_lines
+from handout_lab.study.design import Item
+from handout_lab.study.snippets import Run
 
 
 def test_lines_of_many_words_stand_above_pairs_before_short_ones():

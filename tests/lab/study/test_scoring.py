@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from handout.errors import InputError
-from handout.study import scoring
-from handout.study.answers import Answer
-from handout.study.design import Item, Key, Person, Snippet
-from handout.study.figure import figure
-from handout.study.scoring import Judgement
+from handout_lab.study import scoring
+from handout_lab.study.answers import Answer
+from handout_lab.study.design import Item, Key, Person, Snippet
+from handout_lab.study.figure import figure
+from handout_lab.study.scoring import Judgement
 
 
 def judged(rights, kind="A", condition="made"):

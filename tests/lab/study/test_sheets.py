@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 from handout.errors import InputError
 from handout.prompting.sheet_layout import PAPERS, mark_corners
 from handout.scanning.pdf_pages import drawn_page
-from handout.study import answers, sheets
-from handout.study.answers import Answer
-from handout.study.design import Item, Person
-from handout.study.marks import Mark
-from handout.study.sheets import KINDS, SheetRecord
-from handout.study.snippets import Picture
+from handout_lab.study import answers, sheets
+from handout_lab.study.answers import Answer
+from handout_lab.study.design import Item, Person
+from handout_lab.study.marks import Mark
+from handout_lab.study.sheets import KINDS, SheetRecord
+from handout_lab.study.snippets import Picture
 
 STUDY = "0123456789ab"
 WHO = Person(

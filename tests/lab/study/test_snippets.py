@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.ndimage import label
 
-from handout.study import evenness
-from handout.study.snippets import LooseLetters, Picture, WrittenWords, is_word, runs_on, without_lines
+from handout_lab.study import evenness
+from handout_lab.study.snippets import LooseLetters, Picture, WrittenWords, is_word, runs_on, without_lines
 
 
 @pytest.fixture(scope="module")

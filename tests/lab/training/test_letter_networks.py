@@ -8,8 +8,8 @@ from handout.errors import InputError
 from handout.hand import library
 from handout.tagging import network
 from handout.tagging.synthetic_lines import synthetic_lines
-from handout.training import letter_networks
-from handout.training.letter_networks import read_sentences, usual_widths
+from handout_lab.training import letter_networks
+from handout_lab.training.letter_networks import read_sentences, usual_widths
 
 TEXT = "Six bold foxes jumped over the quiet dog, then slept until noon in the long wet grass."
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from handout.hand import library
 from handout.reading import pen_paths
-from handout.training.path_reader import load_words, save_words, targets
-from handout.training.path_words import path_words, varied
+from handout_lab.training.path_reader import load_words, save_words, targets
+from handout_lab.training.path_words import path_words, varied
 
 
 def some(count=12):
