@@ -89,10 +89,12 @@ MAY = {
     "lab.ink_comparison": set(),
     "lab.author": {"hand", "inking", "motion", "scanning", "simulated", "tagging", "writing"},
     "lab.ipp": {"printing"},
+    "lab.reading": {"reading"},
     "lab.score": {"scanning", "motion"},
     "lab.study": {"hand", "prompting", "simulated"},
     "lab.training": {
         "hand", "inking", "motion", "prompting", "reading", "scanning", "sources", "tagging", "writing", "lab.author",
+        "lab.reading",
     },
     "lab.pipeline": {"hand", "pipeline", "prompting", "scanning", "sources", "tagging", "lab.score", "lab.study"},
     "lab.cli": {"cli", "lab.pipeline"},
