@@ -25,12 +25,8 @@ from numpy.typing import ArrayLike
 from handout.errors import InputError
 from handout.hand.diacritics import DOTLESS, NAMES
 from handout.hand.protocol import Repertoire
-<<<<<<< HEAD
-from handout.summary import one_line
-from handout.tables import parsed
-=======
 from handout.summary import as_svg, one_line
->>>>>>> main
+from handout.tables import parsed
 from handout.values import Array, Glyph, readonly
 
 _PLACES = frozenset({"start", "middle", "end", "alone"})
