@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import codecs
-import errno
 import io
 import json
 import os
@@ -165,9 +164,8 @@ def _run(args: list[str] | None) -> int:
         message, code = signals.last_words(stop)
         click.echo(message, err=True)
         return code
-    except SystemExit as leave:  # click's, where a pipe is gone
-        if isinstance(leave.__context__, OSError) and not streams.is_unread():
-            raise leave.__context__ from None
+    except SystemExit as leave:
+        streams.check_unread(leave)
         return 0
     except ImportError as error:
         if error.name is None or error.name.partition(".")[0] == "handout":
@@ -178,8 +176,7 @@ def _run(args: list[str] | None) -> int:
         click.echo(f"handout: {error}", err=True)
         return error.exit_code
     except OSError as error:
-        closed = "Standard output is closed." if error.errno == errno.EBADF and streams.is_unread() else ""
-        if not (sentence := no_room(error) or closed):
+        if not (sentence := no_room(error) or streams.closed(error)):
             raise
         click.echo(f"handout: {sentence}", err=True)
         return 2

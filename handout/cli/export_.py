@@ -20,6 +20,7 @@ from handout.pipeline.programs import SUFFIXES
 @under(
     FILES,
     click.option("--file", "-f", help="Read the text from a file; - for standard input."),
+    options.svg_text,
     click.option(
         "--output", "-o", multiple=True, required=True, type=click.Path(path_type=Path), help=f"{' '.join(SUFFIXES)}"
     ),
@@ -41,6 +42,7 @@ from handout.pipeline.programs import SUFFIXES
 def command(
     text: tuple[str, ...],
     file: str | None,
+    svg_text: str,
     output: tuple[Path, ...],
     export: ExportOptions,
     sheet: SheetOptions,
@@ -58,7 +60,7 @@ def command(
     from handout.pipeline.inputs import read_source
 
     exporting.check_suffixes(output)
-    source = read_source(text, file, console, options.given())
+    source = read_source(text, file, console, options.given(), svg_text=svg_text)
     result = exporting.export(source, output, writing, sheet, export)
     dips = "".join(f", {units.count(many, 'dip')} on {name}" for name, many in result.dips.items() if many)
     times = ", ".join(f"{units.duration(seconds)} on {name}" for name, seconds in result.seconds.items())

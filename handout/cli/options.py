@@ -102,6 +102,13 @@ _CONSOLE = under(
 )
 
 
+svg_text = click.option(
+    "--svg-text",
+    type=click.Choice(["write", "leave"]),
+    default="write",
+    show_default=True,
+    help="Texts of an SVG: write them in the hand, at their places, or leave them out.",
+)
 ROWS = under(
     commands.TABLE,
     click.option("--rows", default="", help="Rows by their numbers in the file, the header is 1: 3-7,9 or 7-."),

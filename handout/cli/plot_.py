@@ -37,6 +37,7 @@ class _Mode:
     """What the command is to do: plot, write a preview, or go on with a job; and with whom at the plotter."""
 
     file: str | None
+    svg_text: str
     ports: tuple[str, ...]
     dry_run: tuple[Path, ...]
     show_travel: bool
@@ -94,6 +95,7 @@ _again_option = under(
     under(
         FILES,
         click.option("--file", "-f", help="Read the text from a file; - for standard input."),
+        options.svg_text,
         click.option(
             "--dry-run", multiple=True, type=click.Path(path_type=Path), help="Write a preview instead of plotting."
         ),
@@ -234,7 +236,7 @@ def command(
     from handout.pipeline.writing import check_outputs
 
     check_outputs(mode.dry_run)
-    source = read_source(text, mode.file, console, options.given())
+    source = read_source(text, mode.file, console, options.given(), svg_text=mode.svg_text)
     request = PlotRequest(source, writing, sheet, picture, plotting, mode.part)
     if mode.dry_run:
         _preview(request, mode, console)

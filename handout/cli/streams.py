@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import io
 import os
 import sys
@@ -37,6 +38,19 @@ def open_closed() -> None:
             setattr(sys, name, os.fdopen(file, "r" if name == "stdin" else "w", encoding="utf-8", closefd=False))
     if sys.stderr is sys.__stderr__ or sys.__stderr__ is None:
         sys.stderr = _Unfailing(cast(io.TextIOWrapper, sys.stderr))
+
+
+def check_unread(leave: SystemExit) -> None:
+    """Raise what ended the command, unless click did since nobody reads what it prints any more."""
+    if not isinstance(leave.__context__, OSError):
+        raise leave
+    if not is_unread():
+        raise leave.__context__ from None
+
+
+def closed(error: OSError) -> str:
+    """What is said where standard output was closed before the command began; "" for other errors."""
+    return "Standard output is closed." if error.errno == errno.EBADF and is_unread() else ""
 
 
 def is_unread() -> bool:

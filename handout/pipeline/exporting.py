@@ -12,7 +12,8 @@ from handout.pipeline.letters import draw_letter, prepare_letter
 from handout.pipeline.options import SheetOptions, WritingOptions
 from handout.pipeline.plot_request import ExportOptions
 from handout.pipeline.programs import SUFFIXES, Programs
-from handout.pipeline.results import Facts, Result, Tally
+from handout.pipeline.results import Fact, Facts, Result, Tally
+from handout.pipeline.svg_texts import described, with_texts
 from handout.pipeline.writing import STROKES, draw_pages, prepare, style_notes
 from handout.sinks import check_outputs, write_drawings
 from handout.values import Manuscript
@@ -21,7 +22,7 @@ from handout.values import Manuscript
 @dataclass(frozen=True)
 class Exported(Result):
     """What `export` wrote; seconds : name of the machine → how long all pages would take it, s; dips, hooks_s : as in
-    `Programs`."""
+    `Programs`; drawing : what one asks for, empty for a text."""
 
     tally: Tally
     seed: int
@@ -30,10 +31,12 @@ class Exported(Result):
     seconds: dict[str, float]
     dips: dict[str, int]
     hooks_s: dict[str, float]
+    drawing: Facts
 
     def facts(self) -> Facts:
         devices = {name: round(seconds, 2) for name, seconds in self.seconds.items()}
         notes: Facts = {"notes": list(self.notes)} if self.notes else {}
+        notes |= {"drawing": self.drawing} if self.drawing else {}
         if self.hooks_s:
             notes |= {"dips": self.dips, "hooks_s": {name: round(s, 2) for name, s in self.hooks_s.items()}}
         return {**self.tally.facts(self.seed, self.hand, self.files), "devices": devices, **notes}
@@ -68,16 +71,21 @@ def export(
         options.device, paths, fast=task.fast, fit=writing.fit, order=options.order, hooks=options.hooks
     )
     check_outputs(paths, programs.sinks)
+    drawn, asked = tuple[str, ...](), dict[str, Fact]()
     if letter is not None:
         pages, drawings = draw_letter(letter, wanted=STROKES)
     elif source.drawing is None:
         pages, drawings = draw_pages(source.text, task, wanted=STROKES)
     else:
-        pages, drawings = [Manuscript((), source.drawing.page, 0.0)], [source.drawing]
+        source, told = with_texts(source, task)
+        assert source.drawing is not None
+        sentence, asked = described(source.text, source.drawing)
+        pages, drawings = [source.manuscript or Manuscript((), source.drawing.page, 0.0)], [source.drawing]
+        drawn = (sentence, *told)
     files = write_drawings(drawings, paths, extra=programs.sinks)
     even = programs.pressed_evenly() if task.pose.pose is not None else []
-    notes = (*even, *style_notes(task, drawings)) if source.drawing is None else ()
+    notes = (*even, *style_notes(task, drawings)) if source.drawing is None else drawn
     notes = notes if letter is None else (*letter.notes(apart=False), *notes)
     tally = Tally.of(pages, drawings)
-    told = programs.seconds, programs.dips, programs.hooks_s
-    return Exported(tally, task.seed, task.hand.name, tuple(files), *told, notes=notes)
+    times = programs.seconds, programs.dips, programs.hooks_s
+    return Exported(tally, task.seed, task.hand.name, tuple(files), *times, asked, notes=notes)

@@ -27,6 +27,7 @@ from handout.pipeline.plot_jobs import JobState, called, outlook
 from handout.pipeline.plot_request import AttendanceOptions, Operator, PartOptions, PlotOptions, PlotRequest
 from handout.pipeline.programs import hooked, pressed_evenly
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
+from handout.pipeline.svg_texts import described, with_texts
 from handout.pipeline.writing import STROKES, WritingTask, draw_pages, on_lined_paper, prepare, style_notes, written
 from handout.plotting import fit_to_bed, open_port, plan
 from handout.plotting.connections import is_simulated as is_simulated
@@ -173,6 +174,7 @@ def plot(
     profile = asked_machine(request.plotting, port)
     letter = _letter(request)
     task = _task(request) if letter is None else letter.main
+    request, drawn, asked = _drawn(request, task, profile)
     options = _job_options(request, task, profile)
     connected = port_to(port, profile)
     try:
@@ -182,13 +184,13 @@ def plot(
         raise
     listener.say(f"{profile.title}: {_amount(job)}, job {job.name}.")
     told = () if letter is None else letter.notes(apart=options.layers == "colour")
-    notes = (*told, *_notes(task, profile))
+    notes = (*told, *drawn, *_notes(task, profile))
     listener.note(*notes)  # before the sheet is laid in
     reports = _run(job, port, attendance, account, operator or Unattended(port, listener), connected)
     job = load(job.folder)
     tally = sum((Tally(**counts) for counts in job.told), Tally())
     result = written(tally, task, (), notes)
-    return Plotted(job, tuple(reports), result.facts(), tally, task.seed, notes=notes)
+    return Plotted(job, tuple(reports), {**result.facts(), **asked}, tally, task.seed, notes=notes)
 
 
 def keep(request: PlotRequest, port: str | None = None) -> tuple[Job, tuple[str, ...]]:
@@ -196,10 +198,11 @@ def keep(request: PlotRequest, port: str | None = None) -> tuple[Job, tuple[str,
     profile = asked_machine(request.plotting, port)
     letter = _letter(request)
     task = _task(request) if letter is None else letter.main
+    request, drawn, _ = _drawn(request, task, profile)
     options = _job_options(request, task, profile)
     job = _begun(request, letter or task, profile, options, port or "", SILENT)
     told = () if letter is None else letter.notes(apart=options.layers == "colour")
-    return job, (*told, *_notes(task, profile))
+    return job, (*told, *drawn, *_notes(task, profile))
 
 
 def preview(
@@ -218,19 +221,31 @@ def preview(
     profile = asked_machine(request.plotting, port)
     letter = _letter(request)
     task = _task(request) if letter is None else letter.main
+    request, drawn, asked = _drawn(request, task, profile)
     pages, drawings = _all_pages(request, letter or task, listener)
     if request.writing.fit:
         drawings = [fit_to_bed(drawing, profile) for drawing in drawings]
     shown, plans = _shown(drawings, request.part, profile, _job_options(request, task, profile), listener)
     told = () if letter is None else letter.notes(apart=request.plotting.layers == "colour")
     besides = said([planned.drawing for planned in plans], profile)
-    notes = (*told, *_notes(task, profile), *style_notes(task, drawings), *besides)
+    notes = (*told, *drawn, *_notes(task, profile), *style_notes(task, drawings), *besides)
     listener.note(*notes)
     look = dataclasses.replace(task.look, show_travel=show_travel)
     files = write_drawings(shown, paths, look)
     account.planned(plans)
     result = written(Tally.of(pages, [planned.drawing for planned in plans]), task, files, notes)
-    return _previewed(plans, result.facts(), result.files, result.tally, task.seed, notes)
+    return _previewed(plans, {**result.facts(), **asked}, result.files, result.tally, task.seed, notes)
+
+
+def _drawn(request: PlotRequest, task: WritingTask, profile: Plotter) -> tuple[PlotRequest, tuple[str, ...], Facts]:
+    """The request with the texts of its drawing written, and what the user is told of the drawing before that."""
+    if request.source.drawing is None:
+        return request, (), {}
+    source, notes = with_texts(request.source, task)
+    assert source.drawing is not None
+    laid = fit_to_bed(source.drawing, profile) if request.writing.fit else source.drawing
+    sentence, facts = described(source.text, laid)
+    return dataclasses.replace(request, source=source), (sentence, *notes), {"drawing": facts}
 
 
 def _all_pages(
@@ -241,7 +256,7 @@ def _all_pages(
         return draw_letter(task, wanted=STROKES, tell=listener.progress)
     if request.source.drawing is None:
         return draw_pages(request.source.text, task, wanted=STROKES, tell=listener.progress)
-    return [_unwritten(request.source.drawing)], [request.source.drawing]
+    return [_written(request.source)], [request.source.drawing]
 
 
 def with_hooks(planned: Plan) -> Drawing:
@@ -405,7 +420,7 @@ def _begun(
         pages = list(job_pages.of_letter(task, profile, writing.fit))
     elif source.drawing is not None:
         drawing = fit_to_bed(source.drawing, profile) if writing.fit else source.drawing
-        tally = Tally.of([_unwritten(source.drawing)], [source.drawing])
+        tally = Tally.of([_written(source)], [source.drawing])
         pages = [NewPage(drawing, 1.0, dataclasses.asdict(tally))]
     else:
         produced = job_pages.made(source.text, task, profile, writing.fit, [])
@@ -539,9 +554,10 @@ def _previewed(
     return Previewed(facts, tuple(files), *times, tally, seed, dips, hooks_s, notes=tuple(notes))
 
 
-def _unwritten(drawing: Drawing) -> Manuscript:
-    """A page without writing, for what counts words and lines."""
-    return Manuscript((), drawing.page, 0.0)
+def _written(source: Source) -> Manuscript:
+    """The writing in a drawing, or a page without, for what counts words and lines."""
+    assert source.drawing is not None
+    return source.manuscript or Manuscript((), source.drawing.page, 0.0)
 
 
 def _amount(job: Job) -> str:
