@@ -219,14 +219,14 @@ class Walk:
         pieces: list[str | Element | None] = [element.text]
         for child in element:
             pieces += [child, child.tail]
-        for piece in filter(None.__ne__, pieces):
+        for piece in pieces:
             if isinstance(piece, Element):
                 inner = style.inside(self._sheet.of(piece.tag, piece.attrib))
                 self.left_out["text on a path"] += piece.tag == "textPath" and inner.shown
                 drawn = piece.tag in ("tspan", "a") and inner.shown and inner.visible
                 strings = list(self._strings(piece, frame, inner, moves)) if drawn else []
             else:
-                strings = [(_BLANKS.sub(" ", piece or ""), style, moves)]
+                strings = [(_BLANKS.sub(" ", piece), style, moves)] if piece else []
             yield from strings
             moves = {} if strings else moves
 
