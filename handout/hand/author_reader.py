@@ -24,9 +24,7 @@ from handout.reading.pictures import Reader as Reader
 from handout.reading.pictures import log_probabilities
 from handout.values import Array
 
-VERSION = (
-    1  # of what is kept of a hand: raised when it comes out otherwise, as tests/hand/test_house_scanned.py notices
-)
+VERSION = 1  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
 OWN_WORDS = 100  # of an author that are learnt; half a second
 _DIGITS = 4  # of a weight after the point, as it is kept
 

@@ -1,8 +1,8 @@
 """What is worked out of a scanned hand once and kept with it, since it takes longer than writing a sentence.
 
 A value is an array under a name; with the name goes the version of what worked it out, a constant beside it, so that
-what an earlier program worked out otherwise is not found, and is worked out anew.  A hand that was changed is another value
-of `ScannedHand` and knows nothing.  `hand.file` keeps values in .hand files.
+what an earlier program worked out otherwise is not found, and is worked out anew.  A hand that was changed is another
+value of `ScannedHand` and knows nothing.  `hand.file` keeps values in .hand files.
 """
 
 from __future__ import annotations

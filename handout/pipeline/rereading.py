@@ -64,9 +64,7 @@ class RereadingSettings:
 SETTINGS = RereadingSettings()
 _TAKEN_FOR = 5  # other letters that are the likeliest in a letter's place: what is misspelt looks much like it
 _TAIL = 0.16  # of a normal distribution lies so far out that it is a standard deviation off, on either side
-VERSION = (
-    1  # of what is kept of a hand: raised when it comes out otherwise, as tests/hand/test_house_scanned.py notices
-)
+VERSION = 1  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
 
 
 @dataclass(frozen=True, eq=False)
