@@ -9,8 +9,9 @@ import click
 
 from handout import units
 from handout.cli import options
-from handout.cli.commands import FILES, HAND, Group, under
+from handout.cli.commands import Group, under
 from handout.cli.console import Console
+from handout.pipeline.declarations import FILES, HAND
 from handout.pipeline.options import StudyOptions
 
 if TYPE_CHECKING:
