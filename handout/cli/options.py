@@ -105,7 +105,9 @@ def bind(name: str, kind: Any, *options: Option, **fixed: object) -> Callable[[V
             return verb(*arguments, **{name: built(kind, {**fixed, **group})}, **values)
 
         inner = len(vars(verb).get("__click_params__", ()))
-        result: Verb = reduce(lambda done, option: option(done), reversed(options or (of(kind),)), bound)
+        result: Verb = bound
+        for option in reversed(options or (of(kind),)):
+            result = option(result)
         names = [str(parameter.name) for parameter in vars(result)["__click_params__"][inner:]]
         return result
 

@@ -42,7 +42,8 @@ class Declaration:
     metavar : what stands for its value in the help; alone : its value where the option stands without one.
     repeated, required : whether it may be given several times, and has to be given.
     off : the name that turns a switch off.
-    sent : the type (for msgspec) of the field in bodies of the API; None: it is none of the API.
+    sent : the type (for msgspec) of the field in bodies of the API; None: it is none of the API; sent_as : its name
+        there, if it is not the field's.
     of_strokes : whether it decides about the strokes of a text, so that a plot keeps it.
     of_batch : whether it changes something on paper, so that a batch with another value is another batch.
     """
@@ -62,6 +63,7 @@ class Declaration:
     required: bool = False
     off: str = ""
     sent: Any = None
+    sent_as: str = ""
     of_strokes: bool = False
     of_batch: bool = True
 

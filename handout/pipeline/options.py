@@ -69,16 +69,14 @@ _LETTER_PAGES = "How many pages a letter may have."
 _ROWS = "Rows by their numbers in the file, the header is 1: 3-7,9 or 7-."
 
 
-def slip_rate(text: str | None) -> float:
-    """Slips in 100 words: none, a number of them, or "usual".
+def slip_rate(text: str) -> float:
+    """Slips in 100 words: a number of them, or "usual".
 
     Raises
     ------
     InputError
         No number, or one outside 0 to 100.
     """
-    if text is None:
-        return 0.0
     from handout.writing.slips import USUAL, check_rate
 
     try:
@@ -133,6 +131,7 @@ class WritingOptions:
         "1 as people vary, 0 none.",
         flags=("--variation", "--jitter"),
         sent=Annotated[float, Meta(ge=0, le=3)],
+        sent_as="variation",
         of_strokes=True,
     )
     haste: float = shared(
