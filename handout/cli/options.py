@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import MISSING, Field, fields, is_dataclass, replace
+from dataclasses import fields
 from functools import reduce, wraps
 from pathlib import Path
-from typing import Any
 
 import click
 from click.core import ParameterSource
@@ -16,7 +15,7 @@ from handout.cli.commands import under
 from handout.cli.configuration import Option, Verb
 from handout.cli.configuration import shared as shared
 from handout.cli.console import Console
-from handout.pipeline.declarations import GENERAL, MACHINE, Declaration, declared
+from handout.pipeline.declarations import GENERAL, MACHINE, Declaration, built, declared, inner
 from handout.pipeline.options import PictureOptions, PoseOptions, SheetOptions, StyleOptions, WritingOptions
 
 _OF_USER = (ParameterSource.COMMANDLINE, ParameterSource.ENVIRONMENT)
@@ -28,7 +27,7 @@ _CONSOLE = under(
 
 
 def of(
-    kind: Any, *, only: Collection[str] = (), leave_out: Collection[str] = (), **changed: Mapping[str, Any]
+    kind: type, *, only: Collection[str] = (), leave_out: Collection[str] = (), **changed: Mapping[str, object]
 ) -> Option:
     """The options that a dataclass declares, those of dataclasses in it too, as one option of click.
 
@@ -37,20 +36,17 @@ def of(
     only, leave_out : names of fields; without `only` all but those left out.
     changed : of a field what is declared otherwise for this verb.
     """
-    inner = (type(each.default) for each in fields(kind) if is_dataclass(each.default))
-    found = [of(one, only=only, leave_out=leave_out, **changed) for one in inner]
-    for each, declaration in declared(kind):
+    found = [of(type(usual), only=only, leave_out=leave_out, **changed) for usual in inner(kind).values()]
+    for each, declaration in declared(kind, changed):
         if declaration.help and each.name not in leave_out and (not only or each.name in only):
-            own = replace(declaration, **changed.get(each.name, {}))
-            found.append(under(own.heading, _option(each, own)))
+            found.append(under(declaration.heading, _option(each.name, each.default, declaration)))
     return lambda verb: reduce(lambda done, one: one(done), reversed(found), verb)
 
 
-def _option(each: Field[Any], declaration: Declaration) -> Option:
+def _option(name: str, default: object, declaration: Declaration) -> Option:
     """One option of click."""
-    default = () if each.default is MISSING else each.default
-    flags = list(declaration.flags) or [f"--{each.name.replace('_', '-')}"]
-    settings: dict[str, Any] = {"help": declaration.help, "metavar": declaration.metavar}
+    flags = list(declaration.flags) or [f"--{name.replace('_', '-')}"]
+    settings: dict[str, object] = {"help": declaration.help, "metavar": declaration.metavar}
     if declaration.off:
         flags[0] += f"/{declaration.off}"
         settings |= {"default": default, "show_default": True}
@@ -66,8 +62,8 @@ def _option(each: Field[Any], declaration: Declaration) -> Option:
     if (kind := _kind(declaration, default)) is not None:
         settings["type"] = kind
     if declaration.shared:
-        return shared(*flags, each.name, unless=declaration.unless, **settings)
-    return click.option(*flags, each.name, **settings)
+        return shared(*flags, name, unless=declaration.unless, **settings)
+    return click.option(*flags, name, cls=click.Option, **settings)
 
 
 def _kind(declaration: Declaration, default: object) -> object:
@@ -81,14 +77,7 @@ def _kind(declaration: Declaration, default: object) -> object:
     return click.Path(path_type=Path) if kind is Path else declaration.kind
 
 
-def built(kind: Any, values: dict[str, Any]) -> Any:
-    """A dataclass, and those in it, of what was given by its fields' names, which is taken out of the values."""
-    nested = {each.name: built(type(each.default), values) for each in fields(kind) if is_dataclass(each.default)}
-    own = {each.name: values.pop(each.name) for each in fields(kind) if each.name in values}
-    return kind(**own, **nested)
-
-
-def bind(name: str, kind: Any, *options: Option, **fixed: object) -> Callable[[Verb], Verb]:
+def bind(name: str, kind: type, *options: Option, **fixed: object) -> Callable[[Verb], Verb]:
     """Options of click that a verb gets as one value, in its parameter `name`.
 
     Parameters

@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING
 import click
 from click.core import ParameterSource
 
-from handout import units
+from handout import page_sizes, units
 from handout.cli import configuration, options, sentences
 from handout.cli.commands import Command
 from handout.cli.console import Console
 from handout.errors import InputError
 from handout.pipeline.declarations import FILES, MACHINE, PARTS, option
 from handout.pipeline.inputs import Source
-from handout.pipeline.options import MergeOptions, PictureOptions, SheetOptions, TableOptions, WritingOptions
-from handout.pipeline.plot_request import AttendanceOptions, PartOptions, PlotOptions, PlotRequest
+from handout.pipeline.options import MergeOptions, TableOptions
+from handout.pipeline.plot_request import AttendanceOptions, PartOptions, PlotRequest
 
 if TYPE_CHECKING:
     from handout.pipeline.plot_jobs import JobState
@@ -46,7 +46,6 @@ class _Mode:
     )
     ports: tuple[str, ...] = ()
     attendance: AttendanceOptions = AttendanceOptions()
-    part: PartOptions = PartOptions()
 
     @property
     def port(self) -> str | None:
@@ -64,7 +63,6 @@ class _Mode:
 @click.command("plot", cls=Command)
 @click.argument("text", nargs=-1)
 @options.bind("mode", _Mode, options.of(_Mode), options.port("ports", multiple=True))
-@options.bind("plotting", PlotOptions)
 @options.bind(
     "table",
     TableOptions,
@@ -81,19 +79,19 @@ class _Mode:
     ),
 )
 @options.bind("merge", MergeOptions, options.of(MergeOptions, leave_out=("margin", "pages")))
-@options.sheet("A5")
-@options.writing
-@options.picture
+@options.bind(
+    "request",
+    PlotRequest,
+    options.of(PlotRequest, page={"help": f"{page_sizes.HELP}  [default: A5]"}),
+    source=Source(""),
+)
 @options.console
 def command(
     text: tuple[str, ...],
     mode: _Mode,
-    plotting: PlotOptions,
+    request: PlotRequest,
     table: TableOptions,
     merge: MergeOptions,
-    sheet: SheetOptions,
-    writing: WritingOptions,
-    picture: PictureOptions,
     console: Console,
 ) -> int | None:
     """Write TEXT (or a file, or - for standard input) with a pen plotter, or draw the drawing that TEXT names; or with
@@ -120,11 +118,10 @@ def command(
     Without a name the one that was drawn last is taken, of those for which it can be done.
     """
     if merge.letter is not None or merge.with_envelopes or table.columns:
-        request = PlotRequest(Source(""), writing, sheet, picture, plotting)
-        if mode.part:
+        if request.part:
             raise InputError("--from, --to and --sheets take a part of a text or a drawing; of a table give --rows.")
         return _plot_rows(text, request, mode, table, merge, console)
-    if _of_kept(text, mode, table.again, console):
+    if _of_kept(text, mode, request.part, table.again, console):
         return None
     if mode.attendance.at_zero:
         raise InputError("--at-zero says where the pen of a plot stands that is resumed: give it with --resume.")
@@ -140,7 +137,7 @@ def command(
 
     check_outputs(mode.dry_run)
     source = read_source(text, mode.file, console, options.given())
-    request = PlotRequest(source, writing, sheet, picture, plotting, mode.part)
+    request = replace(request, source=source)
     if mode.dry_run:
         _preview(request, mode, console)
     else:
@@ -148,7 +145,7 @@ def command(
     return None
 
 
-def _of_kept(text: tuple[str, ...], mode: _Mode, again: str, console: Console) -> bool:
+def _of_kept(text: tuple[str, ...], mode: _Mode, part: PartOptions, again: str, console: Console) -> bool:
     """--resume and --again, if one of them is given."""
     if mode.resume is not None:
         known, why = "--resume goes on with a plot whose text is known", "a plot that is resumed goes on as it began"
@@ -156,7 +153,7 @@ def _of_kept(text: tuple[str, ...], mode: _Mode, again: str, console: Console) -
         _resume(mode, console)
     elif again:
         _check_kept(text, _AGAIN, "--again plots what is kept", "a plot that is drawn again is drawn as it was")
-        _again(again, mode, console)
+        _again(again, part, mode, console)
     return mode.resume is not None or bool(again)
 
 
@@ -269,20 +266,20 @@ def _resume(mode: _Mode, console: Console) -> None:
     console.report(result, f"{sentence}\n{result.fidelity}".strip())
 
 
-def _again(job: str, mode: _Mode, console: Console) -> None:
+def _again(job: str, part: PartOptions, mode: _Mode, console: Console) -> None:
     """--again."""
     from handout.cli.operator import Operator
     from handout.pipeline import plot_jobs
     from handout.pipeline.plotting import again, preview_again
 
     if mode.dry_run:
-        shown = preview_again(job, mode.part, mode.dry_run, show_travel=mode.show_travel, listener=console)
+        shown = preview_again(job, part, mode.dry_run, show_travel=mode.show_travel, listener=console)
         took = f"plotting would take {units.duration(shown.planned_s)}{sentences.hooked(shown.dips, shown.hooks_s)}"
         console.report(shown, f"Wrote {sentences.names(shown.files)}; {took}.")
         return
     address = mode.port or plot_jobs.find_drawn(job).port
     operator = Operator(address, mode.yes, console.quiet)
-    result = again(job, mode.part, address, mode.attendance, operator=operator, listener=console)
+    result = again(job, part, address, mode.attendance, operator=operator, listener=console)
     console.report(
         result, f"Plotted {result.job.name} in {units.duration(result.executed_s)}.\n{result.fidelity}".strip()
     )

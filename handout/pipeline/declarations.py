@@ -6,8 +6,9 @@ its text (`pipeline.job_pages`) and what makes a batch another one (`pipeline.me
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import Field, dataclass, field, fields
+from collections.abc import Iterator, Mapping
+from dataclasses import Field, dataclass, field, fields, is_dataclass, replace
+from types import MappingProxyType
 from typing import Annotated, Any
 
 from msgspec import Meta
@@ -78,11 +79,28 @@ def shared(default: Any, heading: str, help: str, **settings: Any) -> Any:
     return option(default, heading, help, shared=True, **settings)
 
 
-def declared(kind: Any) -> Iterator[tuple[Field[Any], Declaration]]:
-    """The fields of a dataclass that are options, with their declarations."""
+def declared(
+    kind: Any, changed: Mapping[str, Mapping[str, object]] = MappingProxyType({})
+) -> Iterator[tuple[Field[Any], Declaration]]:
+    """The fields of a dataclass that are options, with their declarations; `changed` : of a field what is otherwise."""
     for each in fields(kind):
         if (found := each.metadata.get("option")) is not None:
-            yield each, found
+            yield each, replace(found, **changed.get(each.name, {}))
+
+
+def inner(kind: Any) -> dict[str, Any]:
+    """The fields of a dataclass that hold options of their own: name → their usual value."""
+    return {each.name: each.default for each in fields(kind) if is_dataclass(each.default)}
+
+
+def built(kind: Any, values: dict[str, object], usual: Any = None) -> Any:
+    """A dataclass, and those in it, of what was given by its fields' names, which is taken out of the values.
+
+    usual : a value whose fields stand where nothing was given.
+    """
+    nested = {name: built(type(each), values, each) for name, each in inner(kind).items()}
+    own = {each.name: values.pop(each.name) for each in fields(kind) if each.name in values}
+    return kind(**own, **nested) if usual is None else replace(usual, **own, **nested)
 
 
 # what bodies of the API may hold: names are names and no paths, so that nothing can lead to a file
