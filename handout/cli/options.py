@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import fields
-from functools import reduce, wraps
+from functools import cache, reduce, wraps
 from pathlib import Path
 
 import click
@@ -66,6 +66,7 @@ def _option(name: str, default: object, declaration: Declaration) -> Option:
     return click.option(*flags, name, cls=click.Option, **settings)
 
 
+@cache
 def _kind(declaration: Declaration, default: object) -> object:
     """What click makes of the text of an option; None: what it tells from the default."""
     if declaration.choices:
@@ -74,7 +75,9 @@ def _kind(declaration: Declaration, default: object) -> object:
     if declaration.least is not None or declaration.most is not None:
         kinds: Callable[..., object] = click.IntRange if kind is int else click.FloatRange
         return kinds(declaration.least, declaration.most)
-    return click.Path(path_type=Path) if kind is Path else declaration.kind
+    return (
+        click.Path(path_type=Path) if kind is Path else declaration.kind and click.types.convert_type(declaration.kind)
+    )
 
 
 def bind(name: str, kind: type, *options: Option, **fixed: object) -> Callable[[Verb], Verb]:
