@@ -8,10 +8,11 @@ import click
 
 from handout import units
 from handout.cli import options, sentences
-from handout.cli.commands import FILES, MACHINE, Command, under
+from handout.cli.commands import Command, under
 from handout.cli.console import Console
+from handout.pipeline.declarations import FILES
 from handout.pipeline.options import SheetOptions, WritingOptions
-from handout.pipeline.plot_request import ExportOptions
+from handout.pipeline.plot_request import DrawingOptions, ExportOptions
 from handout.pipeline.programs import SUFFIXES
 
 
@@ -20,30 +21,20 @@ from handout.pipeline.programs import SUFFIXES
 @under(
     FILES,
     click.option("--file", "-f", help="Read the text from a file; - for standard input."),
-    options.svg_text,
     click.option(
         "--output", "-o", multiple=True, required=True, type=click.Path(path_type=Path), help=f"{' '.join(SUFFIXES)}"
     ),
 )
-@options.bind_hooked(
-    "export",
-    ExportOptions,
-    under(
-        MACHINE,
-        options.shared("--device", help="The plotter it is for; default: a common one that reads such files."),
-        click.option(
-            "--order", type=click.Choice(["writing", "travel"]), default="writing", show_default=True, help="Of words."
-        ),
-    ),
-)
+@options.bind("drawing", DrawingOptions)
+@options.bind("export", ExportOptions)
 @options.sheet("A5")
 @options.writing
 @options.console
 def command(
     text: tuple[str, ...],
     file: str | None,
-    svg_text: str,
     output: tuple[Path, ...],
+    drawing: DrawingOptions,
     export: ExportOptions,
     sheet: SheetOptions,
     writing: WritingOptions,
@@ -60,7 +51,7 @@ def command(
     from handout.pipeline.inputs import read_source
 
     exporting.check_suffixes(output)
-    source = read_source(text, file, console, options.given(), svg_text=svg_text)
+    source = read_source(text, file, console, options.given(), svg_text=drawing.svg_text)
     result = exporting.export(source, output, writing, sheet, export)
     dips = "".join(f", {units.count(many, 'dip')} on {name}" for name, many in result.dips.items() if many)
     times = ", ".join(f"{units.duration(seconds)} on {name}" for name, seconds in result.seconds.items())

@@ -48,9 +48,9 @@ def check_unread(leave: SystemExit) -> None:
         raise leave.__context__ from None
 
 
-def closed(error: OSError) -> str:
-    """What is said where standard output was closed before the command began; "" for other errors."""
-    return "Standard output is closed." if error.errno == errno.EBADF and is_unread() else ""
+def closed(error: OSError) -> str | None:
+    """What is said where standard output was closed before the command began; None for other errors."""
+    return "Standard output is closed." if error.errno == errno.EBADF and is_unread() else None
 
 
 def is_unread() -> bool:
