@@ -7,27 +7,43 @@ import errno
 import io
 import os
 import sys
-from typing import TextIO, cast
+from collections.abc import Iterator
 
 # what is opened in place of a closed one: input has ended, output cannot be written, so that it is not lost unsaid
 _MODES = {"stdin": os.O_RDONLY, "stdout": os.O_RDONLY, "stderr": os.O_WRONLY}
 
 
-class _Unfailing(io.TextIOWrapper):
-    """Standard error that loses what nobody can read: no reason to end what is being said."""
+class _Stream(io.TextIOWrapper):
+    """Standard output or error, which notes that nobody takes what is written to it.
 
-    def __init__(self, stream: io.TextIOWrapper) -> None:
-        super().__init__(stream.buffer, stream.encoding, stream.errors, line_buffering=True)
+    Standard error is no reason to end what is being said; what is lost of it nobody can read.
+    """
+
+    def __init__(self, stream: io.TextIOWrapper, *, needed: bool) -> None:
+        super().__init__(stream.buffer, stream.encoding, stream.errors, line_buffering=stream.line_buffering)
+        self.needed, self.failed = needed, False
         self._stream = stream  # which closes the file when it goes
 
     def write(self, text: str) -> int:
-        with contextlib.suppress(OSError):
+        with self._noting():
             return super().write(text)
         return len(text)
 
     def flush(self) -> None:
-        with contextlib.suppress(OSError):
+        with self._noting():
             super().flush()
+
+    @contextlib.contextmanager
+    def _noting(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError:
+            self.failed = True
+            if self.needed:
+                raise
+
+
+_output: list[_Stream] = []  # standard output, whatever click puts in its place
 
 
 def open_closed() -> None:
@@ -36,16 +52,17 @@ def open_closed() -> None:
         if getattr(sys, name) is None:
             file = os.open(os.devnull, mode)  # takes the least number that is free, which is that of the stream
             setattr(sys, name, os.fdopen(file, "r" if name == "stdin" else "w", encoding="utf-8", closefd=False))
-    if sys.stderr is sys.__stderr__ or sys.__stderr__ is None:
-        sys.stderr = _Unfailing(cast(io.TextIOWrapper, sys.stderr))
+    for name, real in (("stdout", sys.__stdout__), ("stderr", sys.__stderr__)):
+        stream = getattr(sys, name)
+        if stream is real or real is None:  # and not what a test has put there
+            setattr(sys, name, _Stream(stream, needed=name == "stdout"))
+    _output[:] = [sys.stdout] if isinstance(sys.stdout, _Stream) else []
 
 
 def check_unread(leave: SystemExit) -> None:
     """Raise what ended the command, unless click did since nobody reads what it prints any more."""
-    if not isinstance(leave.__context__, OSError):
-        raise leave
     if not is_unread():
-        raise leave.__context__ from None
+        raise leave
 
 
 def closed(error: OSError) -> str | None:
@@ -54,11 +71,8 @@ def closed(error: OSError) -> str | None:
 
 
 def is_unread() -> bool:
-    """Whether standard output takes no more of what was written to it; what is left in it stays unsaid then."""
-    output = cast(TextIO, sys.__stdout__ or sys.stdout)
-    try:
-        output.flush()
-    except OSError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), output.fileno())
-        return True
-    return False
+    """Whether standard output took no more of what was written to it; what is left in it stays unsaid then."""
+    failed = bool(_output) and _output[0].failed
+    if failed:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), _output[0].fileno())
+    return failed
