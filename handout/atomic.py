@@ -1,4 +1,8 @@
-"""Writes files so that none is ever left half-written, and locks them against other programs."""
+"""Writes files so that none is ever left half-written, even when the power goes, and locks them against others.
+
+What is to be kept goes to a temporary file, which is put on the disk, then renamed, and then the new name is put on the
+disk too: a rename alone may survive a power cut without the content.
+"""
 
 from __future__ import annotations
 
@@ -23,6 +27,8 @@ _RESERVED = re.compile(r"(con|prn|aux|nul|com[0-9¹²³]|lpt[0-9¹²³])\s*(\..*
 def opened(path: Path) -> Iterator[BinaryIO]:
     """A stream into a temporary file beside `path`, renamed into place when the block ends without an error.
 
+    After that the file survives a power cut.
+
     For what is too long to be held in memory as a whole; `write` is for everything else.  A link is written through: it
     stays, and what it leads to is written, whether that is there yet or not.  What is no file, such as a pipe, is
     written to at once.
@@ -44,10 +50,13 @@ def opened(path: Path) -> Iterator[BinaryIO]:
     try:
         with os.fdopen(handle, "wb") as stream:
             yield stream
+            stream.flush()
+            os.fsync(stream.fileno())
         umask = os.umask(0)
         os.umask(umask)
         Path(name).chmod(0o666 & ~umask)
         Path(name).replace(path)
+        _sync_folder(path.parent)
     except BaseException as error:
         with contextlib.suppress(OSError):
             Path(name).unlink()
@@ -93,6 +102,39 @@ def write(path: Path, data: bytes) -> None:
     """
     with opened(path) as stream:
         stream.write(data)
+
+
+def move_folder(work: Path, place: Path) -> None:
+    """Rename a folder whose files are all written; then it survives a power cut with all of them.
+
+    Raises
+    ------
+    OSError
+        It cannot be renamed, for instance because `place` holds something.
+    """
+    for folder, _, names in os.walk(work):
+        for name in names:
+            _sync(Path(folder, name))
+        _sync_folder(Path(folder))
+    work.rename(place)
+    _sync_folder(place.parent)
+
+
+def _sync_folder(path: Path) -> None:
+    """Make the names in a folder survive a power cut."""
+    # systems that cannot open folders have no need of it
+    with contextlib.suppress(OSError):
+        _sync(path)
+
+
+def _sync(path: Path) -> None:
+    # Windows syncs only what is open for writing; a folder, or a file that is copied from a read-only one, cannot be
+    writable = path.is_file() and os.access(path, os.W_OK)
+    handle = os.open(path, os.O_RDWR if writable else os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
 
 
 def lock(stream: IO[Any]) -> None:

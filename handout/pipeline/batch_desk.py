@@ -162,7 +162,7 @@ def keep_batch(
         begun = datetime.now().isoformat(timespec="seconds")
         options: dict[str, Any] = {"given": [], "approved": None, "letter": None}
         kept = asdict(plan) | {"merge": asdict(plan.merge) | options, "begun": begun}
-        (work / _PLAN).write_text(json.dumps(kept, ensure_ascii=False), encoding="utf-8")
+        atomic.write(work / _PLAN, json.dumps(kept, ensure_ascii=False).encode())
         _batch(work).read(listener)
         name = free_name(work, base).name
     except OSError as error:

@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 import msgspec
 
+from handout import atomic
 from handout.errors import InputError
 from handout.plotting.driving.overlap import OVERLAP
 from handout.plotting.jobs import journal, pages
@@ -148,7 +149,7 @@ class Job:
             told=self.told if self.whole else (),
             inputs=self.inputs,
         )
-        pages.write(self.folder / FACTS, msgspec.json.encode(facts))
+        atomic.write(self.folder / FACTS, msgspec.json.encode(facts))
 
 
 def load(path: Path) -> Job:
