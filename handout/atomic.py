@@ -56,7 +56,7 @@ def opened(path: Path) -> Iterator[BinaryIO]:
         os.umask(umask)
         Path(name).chmod(0o666 & ~umask)
         Path(name).replace(path)
-        _sync_folder(path.parent)
+        sync_folder(path.parent)
     except BaseException as error:
         with contextlib.suppress(OSError):
             Path(name).unlink()
@@ -115,12 +115,12 @@ def move_folder(work: Path, place: Path) -> None:
     for folder, _, names in os.walk(work):
         for name in names:
             _sync(Path(folder, name))
-        _sync_folder(Path(folder))
+        sync_folder(Path(folder))
     work.rename(place)
-    _sync_folder(place.parent)
+    sync_folder(place.parent)
 
 
-def _sync_folder(path: Path) -> None:
+def sync_folder(path: Path) -> None:
     """Make the names in a folder survive a power cut."""
     # systems that cannot open folders have no need of it
     with contextlib.suppress(OSError):

@@ -9,7 +9,6 @@ import pytest
 from handout import atomic
 from handout.errors import InputError
 
-
 _LOOK = Path("/proc/self/fd")  # names of open handles
 
 

@@ -104,7 +104,7 @@ class Job:
 
     def standing(self) -> JobProgress:
         """How far it has come."""
-        return journal.read(self.folder / JOURNAL)[0]
+        return journal.read(self.folder / JOURNAL)
 
     def open(self) -> Journal:
         """Its journal, locked against other programs."""

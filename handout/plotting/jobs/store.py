@@ -239,8 +239,9 @@ def _by_use(place: Path | None) -> list[Job]:
 
 def _is_finished(job: Job) -> bool:
     try:
-        return job.standing().finished
-    except InputError:  # a damaged journal may be mended
+        standing = job.standing()
+        return standing.finished and not standing.damaged
+    except InputError:  # a journal that cannot be read now may be later
         return False
 
 
