@@ -295,8 +295,8 @@ def _ran(work: Any, folder: Path, fate: Fate, tally: Tally) -> bool:
             kept.__exit__(None, None, None)
         except Crash:
             tally.kills += 1
-            assert kept._stream is not None
-            kept._stream.close()
+            assert kept._file is not None
+            kept._file.close()
             return False
     return True
 

@@ -198,9 +198,13 @@ def make_rows(
         left = todo.rows  # worked out once: a table may have 100,000
         chosen = [row for row in chosen if row.problem or row.number in left]
     checked = Checked(wanted=[row.number for row in chosen if not row.problem])
+    if journal.damaged:
+        checked.warnings.append(f"line {journal.damaged} of the journal {journal.path} is damaged")
     if options.all_or_none and devices:
         _refuse((check or make)(chosen), len(chosen), listener)
     taken, jobs = _taken(make(chosen), place, copies, checked), tuple[Job, ...]()
+    if journal.lost:
+        taken = _without_lost(taken, checked, todo, journal, again)
     if devices:
         jobs = _sender(place)(taken, checked, todo, _makeable(rows), journal, listener)
     else:
@@ -238,6 +242,25 @@ def _taken(
         place.take(row.number, row.pages, copies[row.number])
         checked.done.append(row.number)
         yield pieces(row.number, copies[row.number], [page.part for page in row.pages])
+
+
+def _without_lost(
+    taken: Iterable[Sequence[Piece]], checked: Checked, todo: Remaining, journal: Journal, again: Collection[int]
+) -> Iterator[Sequence[Piece]]:
+    """The pieces of rows without the first fresh ones, which may have been sent in lines that are damaged."""
+    fresh = set(todo.fresh)
+    for every in taken:
+        row = every[0].row if every else 0
+        if not journal.lost or row not in fresh:
+            yield every
+        elif row in again:
+            journal.settle()
+            yield every
+        else:
+            todo.unknown.append(Failed(row, journal.doubt(every)))
+            checked.wanted.remove(row)
+            checked.done.remove(row)
+            yield []
 
 
 def _made(

@@ -150,9 +150,14 @@ def remaining(
     again : rows to make whatever became of them; not those that the device may still make by itself.
     """
     todo = Remaining()
+    several = len({*(device.name for device in devices), *(step.device for step in journal.steps.values())}) > 1
     for row in rows:
         if row not in journal.parts:
-            todo.fresh.append(row)
+            # one device makes rows in their order, so that those that may be lost are the next: see `make_rows`
+            if journal.lost and several and row not in again:
+                todo.unknown.append(Failed(row, journal.why))
+            else:
+                todo.fresh.append(row)
             continue
         outcomes = {piece: _outcome(journal, devices, piece) for piece in pieces(row, copies[row], journal.parts[row])}
         for piece, outcome in outcomes.items():
@@ -181,13 +186,17 @@ def device_of(step: Step, devices: Sequence[Device]) -> Device | None:
 def _outcome(journal: Journal, devices: Sequence[Device], piece: Piece) -> Outcome:
     """Find out what became of a piece, asking the device if need be; "failed" if it was never sent."""
     step = journal.steps.get(piece)
-    if step is None or step.state == "failed":
-        return Outcome("failed")
+    if step is None or step.state == "failed":  # or begun, in a line that is damaged
+        return Outcome("unknown", journal.why) if journal.lost else Outcome("failed")
     if step.state == "completed":
         return Outcome("completed")
     sent = f"it was sent as job {step.job}" if step.job else "it was being sent when the batch broke off"
     if step.state == "doubtful":
-        return Outcome("unknown", f"{sent}, and {step.why}")
+        return Outcome("unknown", f"{sent}, and {step.why}" if step.title else step.why)
+    if not step.title:
+        return Outcome(
+            "unknown", f"{sent}, and where to is not known: line {journal.damaged} of the journal is damaged"
+        )
     device = device_of(step, devices)
     # a plotter knows of the plots of all; of what is not finished only the device itself can tell
     asked = devices if device is None else [device]
@@ -224,7 +233,7 @@ def send(
     PrintingStopped
         The queue refused a page, or did not print it.
     """
-    run = Run(checked, table, journal, set(todo.fresh))
+    run = Run(checked, table, journal, set(todo.fresh), todo.unknown)
     for piece in (*todo.send, *todo.wait):
         run.left.setdefault(piece.row, set()).add(piece)
     for job, begun in jobs_of(todo.wait, journal).items():
@@ -279,7 +288,8 @@ def note_outcome(journal: Journal, sheet: Sequence[Piece], outcome: Outcome) -> 
 class Run:
     """A batch that is being sent.
 
-    table : the rows of its table that can be made, as far as was known; fresh : rows of which nothing was sent before.
+    table : the rows of its table that can be made, as far as was known; fresh : rows of which nothing was sent before;
+    unknown : as of `Remaining`.
     left : of every row what has not gone yet; made : all pieces of the rows that are made; jobs : what has gone.
     """
 
@@ -287,6 +297,7 @@ class Run:
     table: Sequence[int]
     journal: Journal
     fresh: set[int]
+    unknown: Sequence[Failed] = ()
     left: dict[int, set[Piece]] = field(default_factory=dict)
     made: dict[int, Sequence[Piece]] = field(default_factory=dict)
     jobs: list[Job] = field(default_factory=list)
@@ -329,7 +340,7 @@ class Run:
         pages.ready(sheet)
         device, title = pages.queue.name, self.journal.title(sheet[0])
         for row in dict.fromkeys(piece.row for piece in sheet):
-            self.journal.consists(row, list(dict.fromkeys(piece.part for piece in self.made[row])))
+            self.journal.parts[row] = tuple(dict.fromkeys(piece.part for piece in self.made[row]))
         for piece in sheet:
             self.journal.note(piece, "sending", title=title, device=device)
         try:
@@ -364,7 +375,8 @@ class Run:
             in_doubt = bool(sheet) and (self.begun.get(sheet[0].row) or self._in_doubt(sheet[0]))
             failed = tuple(Failed(n, str(error) if in_doubt and n == sheet[0].row else "not sent") for n in rest)
             told = (*self.checked.failed, *failed)
-            report = Report(sent, told, (), tuple(self.jobs), tuple(self.checked.warnings))
+            warnings, unknown = tuple(self.checked.warnings), tuple(self.unknown)
+            report = Report(sent, told, (), tuple(self.jobs), warnings, unknown=unknown)
             where = self._where(sheet, rest, "Row")
             message = f"{where}{': ' if where else ''}{error} {self.way_out(sheet, sent, rest)}"
             raise PrintingStopped(message, report, ranges(rest, self.whole)) from error

@@ -152,7 +152,7 @@ def send_to_several(
     PrintingStopped
         Devices stopped, and something is left that the others could not make.
     """
-    run = Run(checked, table, journal, set(todo.fresh))
+    run = Run(checked, table, journal, set(todo.fresh), todo.unknown)
     for piece in (*todo.send, *todo.wait):
         run.left.setdefault(piece.row, set()).add(piece)
     sharing = _Sharing(place, iter(taken), run, listener)
@@ -172,7 +172,8 @@ def send_to_several(
     told = [f"{station.name}: {station.error}" for station in stopped]
     if rest or halted:
         failed = tuple(Failed(number, "not made") for number in rest)
-        report = Report(sent, (*checked.failed, *failed), (), tuple(run.jobs), tuple(checked.warnings))
+        warnings, unknown = tuple(checked.warnings), tuple(todo.unknown)
+        report = Report(sent, (*checked.failed, *failed), (), tuple(run.jobs), warnings, unknown=unknown)
         message = f"{' '.join(told)} {run.way_out((), sent, rest)}"
         raise PrintingStopped(message, report, ranges(rest, run.whole)) from stopped[0].error
     checked.warnings += [f"{words} The other devices made its rows." for words in told]

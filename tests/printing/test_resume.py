@@ -11,6 +11,7 @@ from doubles import block, print_all, rows, rule
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from handout import journal_lines
 from handout.errors import InputError
 from handout.page_sizes import page
 from handout.printing import journal
@@ -65,18 +66,20 @@ def resume(what, tmp_path):
 
 def entries(tmp_path):
     (path,) = (tmp_path / "state").glob("*.jsonl")
-    return [json.loads(line) for line in path.read_text().splitlines()]
+    return [json.loads(text) for text in journal_lines.read(path)]
 
 
 def test_every_step_is_in_the_journal(what, tmp_path):
     with SimulatedPrinter() as printer:
         report = run(begin(what, tmp_path), queue_of(printer), 2)
-    first, *steps, last = entries(tmp_path)
+    first, second, *steps, last = entries(tmp_path)
+    assert first == second and {step["of"] for step in steps} == {first["run"]}
+    assert [step["n"] for step in steps] == [1, 1, 1, 2, 2, 2]
     assert first["seed"] == 7 and first["run"] and "table.csv" in first["table"]
     assert [(s["row"], s["state"]) for s in steps] == [
         (n, state) for n in (2, 3) for state in ("sending", "sent", "completed")
     ]
-    assert last == {"ended": "done"} and report.rows == (2, 3)
+    assert last["ended"] == "done" and report.rows == (2, 3)
     assert printer.jobs[0].name == f"handout {first['run']} row 2"
 
 
@@ -137,7 +140,7 @@ def killed_at(monkeypatch, step):
 
     with monkeypatch.context() as patched:
         patched.setattr(journal.Journal, "_write", dying)
-        patched.setattr(journal.Journal, "__exit__", lambda self, *_: self._stream.close())
+        patched.setattr(journal.Journal, "__exit__", lambda self, *_: self._file.close())
         with pytest.raises(Dies):
             yield
 
@@ -321,13 +324,13 @@ def test_a_journal_that_was_cut_off_is_read_up_to_there(tmp_path_factory, data):
     kept = begin(what, folder)
     for row, state in steps:
         kept.note(journal.Piece(row, 1), state, **({"title": f"t{row}"} if state == "sending" else {}))
-    kept._stream.close()
+    kept._file.close()
     whole = kept.path.read_bytes()
-    first = whole.index(b"\n") + 1
+    first = whole.index(b"\n", whole.index(b"\n") + 1) + 1
     cut = first + round(data.draw(st.integers(0, 1000)) / 1000 * (len(whole) - first))
     kept.path.write_bytes(whole[:cut])
     # a line whose only loss is its end is still whole
-    lines = [line for line in whole[first:cut].split(b"\n") if line.endswith(b"}")]
+    lines = [line[9:] for line in whole[first:cut].split(b"\n") if line.endswith(b"}")]
     found = resume(what, folder)
     expected = {}
     for line in lines:
@@ -335,7 +338,7 @@ def test_a_journal_that_was_cut_off_is_read_up_to_there(tmp_path_factory, data):
         expected[entry["row"], entry["copy"], ""] = entry["state"]
     assert {piece: step.state for piece, step in found.steps.items()} == expected
     found.note(journal.Piece(9, 1), "completed")
-    found._stream.close()
+    found._file.close()
     assert resume(what, folder).steps[9, 1, ""].state == "completed"
 
 
