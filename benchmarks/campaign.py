@@ -181,7 +181,7 @@ class DeskQueue(PlotterQueue):
 
     desk: CountingDesk
 
-    def follow(self, job: str) -> Outcome:
+    def follow(self, job: str, title: str) -> Outcome:
         """Draw it, with somebody there who does what is asked."""
         kept = store.find(job)
         if not kept.standing().finished:

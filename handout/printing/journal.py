@@ -52,13 +52,18 @@ class Piece(NamedTuple):
 
 @dataclass(frozen=True)
 class Step:
-    """The last known state of a piece."""
+    """The last known state of a piece; of a printer's job, `job` is the number and the up-time, ``"17@3600"``."""
 
     state: State
     title: str = ""
     device: str = ""
     job: str = ""
     why: str = ""
+
+    @property
+    def number(self) -> str:
+        """What its job is called, without when it was made."""
+        return self.job.partition("@")[0]
 
 
 def _add(steps: dict[Piece, Step], piece: Piece, state: State, more: Mapping[str, str]) -> None:
@@ -269,8 +274,8 @@ def _not_known(run: Run, what: Batch, path: Path) -> str:
     told += [f"look what became of {named(open_)}"] if open_ else []
     return (
         f"The batch of {what.table.name} cannot be gone on with: its journal is damaged at line {run.damaged}, where "
-        f"it said how it was begun; {'; '.join(told)}. Look which sheets are there, and print the others with --rows; to print all of "
-        f"it again, delete {path}."
+        f"it said how it was begun; {'; '.join(told)}. Look which sheets are there, and print the others with "
+        f"--rows; to print all of it again, delete {path}."
     )
 
 

@@ -74,8 +74,8 @@ class Device(Protocol):
     @property
     def keeps(self) -> bool: ...
 
-    def follow(self, job: str) -> Outcome:
-        """Wait until a job is over, or return at once where the queue keeps it and will print it by itself."""
+    def follow(self, job: str, title: str) -> Outcome:
+        """Wait until the job of that name and title is over, or return at once where the queue keeps it and will print it by itself."""
         ...
 
     def outcome(self, job: str, title: str, earlier: Collection[str] = ()) -> Outcome:
@@ -149,7 +149,7 @@ class _Folder:
     def check(self, ticket: Ticket) -> None:
         """Nothing: a folder takes every sheet."""
 
-    def follow(self, job: str) -> Outcome:
+    def follow(self, job: str, title: str) -> Outcome:
         """It is there."""
         return Outcome("completed")
 

@@ -190,7 +190,7 @@ def _outcome(journal: Journal, devices: Sequence[Device], piece: Piece) -> Outco
         return Outcome("unknown", journal.why) if journal.lost else Outcome("failed")
     if step.state == "completed":
         return Outcome("completed")
-    sent = f"it was sent as job {step.job}" if step.job else "it was being sent when the batch broke off"
+    sent = f"it was sent as job {step.number}" if step.job else "it was being sent when the batch broke off"
     if step.state == "doubtful":
         return Outcome("unknown", f"{sent}, and {step.why}" if step.title else step.why)
     if not step.title:
@@ -236,9 +236,9 @@ def send(
     run = Run(checked, table, journal, set(todo.fresh), todo.unknown)
     for piece in (*todo.send, *todo.wait):
         run.left.setdefault(piece.row, set()).add(piece)
-    for job, begun in jobs_of(todo.wait, journal).items():
+    for begun in jobs_of(todo.wait, journal):
         with run.stoppable(pages.queue, begun):
-            follow(pages.queue, journal, begun, job)
+            follow(pages.queue, journal, begun)
         run.gone(begun)
     total = len(checked.wanted)
     sheets = iter(pages.sheets(run.unsent(taken)))
@@ -254,17 +254,19 @@ def send(
     return tuple(run.jobs)
 
 
-def jobs_of(waiting: Iterable[Piece], journal: Journal) -> dict[str, list[Piece]]:
+def jobs_of(waiting: Iterable[Piece], journal: Journal) -> list[list[Piece]]:
     """The pieces of each job that a device has."""
-    jobs: dict[str, list[Piece]] = {}
+    jobs: dict[tuple[str, str], list[Piece]] = {}
     for piece in waiting:
-        jobs.setdefault(journal.steps[piece].job, []).append(piece)
-    return jobs
+        step = journal.steps[piece]
+        jobs.setdefault((step.job, step.title), []).append(piece)
+    return list(jobs.values())
 
 
-def follow(queue: Device, journal: Journal, sheet: Sequence[Piece], job: str) -> None:
+def follow(queue: Device, journal: Journal, sheet: Sequence[Piece]) -> None:
     """Wait for the job of a sheet; PrinterError unless it is completed."""
-    outcome = queue.follow(job)
+    step = journal.steps[sheet[0]]
+    outcome, job = queue.follow(step.job, step.title), step.number
     note_outcome(journal, sheet, outcome)
     if outcome.state == "failed":
         raise PrinterError(f"job {job} was not printed: {outcome.why}.")
@@ -354,7 +356,7 @@ class Run:
             self.journal.note(piece, "sent", job=job)
             self.jobs.append(Job(piece.row, job, device))
         self.gone(sheet)
-        follow(pages.queue, self.journal, sheet, job)
+        follow(pages.queue, self.journal, sheet)
 
     @contextmanager
     def stoppable(self, device: Device, sheet: Sequence[Piece] = ()) -> Iterator[None]:
@@ -428,7 +430,7 @@ class Run:
             kind = "copies" if len({piece.part for piece in every}) == 1 else "sheets"
             return [f"{begun} of {len(every)} {kind} of row {row}"]
         if self._in_doubt(sheet[0]):
-            job = self.journal.steps[sheet[0]].job
+            job = self.journal.steps[sheet[0]].number
             return [f"row {row} was sent as job {job}" if job else f"whether row {row} was sent is not known"]
         return []
 

@@ -242,9 +242,9 @@ class _Sharing:
         """One device, until nothing is left for it."""
         run = self.run
         try:
-            for job, begun in jobs_of(waiting, run.journal).items():
+            for begun in jobs_of(waiting, run.journal):
                 with self._sending(station, begun):
-                    follow(station.spool.queue, run.journal, begun, job)
+                    follow(station.spool.queue, run.journal, begun)
                     run.gone(begun)
             for sheet in station.spool.sheets(self._pieces(station)):
                 with self._sending(station, sheet):

@@ -177,7 +177,9 @@ def test_what_nobody_knows_is_left_to_the_user(what, tmp_path):
         queue = queue_of(printer)
         follow = queue.follow
         # the cable is pulled while the second envelope is printed, and the printer is switched off and on again
-        queue.follow = lambda job: follow(job) if job == "1" else (_ for _ in ()).throw(OutcomeUnknown("Gone."))
+        queue.follow = lambda job, title: (
+            follow(job, title) if job.startswith("1@") else (_ for _ in ()).throw(OutcomeUnknown("Gone."))
+        )
         with pytest.raises(PrintingStopped, match="Row 3: Gone"):
             run(begin(what, tmp_path), queue, 3)
     with SimulatedPrinter() as printer:
@@ -190,6 +192,18 @@ def test_what_nobody_knows_is_left_to_the_user(what, tmp_path):
         assert printed(printer) == [4, 3] and report.unknown == () and report.exit_code == 0
     with pytest.raises(InputError, match=r"--again .* --resume"):
         print_all(rows(3), rule, PLAIN, DL, ink=block, queue=FolderQueue(tmp_path / "f"), again="3")
+
+
+def test_a_printer_that_is_switched_off_and_on_in_the_middle_loses_no_page_silently(what, tmp_path):
+    with SimulatedPrinter(faults=Faults(restart_at=3)) as printer:
+        with pytest.raises(PrintingStopped, match=r"Row 4: what became of job 3 cannot be told: the printer does not"):
+            run(begin(what, tmp_path), queue_of(printer))
+        assert printed(printer) == [2, 3] and printer.jobs[2].state == JobState.COMPLETED
+        report = run(resume(what, tmp_path), queue_of(printer))
+        assert printed(printer) == [2, 3, 5, 6, 7] and report.before == (2, 3)
+        assert [one.row for one in report.unknown] == [4] and report.exit_code == 4
+        assert run(resume(what, tmp_path), queue_of(printer), again="4").exit_code == 0
+        assert printed(printer) == [2, 3, 5, 6, 7, 4]
 
 
 def test_a_lie_is_left_to_the_user_even_when_the_jam_is_gone(what, tmp_path):
@@ -361,7 +375,9 @@ def test_cups_is_asked_what_became_of_a_job(print_system):
         outcomes = [queue.outcome(f"envelopes-{n}", f"job {n}").state for n in (1, 2, 3, 4)]
         assert outcomes == ["completed", "failed", "waiting", "unknown"]
         assert queue.outcome("envelopes-1", "job 9").state == "unknown"
-        assert queue.outcome("", "job 1") == Outcome("completed", job="1")
+        assert queue.outcome("", "job 1") == Outcome("completed", job="1@1")
+        assert queue.outcome("1@1", "job 1") == Outcome("completed")
+        assert queue.outcome("1@7", "job 1").state == "unknown"
     assert queue.outcome("envelopes-1", "job 1") == Outcome("unknown", "the print system cannot be asked about it")
 
 
