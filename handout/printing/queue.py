@@ -75,7 +75,7 @@ class Device(Protocol):
     def keeps(self) -> bool: ...
 
     def follow(self, job: str, title: str) -> Outcome:
-        """Wait until the job of that name and title is over, or return at once where the queue keeps it and will print it by itself."""
+        """Wait until a job is over, or return at once where the queue keeps it and will print it by itself."""
         ...
 
     def outcome(self, job: str, title: str, earlier: Collection[str] = ()) -> Outcome:
