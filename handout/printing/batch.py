@@ -199,7 +199,7 @@ def make_rows(
         chosen = [row for row in chosen if row.problem or row.number in left]
     checked = Checked(wanted=[row.number for row in chosen if not row.problem])
     if journal.damaged:
-        checked.warnings.append(f"line {journal.damaged} of the journal {journal.path} is damaged")
+        checked.said.append(f"line {journal.damaged} of the journal {journal.path} is damaged")
     if options.all_or_none and devices:
         _refuse((check or make)(chosen), len(chosen), listener)
     taken, jobs = _taken(make(chosen), place, copies, checked), tuple[Job, ...]()
@@ -234,7 +234,7 @@ def _taken(
 ) -> Iterator[list[Piece]]:
     """The pieces of every row, when the destination has taken them; of one that cannot be made, none."""
     for row in made:
-        checked.warnings += [f"row {row.number}: {warning}" for warning in row.warnings]
+        checked.warn(row.number, row.warnings)
         if row.problem:
             checked.failed.append(Failed(row.number, row.problem))
             yield []
@@ -275,13 +275,13 @@ def _made(
 
 def _refuse(checked: Iterable[PreparedRow], total: int, listener: Listener) -> None:
     """Raise RowsRefused where a row cannot be made."""
-    failed, warnings = list[Failed](), list[str]()
+    found = Checked()
     for number, row in enumerate(checked):
         listener.progress(number, total, "check")
-        warnings += [f"row {row.number}: {warning}" for warning in row.warnings]
-        failed += [Failed(row.number, row.problem)] if row.problem else []
-    if failed:
-        raise RowsRefused(failed, warnings)
+        found.warn(row.number, row.warnings)
+        found.failed += [Failed(row.number, row.problem)] if row.problem else []
+    if found.failed:
+        raise RowsRefused(found.failed, found.warnings)
 
 
 class RowsRefused(InputError):

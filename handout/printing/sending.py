@@ -7,6 +7,7 @@ and what became of a page whose end was not seen is asked of the device by the t
 from __future__ import annotations
 
 import itertools
+import re
 import threading
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -17,7 +18,7 @@ from typing import Protocol
 from handout.errors import HandoutError, PrinterError
 from handout.printing.journal import Journal, Piece, Step
 from handout.printing.queue import Device, Outcome, OutcomeUnknown, Say
-from handout.printing.rows import ranges
+from handout.printing.rows import named, ranges
 
 
 @dataclass(frozen=True)
@@ -92,12 +93,38 @@ SILENT = Listener()
 
 @dataclass
 class Checked:
-    """What has become of rows so far: `wanted` are all that are to be made now, as they stand in the table."""
+    """What has become of rows so far.
+
+    wanted : all that are to be made now, as they stand in the table; said : warnings that are of no row.
+    """
 
     wanted: list[int] = field(default_factory=list)
     done: list[int] = field(default_factory=list)
     failed: list[Failed] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
+    said: list[str] = field(default_factory=list)
+    _warned: dict[str, tuple[list[int], str]] = field(default_factory=dict)
+
+    def warn(self, row: int, phrases: Iterable[str]) -> None:
+        """Keep what has to be said of a row."""
+        for phrase in phrases:
+            key = _LENGTH.sub("", phrase)
+            rows, worst = self._warned.get(key, ([], phrase))
+            rows.append(row)
+            self._warned[key] = rows, min(worst, phrase, key=_length)
+
+    @property
+    def warnings(self) -> list[str]:
+        """What has to be said, each once with the rows that it is of; where lengths differ, the worst is named."""
+        return [*(f"{named(rows)}: {phrase}" for rows, phrase in self._warned.values()), *self.said]
+
+
+_LENGTH = re.compile(r"-?\d+\.\d(?= mm)")
+
+
+def _length(phrase: str) -> float:
+    found = _LENGTH.search(phrase)
+    length = float(found.group()) if found else 0.0
+    return -length if "beyond" in phrase else length
 
 
 @dataclass
@@ -185,9 +212,17 @@ def device_of(step: Step, devices: Sequence[Device]) -> Device | None:
 
 def _outcome(journal: Journal, devices: Sequence[Device], piece: Piece) -> Outcome:
     """Find out what became of a piece, asking the device if need be; "failed" if it was never sent."""
+    outcome = _found(journal, devices, piece)
+    if outcome.state == "failed" and journal.lost:  # or begun, or once more, in a line that is damaged
+        journal.note(piece, "doubtful", why=journal.why)
+        return Outcome("unknown", journal.why)
+    return outcome
+
+
+def _found(journal: Journal, devices: Sequence[Device], piece: Piece) -> Outcome:
     step = journal.steps.get(piece)
-    if step is None or step.state == "failed":  # or begun, in a line that is damaged
-        return Outcome("unknown", journal.why) if journal.lost else Outcome("failed")
+    if step is None or step.state == "failed":
+        return Outcome("failed")
     if step.state == "completed":
         return Outcome("completed")
     sent = f"it was sent as job {step.number}" if step.job else "it was being sent when the batch broke off"

@@ -176,7 +176,7 @@ def send_to_several(
         report = Report(sent, (*checked.failed, *failed), (), tuple(run.jobs), warnings, unknown=unknown)
         message = f"{' '.join(told)} {run.way_out((), sent, rest)}"
         raise PrintingStopped(message, report, ranges(rest, run.whole)) from stopped[0].error
-    checked.warnings += [f"{words} The other devices made its rows." for words in told]
+    checked.said += [f"{words} The other devices made its rows." for words in told]
     return tuple(run.jobs)
 
 
