@@ -26,6 +26,7 @@ GROUND = {
     "encodings",
     "errors",
     "atomic",
+    "journal_lines",
     "shipped",
     "profiles",
     "markers",
