@@ -38,9 +38,9 @@ from handout.printing.rows import Row
 from handout.printing.sending import PrintingStopped, Report
 from handout.printing.several import Several
 from handout.profiles import Printer
-from handout.simulated.plotter.ink_comparison import SLACK
 from handout.simulated.plotter.options import Options as Simulated
 from handout.values import Drawing, Page
+from handout_lab.ink_comparison import SLACK
 
 KINDS = (
     "lost-byte", "flipped-byte", "doubled-byte", "changed-byte", "lost-answer", "flipped-answer", "changed-answer",
