@@ -230,7 +230,7 @@ def _devices(place: Destination) -> list[Device]:
 
 def _taken(
     made: Iterable[PreparedRow], place: Destination, copies: Mapping[int, int], checked: Checked
-) -> Iterator[list[Piece]]:
+) -> Iterator[Sequence[Piece]]:
     """The pieces of every row, when the destination has taken them; of one that cannot be made, none."""
     for row in made:
         checked.warn(row.number, row.warnings)

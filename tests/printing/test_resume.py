@@ -11,7 +11,8 @@ from doubles import block, print_all, rows, rule
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from handout import journal_lines
+from benchmarks import damages
+from handout import atomic, journal_lines
 from handout.errors import InputError
 from handout.page_sizes import page
 from handout.printing import journal
@@ -320,6 +321,115 @@ def test_two_programs_do_not_print_one_batch(what, tmp_path):
         with pytest.raises(InputError, match="by another program at this moment"):
             resume(what, tmp_path)
     assert resume(what, tmp_path).steps.keys() == {(2, 1, "")}
+
+
+def test_the_journal_is_read_when_it_is_locked(what, tmp_path, monkeypatch):
+    def other_first(stream):
+        """Another program has the batch just before this one, and is through with it."""
+        monkeypatch.setattr(atomic, "lock", lock)
+        run(others(), SimulatedQueue(tmp_path / "other"))
+        lock(stream)
+
+    lock, others = atomic.lock, lambda: begin(what, tmp_path, afresh=True)
+    monkeypatch.setattr(atomic, "lock", other_first)
+    with pytest.raises(PrintingStopped), SimulatedPrinter(faults=Faults(jam_at=2)) as printer:
+        run(begin(what, tmp_path), queue_of(printer))
+    others = lambda: resume(what, tmp_path)  # noqa: E731
+    monkeypatch.setattr(atomic, "lock", other_first)
+    report = run(resume(what, tmp_path), SimulatedQueue(tmp_path / "own"))
+    assert report.jobs == () and report.before == (2, 3, 4, 5, 6, 7)
+
+    def breaks_off():
+        kept = begin(what, tmp_path, afresh=True)
+        kept.note(journal.Piece(2, 1), "sending", title="t")
+        return kept
+
+    def dies_first(stream):
+        monkeypatch.setattr(atomic, "lock", lock)
+        breaks_off()._file.close()
+        lock(stream)
+
+    monkeypatch.setattr(atomic, "lock", dies_first)
+    with pytest.raises(InputError, match="broke off"):
+        begin(what, tmp_path)
+
+
+def changed(tmp_path, line, old, new):
+    """The journal with a line, from 0 or from the end, damaged."""
+    (path,) = (tmp_path / "state").glob("*.jsonl")
+    lines = path.read_bytes().splitlines(keepends=True)
+    assert old in lines[line]
+    lines[line] = lines[line].replace(old, new)
+    path.write_bytes(b"".join(lines))
+
+
+def broken_off(what, tmp_path, at=4):
+    """Of six rows three came out, the fourth jammed; what the printer remembers."""
+    queue = SimulatedQueue(tmp_path / "out", jam_at=at)
+    with pytest.raises(PrintingStopped):
+        run(begin(what, tmp_path), queue)
+
+
+def gone_on(what, tmp_path, **given):
+    report = run(resume(what, tmp_path), SimulatedQueue(tmp_path / "out", go_on=True), **given)
+    log = (tmp_path / "out" / "jobs.jsonl").read_text().splitlines()
+    return report, [int(json.loads(entry)["title"].split()[-1]) for entry in log]
+
+
+def test_a_flipped_row_number_leaves_no_row_out(what, tmp_path):
+    broken_off(what, tmp_path)
+    changed(tmp_path, 4, b'"row": 2', b'"row": 6')  # which would be done, then, and never be made
+    report, rows_made = gone_on(what, tmp_path)
+    assert rows_made == [2, 3, 4, 5, 6, 7] and report.unknown == () and report.exit_code == 0
+    assert [warning for warning in report.warnings if "line 5 of the journal" in warning]
+
+
+def test_a_flipped_key_is_no_traceback_and_a_lost_beginning_is_known_from_what_follows(what, tmp_path):
+    broken_off(what, tmp_path)
+    changed(tmp_path, 2, b'"copy"', b'"copz"')
+    changed(tmp_path, 0, b'"begun"', b'"cegun"')
+    report, rows_made = gone_on(what, tmp_path)
+    # of row 2 it is known that it came out, and the printer of no line is that of another
+    assert rows_made == [2, 3, 4, 5, 6, 7] and report.unknown == () and report.before == (2, 3, 4)
+
+
+def test_a_row_that_may_have_been_sent_in_a_damaged_line_is_named(what, tmp_path, monkeypatch):
+    queue = SimulatedQueue(tmp_path / "out")
+    with killed_at(monkeypatch, 7):  # of the third row it is noted that it is being sent
+        run(begin(what, tmp_path), queue)
+    changed(tmp_path, -1, b"sending", b"sendjng")
+    report, rows_made = gone_on(what, tmp_path)
+    unknown = [row.row for row in report.unknown]
+    assert unknown == [4, 5] and rows_made == [2, 3, 4, 6, 7] and report.exit_code == 4
+    assert "whether it was sent is not known: its journal is damaged at line 9" in report.unknown[0].reason
+    report, rows_made = gone_on(what, tmp_path, again="5")  # who has looked
+    assert rows_made == [2, 3, 4, 6, 7, 5] and [row.row for row in report.unknown] == [4]
+
+
+def test_where_the_beginning_is_lost_what_is_known_is_said_and_nothing_is_made(what, tmp_path):
+    broken_off(what, tmp_path)
+    for line in (0, 1):
+        changed(tmp_path, line, b'"begun"', b'"cegun"')
+    for again in (lambda: resume(what, tmp_path), lambda: begin(what, tmp_path, afresh=True)):
+        with pytest.raises(
+            InputError, match=r"damaged at line 1, .* rows 2-4 came out; look what became of row 5\. .*--rows"
+        ):
+            again()
+
+
+def test_a_journal_that_an_older_program_did_not_seal_is_gone_on_with(what, tmp_path):
+    broken_off(what, tmp_path)
+    (path,) = (tmp_path / "state").glob("*.jsonl")
+    old = [{key: entry[key] for key in entry if key not in ("of", "n")} for entry in entries(tmp_path)[1:]]
+    path.write_text("".join(json.dumps(entry) + "\n" for entry in old) + '{"row": 6, "co')
+    report, rows_made = gone_on(what, tmp_path)
+    assert rows_made == [2, 3, 4, 5, 6, 7] and report.before == (2, 3, 4) and report.warnings == ()
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_no_damaged_journal_loses_or_repeats_a_row_silently(seed):
+    assert damages.batch_journal(seed) in ("right", "named", "refused")
+    assert damages.plot_journal(seed) in ("right", "right, told")
 
 
 @pytest.mark.slow
