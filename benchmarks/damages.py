@@ -25,6 +25,7 @@ import numpy as np
 from benchmarks import faults
 from benchmarks.faults import MACHINES, Desk, Endless, Extent, Machine, Run, profile_of
 from handout.errors import HandoutError, InputError, PrinterError
+from handout.journal_lines import seal
 from handout.plotting.driving.driver import connect
 from handout.plotting.jobs.journal import Journal as PlotJournal
 from handout.plotting.jobs.journal import read
@@ -67,7 +68,7 @@ def on_disk(data: bytes, rng: np.random.Generator) -> tuple[str, bytes]:
         stop = min(start + _SECTOR, len(data))
         return kind, data[:start] + bytes(stop - start) + data[stop:]
     if kind == "torn":  # of a line that nobody relies on yet
-        return kind, data + journal.seal('{"row": 3, "copy": 1, "state": "sending"}')[: int(rng.integers(1, 50))]
+        return kind, data + seal('{"row": 3, "copy": 1, "state": "sending"}')[: int(rng.integers(1, 50))]
     value = data[at] ^ (1 << int(rng.integers(8))) if kind == "flipped" else int(rng.integers(256))
     new = {"lost": b"", "doubled": data[at : at + 1] * 2}.get(kind, bytes([value]))
     return kind, data[:at] + new + data[at + 1 :]

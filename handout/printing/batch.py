@@ -196,15 +196,12 @@ def make_rows(
         todo = remaining(journal, devices, todo.fresh, copies, again)
         left = todo.rows  # worked out once: a table may have 100,000
         chosen = [row for row in chosen if row.problem or row.number in left]
-    checked = Checked(wanted=[row.number for row in chosen if not row.problem])
-    if journal.damaged:
-        checked.said.append(f"line {journal.damaged} of the journal {journal.path} is damaged")
+    checked = Checked(wanted=[row.number for row in chosen if not row.problem], said=journal.told)
     if options.all_or_none and devices:
         _refuse((check or make)(chosen), len(chosen), listener)
     taken, jobs = _taken(make(chosen), place, copies, checked), tuple[Job, ...]()
-    if journal.lost:
-        taken = _without_lost(taken, checked, todo, journal, again)
     if devices:
+        taken = _without_lost(taken, checked, todo, journal, again)
         jobs = _sender(place)(taken, checked, todo, _makeable(rows), journal, listener)
     else:
         _made(taken, checked, options, len(chosen), listener)

@@ -171,6 +171,11 @@ class Journal:
             self._write({"settled": True})
 
     @property
+    def told(self) -> list[str]:
+        """What has to be said of it."""
+        return [f"line {self.damaged} of the journal {self.path} is damaged"] if self.damaged else []
+
+    @property
     def why(self) -> str:
         """Why nothing is known of a page."""
         return f"whether it was sent is not known: its journal is damaged at line {self.damaged}"
@@ -299,7 +304,8 @@ class Run:
 
     def add(self, entry: Mapping[str, Any], gap: Damage | None) -> None:
         """What a line says that is none of a beginning; gap : what is damaged before it."""
-        state = entry.get("state")
+        self.damaged = self.damaged or (0 if gap is None else gap.line)
+        state: State | None = entry.get("state")
         expected = self.begun + (state == "sending")
         told = int(entry.get("n", expected + _most(gap)))
         self.lost, self.begun = self.lost + max(told - expected, 0), max(told, expected)
@@ -312,14 +318,13 @@ class Run:
         if state is None:
             return
         piece = Piece(int(entry["row"]), int(entry["copy"]), str(entry.get("part", ENVELOPE)))
-        known = self.steps.get(piece)
-        if (
-            self.lost
-            and state in ("sent", "completed", "failed")
-            and (known is None or known.state not in ("sending", "sent"))
-        ):
-            self.lost -= 1  # it is this one whose beginning is lost
-        _add(self.steps, piece, state, {name: str(entry[name]) for name in _TOLD if name in entry})
+        known, more = self.steps.get(piece), {name: str(entry[name]) for name in _TOLD if name in entry}
+        under_way = known is not None and known.state in ("sending", "sent", "doubtful")
+        if self.lost and state in ("sent", "completed", "failed") and not under_way:
+            self.lost -= 1  # it is this one whose beginning is lost, with what it was called
+            if state == "sent":
+                state, more["why"] = "doubtful", f"line {self.damaged} of the journal, which said more, is damaged"
+        _add(self.steps, piece, state, more)
         self.parts.setdefault(piece.row, _ALONE)
         self.ended = ""
 
@@ -350,22 +355,22 @@ def _read(lines: Iterable[str | Damage]) -> Run | None:
     for line in lines:
         entry = None if isinstance(line, Damage) else _entry(line)
         if entry is None:
-            damage = line if isinstance(line, Damage) else Damage(gap.line if gap else 0, len(line))
+            damage = line if isinstance(line, Damage) else Damage(0, len(line))
             gap = damage if gap is None else Damage(gap.line, gap.size + damage.size)
-            continue
-        token = str(entry.get("run" if "begun" in entry else "of", run.token if run is not None else ""))
-        if run is None or run.token != token:
-            run = Run(token, {})
-        if "begun" in entry:
-            run.head = entry
         else:
-            run.add(entry, gap)
-        run.damaged = run.damaged or (0 if gap is None else gap.line)
-        gap = None
-    if gap is not None:
-        run = run or Run("", {})
-        run.add({}, gap)
-        run.damaged = run.damaged or gap.line
+            run, gap = _with(run, entry, gap), None
+    return run if gap is None else _with(run, {}, gap)
+
+
+def _with(run: Run | None, entry: dict[str, Any], gap: Damage | None) -> Run:
+    """A run with a line more, or the run that the line begins; gap : what is damaged before it."""
+    token = str(entry.get("run" if "begun" in entry else "of", "" if run is None else run.token))
+    if run is None or run.token != token:
+        run = Run(token, {})
+    if "begun" in entry:
+        run.head, run.damaged = entry, run.damaged or (0 if gap is None else gap.line)
+    else:
+        run.add(entry, gap)
     return run
 
 

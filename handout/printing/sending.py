@@ -176,15 +176,9 @@ def remaining(
     rows : the rows of the batch, by number; copies : of each row.
     again : rows to make whatever became of them; not those that the device may still make by itself.
     """
-    todo = Remaining()
-    several = len({*(device.name for device in devices), *(step.device for step in journal.steps.values())}) > 1
+    todo = _unbegun(journal, devices, rows, again)
     for row in rows:
         if row not in journal.parts:
-            # one device makes rows in their order, so that those that may be lost are the next: see `make_rows`
-            if journal.lost and several and row not in again:
-                todo.unknown.append(Failed(row, journal.why))
-            else:
-                todo.fresh.append(row)
             continue
         outcomes = {piece: _outcome(journal, devices, piece) for piece in pieces(row, copies[row], journal.parts[row])}
         for piece, outcome in outcomes.items():
@@ -196,6 +190,20 @@ def remaining(
                 todo.unknown.append(Failed(row, f"{piece.part}: {outcome.why}" if piece.part else outcome.why))
         if all(outcome.state == "completed" for outcome in outcomes.values()) and row not in again:
             todo.done.append(row)
+    return todo
+
+
+def _unbegun(journal: Journal, devices: Sequence[Device], rows: Sequence[int], again: Collection[int]) -> Remaining:
+    """The rows of which nothing is known to be sent.
+
+    One device makes rows in their order, so that of these the first may be lost in damaged lines (`batch.make_rows`);
+    of several any.
+    """
+    todo = Remaining(fresh=[row for row in rows if row not in journal.parts])
+    names = {*(device.name for device in devices), *(step.device for step in journal.steps.values())}
+    if journal.lost and len(names) > 1:
+        todo.unknown = [Failed(row, journal.why) for row in todo.fresh if row not in again]
+        todo.fresh = [row for row in todo.fresh if row in again]
     return todo
 
 
@@ -220,18 +228,12 @@ def _outcome(journal: Journal, devices: Sequence[Device], piece: Piece) -> Outco
 
 
 def _found(journal: Journal, devices: Sequence[Device], piece: Piece) -> Outcome:
-    step = journal.steps.get(piece)
-    if step is None or step.state == "failed":
-        return Outcome("failed")
-    if step.state == "completed":
-        return Outcome("completed")
+    step = journal.steps.get(piece, Step("failed"))
+    if step.state in ("failed", "completed"):
+        return Outcome(step.state)
     sent = f"it was sent as job {step.number}" if step.job else "it was being sent when the batch broke off"
     if step.state == "doubtful":
         return Outcome("unknown", f"{sent}, and {step.why}" if step.title else step.why)
-    if not step.title:
-        return Outcome(
-            "unknown", f"{sent}, and where to is not known: line {journal.damaged} of the journal is damaged"
-        )
     device = device_of(step, devices)
     # a plotter knows of the plots of all; of what is not finished only the device itself can tell
     asked = devices if device is None else [device]
