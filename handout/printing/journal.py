@@ -195,9 +195,11 @@ class Journal:
     def _write(self, entry: Mapping[str, Any]) -> None:
         if self._file is not None:
             head = [] if self._head is None else [self._head] if self.resumed else [self._head, self._head]
-            about = {"of": self.of or self.run, "n": self.begun}
+            before = self.begun - (entry.get("state") == "sending")
+            numbered = [*((line, before) for line in head), (entry, self.begun)]
+            lines = [json.dumps({**line, "of": self.of or self.run, "n": begun}) for line, begun in numbered]
             try:
-                self._file.add(b"".join(seal(json.dumps({**line, **about})) for line in (*head, entry)))
+                self._file.add(b"".join(map(seal, lines)))
                 self._file.sync()
             except OSError as error:
                 assert self.path is not None

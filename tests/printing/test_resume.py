@@ -376,6 +376,21 @@ def gone_on(what, tmp_path, **given):
     return report, [int(json.loads(entry)["title"].split()[-1]) for entry in log]
 
 
+@pytest.mark.parametrize("step", range(1, 12))
+def test_where_nothing_is_damaged_nothing_is_lost(what, tmp_path, monkeypatch, step):
+    queue = SimulatedQueue(tmp_path / "out")
+    for _ in range(3):
+        with killed_at(monkeypatch, step):
+            run(
+                resume(what, tmp_path) if (tmp_path / "out" / "jobs.jsonl").exists() else begin(what, tmp_path),
+                queue,
+                40,
+            )
+        with resume(what, tmp_path) as kept:
+            assert kept.lost == kept.damaged == 0
+            assert kept.begun >= len(kept.steps)
+
+
 def test_a_flipped_row_number_leaves_no_row_out(what, tmp_path):
     broken_off(what, tmp_path)
     changed(tmp_path, 4, b'"row": 2', b'"row": 6')  # which would be done, then, and never be made
