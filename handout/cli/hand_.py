@@ -314,7 +314,7 @@ def edit(
     elif history:
         result = kept_hands.edits(name)
     else:
-        result = kept_hands.undo_edits(name, 1 if undo else -1, output)
+        result = kept_hands.undo_edits(name, 1 if undo else -1, output, listener=console)
     console.report(result, "\n".join(_history(result)) if history else _edited(result))
 
 

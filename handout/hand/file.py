@@ -98,6 +98,8 @@ def save(hand: ScannedHand, path: Path, *, packed: bool = False) -> None:
 def record(source: Path, path: Path, before: ScannedHand, after: ScannedHand, entry: Entry) -> Journal:
     """Write the hand of `source` to `path` with one entry more in its journal; entries that were undone are forgotten.
 
+    Whoever calls this holds both files (`atomic.held`) since before `before` was loaded.
+
     Parameters
     ----------
     before : the hand that `load` gives of `source`.
@@ -226,7 +228,8 @@ def _write(path: Path, data: bytes, inks: Collection[int] | None = None) -> None
         raise InputError(
             f"{path} is not written, because it could not be read back; that is a fault of this program. {error}"
         ) from error
-    atomic.write(path, data)
+    with atomic.held(path):
+        atomic.write(path, data)
 
 
 def to_bytes(hand: ScannedHand, *, packed: bool = False) -> bytes:
