@@ -313,7 +313,7 @@ def _measured(hand: ScannedHand) -> Array:
 
 def _good_glyphs(hand: ScannedHand) -> Iterator[tuple[str, list[Written]]]:
     """Letters of a hand of which there are forms, and those glyphs of each that are likeliest what they are called."""
-    probability = vet(hand).probability
+    probability = vet(hand).plainness
     for letter in hand.letters:
         if len(letter) == 1 and letter.isalnum() and ways.count(letter):
             numbers = sorted(hand.of(letter).tolist(), key=lambda i: -probability[i])

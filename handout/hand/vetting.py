@@ -46,9 +46,12 @@ class Vetting:
 
     probability : (n,) that each is what it is called; 0 for one without a name, or without any
         confidence, 1 for one that a person has confirmed.
+    plainness : (n,) the same whatever a person has said: that a letter is true does not make it plain, and choosing and
+        rereading go by this.
     """
 
     probability: Array
+    plainness: Array
 
     @property
     def refused(self) -> NDArray[np.bool_]:
@@ -75,19 +78,20 @@ class Vetting:
 def vet(hand: ScannedHand) -> Vetting:
     """Judge every glyph of a hand, with its stubs and marks; what was added to a hand is right."""
     if hand.author:
-        added = np.ones(len(hand.glyphs) - hand.own)
-        return Vetting(np.concatenate([vet(hand.author).probability, added]))
-    return Vetting(learnt(hand, "vetting", _MAKERS, len(hand.glyphs), lambda: _probability(hand)))
+        added, known = np.ones(len(hand.glyphs) - hand.own), vet(hand.author)
+        return Vetting(np.concatenate([known.probability, added]), np.concatenate([known.plainness, added]))
+    plainness = learnt(hand, "vetting", _MAKERS, len(hand.glyphs), lambda: _plainness(hand))
+    confirmed = np.array([glyph.confirmed for glyph in hand.glyphs], dtype=bool)
+    return Vetting(np.where(confirmed, 1.0, plainness), plainness)
 
 
-def _probability(hand: ScannedHand) -> Array:
+def _plainness(hand: ScannedHand) -> Array:
     model = outlier_score.shipped()
     score = strange_score(model, hand)
     confidence = np.array([glyph.confidence for glyph in hand.glyphs])
     probability = calibrated(score, confidence)
     named = np.array([bool(glyph.letter) for glyph in hand.glyphs], dtype=bool)
-    confirmed = np.array([glyph.confirmed for glyph in hand.glyphs], dtype=bool)
-    return np.where(confirmed, 1.0, np.where(named & (confidence > 0), probability, 0.0))
+    return np.where(named & (confidence > 0), probability, 0.0)
 
 
 def strange_score(model: OutlierModel, hand: ScannedHand) -> Array:

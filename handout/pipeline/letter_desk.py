@@ -246,7 +246,14 @@ def _letters(desk: _Desk, page: int) -> Iterator[tuple[int, bool, Facts]]:
         glyph, sure = hand.glyphs[number], float(desk.state.probability[number])
         one = glyph.at if glyph.at >= 0 else -1 - int(glyph.vertices[0])
         ink = tuple(part.tobytes() for part in drawn)
-        rest = (glyph.letter, glyph.confirmed, round(sure, 3), glyph.after != NOBODY, bool(glyph.ligatures))
+        rest = (
+            glyph.letter,
+            glyph.confirmed,
+            round(sure, 3),
+            glyph.after != NOBODY,
+            bool(glyph.ligatures),
+            glyph.kept_out,
+        )
         key = (ink, rest, glyph.line, doubts.get(glyph.letter, 0), bool(glyph.ways))
         known = desk.shown.get((page, one))
         if known is not None and known[0] == key:
@@ -288,8 +295,9 @@ def _letter(
     sheet: ScannedPage, glyph: ScannedGlyph, probability: float, units: Sequence[str], doubts: dict[str, int]
 ) -> Facts:
     uv = sheet.graph.uv[glyph.vertices]
-    verdict = "unnamed" if not glyph.letter else "confirmed" if glyph.confirmed else _verdict(probability)
-    doubtful = verdict not in ("sure", "confirmed")
+    confirmed = "kept_out" if glyph.kept_out else "confirmed"
+    verdict = "unnamed" if not glyph.letter else confirmed if glyph.confirmed else _verdict(probability)
+    doubtful = verdict not in ("sure", confirmed)
     return {
         "letter": glyph.letter,
         "verdict": verdict,

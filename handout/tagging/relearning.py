@@ -356,7 +356,7 @@ def _glyphs(
 
 def _settled(glyph: ScannedGlyph, fixed: ScannedGlyph | None, cropped: bool) -> ScannedGlyph:
     if fixed is not None and fixed.confirmed:
-        return replace(glyph, confirmed=True, confidence=1.0, place=fixed.place)
+        return replace(glyph, confirmed=True, confidence=1.0, place=fixed.place, kept_out=fixed.kept_out)
     if fixed is not None and not cropped:
         # it stands where it stood: what was learned can speak for it
         return replace(glyph, confidence=max(glyph.confidence, fixed.confidence))

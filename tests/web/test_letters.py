@@ -65,6 +65,19 @@ def test_corrections_are_kept_at_once_and_turned_back(hand):
         desk.rewind_letters(hand, again["revision"], -1)
 
 
+def test_a_letter_is_kept_out_written_again_and_turned_back(hand):
+    spot = letters(hand)[3]["spot"]
+    made(hand, {"do": "keep_out", "at": spot})
+    assert letters(hand)[3]["verdict"] == "kept_out" and desk.keep_letters(hand)["made"] == 1
+    assert file.load(Path(hand)).glyphs[3].kept_out
+    made(hand, {"do": "keep_out", "at": spot, "out": False})
+    assert letters(hand)[3]["verdict"] == "confirmed"
+    back = desk.rewind_letters(hand, desk.open_letters(hand)["revision"], 1)
+    assert letters(hand)[3]["verdict"] == "kept_out"
+    desk.rewind_letters(hand, back["revision"], 1)
+    assert letters(hand)[3]["verdict"] not in ("kept_out", "confirmed")
+
+
 def test_a_letter_is_cut_and_joined_again(hand):
     before = letters(hand)
     wide = max(before, key=lambda one: one["box"][2] - one["box"][0])
