@@ -59,7 +59,6 @@ _PUBLIC = {
     "restyle": "handout.motion.styles.restyling",
     "resume": "handout.pipeline.plotting",
     "run": "handout.plotting",
-    "score": "handout.pipeline.scoring",
     "show_pose": "handout.pipeline.poses",
     "trace": "handout.motion.trace",
     "write": "handout.pipeline.writing",

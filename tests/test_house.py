@@ -6,9 +6,9 @@ from functools import cache
 from graphlib import CycleError, TopologicalSorter
 
 import pytest
-from test_architecture import PACKAGE, nodes_of, parsed, walked
+from test_architecture import LAB, PACKAGE, nodes_of, parsed, walked
 
-FILES = sorted(PACKAGE.rglob("*.py"))
+FILES = sorted([*PACKAGE.rglob("*.py"), *LAB.rglob("*.py")])
 BIBLIOGRAPHY = PACKAGE.parent / "docs" / "bibliography.md"
 BRANCHES = (ast.If, ast.For, ast.While, ast.IfExp, ast.ExceptHandler, ast.Assert, ast.match_case, ast.comprehension)
 FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
@@ -17,7 +17,7 @@ FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 @cache
 def functions() -> list[tuple[str, ast.FunctionDef]]:
     return [
-        (f"{path.relative_to(PACKAGE)}:{node.name}", node)
+        (f"{path.relative_to(PACKAGE.parent)}:{node.name}", node)
         for path in FILES
         for node in nodes_of(path)
         if isinstance(node, FUNCTIONS)
@@ -136,7 +136,7 @@ def test_files_of_tests_have_names_of_their_own():
 
 def test_nothing_asks_for_the_class_of_a_hand():
     asking = [
-        f"{path.relative_to(PACKAGE)}:{node.lineno}"
+        f"{path.relative_to(PACKAGE.parent)}:{node.lineno}"
         for path in FILES
         for node in nodes_of(path)
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ("isinstance", "type")
@@ -153,7 +153,7 @@ def test_every_source_is_in_the_bibliography():
         for source in re.findall(r"Source: ((?:[^\n]+\n?){1,3})", path.read_text(encoding="utf-8")):
             words = re.findall(r"own method|none of the seeds|seed 00[0-4]|[A-Z][\w./:-]{2,}", source)
             if not any(word in listed or word in ("own method", "none of the seeds") for word in words):
-                unknown.append((str(path.relative_to(PACKAGE)), source.splitlines()[0]))
+                unknown.append((str(path.relative_to(PACKAGE.parent)), source.splitlines()[0]))
     assert unknown == []
 
 
