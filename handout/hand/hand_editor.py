@@ -375,7 +375,7 @@ class HandEditor:
             found = self._grapheme(number, text)
             if found is None and self._strict:
                 raise CorrectionError(self._not_there(glyph.line, text))
-            at = NOBODY if found is None else found
+            at, glyph = NOBODY if found is None else found, replace(glyph, kept_out=False)
         written = graphemes(self._scan.transcript)
         for i, other in self._on_this_page():
             if i != number and other.at == at != NOBODY:
@@ -384,8 +384,7 @@ class HandEditor:
         if at >= 0:
             begins = [not u.isspace() and (i == 0 or written[i - 1].isspace()) for i, u in enumerate(written[: at + 1])]
             glyph = replace(glyph, word=sum(begins) - 1)
-        said = replace(glyph, confidence=1.0, confirmed=True, kept_out=glyph.kept_out and text == glyph.letter)
-        self._glyphs[number] = replace(said, letter=text, at=at, place=place or usual)
+        self._glyphs[number] = replace(glyph, letter=text, at=at, place=place or usual, confidence=1.0, confirmed=True)
 
     def _line(self, vertices: Indices, text: str, missing: bool) -> int:
         """The line that loose vertices are a letter of: of those about as near, the one whose text has it there.

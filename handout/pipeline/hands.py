@@ -241,6 +241,9 @@ def _page_facts(page: TaggedPage) -> dict[str, Fact]:
         "source": page.page.source,
         "glyphs": len(page.glyphs),
         "poor_lines": list(page.poor),
+        "other_case": [
+            {"at": page.glyphs[i].at, "letter": page.glyphs[i].letter, "line": page.glyphs[i].line} for i in page.cases
+        ],
         "missing": [{"at": letter.at, "letter": letter.letter, "line": letter.line} for letter in page.missing],
         "fits": {str(line): round(fit, 3) for line, fit in page.fits},
         "notes": list(page.notes),

@@ -29,7 +29,7 @@ from handout.errors import InputError
 from handout.hand import file, library
 from handout.hand.corrections import AnyCorrection, Entry, Journal, Strokes, read_corrections
 from handout.hand.pending import PendingLog
-from handout.hand.places import graphemes
+from handout.hand.places import graphemes, word_at
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
 from handout.hand.vetting import REFUSED, SURE, vet
 from handout.pipeline.kept_hands import learn
@@ -304,7 +304,7 @@ def _letter(
         "probability": round(probability, 3),
         "gain": round((1 - probability) * (1 + 0.1 * (doubts.get(glyph.letter, 1) - 1)), 3) if doubtful else 0.0,
         "line": glyph.line,
-        "word": _word(units, glyph.at),
+        "word": word_at(units, glyph.at),
         "spot": [round(float(at), 1) for at in uv[len(uv) // 2]],
         "box": [round(float(at), 1) for at in (*uv.min(axis=0), *uv.max(axis=0))],
         "linked": glyph.after != NOBODY,
@@ -315,18 +315,6 @@ def _letter(
 
 def _verdict(probability: float) -> str:
     return "sure" if probability >= SURE else "refused" if probability < REFUSED else "doubtful"
-
-
-def _word(units: Sequence[str], at: int) -> str:
-    """The word of a text that a grapheme stands in, "" for one that is not in the text."""
-    if at < 0:
-        return ""
-    first, last = at, at
-    while first and not units[first - 1].isspace():
-        first -= 1
-    while last + 1 < len(units) and not units[last + 1].isspace():
-        last += 1
-    return "".join(units[first : last + 1])
 
 
 def page_tile(name: str, page: int, level: int, column: int, row: int) -> bytes:
