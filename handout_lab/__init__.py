@@ -2,6 +2,7 @@
 
     author/    writes with a built-in hand and a simulated pen, and knows the truth about every pixel
     ipp/       an IPP printer on this computer, with faults on demand: ``python -m handout_lab.ipp``
+    reading/   reads the paths of a pen
     score/     how far page images and motion look made by a person
     study/     questionnaires on which people tell made writing from real, and a person in the computer who answers them
     training/  what makes the networks, styles, brushes and hands that ship

@@ -41,8 +41,7 @@ def mermaid() -> str:
     """The graph of the rooms as a Mermaid drawing: who imports, above; who is imported, below."""
     graph = reduced(rooms())
     lines = [f"    {room} --> {to}" for room in sorted(graph) for to in sorted(graph[room])]
-    # no import shows that plotting/connections.py loads a simulated machine by its name
-    doors = {"plotting", *(Path(file).parts[1] for file in DOORS)}
+    doors = {Path(file).parts[1] for file, to in DOORS.items() if to == "simulated"}
     lines += [f"    {room} -. sim .-> simulated" for room in sorted(doors)]
     lonely = [f"    {room}" for room in sorted(graph) if not graph[room] and not any(room in t for t in graph.values())]
     lines = [re.sub(r"\blab\.", "lab_", line) for line in lines]  # what mermaid takes for names

@@ -35,7 +35,6 @@ GROUND = {
     "pathdata",
     "tables",
     "tiff",
-    "notebook",
     "progress",
     "summary",
 }
@@ -89,16 +88,25 @@ MAY = {
     "lab.ink_comparison": set(),
     "lab.author": {"hand", "inking", "motion", "scanning", "simulated", "tagging", "writing"},
     "lab.ipp": {"printing"},
+    "lab.reading": {"reading"},
     "lab.score": {"scanning", "motion"},
     "lab.study": {"hand", "prompting", "simulated"},
     "lab.training": {
         "hand", "inking", "motion", "prompting", "reading", "scanning", "sources", "tagging", "writing", "lab.author",
+        "lab.reading",
     },
     "lab.pipeline": {"hand", "pipeline", "prompting", "scanning", "sources", "tagging", "lab.score", "lab.study"},
     "lab.cli": {"cli", "lab.pipeline"},
 }  # fmt: skip
-# files of the product that load a simulated device, inside the function that a user's ``sim`` calls
-DOORS = {f"handout/pipeline/{name}.py" for name in ("calibrating", "calibration_desk", "guided_calibration")}
+# files that load a room which they may not import, inside the function that needs it: a simulated device, which a
+# user's ``sim`` calls for, and what draws values for notebooks
+DOORS = {
+    "handout/__init__.py": "pipeline",
+    "handout/plotting/connections.py": "simulated",
+    "handout/pipeline/calibrating.py": "simulated",
+    "handout/pipeline/calibration_desk.py": "simulated",
+    "handout/pipeline/guided_calibration.py": "simulated",
+}
 HEAVY = {
     "numpy", "scipy", "sklearn", "skimage", "cv2", "colour", "reportlab", "rich", "PIL", "serial", "torch", "tifffile",
     "markdown_it", "mdit_py_plugins", "starlette",
@@ -107,7 +115,7 @@ HEAVY = {
 
 def room(module: str) -> str:
     package, *inner = module.split(".")
-    name = inner[0] if inner else ""
+    name = inner[0] if inner and inner[0] != "__init__" else ""
     folder = LAB if package == "handout_lab" else PACKAGE
     name = name if (folder / name).is_dir() or (folder / f"{name}.py").is_file() else ""
     return f"lab.{name}" if folder == LAB else name
@@ -147,6 +155,15 @@ def nodes_of(path: Path) -> list[ast.AST]:
     return walked(parsed(path))
 
 
+def loaded(node: ast.AST) -> str:
+    """The module that a call of `import_module` names, with * for what is filled in when it runs; "" of other nodes."""
+    if not isinstance(node, ast.Call) or "import_module" not in ast.unparse(node.func):
+        return ""
+    asked = node.args[0]
+    parts = asked.values if isinstance(asked, ast.JoinedStr) else [asked]
+    return "".join(str(part.value) if isinstance(part, ast.Constant) else "*" for part in parts)
+
+
 @cache
 def imports(path: Path) -> frozenset[str]:
     found = set()
@@ -158,6 +175,8 @@ def imports(path: Path) -> frozenset[str]:
             found.add(node.module)
             if node.module in ("handout", "handout_lab"):
                 found |= {f"{node.module}.{alias.name}" for alias in node.names}
+        elif name := loaded(node):
+            found.add(name.partition("*")[0].rpartition(".")[0] if "*" in name else name)
     return frozenset(name for name in found if name.split(".")[0] in ("handout", "handout_lab"))
 
 
@@ -178,7 +197,7 @@ def arrows() -> list[tuple[str, str, str]]:
 
 
 def door(file: str, to: str) -> bool:
-    return file in DOORS and to == "simulated"
+    return DOORS.get(file) == to
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ from functools import cache
 from graphlib import CycleError, TopologicalSorter
 
 import pytest
-from test_architecture import LAB, PACKAGE, nodes_of, parsed, walked
+from test_architecture import LAB, PACKAGE, loaded, nodes_of, parsed, walked
 
 FILES = sorted([*PACKAGE.rglob("*.py"), *LAB.rglob("*.py")])
 BIBLIOGRAPHY = PACKAGE.parent / "docs" / "bibliography.md"
@@ -71,31 +71,36 @@ def silent_constants(text: str, tree: ast.Module) -> list[int]:
     return silent
 
 
+# a type that names another, which when it runs it need not know; everything else that two files share is in a third
+TYPES = {
+    ("handout.hand.protocol", "handout.hand.scanned"),
+    ("handout.plotting.dialect", "handout.plotting.planning.plan"),
+}
+
+
 def modules() -> dict[str, set[str]]:
-    """Each module, and the modules it imports when it runs; what is imported for types alone is left out."""
+    """Each module, and the modules it imports: at its head or in a function, by name, or for types alone.
+
+    The package itself is left out: it imports by name what is asked of it, and what draws its values for notebooks.
+    """
     names = {}
     for path in FILES:
         parts = path.relative_to(PACKAGE.parent).with_suffix("").parts
         names[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    del names["handout"]
     graph = {}
     for name, path in names.items():
-        typing = {
-            id(inner)
-            for node in nodes_of(path)
-            if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test)
-            for part in node.body
-            for inner in walked(part)
-        }
         imported = set()
         for node in nodes_of(path):
-            if id(node) in typing:
-                continue
             if isinstance(node, ast.ImportFrom) and node.module:
                 members = {f"{node.module}.{alias.name}" for alias in node.names}
                 imported |= {member if member in names else node.module for member in members}
             elif isinstance(node, ast.Import):
                 imported |= {alias.name for alias in node.names}
-        graph[name] = (imported & names.keys()) - {name}
+            elif (asked := loaded(node)) != "*":
+                pattern = re.escape(asked).replace(r"\*", r"[^.]*")
+                imported |= {other for other in names if re.fullmatch(pattern, other)} if asked else set()
+        graph[name] = {other for other in imported & names.keys() if (name, other) not in TYPES} - {name}
     return graph
 
 
@@ -162,5 +167,8 @@ def test_the_measures_can_fail():
         "def f(self, a, *, b=1):\n    '''Doc.'''\n    return a if a and b else [c for c in b if c]"
     ).body[0]
     assert (length(function), arguments(function), complexity(function)) == (2, 2, 5)
+    call = ast.parse("import_module(f'handout.motion.{name}')").body[0].value
+    assert (loaded(call), loaded(ast.parse("open('a')").body[0].value)) == ("handout.motion.*", "")
+    assert "handout.simulated.plotter" in modules()["handout.plotting.connections"], "by import_module, in a function"
     text = "A = 1\n# why\nB = 2\nC = (3, 4)\n\nD = 5  # why\nE = 'text'\n"
     assert silent_constants(text, ast.parse(text)) == [1]

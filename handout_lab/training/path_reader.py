@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 
 from handout.hand import library, svg_font
 from handout.prompting import corpus
-from handout.reading import pen_paths
-from handout.reading.path_features import COUNT, Floats, SampledPath, features
 from handout.values import Array
+from handout_lab.reading import pen_paths
+from handout_lab.reading.path_features import COUNT, Floats, SampledPath, features
 from handout_lab.training.path_words import NOISE, PathNoise, PathWord, path_words, varied
 
 _RATE_ON = 1e-3  # greatest learning rate of a network that is trained on

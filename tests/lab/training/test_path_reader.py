@@ -5,7 +5,7 @@ from itertools import islice
 import numpy as np
 
 from handout.hand import library
-from handout.reading import pen_paths
+from handout_lab.reading import pen_paths
 from handout_lab.training.path_reader import load_words, save_words, targets
 from handout_lab.training.path_words import path_words, varied
 

@@ -23,8 +23,8 @@ from handout.alphabet import fold
 from handout.errors import InputError
 from handout.networks import log_softmax
 from handout.reading import ctc
-from handout.reading.path_features import Floats, SampledPath, features, sampled, slant_of
 from handout.values import Array
+from handout_lab.reading.path_features import Floats, SampledPath, features, sampled, slant_of
 
 LETTERS = "".join(letter for letter in alphabet.LETTERS if letter not in (alphabet.SPACE, alphabet.JUNK))
 _INDEX = {letter: number for number, letter in enumerate(LETTERS, start=1)}

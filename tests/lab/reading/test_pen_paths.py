@@ -9,11 +9,11 @@ from handout.alphabet import fold
 from handout.errors import InputError
 from handout.hand import library
 from handout.motion.trace import trace
-from handout.reading import pen_paths
-from handout.reading.path_features import COUNT, SETTINGS, features, sampled, slant_of
 from handout.values import Page
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
+from handout_lab.reading import pen_paths
+from handout_lab.reading.path_features import COUNT, SETTINGS, features, sampled, slant_of
 
 
 def written(text, name="house-joined"):
