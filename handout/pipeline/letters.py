@@ -25,6 +25,7 @@ from handout.letters.rows import Setting
 from handout.letters.runs import Runs, WriterOptions, lines_of, runs_of, written
 from handout.letters.setting import LetterPage, set_letter
 from handout.motion.timing import time_in_air
+from handout.networks import one_thread
 from handout.page_sizes import margins
 from handout.pipeline import programs
 from handout.pipeline import writing as texts
@@ -165,6 +166,7 @@ def _beside(letter: Letter, name: str) -> str:
     return str(path) if Path(name).suffix and path.is_file() else name
 
 
+@one_thread
 def draw_letter(
     task: LetterTask, row: int | None = None, wanted: frozenset[str] = INK, tell: Tell = silent
 ) -> tuple[list[Manuscript], list[Drawing]]:

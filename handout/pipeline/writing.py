@@ -19,6 +19,7 @@ from handout.hand.measures import ink_colours
 from handout.hand.pending import untaken
 from handout.hand.places import graphemes
 from handout.inking.pen import is_brush
+from handout.networks import one_thread
 from handout.page_sizes import margins, page
 from handout.pipeline import programs
 from handout.pipeline.lined_paper import LinedPaper, lined_paper, page_name
@@ -258,6 +259,7 @@ def _pose(writing: WritingOptions) -> PoseOptions:
     return PoseOptions(writing.pose, writing.pose_method)
 
 
+@one_thread
 def draw_pages(
     text: str,
     task: WritingTask,
