@@ -251,8 +251,10 @@ class Reader:
         return [found[k] for k in range(len(ready))]
 
     def _features(self, pictures: Floats) -> Floats:
-        """(n, steps, channels) of pictures (n, HEIGHT, w); each is a matrix product of its own, so that the last bits of
-        a word do not depend on which others are read with it."""
+        """(n, steps, channels) of pictures (n, HEIGHT, w).
+
+        Each is a matrix product of its own, so that the last bits of a word do not depend on what is read with it.
+        """
         x = np.pad(pictures, ((0, 0), (0, 0), (MARGIN, MARGIN)))[..., None]
         for number, (weight, bias) in enumerate(self.stem):
             x = _over_rows(x, weight, bias, (2, 2) if number == 0 else (2, 1))

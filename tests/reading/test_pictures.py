@@ -113,9 +113,7 @@ def test_a_word_reads_alike_in_any_company(words):
 
 def test_networks_multiply_in_one_thread(monkeypatch, words):
     seen, features = [], pictures.Reader._features
-    monkeypatch.setattr(
-        pictures.Reader, "_features", lambda *given: (seen.append(blas_threads()), features(*given))[1]
-    )
+    monkeypatch.setattr(pictures.Reader, "_features", lambda *given: (seen.append(blas_threads()), features(*given))[1])
     with threadpool_limits(2, user_api="blas"):
         pictures.load().read(words[0].picture)
         assert blas_threads() == {2}
