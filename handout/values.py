@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from handout import notebook
 from handout.summary import one_line
 
 Array = NDArray[np.float64]
@@ -193,9 +192,13 @@ class Drawing:
         return (*xy.min(axis=0).tolist(), *xy.max(axis=0).tolist())
 
     def _repr_svg_(self) -> str | None:
+        from handout import notebook
+
         return notebook.drawing_svg(self)
 
     def _repr_png_(self) -> bytes | None:
+        from handout import notebook
+
         return notebook.drawing_png(self)
 
 
@@ -225,6 +228,8 @@ class Raster:
         object.__setattr__(self, "rgba", rgba)
 
     def _repr_png_(self) -> bytes:
+        from handout import notebook
+
         return notebook.raster_png(self)
 
 

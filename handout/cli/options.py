@@ -22,6 +22,7 @@ from handout.pipeline.options import (
     LAYERS,
     PENS,
     POSE_METHODS,
+    HookOptions,
     MergeOptions,
     PictureOptions,
     PoseOptions,
@@ -31,7 +32,6 @@ from handout.pipeline.options import (
     WritingOptions,
     slip_rate,
 )
-from handout.pipeline.plot_request import HookOptions
 
 SIDES = "e.g. 15mm, or 20mm,15mm (vertical, horizontal), or four from the top clockwise."
 

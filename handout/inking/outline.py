@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 
-from handout import hues
 from handout.inking.curves import Curve
 from handout.values import NIB_THICKNESS, Array, Drawing, Indices, Raster, Stroke
 
@@ -222,6 +221,8 @@ def _inks(raster: Raster, label: Indices, count: int) -> tuple[Indices, list[str
     sums = np.stack([np.bincount(label.ravel(), taken[:, k], count)[1:] for k in range(3)], axis=1)
     way = sums / np.maximum(np.linalg.norm(sums, axis=1, keepdims=True), 1e-9)
     votes = np.ceil(_VOTES * size / size.sum()).astype(np.intp)
+    from handout import hues
+
     kind = hues.kinds(np.repeat(way, votes, axis=0), _SHARE)[np.cumsum(votes) - 1]
     amount = np.bincount(kind, size)
     rank = np.argsort(np.argsort(-amount))

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
 
 from handout import units
-from handout.colour import METHODS, exports
 from handout.errors import InputError
 from handout.inking.pen import PENS as PENS
 from handout.inking.pen import TEXTURED as TEXTURED
@@ -29,10 +28,23 @@ Length = str | float  # a length with its unit, such as "2.5mm", or a number of 
 Align = Literal["left", "right", "centre", "ragged"]
 LayerBy = Literal["ink", "line", "word"]
 
-COLOUR_METHODS = METHODS  # by which a table is made of patches
-COLOUR_FORMATS = tuple(exports.FORMATS)  # that a calibration can be written as
 LAYERS: tuple[LayerBy, ...] = get_args(LayerBy)  # what a layer of a file may be
 ALIGNMENTS: tuple[Align, ...] = get_args(Align)
+
+
+@dataclass(frozen=True)
+class HookOptions:
+    """What is done besides drawing, instead of the profile's: steps (`handout.hooks`) with ; between them.
+
+    Each None: the profile's; "": nothing.  dip_every : ink between two dips.
+    """
+
+    before_page: str | None = None
+    after_page: str | None = None
+    before_stroke: str | None = None
+    after_stroke: str | None = None
+    dip: str | None = None
+    dip_every: Length | None = None
 
 
 @dataclass(frozen=True)

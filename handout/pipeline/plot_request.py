@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from handout.pipeline.inputs import Source
-from handout.pipeline.options import Length, PictureOptions, SheetOptions, WritingOptions
+from handout.pipeline.options import HookOptions, Length, PictureOptions, SheetOptions, WritingOptions
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -18,21 +18,6 @@ if TYPE_CHECKING:
     from handout.plotting.jobs.parts import Layers
     from handout.plotting.jobs.places import Place
     from handout.plotting.planning.plan import Order
-
-
-@dataclass(frozen=True)
-class HookOptions:
-    """What is done besides drawing, instead of the profile's: steps (`handout.hooks`) with ; between them.
-
-    Each None: the profile's; "": nothing.  dip_every : ink between two dips.
-    """
-
-    before_page: str | None = None
-    after_page: str | None = None
-    before_stroke: str | None = None
-    after_stroke: str | None = None
-    dip: str | None = None
-    dip_every: Length | None = None
 
 
 @dataclass(frozen=True)
@@ -61,7 +46,7 @@ class PlotOptions:
     envelopes_to: tuple[str, ...] = ()
     grid: str = ""
     gap: Length = 0.0
-    hooks: HookOptions = HookOptions()
+    hooks: HookOptions = field(default_factory=HookOptions)
 
 
 @dataclass(frozen=True)
@@ -129,7 +114,7 @@ class ExportOptions:
 
     device: str | None = None
     order: Order = "writing"
-    hooks: HookOptions = HookOptions()
+    hooks: HookOptions = field(default_factory=HookOptions)
 
 
 class Operator(Protocol):

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from handout.errors import InputError
-from handout.pipeline.plot_request import HookOptions
+from handout.pipeline.options import HookOptions
 
 if TYPE_CHECKING:
     from handout.plotting import Plan
