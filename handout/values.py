@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from handout.summary import one_line
+from handout.summary import as_png, as_svg, one_line
 
 Array = NDArray[np.float64]
 POSE = ("pressure", "tilt", "azimuth", "rotation")  # what a pen may record of how it is held, sample by sample
@@ -64,6 +64,9 @@ def readonly_indices(values: ArrayLike, *shape: int | None) -> Indices:
         raise ValueError("expected whole numbers")
     array.flags.writeable = False
     return array
+
+
+_VARIES = 0.08  # of the width of a mark: what varies less is an even line
 
 
 @dataclass(frozen=True)
@@ -128,6 +131,13 @@ class Stroke:
         return {name: values for name in POSE if (values := getattr(self, name)) is not None}
 
     @cached_property
+    def even(self) -> bool:
+        """Whether a line of even width does for its mark."""
+        if self.nib > 0 or self.width is None:
+            return self.nib <= 0
+        return float(np.ptp(self.width)) <= _VARIES * max(float(self.width.mean()), 1e-9)
+
+    @cached_property
     def length(self) -> float:
         """Length of the path, mm."""
         return float(np.linalg.norm(np.diff(self.xy, axis=0), axis=1).sum())
@@ -162,7 +172,7 @@ class Drawing:
     timed: bool = True
     beneath: Callable[[NDArray[np.uint8], float], NDArray[np.uint8]] | None = field(default=None, repr=False)
 
-    __repr__ = one_line
+    __repr__, _repr_svg_, _repr_png_ = one_line, as_svg, as_png
 
     @property
     def duration(self) -> float:
@@ -191,16 +201,6 @@ class Drawing:
         xy = np.concatenate(places)
         return (*xy.min(axis=0).tolist(), *xy.max(axis=0).tolist())
 
-    def _repr_svg_(self) -> str | None:
-        from handout import notebook
-
-        return notebook.drawing_svg(self)
-
-    def _repr_png_(self) -> bytes | None:
-        from handout import notebook
-
-        return notebook.drawing_png(self)
-
 
 @dataclass(frozen=True, eq=False)
 class Raster:
@@ -217,7 +217,7 @@ class Raster:
     origin: tuple[float, float] = (0.0, 0.0)
     rows: tuple[int, int] | None = None
 
-    __repr__ = one_line
+    __repr__, _repr_png_ = one_line, as_png
 
     def __post_init__(self) -> None:
         rgba = np.asarray(self.rgba, dtype=np.float32)
@@ -226,11 +226,6 @@ class Raster:
         rgba = rgba.view()
         rgba.flags.writeable = False
         object.__setattr__(self, "rgba", rgba)
-
-    def _repr_png_(self) -> bytes:
-        from handout import notebook
-
-        return notebook.raster_png(self)
 
 
 @dataclass(frozen=True, eq=False)

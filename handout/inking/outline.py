@@ -47,7 +47,6 @@ def _points(stroke: Stroke, scale: float) -> Iterator[Stroke]:
         yield replace(stroke, xy=stroke.xy + share * reach, width=np.full(len(stroke.t), thick), nib=0.0)
 
 
-_VARIES = 0.08  # of the width: what varies less is an even line
 _FLAT = 0.02  # mm between a curve and its chords
 _ROUND = 0.008  # mm between a disc and its corners' chords
 _MOST_CHORDS = 24  # chords of one Bézier
@@ -55,13 +54,6 @@ _TURNED = np.radians(60)  # a part of the mark turns by no more
 _CORNER = np.radians(25)  # between two chords: a part ends there
 _STILL = 1e-4  # mm between two places that are one
 _THINNEST = 0.02  # mm
-
-
-def needed(stroke: Stroke) -> bool:
-    """Whether a line of even width would not do for the stroke's mark."""
-    if stroke.nib > 0:
-        return True
-    return stroke.width is not None and float(np.ptp(stroke.width)) > _VARIES * max(float(stroke.width.mean()), 1e-9)
 
 
 def reach(stroke: Stroke) -> float:
