@@ -47,13 +47,6 @@ def _ports() -> list[str]:
     return [*sorted(port.device for port in comports()), "auto", "sim:"]
 
 
-def colour_methods() -> tuple[str, ...]:
-    """By which a table of colours is made of patches."""
-    from handout.colour import METHODS
-
-    return METHODS
-
-
 def colour_formats() -> tuple[str, ...]:
     """That a calibration can be written as."""
     from handout.colour import exports

@@ -9,8 +9,7 @@ import handout
 from handout import profiles
 from handout.errors import DeviceAlarm, InputError
 from handout.pipeline import plot_jobs
-from handout.pipeline.options import HookOptions
-from handout.pipeline.plot_request import PartOptions, PlotOptions
+from handout.pipeline.plot_request import HookOptions, PartOptions, PlotOptions
 from handout.pipeline.plotting import Unattended, preview, preview_again
 from handout.plotting.jobs import store
 from handout.plotting.jobs.pages import NewPage
