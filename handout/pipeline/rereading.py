@@ -24,6 +24,7 @@ from handout.hand.author_reader import readable
 from handout.hand.learnt import learnt
 from handout.hand.scanned import ScannedHand
 from handout.hand.vetting import vet
+from handout.networks import one_thread
 from handout.pipeline.results import Facts
 from handout.reading import pictures
 from handout.reading.adaptation import adapted
@@ -285,6 +286,7 @@ def _read_before(
     return WeakKeyDictionary()
 
 
+@one_thread
 def reread(
     compose: Callable[[Proofreader], Iterable[Sheet]],
     hand: ScannedHand,
