@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any, Literal
 
@@ -179,7 +180,8 @@ class _Reader:
         text, head = self._with_dashes(text), Head()
         self.lines = text.split("\n")
         environment: dict[str, Any] = {}
-        nodes = SyntaxTreeNode(_markdown().parse(_quoted(text), environment)).children
+        # the parser of containers looks one character past a last line that ends in "> " and no newline
+        nodes = SyntaxTreeNode(_markdown().parse(_quoted(text) + "\n", environment)).children
         for label, reference in environment.get("references", {}).items():
             self.line = reference["map"][0] + 1 if "map" in reference else 1
             self._drop(f"the address of [{label.lower()}] is not written")
@@ -189,7 +191,7 @@ class _Reader:
             raise self._wrong("the head that begins here is not closed: put a line --- behind it, or *** for a rule.")
         self.boxes = frozenset(head.box)
         blocks = self._blocks(nodes, Manner())
-        if not blocks:
+        if not any(map(_leaves_ink, blocks_in(blocks))):
             raise InputError(f"{self.name} holds nothing to write.")
         return Letter(blocks, head, self.name, self.folder or Path(), tuple(self.dropped))
 
@@ -369,7 +371,7 @@ class _Reader:
 
     def _inline(self, nodes: Sequence[SyntaxTreeNode], manner: Manner) -> Iterator[Span]:
         before: SyntaxTreeNode | None = None
-        for node, following in zip(nodes, [*nodes[1:], None], strict=True):
+        for node, following in zip_longest(nodes, nodes[1:]):
             match node.type:
                 case "text":
                     # attributes that this begins with are of the emphasis before it
@@ -470,6 +472,13 @@ class _Reader:
         if not LEAST_SIZE <= size <= MOST_SIZE:  # nan, too
             raise self._wrong(f"size: letters {size:g} times as large are outside {LEAST_SIZE:g} to {MOST_SIZE:g}.")
         return replace(manner, size=size)
+
+
+def _leaves_ink(block: Block) -> bool:
+    """Whether a block is written or drawn even if those within it are empty; lists have their markers."""
+    if isinstance(block, Paragraph):
+        return any(span.text.strip() for span in block.spans)
+    return isinstance(block, List | Picture | Rule) or (isinstance(block, Signature) and bool(block.name))
 
 
 def _is_picture(node: SyntaxTreeNode) -> bool:
