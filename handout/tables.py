@@ -62,10 +62,18 @@ def loaded(path: Path, what: str, error: type[InputError] = InputError) -> dict[
     what : what the file should be, for the message, such as "a style"; error : raised where it cannot be read as that.
     """
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return parsed(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as reason:
         problem = getattr(reason, "strerror", None) or str(reason)
         raise error(f"{path}: cannot be read as {what}: {problem}.") from reason
+
+
+def parsed(text: str) -> dict[str, Any]:
+    """The values of TOML; TOMLDecodeError for what is none, or nested more deeply than can be read."""
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise tomllib.TOMLDecodeError("Arrays or tables stand within hundreds of others: nest them less") from None
 
 
 def converted(values: Mapping[str, Any], kind: type[T]) -> T:

@@ -14,7 +14,7 @@ import click
 
 from handout import __version__
 from handout.cli import signals
-from handout.errors import HandoutError, no_room
+from handout.errors import HandoutError, at_border, shortened
 
 # verb → what `handout --help` says of it; the code is in the module of that name
 _VERBS = {
@@ -134,8 +134,9 @@ def _run(args: list[str] | None) -> int:
         return leave.exit_code
     except click.ClickException as error:
         if sentence := _sentence(error):
-            click.echo(f"handout: {sentence}", err=True)
+            click.echo(f"handout: {shortened(sentence)}", err=True)
         else:
+            error.message = shortened(error.message)
             error.show()
         return 2
     except (click.Abort, KeyboardInterrupt) as stop:
@@ -154,8 +155,8 @@ def _run(args: list[str] | None) -> int:
     except BrokenPipeError:
         sys.stderr.close()
         return 0
-    except OSError as error:
-        if not (sentence := no_room(error)):
+    except (OSError, RecursionError) as error:
+        if not (sentence := at_border(error)):
             raise
         click.echo(f"handout: {sentence}", err=True)
         return 2

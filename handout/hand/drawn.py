@@ -12,7 +12,6 @@ directions are those of writing speeded up on request; the amounts are this proj
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -22,7 +21,7 @@ from typing import ClassVar, Literal
 import msgspec
 import numpy as np
 
-from handout import notebook
+from handout import notebook, tables
 from handout.errors import InputError
 from handout.hand.diacritics import DOTLESS, NAMES
 from handout.hand.protocol import Repertoire
@@ -170,8 +169,8 @@ def read(path: Path) -> Hand:
         Not TOML, an unknown key, an entry that is not defined, or points that are not numbers.
     """
     try:
-        file = msgspec.convert(tomllib.loads(path.read_text(encoding="utf-8")), _File)
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, msgspec.ValidationError) as error:
+        file = msgspec.convert(tables.loaded(path, "a drawn hand"), _File)
+    except msgspec.ValidationError as error:
         raise InputError(f"{path}: cannot be read as a drawn hand: {error}.") from error
     for key, (least, greatest) in _BOUNDS.items():
         value = getattr(file, key)

@@ -13,11 +13,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from itertools import zip_longest
+from itertools import accumulate, zip_longest
 from pathlib import Path
 from typing import Any, Literal
 
 from markdown_it import MarkdownIt
+from markdown_it.token import Token
 from markdown_it.tree import SyntaxTreeNode
 from mdit_py_plugins.attrs import attrs_block_plugin, attrs_plugin
 from mdit_py_plugins.attrs.parse import ParseError, parse
@@ -48,11 +49,14 @@ from handout.letters.document import (
     Underline,
     blocks_in,
 )
-from handout.tables import converted
+from handout.tables import converted, parsed
 
 MOST_TEXT = 200_000  # characters: a hundred pages; a longer file is surely no letter
 _MOST_NESTED = 12  # blocks within blocks; set by eye: each list stands further in than the one around it
 _PARSED_NESTED = 60  # levels that the parser goes down: more than are allowed, so that none is lost unseen
+_MOST_BRACKETS = (
+    10_000  # opening ones, none of which may close: the parser takes their square in time, here about a second
+)
 _SIZES = (1.55, 1.3, 1.12, 1.0, 1.0, 1.0)  # of headings by their level; set by eye
 _SIDES: dict[str, Side] = {"left": "left", "right": "right", "centre": "centre", "center": "centre"}
 _UNDERLINES: dict[str, Underline] = {"wavy": "wavy", "double": "double", "straight": "straight"}
@@ -180,8 +184,14 @@ class _Reader:
         text, head = self._with_dashes(text), Head()
         self.lines = text.split("\n")
         environment: dict[str, Any] = {}
+        if text.count("[") > _MOST_BRACKETS:
+            raise InputError(
+                f"{self.name} has more than {_MOST_BRACKETS} brackets [: no letter has."
+            )
         # the parser of containers looks one character past a last line that ends in "> " and no newline
-        nodes = SyntaxTreeNode(_markdown().parse(_quoted(text) + "\n", environment)).children
+        tokens = _markdown().parse(_quoted(text) + "\n", environment)
+        self._check_nesting(tokens)
+        nodes = SyntaxTreeNode(tokens).children
         for label, reference in environment.get("references", {}).items():
             self.line = reference["map"][0] + 1 if "map" in reference else 1
             self._drop(f"the address of [{label.lower()}] is not written")
@@ -194,6 +204,14 @@ class _Reader:
         if not any(map(_leaves_ink, blocks_in(blocks))):
             raise InputError(f"{self.name} holds nothing to write.")
         return Letter(blocks, head, self.name, self.folder or Path(), tuple(self.dropped))
+
+    def _check_nesting(self, tokens: Sequence[Token]) -> None:
+        """Refuse words within more emphasis and links than anybody writes; of blocks `_blocks` does."""
+        for block in tokens:
+            for depth in accumulate(token.nesting for token in block.children or ()):
+                if depth > _MOST_NESTED:
+                    self.line = block.map[0] + 1 if block.map else self.line
+                    raise self._wrong(f"words stand within more than {_MOST_NESTED} emphases or links: nest them less.")
 
     def _wrong(self, what: str) -> InputError:
         return InputError(f"{self.name}, line {self.line}: {what}")
@@ -216,7 +234,7 @@ class _Reader:
 
     def _head(self, content: str) -> Head:
         try:
-            return converted(tomllib.loads(content), Head)
+            return converted(parsed(content), Head)
         except tomllib.TOMLDecodeError as error:
             at = re.search(r" \(at (?:line (\d+), column \d+|end of document)\)", str(error))
             self.line = 1 + (int(at.group(1)) if at and at.group(1) else len(content.split("\n")))

@@ -24,6 +24,7 @@ from handout.motion.learned.model import PRIMERS, LearnedMovement
 from handout.motion.learned.sequences import Inputs, MovementSequence
 from handout.motion.learned.structure import StructureModel
 from handout.networks import Floats
+from handout.tables import parsed
 
 _FORMAT, _VERSION = "handout-style", 1
 _MOST_LAYERS, _MOST_UNITS, _MOST_GAUSSIANS = 4, 1024, 64  # of a network: more are not used
@@ -112,7 +113,7 @@ def _possible(head: Head) -> bool:
 
 def _tables(text: bytes, path: Path) -> dict[str, Any]:
     try:
-        return tomllib.loads(text.decode())
+        return parsed(text.decode())
     except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise InputError(f"{path}: cannot be read as a style: {error}.") from error
 
