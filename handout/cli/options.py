@@ -139,6 +139,7 @@ LETTERS = under(
     shared("--tick", is_flag=True, help="The row's number, small, on letter and envelope."),
     click.option("--approved", type=click.Path(path_type=Path), help="A proof's .json: refuse what differs from it."),
     shared("--skip-bad", is_flag=True, help="Make the rows that can be made, though others cannot."),
+    shared("--once", is_flag=True, help="Of rows that are the same, make only the first."),
 )
 ENVELOPES = under(
     commands.ENVELOPES,

@@ -50,6 +50,7 @@ from handout.letters.document import (
     blocks_in,
 )
 from handout.tables import converted, parsed
+from handout.writing.text import unseen
 
 MOST_TEXT = 200_000  # characters: a hundred pages; a longer file is surely no letter
 _MOST_NESTED = 12  # blocks within blocks; set by eye: each list stands further in than the one around it
@@ -185,9 +186,7 @@ class _Reader:
         self.lines = text.split("\n")
         environment: dict[str, Any] = {}
         if text.count("[") > _MOST_BRACKETS:
-            raise InputError(
-                f"{self.name} has more than {_MOST_BRACKETS} brackets [: no letter has."
-            )
+            raise InputError(f"{self.name} has more than {_MOST_BRACKETS} brackets [: no letter has.")
         # the parser of containers looks one character past a last line that ends in "> " and no newline
         tokens = _markdown().parse(_quoted(text) + "\n", environment)
         self._check_nesting(tokens)
@@ -199,6 +198,10 @@ class _Reader:
             head, nodes = self._head(nodes[0].content), nodes[1:]
         elif self.lines[0].strip() == "---":
             raise self._wrong("the head that begins here is not closed: put a line --- behind it, or *** for a rule.")
+        for number, line in enumerate(self.lines, 1):
+            self.line = number
+            if names := [each.letter for each in unseen(line)]:
+                self._drop(f"what is invisible is not written: {', '.join(names)}")
         self.boxes = frozenset(head.box)
         blocks = self._blocks(nodes, Manner())
         if not any(map(_leaves_ink, blocks_in(blocks))):

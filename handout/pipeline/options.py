@@ -287,6 +287,7 @@ class MergeOptions:
     window : the envelope whose window shows the address, which then stands on the letter: DL, C5 or #10.
     tick : whether the row's number stands small on letter and envelope.
     skip_bad : whether rows that can be made are made although others cannot.
+    once : whether of rows that are the same only the first is made.
     given : options that win over the head of a letter file, as in `pipeline.letters.prepare_letter`.
     approved : the .json file of a proof, which these pages have to be.
     alone : whether letter, table and return address were sent from elsewhere, and may name no other files.
@@ -306,6 +307,7 @@ class MergeOptions:
     window: str = ""
     tick: bool = False
     skip_bad: bool = False
+    once: bool = False
     alone: bool = False
 
 

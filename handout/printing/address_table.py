@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 from pathlib import Path
 from typing import overload
 
@@ -24,6 +25,8 @@ from handout.printing.columns import (
 )
 from handout.printing.rows import Row
 from handout.printing.table_files import Record, Sheet, header_candidates, read_sheet
+
+_MOST_NAMED = 12  # kinds of invisible characters
 
 
 @dataclass(frozen=True)
@@ -98,7 +101,7 @@ def read_addresses(
     nameless : bool
         Whether a table without any name may be.
     elsewhere : collection of str
-        Headers of columns that a letter uses.
+        Names, in the cells of rows, of columns that a letter uses.
 
     Raises
     ------
@@ -154,14 +157,24 @@ def _with_header(path: Path, sheet: Sheet, assignments: Sequence[Assignment]) ->
 
 def _header_row(columns_of: Mapping[int, Sequence[Column]], assignments: Sequence[Assignment]) -> int:
     """The header among the rows that may be it, by their numbers; 0 where the user tells columns by their places."""
-    candidates = list(columns_of)
+    every = list(columns_of)
+    candidates = [n for n, below in zip_longest(every, every[1:]) if not _groups(columns_of[n], columns_of.get(below))]
     named = [n for n, row in columns_of.items() if names_any(assignments, [column.header for column in row])]
-    likely = [n for n, row in columns_of.items() if _like_a_header(row)]
+    likely = [n for n in candidates if _like_a_header(columns_of[n])]
     by_place = bool(assignments) and all(assignment.place for assignment in assignments)
     if by_place and not named and likely[:1] != candidates[:1]:
         return 0
     first = candidates[:1] if addressable(columns_of[candidates[0]]) else []
     return (named or first or likely or candidates)[0]
+
+
+def _groups(row: Sequence[Column], below: Sequence[Column] | None) -> bool:
+    """Whether a row heads groups of the columns that the row below it names: it has gaps, and says less."""
+    if below is None:
+        return False
+    filled = [sum(bool(column.header) for column in each) for each in (row, below)]
+    known = [sum(column.role is not None for column in each) for each in (row, below)]
+    return _like_a_header(below) and filled[0] < filled[1] and known[0] < known[1]
 
 
 def _like_a_header(row: Sequence[Column]) -> bool:
@@ -192,7 +205,11 @@ def _records_below(table: _Table) -> tuple[list[tuple[int, Record]], list[str]]:
         where = f"below the header in row {table.header}" if table.header else "in it"
         raise TableError(f"{table.path}: there are no addresses {where}.")
     verb = "is" if len(repeated) == 1 else "are"
-    return records, [f"the header comes again in {rows.named(repeated)}, which {verb} skipped"] if repeated else []
+    notes = [f"the header comes again in {rows.named(repeated)}, which {verb} skipped"] if repeated else []
+    if unseen := list(dict.fromkeys(char for _, record in records for char in record.unseen)):
+        where = rows.named([n for n, record in records if record.unseen])
+        notes.append(f"what is invisible in {where} is not written: {', '.join(unseen[:_MOST_NAMED])}")
+    return records, notes
 
 
 def _addresses(
@@ -210,8 +227,10 @@ def _addresses(
     if not account.has_names and not nameless and any(row.lines for row in addressed):
         raise TableError(_nameless(table))
     cells, numbers = [record.cells for _, record in records], [row.number for row in addressed]
-    notes = address_rows.notes(table.columns, cells, account, numbers, elsewhere)
-    used, unused = _used_and_unused(table.columns, cells, account, elsewhere)
+    named = zip(table.columns, address_rows.cell_names(table.columns), strict=True)
+    places = {column.number for column, name in named if name in elsewhere}
+    notes = address_rows.notes(table.columns, cells, account, numbers, places)
+    used, unused = _used_and_unused(table.columns, cells, account, places)
     return Addresses(
         tuple(addressed),
         tuple((_called(column), str(column.role or "letter")) for column in used),
@@ -222,14 +241,14 @@ def _addresses(
 
 
 def _used_and_unused(
-    columns: Sequence[Column], cells: Sequence[Sequence[str]], account: Account, elsewhere: Collection[str]
+    columns: Sequence[Column], cells: Sequence[Sequence[str]], account: Account, elsewhere: Collection[int]
 ) -> tuple[list[Column], list[Column]]:
     """The columns of which something is written (or would be, were they not empty), and the others with content."""
     filled = {column.number for column in columns if address_rows.holds(column, cells)}
     used, unused = [], []
     for column in columns:
         empty = column.role and column.number not in filled
-        said = column.role in (LABEL, *SETTINGS) or column.header in elsewhere
+        said = column.role in (LABEL, *SETTINGS) or column.number in elsewhere
         if said or column.number in account.written or empty:
             used.append(column)
         elif column.header or column.number in filled:
