@@ -136,7 +136,7 @@ def _run(args: list[str] | None) -> int:
         if sentence := _sentence(error):
             click.echo(f"handout: {shortened(sentence)}", err=True)
         else:
-            error.message = shortened(error.message)
+            vars(error)["message"] = shortened(error.message)
             error.show()
         return 2
     except (click.Abort, KeyboardInterrupt) as stop:

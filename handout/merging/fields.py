@@ -159,22 +159,27 @@ def told_repeats(table: Addresses, used: Collection[str], *, once: bool) -> Addr
     without addresses, if all their cells are.
     """
     named = zip(table.columns, cell_names(table.columns), strict=True)
-    looked = {*used, *(name for column, name in named if column.role in SETTINGS and column.role != "copies")}
-    first: dict[tuple[str, ...], list[int]] = {}
+    looked = sorted({*used, *(name for column, name in named if column.role in SETTINGS and column.role != "copies")})
+    groups: dict[tuple[str, ...], list[int]] = {}
     for row in table:
-        cells = [row.cells.get(header, "") for header in sorted(looked)] if row.lines else row.cells.values()
-        if not row.problem:
-            same = tuple(" ".join(text.casefold().split()) for text in (*row.lines, "", *cells))
-            first.setdefault(same, []).append(row.number)
-    groups = [numbers for numbers in first.values() if len(numbers) > 1]
-    if not groups:
+        groups.setdefault(_identity(row, looked), []).append(row.number)
+    again = {number for numbers in groups.values() for number in numbers[1:]}
+    if not again:
         return table
-    listed = [" and ".join((", ".join(map(str, numbers[:-1])), str(numbers[-1]))) for numbers in groups[:_MOST_NAMED]]
-    more = f", and {len(groups) - _MOST_NAMED} others" if len(groups) > _MOST_NAMED else ""
+    listed = [f"{', '.join(map(str, some[:-1]))} and {some[-1]}" for some in groups.values() if len(some) > 1]
+    more = f", and {len(listed) - _MOST_NAMED} others" if len(listed) > _MOST_NAMED else ""
     what = "only the first of them is made" if once else "each is made; --once makes only the first of them"
-    note = f"rows {', rows '.join(listed)}{more} are the same: {what}"
-    again = {number for numbers in groups for number in numbers[1:]} if once else ()
-    return replace(table, rows=tuple(row for row in table if row.number not in again), notes=(*table.notes, note))
+    note = f"rows {', rows '.join(listed[:_MOST_NAMED])}{more} are the same: {what}"
+    kept = tuple(row for row in table if row.number not in again) if once else table.rows
+    return replace(table, rows=kept, notes=(*table.notes, note))
+
+
+def _identity(row: Row, looked: Sequence[str]) -> tuple[str, ...]:
+    """What rows that are the same have in common, but for case and spaces; one with a problem is told for that."""
+    if row.problem:
+        return (str(row.number),)
+    cells = [row.cells.get(name, "") for name in looked] if row.lines else row.cells.values()
+    return tuple(" ".join(text.casefold().split()) for text in (*row.lines, "", *cells))
 
 
 def doubts(row: Row, headers: Sequence[str]) -> tuple[str, ...]:

@@ -163,7 +163,7 @@ def proof(
         made.costs,
         tuple(made.pages),
         notes=tuple(pages.account.dropped),
-        columns=merged.table.facts(),
+        columns={**merged.table.facts()},
     )
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import zip_longest
 from pathlib import Path
 from typing import overload
 
@@ -157,8 +156,7 @@ def _with_header(path: Path, sheet: Sheet, assignments: Sequence[Assignment]) ->
 
 def _header_row(columns_of: Mapping[int, Sequence[Column]], assignments: Sequence[Assignment]) -> int:
     """The header among the rows that may be it, by their numbers; 0 where the user tells columns by their places."""
-    every = list(columns_of)
-    candidates = [n for n, below in zip_longest(every, every[1:]) if not _groups(columns_of[n], columns_of.get(below))]
+    candidates = _below_groups(columns_of)
     named = [n for n, row in columns_of.items() if names_any(assignments, [column.header for column in row])]
     likely = [n for n in candidates if _like_a_header(columns_of[n])]
     by_place = bool(assignments) and all(assignment.place for assignment in assignments)
@@ -168,13 +166,16 @@ def _header_row(columns_of: Mapping[int, Sequence[Column]], assignments: Sequenc
     return (named or first or likely or candidates)[0]
 
 
-def _groups(row: Sequence[Column], below: Sequence[Column] | None) -> bool:
-    """Whether a row heads groups of the columns that the row below it names: it has gaps, and says less."""
-    if below is None:
-        return False
-    filled = [sum(bool(column.header) for column in each) for each in (row, below)]
-    known = [sum(column.role is not None for column in each) for each in (row, below)]
-    return _like_a_header(below) and filled[0] < filled[1] and known[0] < known[1]
+def _below_groups(columns_of: Mapping[int, Sequence[Column]]) -> list[int]:
+    """The rows but for those that head groups of the columns that the row below names: they have gaps, and say less."""
+
+    def size(n: int) -> tuple[int, int]:
+        row = columns_of[n]
+        return sum(bool(column.header) for column in row), sum(column.role is not None for column in row)
+
+    heads = {n for n in columns_of if n + 1 in columns_of and _like_a_header(columns_of[n + 1])}
+    heads = {n for n in heads if all(here < below for here, below in zip(size(n), size(n + 1), strict=True))}
+    return [n for n in columns_of if n not in heads]
 
 
 def _like_a_header(row: Sequence[Column]) -> bool:
@@ -206,10 +207,15 @@ def _records_below(table: _Table) -> tuple[list[tuple[int, Record]], list[str]]:
         raise TableError(f"{table.path}: there are no addresses {where}.")
     verb = "is" if len(repeated) == 1 else "are"
     notes = [f"the header comes again in {rows.named(repeated)}, which {verb} skipped"] if repeated else []
-    if unseen := list(dict.fromkeys(char for _, record in records for char in record.unseen)):
+    return records, [*notes, *_unseen_note(records)]
+
+
+def _unseen_note(records: Sequence[tuple[int, Record]]) -> Iterator[str]:
+    """A note on the invisible characters of some rows, where there are any."""
+    chars = list(dict.fromkeys(char for _, record in records for char in record.unseen))
+    if chars:
         where = rows.named([n for n, record in records if record.unseen])
-        notes.append(f"what is invisible in {where} is not written: {', '.join(unseen[:_MOST_NAMED])}")
-    return records, notes
+        yield f"what is invisible in {where} is not written: {', '.join(chars[:_MOST_NAMED])}"
 
 
 def _addresses(

@@ -226,11 +226,11 @@ def spell(text: str, hand: Repertoire, *, fallback: bool = False) -> Iterator[Le
     units = graphemes(text)
     forms = {unit: _form(unit, hand, 0, fallback) for unit in units if not unit.isspace()}
     omitted = _omitted(units, forms)
-    missing = {unit for at, unit in enumerate(units) if not forms.get(unit, unit) and not (fallback and at in omitted)}
+    needed = {unit for at, unit in enumerate(units) if at not in omitted and not unit.isspace()}
+    missing = {unit for unit in (needed if fallback else forms) if not forms[unit]}
     if missing:
-        spared = frozenset() if fallback else missing - {unit for at, unit in enumerate(units) if at not in omitted}
-        raise MissingCharacters(_complaint(_places(units, missing), hand, fallback, spared))
-    if not any(forms[unit] for at, unit in enumerate(units) if not unit.isspace() and at not in omitted):
+        raise MissingCharacters(_complaint(_places(units, missing), hand, fallback, missing - needed))
+    if not needed:
         which = "the text holds nothing but what is left out" if forms else "the text is empty"
         raise InputError(f"There is nothing to write: {which}.")
     return _spelt(units, hand, omitted, fallback)
@@ -263,15 +263,16 @@ def _omitted(units: Sequence[str], forms: Mapping[str, Sequence[Letter]]) -> set
     foreign = [_is_foreign([units[at] for at in word], forms) for word in words]
     for number, word in enumerate(words):
         if foreign[number] and _is_named_beside(units, words, foreign, number):
-            begin, end = word[0], word[-1] + 1
-            while units[begin] in _OPENING:
-                begin += 1
-            while units[end - 1] in _CLOSING:
-                end -= 1
-            if word[0] < begin and end <= word[-1] and units[end] in ")]":
-                begin, end = begin - 1, end + 1
-            omitted.update(range(begin, end))
+            omitted.update(_in_brackets(units, word))
     return omitted
+
+
+def _in_brackets(units: Sequence[str], word: Sequence[int]) -> range:
+    """The places of a word without the signs at its ends, but with the brackets that it stands in."""
+    letters = [at for at in word if units[at] not in _BRACKETS]
+    begin, end = letters[0], letters[-1] + 1
+    bracketed = word[0] < begin and end <= word[-1] and units[begin - 1] + units[end] in ("()", "[]")
+    return range(begin - bracketed, end + bracketed)
 
 
 def _is_foreign(word: Sequence[str], forms: Mapping[str, Sequence[Letter]]) -> bool:
