@@ -21,11 +21,11 @@ from typing import ClassVar, Literal
 import msgspec
 import numpy as np
 
-from handout import notebook, tables
+from handout import tables
 from handout.errors import InputError
 from handout.hand.diacritics import DOTLESS, NAMES
 from handout.hand.protocol import Repertoire
-from handout.summary import one_line
+from handout.summary import as_svg, one_line
 from handout.values import Array, Glyph, readonly
 
 _PLACES = frozenset({"start", "middle", "end", "alone"})
@@ -81,7 +81,7 @@ class Hand:
 
     pages: ClassVar[None] = None
 
-    __repr__ = one_line
+    __repr__, _repr_svg_ = one_line, as_svg
 
     @cached_property
     def letters(self) -> Mapping[str, int]:
@@ -116,9 +116,6 @@ class Hand:
             variation=self.variation * float(np.exp(_VARIATION * haste)),
             fading=max(0.0, self.fading + _FADING * haste),
         )
-
-    def _repr_svg_(self) -> str | None:
-        return notebook.hand_svg(self, self.letters)
 
 
 class _Form(msgspec.Struct, forbid_unknown_fields=True):
