@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import codecs
-import contextlib
+import errno
 import io
 import json
 import os
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import click
 
 from handout import __version__
-from handout.cli import signals
+from handout.cli import signals, streams
 from handout.errors import HandoutError, at_border, shortened
 
 if TYPE_CHECKING:
@@ -118,10 +118,15 @@ def cli(config: str | None) -> None:
 def main(args: list[str] | None = None) -> None:
     """Run the command and leave with its exit code: 0 done, 2 bad input, 3 device fault, 4 some rows failed."""
     codecs.register_error("handout", _escaped)
+    streams.open_closed()
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="handout")
     with signals.orderly():
-        code = _run(args)
+        try:
+            code = _run(args)
+        except KeyboardInterrupt:  # a second one, while the first was told
+            signals.ignore()
+            code = signals.INTERRUPTED
     sys.exit(code)
 
 
@@ -157,10 +162,14 @@ def _run(args: list[str] | None) -> int:
             error.show()
         return 2
     except (click.Abort, KeyboardInterrupt) as stop:
+        signals.ignore()
         message, code = signals.last_words(stop)
-        with contextlib.suppress(OSError):  # the terminal may be gone
-            click.echo(message, err=True)
+        click.echo(message, err=True)
         return code
+    except SystemExit as leave:  # click's, where a pipe is gone
+        if isinstance(leave.__context__, OSError) and not streams.is_unread():
+            raise leave.__context__ from None
+        return 0
     except ImportError as error:
         if error.name is None or error.name.partition(".")[0] == "handout":
             raise
@@ -169,11 +178,9 @@ def _run(args: list[str] | None) -> int:
     except HandoutError as error:
         click.echo(f"handout: {error}", err=True)
         return error.exit_code
-    except BrokenPipeError:
-        sys.stderr.close()
-        return 0
     except (OSError, RecursionError) as error:
-        if not (sentence := at_border(error)):
+        unread = getattr(error, "errno", None) == errno.EBADF and streams.is_unread()
+        if not (sentence := at_border(error) or ("Standard output is closed." if unread else "")):
             raise
         click.echo(f"handout: {sentence}", err=True)
         return 2

@@ -20,9 +20,10 @@ from typing import TypeGuard
 import click
 from click.core import ParameterSource
 
-from handout import atomic, shipped, tables
+from handout import atomic, shipped
 from handout.errors import InputError
 from handout.pipeline.names import CHECKS
+from handout.tables import parsed
 
 PROJECT = "handout.toml"
 Value = str | int | float | bool | list[str | int | float]
@@ -202,7 +203,7 @@ def read(file: Path) -> dict[str, Value]:
         No such file, not TOML, or a value that is no text, number, true or false, or list of these.
     """
     try:
-        return dict(_flat(tables.parsed(file.read_text(encoding="utf-8-sig")), ""))
+        return dict(_flat(parsed(file.read_text(encoding="utf-8-sig")), ""))
     except (OSError, ValueError) as error:
         raise InputError(
             f"{file}: cannot be read as a configuration: {getattr(error, 'strerror', 0) or error}."
@@ -419,9 +420,9 @@ def changed(text: str, key: str, value: Value | None) -> str:
         lines[-1] += "\n"
     _replace(lines, table, name, [] if value is None else [f"{name} = {_toml(value)}\n"])
     result = "".join(lines)
-    wanted = {name: each for name, each in _flat(tables.parsed(text), "") if name != key}
+    wanted = {name: each for name, each in _flat(tomllib.loads(text), "") if name != key}
     try:
-        done = dict(_flat(tables.parsed(result), ""))
+        done = dict(_flat(tomllib.loads(result), ""))
     except tomllib.TOMLDecodeError:
         done = {}
     if done != wanted | ({} if value is None else {key: value}):
@@ -461,7 +462,7 @@ def _statement(lines: Sequence[str], begin: int | None, end: int, name: str) -> 
         if re.match(rf'\s*"?{re.escape(name)}"?\s*=', lines[index]):
             for after in range(index + 1, end + 1):
                 try:
-                    tables.parsed("".join(lines[index:after]))
+                    tomllib.loads("".join(lines[index:after]))
                 except tomllib.TOMLDecodeError:  # the value has more lines
                     continue
                 return slice(index, after)

@@ -9,7 +9,7 @@ import click
 
 from handout import units
 from handout.cli import options
-from handout.cli.commands import FILES, HAND, Group, under
+from handout.cli.commands import Group
 from handout.cli.console import Console
 from handout_lab.pipeline.options import StudyOptions
 
@@ -30,66 +30,8 @@ def command() -> None:
 
 
 @command.command("make")
-@under(FILES, click.option("--output", "-o", required=True, help="A folder, new or empty."))
-@options.bind(
-    "study",
-    StudyOptions,
-    under(
-        FILES,
-        click.option(
-            "--real",
-            multiple=True,
-            type=click.Path(path_type=Path),
-            help="A folder of scans that real words are cut from, each with its text in a .txt file beside it (prompt "
-            "sheets need none), for each --hand; default: the pages that the hand was read from.",
-        ),
-        click.option(
-            "--envelopes",
-            type=click.Path(path_type=Path),
-            help="A file of addresses, parted by empty lines: a test of envelopes, half of them made.",
-        ),
-    ),
-    under(
-        HAND,
-        click.option("--hand", multiple=True, required=True, help="A scanned hand, or a .hand file; may be repeated."),
-        click.option(
-            "--control", default="", help="Another person's scanned hand, for pairs that everybody should tell."
-        ),
-    ),
-    click.option("--people", type=click.IntRange(1), default=20, show_default=True, help="How many are asked."),
-    click.option("--singles", type=click.IntRange(0), default=10, show_default=True, help="Questions A for each."),
-    click.option("--pairs", type=click.IntRange(0), default=10, show_default=True, help="Questions B for each."),
-    click.option(
-        "--snippets", type=click.IntRange(1), default=60, show_default=True, help="Pieces of each hand at most."
-    ),
-    click.option(
-        "--controls", type=click.IntRange(0), default=2, show_default=True, help="Pairs of --control for each person."
-    ),
-    click.option(
-        "--random",
-        type=click.IntRange(0),
-        default=0,
-        show_default=True,
-        help="Pairs for each person whose fake is made by random selection, the simple way to compare with.",
-    ),
-    click.option(
-        "--random-people",
-        is_flag=True,
-        help="Instead of --random: half of the people see such fakes alone, in A and in B.",
-    ),
-    click.option(
-        "--sampling",
-        type=click.Choice(["balanced", "random"]),
-        default="balanced",
-        show_default=True,
-        help="Everybody's pieces: each piece as often as any other, or drawn by chance.",
-    ),
-    click.option("--page", default="A4", show_default=True, help="A4 or letter."),
-    click.option("--about", is_flag=True, help="Ask on the cover for age, habit of writing, and hand."),
-    click.option("--title", default="A study of handwriting", show_default=True, help="On the cover."),
-    click.option("--dpi", type=float, help="Pixels an inch of the scans, where the files do not say."),
-    click.option("--seed", type=click.IntRange(0), help="Same seed, same sheets; without it every run differs."),
-)
+@click.option("--output", "-o", required=True, help="A folder, new or empty.")
+@options.bind("study", StudyOptions)
 @options.console
 def make(output: str, study: StudyOptions, console: Console) -> None:
     """Make the sheets of a study: sheets.pdf to print, and its key, study.key, which nobody who takes part may see.

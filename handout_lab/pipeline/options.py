@@ -5,25 +5,50 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from handout.pipeline.declarations import FILES, HAND, OWN, option
+
 
 @dataclass(frozen=True)
 class StudyOptions:
     """A study of how well people tell made writing from real."""
 
-    hand: tuple[str, ...] = ()  # scanned hands, or .hand files
-    real: tuple[Path, ...] = ()  # for each hand a folder of scans that real snippets are cut from; none: its own pages
-    people: int = 20
-    singles: int = 10  # questions of questionnaire A for each person
-    pairs: int = 10  # of questionnaire B
-    snippets: int = 60  # of each hand at most, real and made
-    control: str = ""  # another person's scanned hand: pairs that are easy
-    controls: int = 2  # such pairs for each person, where `control` is given
-    random: int = 0  # pairs for each person whose made one is of letters taken by chance
-    random_people: bool = False  # half of the people see such ones alone
-    sampling: str = "balanced"  # or "random": everybody's snippets are drawn by chance
-    envelopes: Path | None = None  # a file of addresses, parted by empty lines: half go on made envelopes
-    page: str = "A4"  # or letter
-    about: bool = False  # whether the cover asks for age, habit and hand
-    title: str = "A study of handwriting"
-    dpi: float | None = None  # of the scans, where the files do not say
-    seed: int | None = None  # same seed, same sheets; None: one by chance
+    hand: tuple[str, ...] = option(
+        (), HAND, "A scanned hand, or a .hand file; may be repeated.", repeated=True, required=True
+    )
+    real: tuple[Path, ...] = option(
+        (),
+        FILES,
+        "A folder of scans that real words are cut from, each with its text in a .txt file beside it (prompt "
+        "sheets need none), for each --hand; default: the pages that the hand was read from.",
+        repeated=True,
+        kind=Path,
+    )
+    people: int = option(20, OWN, "How many are asked.", least=1)
+    singles: int = option(10, OWN, "Questions A for each.", least=0)
+    pairs: int = option(10, OWN, "Questions B for each.", least=0)
+    snippets: int = option(60, OWN, "Pieces of each hand at most.", least=1)
+    control: str = option("", HAND, "Another person's scanned hand, for pairs that everybody should tell.")
+    controls: int = option(2, OWN, "Pairs of --control for each person.", least=0)
+    random: int = option(
+        0,
+        OWN,
+        "Pairs for each person whose fake is made by random selection, the simple way to compare with.",
+        least=0,
+    )
+    random_people: bool = option(
+        False, OWN, "Instead of --random: half of the people see such fakes alone, in A and in B."
+    )
+    sampling: str = option(
+        "balanced",
+        OWN,
+        "Everybody's pieces: each piece as often as any other, or drawn by chance.",
+        choices=("balanced", "random"),
+    )
+    envelopes: Path | None = option(
+        None, FILES, "A file of addresses, parted by empty lines: a test of envelopes, half of them made.", kind=Path
+    )
+    page: str = option("A4", OWN, "A4 or letter.")
+    about: bool = option(False, OWN, "Ask on the cover for age, habit of writing, and hand.")
+    title: str = option("A study of handwriting", OWN, "On the cover.")
+    dpi: float | None = option(None, OWN, "Pixels an inch of the scans, where the files do not say.", kind=float)
+    seed: int | None = option(None, OWN, "Same seed, same sheets; without it every run differs.", kind=int, least=0)

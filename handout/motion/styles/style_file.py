@@ -7,7 +7,6 @@ precision, and of each primer the targets, the ways in the air and the dynamics:
 from __future__ import annotations
 
 import json
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -114,7 +113,7 @@ def _possible(head: Head) -> bool:
 def _tables(text: bytes, path: Path) -> dict[str, Any]:
     try:
         return parsed(text.decode())
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except ValueError as error:
         raise InputError(f"{path}: cannot be read as a style: {error}.") from error
 
 
