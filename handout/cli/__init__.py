@@ -149,6 +149,12 @@ def _sentence(error: click.ClickException) -> str | None:
     return None
 
 
+def _closed(error: Exception) -> str:
+    """A sentence where nobody takes what is printed, "" where that is not it."""
+    unread = getattr(error, "errno", None) == errno.EBADF and streams.is_unread()
+    return "Standard output is closed." if unread else ""
+
+
 def _run(args: list[str] | None) -> int:
     try:
         result = cli.main(args=args, prog_name="handout", standalone_mode=False)
@@ -179,8 +185,7 @@ def _run(args: list[str] | None) -> int:
         click.echo(f"handout: {error}", err=True)
         return error.exit_code
     except (OSError, RecursionError) as error:
-        unread = getattr(error, "errno", None) == errno.EBADF and streams.is_unread()
-        if not (sentence := at_border(error) or ("Standard output is closed." if unread else "")):
+        if not (sentence := at_border(error) or _closed(error)):
             raise
         click.echo(f"handout: {sentence}", err=True)
         return 2
