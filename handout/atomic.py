@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import errno
+import math
 import os
 import re
 import sys
 import tempfile
+import threading
+import time
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import IO, Any, BinaryIO
@@ -14,6 +18,10 @@ from typing import IO, Any, BinaryIO
 from handout.errors import InputError
 
 PLAIN_NAME = re.compile(r"[\w-][\w.-]{0,99}", re.ASCII)  # of a file that was sent: it leads to no other folder
+_TRIED_AGAIN = 0.05  # s between two looks whether another program still holds a file
+_TAKEN = {errno.EAGAIN, errno.EACCES, errno.EDEADLK}  # what the systems answer where another program has the lock
+_CLOSED = {errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOENT}  # and where a folder cannot be written
+_holding = threading.local()
 _LOCKED = 1 << 30  # the byte of a file that is locked on Windows: no file that is locked has so many
 # names of devices, which Windows takes no file for, whatever their suffix
 _RESERVED = re.compile(r"(con|prn|aux|nul|com[0-9¹²³]|lpt[0-9¹²³])\s*(\..*)?", re.IGNORECASE)
@@ -143,6 +151,75 @@ def lock(stream: IO[Any]) -> None:
     import fcntl
 
     fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+@contextlib.contextmanager
+def held(path: Path, say: Callable[[str], None] = lambda _: None, patience: float = math.inf) -> Iterator[None]:
+    """Keep other programs that hold the file `path`, too, from it until the block ends.
+
+    Who changes a file according to what is in it holds it from before it is read until it is written.  Since the file
+    is replaced then, the lock is a file beside it, `.NAME.lock`, which goes when nobody needs it.  A thread may hold
+    again what it holds.  Where the folder cannot be written nothing is held: nobody changes the file there.
+
+    Parameters
+    ----------
+    say : is told once if another program has to be waited for.
+    patience : s to wait at most.
+
+    Raises
+    ------
+    InputError
+        Another program held it all that time, or the file system cannot lock; `path` is as it was.
+    """
+    path = Path(os.path.realpath(path))
+    mine: set[Path] = _holding.__dict__.setdefault("paths", set())
+    stream = None if path in mine else _locked(path, say, time.monotonic() + patience)
+    if stream is None:
+        yield
+        return
+    mine.add(path)
+    try:
+        yield
+    finally:
+        mine.remove(path)
+        # on Windows what is open cannot be deleted; whoever opened it meanwhile keeps it
+        if sys.platform == "win32":
+            stream.close()
+        with contextlib.suppress(OSError):
+            Path(stream.name).unlink()
+        stream.close()
+
+
+def _locked(path: Path, say: Callable[[str], None], until: float) -> BinaryIO | None:
+    """The file beside `path`, open and locked; None where the folder cannot be written."""
+    beside, told = path.with_name(f".{path.name}.lock"), False
+    while True:
+        stream = None
+        try:
+            stream = beside.open("ab")
+            lock(stream)
+            if os.path.samestat(os.fstat(stream.fileno()), beside.stat()):
+                return stream
+            stream.close()  # whoever held it has deleted it meanwhile: it keeps nobody away
+            continue
+        except FileNotFoundError:
+            if stream is None:
+                return None
+            stream.close()
+            continue
+        except OSError as error:
+            if stream is None and error.errno in _CLOSED:
+                return None
+            if stream is not None:
+                stream.close()
+            if stream is None or error.errno not in _TAKEN:
+                raise InputError(f"Cannot hold {path} against other programs: {error.strerror or error}.") from error
+        if time.monotonic() > until:
+            raise InputError(f"{path.name} is being changed by another program: wait until it is through, then again.")
+        if not told:
+            say(f"Another program is changing {path.name}: waiting until it is through.")
+        told = True
+        time.sleep(_TRIED_AGAIN)
 
 
 def check_writable(path: Path) -> None:

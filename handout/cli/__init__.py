@@ -47,6 +47,9 @@ _VERBS = {
 }
 _WITHOUT_DEFAULTS = {"config", "doctor", "completion", "man"}  # verbs that work whatever a configuration says
 _HELP = {"-h", "--help"}
+# what numpy's and scipy's libraries of linear algebra ask when they are loaded, and processes that are started inherit;
+# `one_thread` of handout/networks.py says why, and does the same for programs that call handout
+_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 
 class _Verbs(click.Group):
@@ -117,6 +120,8 @@ def cli(config: str | None) -> None:
 
 def main(args: list[str] | None = None) -> None:
     """Run the command and leave with its exit code: 0 done, 2 bad input, 3 device fault, 4 some rows failed."""
+    for variable in _THREADS:
+        os.environ.setdefault(variable, "1")
     codecs.register_error("handout", _escaped)
     streams.open_closed()
     if isinstance(sys.stdout, io.TextIOWrapper):

@@ -25,6 +25,7 @@ from handout.web import batches, calibration, hands, jobs, letters, styles, task
 from handout.web.guard import Guard
 from handout.web.routes import Way, json_answer, openapi
 from handout.web.studio import Studio
+from handout.web.workers import bare
 
 TABLES = (
     *(tasks.ROUTES, writing.ROUTES, hands.ROUTES, letters.ROUTES, styles.ROUTES),
@@ -73,7 +74,7 @@ async def _fault(request: Request, error: Exception) -> Response:
         return JSONResponse({"error": "That is a fault of this program."}, 500)
     usual = {404: "There is nothing here.", 405: "That is not done here."}
     sentence = error.detail if error.detail not in ("Not Found", "Method Not Allowed") else usual[error.status_code]
-    return JSONResponse({"error": sentence}, error.status_code, error.headers)
+    return JSONResponse({"error": bare(sentence)}, error.status_code, error.headers)
 
 
 async def _full_disk(request: Request, error: OSError) -> Response:
