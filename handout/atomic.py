@@ -1,4 +1,8 @@
-"""Writes files so that none is ever left half-written, and locks them against other programs."""
+"""Writes files so that none is ever left half-written, even when the power goes, and locks them against others.
+
+What is to be kept goes to a temporary file, which is put on the disk, then renamed, and then the new name is put on the
+disk too: a rename alone may survive a power cut without the content.
+"""
 
 from __future__ import annotations
 
@@ -50,6 +54,8 @@ def together() -> Iterator[Callable[[Path], contextlib.AbstractContextManager[Bi
             made.append((Path(name), path))
             with os.fdopen(handle, "wb") as stream:
                 yield stream
+                stream.flush()
+                os.fsync(stream.fileno())
             umask = os.umask(0)
             os.umask(umask)
             Path(name).chmod(0o666 & ~umask)
@@ -61,6 +67,7 @@ def together() -> Iterator[Callable[[Path], contextlib.AbstractContextManager[Bi
         for temporary, path in made:
             with _reporting_errors(path):
                 temporary.replace(path)
+                sync_folder(path.parent)
     finally:
         for temporary, _ in made:
             with contextlib.suppress(OSError):  # those in their places are gone from here
@@ -70,6 +77,8 @@ def together() -> Iterator[Callable[[Path], contextlib.AbstractContextManager[Bi
 @contextlib.contextmanager
 def opened(path: Path) -> Iterator[BinaryIO]:
     """A stream into a temporary file beside `path`, renamed into place when the block ends without an error.
+
+    After that the file survives a power cut.
 
     For what is too long to be held in memory as a whole; `write` is for everything else.  A link is written through: it
     stays, and what it leads to is written, whether that is there yet or not.  What is no file, such as a pipe, is
@@ -129,6 +138,39 @@ def write_all(files: Iterable[tuple[Path, bytes]]) -> None:
         for path, data in files:
             with opening(path) as stream:
                 stream.write(data)
+
+
+def move_folder(work: Path, place: Path) -> None:
+    """Rename a folder whose files are all written; then it survives a power cut with all of them.
+
+    Raises
+    ------
+    OSError
+        It cannot be renamed, for instance because `place` holds something.
+    """
+    for folder, _, names in os.walk(work):
+        for name in names:
+            _sync(Path(folder, name))
+        sync_folder(Path(folder))
+    work.rename(place)
+    sync_folder(place.parent)
+
+
+def sync_folder(path: Path) -> None:
+    """Make the names in a folder survive a power cut."""
+    # systems that cannot open folders have no need of it
+    with contextlib.suppress(OSError):
+        _sync(path)
+
+
+def _sync(path: Path) -> None:
+    # Windows syncs only what is open for writing; a folder, or a file that is copied from a read-only one, cannot be
+    writable = path.is_file() and os.access(path, os.W_OK)
+    handle = os.open(path, os.O_RDWR if writable else os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
 
 
 def lock(stream: IO[Any]) -> None:

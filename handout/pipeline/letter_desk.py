@@ -13,7 +13,6 @@ other's.
 from __future__ import annotations
 
 import contextlib
-import os
 import secrets
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -511,8 +510,6 @@ def _recorded(desk: _Desk, source: Path) -> None:
         atomic.write(desk.path, source.read_bytes())
     desk.steps.clear()
     desk.on_disk = _state_of(desk.path)
-    with desk.path.open("rb+") as stream:
-        os.fsync(stream.fileno())  # before its log goes: a power cut may not take both
 
 
 def begin_learning(name: str, revision: str, copy: str) -> Facts:

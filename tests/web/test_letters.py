@@ -1,5 +1,6 @@
 """Letters of a hand corrected one after another, as the page Letters does it, and what two windows do to each other."""
 
+import os
 import subprocess
 import sys
 from functools import partial
@@ -360,7 +361,7 @@ def test_a_kill_while_what_was_learned_is_taken_loses_no_correction(hand, tmp_pa
 
         return touching
 
-    for owner, name in ((atomic, "write"), (desk.PendingLog, "add"), (desk.PendingLog, "forget"), (desk.os, "fsync")):
+    for owner, name in ((atomic, "write"), (desk.PendingLog, "add"), (desk.PendingLog, "forget"), (os, "fsync")):
         monkeypatch.setattr(owner, name, counted(getattr(owner, name)))
     with pytest.raises(Killed):
         desk.take_learnt(hand, copy, begun["made"])
