@@ -15,7 +15,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import IO, Any, BinaryIO
 
@@ -29,6 +29,49 @@ _holding = threading.local()
 _LOCKED = 1 << 30  # the byte of a file that is locked on Windows: no file that is locked has so many
 # names of devices, which Windows takes no file for, whatever their suffix
 _RESERVED = re.compile(r"(con|prn|aux|nul|com[0-9¹²³]|lpt[0-9¹²³])\s*(\..*)?", re.IGNORECASE)
+
+
+@contextlib.contextmanager
+def together() -> Iterator[Callable[[Path], contextlib.AbstractContextManager[BinaryIO]]]:
+    """What opens files as `opened` does, none of which is in its place before the whole block ends without an error.
+
+    Raises
+    ------
+    InputError
+        As `opened`, of any of them; none has been changed then.
+    """
+    made = list[tuple[Path, Path]]()  # temporary files, and their places
+
+    @contextlib.contextmanager
+    def opening(path: Path) -> Iterator[BinaryIO]:
+        path = target(path)
+        with _reporting_errors(path):
+            if path.exists() and not path.is_file():
+                with path.open("wb") as stream:
+                    yield stream
+                return
+            handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+            made.append((Path(name), path))
+            with os.fdopen(handle, "wb") as stream:
+                yield stream
+                stream.flush()
+                os.fsync(stream.fileno())
+            umask = os.umask(0)
+            os.umask(umask)
+            Path(name).chmod(0o666 & ~umask)
+
+    try:
+        yield opening
+        for _, path in made:
+            target(path)
+        for temporary, path in made:
+            with _reporting_errors(path):
+                temporary.replace(path)
+                sync_folder(path.parent)
+    finally:
+        for temporary, _ in made:
+            with contextlib.suppress(OSError):  # those in their places are gone from here
+                temporary.unlink()
 
 
 @contextlib.contextmanager
@@ -46,31 +89,8 @@ def opened(path: Path) -> Iterator[BinaryIO]:
     InputError
         The folder does not exist or is not writable, or a link leads in a circle; nothing has been changed then.
     """
-    path = target(path)
-    if path.exists() and not path.is_file():
-        with _reporting_errors(path), path.open("wb") as stream:
-            yield stream
-        return
-    try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    except OSError as error:
-        raise InputError(f"Cannot write {path}: {error.strerror or error}.") from error
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            yield stream
-            stream.flush()
-            os.fsync(stream.fileno())
-        umask = os.umask(0)
-        os.umask(umask)
-        Path(name).chmod(0o666 & ~umask)
-        Path(name).replace(path)
-        sync_folder(path.parent)
-    except BaseException as error:
-        with contextlib.suppress(OSError):
-            Path(name).unlink()
-        if isinstance(error, OSError):
-            raise InputError(f"Cannot write {path}: {error.strerror or error}.") from error
-        raise
+    with together() as opening, opening(path) as stream:
+        yield stream
 
 
 @contextlib.contextmanager
@@ -110,6 +130,14 @@ def write(path: Path, data: bytes) -> None:
     """
     with opened(path) as stream:
         stream.write(data)
+
+
+def write_all(files: Iterable[tuple[Path, bytes]]) -> None:
+    """Write several files, all of them or none; errors are those of `write`."""
+    with together() as opening:
+        for path, data in files:
+            with opening(path) as stream:
+                stream.write(data)
 
 
 def move_folder(work: Path, place: Path) -> None:

@@ -64,6 +64,16 @@ def test_a_pipe_is_written_to_and_stays_one(tmp_path):
     assert heard == [b"through"] and pipe.is_fifo()
 
 
+def test_several_files_are_replaced_together_or_stay(tmp_path):
+    first, second, gone = tmp_path / "a.svg", tmp_path / "b.svg", tmp_path / "none" / "c.svg"
+    first.write_bytes(b"old")
+    with pytest.raises(InputError, match=r"c\.svg"):
+        atomic.write_all([(first, b"new"), (second, b"new"), (gone, b"new")])
+    assert first.read_bytes() == b"old" and names(tmp_path) == ["a.svg"]
+    atomic.write_all([(first, b"new"), (second, b"newer")])
+    assert (first.read_bytes(), second.read_bytes()) == (b"new", b"newer") and names(tmp_path) == ["a.svg", "b.svg"]
+
+
 @pytest.fixture
 def disk(tmp_path, monkeypatch):
     """What a disk does, in order: puts a file or the names of a folder on itself, and renames."""

@@ -20,7 +20,7 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
 
 from handout import atomic
-from handout.errors import InputError, no_room
+from handout.errors import InputError, at_border
 from handout.web import batches, calibration, hands, jobs, letters, styles, tasks, writing
 from handout.web.guard import Guard
 from handout.web.routes import Way, json_answer, openapi
@@ -79,7 +79,7 @@ async def _fault(request: Request, error: Exception) -> Response:
 
 async def _full_disk(request: Request, error: OSError) -> Response:
     """A full disk as a sentence; other errors of files are faults."""
-    if sentence := no_room(error):
+    if sentence := at_border(error):
         return JSONResponse({"error": sentence}, 507)
     raise error
 
