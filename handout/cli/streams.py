@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
 import errno
 import io
 import os
 import sys
-from collections.abc import Iterator
 
 # what is opened in place of a closed one: input has ended, output cannot be written, so that it is not lost unsaid
 _MODES = {"stdin": os.O_RDONLY, "stdout": os.O_RDONLY, "stderr": os.O_WRONLY}
@@ -25,22 +23,22 @@ class _Stream(io.TextIOWrapper):
         self._stream = stream  # which closes the file when it goes
 
     def write(self, text: str) -> int:
-        with self._noting():
+        try:
             return super().write(text)
+        except OSError:
+            self._note()
         return len(text)
 
     def flush(self) -> None:
-        with self._noting():
-            super().flush()
-
-    @contextlib.contextmanager
-    def _noting(self) -> Iterator[None]:
         try:
-            yield
+            super().flush()
         except OSError:
-            self.failed = True
-            if self.needed:
-                raise
+            self._note()
+
+    def _note(self) -> None:
+        self.failed = True
+        if self.needed:
+            raise  # the error that is being handled
 
 
 _output: list[_Stream] = []  # standard output, whatever click puts in its place
@@ -65,9 +63,9 @@ def check_unread(leave: SystemExit) -> None:
         raise leave
 
 
-def closed(error: OSError) -> str | None:
+def closed(error: Exception) -> str | None:
     """What is said where standard output was closed before the command began; None for other errors."""
-    return "Standard output is closed." if error.errno == errno.EBADF and is_unread() else None
+    return "Standard output is closed." if getattr(error, "errno", None) == errno.EBADF and is_unread() else None
 
 
 def is_unread() -> bool:
