@@ -31,6 +31,7 @@ import itertools
 import multiprocessing
 import os
 import tempfile
+import threading
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -42,7 +43,7 @@ import msgspec
 import numpy as np
 
 import handout
-from handout import profiles
+from handout import profiles, signals
 from handout.errors import DeviceError
 from handout.plotting import plan
 from handout.plotting.dialects import dialect
@@ -195,7 +196,7 @@ class Desk(SimulatedPlotter):
             self.crashed = True
             raise Crash
         if self.calls in self.interrupts:
-            raise KeyboardInterrupt
+            signals.interrupt(threading.get_ident())
 
 
 class NetworkedDesk(Desk, NetworkedPlotter):

@@ -27,6 +27,7 @@ GROUND = {
     "errors",
     "atomic",
     "shipped",
+    "signals",
     "profiles",
     "markers",
     "markup",

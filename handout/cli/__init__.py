@@ -12,8 +12,7 @@ from importlib import import_module
 
 import click
 
-from handout import __version__
-from handout.cli import signals
+from handout import __version__, signals
 from handout.errors import HandoutError, no_room
 
 # verb → what `handout --help` says of it; the code is in the module of that name

@@ -72,7 +72,7 @@ def test_a_plot_lifts_its_pen_and_keeps_its_job(call, monkeypatch, number, code)
 
 
 def test_a_signal_that_is_ignored_stays_so(monkeypatch):
-    from handout.cli import signals
+    from handout import signals
 
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:

@@ -2,6 +2,7 @@
 
 import dataclasses
 import re
+import signal
 from concurrent.futures import Future
 
 import msgspec
@@ -104,6 +105,45 @@ def test_an_interrupt_stops_the_machine_and_lifts_the_pen(profile, share):
     assert drawn < (share + 0.25) * DRAWING.pen_down
     again = run(plan(DRAWING, profile), port, profile)  # it knows where it is: the next sheet is in its place
     assert fidelity.compare(DRAWING, port.executed()).deviation < 0.1 and again.lines > 100
+
+
+class Impatient:
+    """Somebody who presses Ctrl-C when the pen is down, and again and again: at every look and word from then on."""
+
+    def __init__(self, port):
+        self.port, self.pressed = port, 0
+
+    def _press(self):
+        if self.pressed or (self.port.pen_is_down and len(self.port.paper.trace) > 300):
+            self.pressed += 1
+            signal.raise_signal(signal.SIGINT)
+
+    def write(self, data):
+        self._press()
+        self.port.write(data)
+
+    def read(self, timeout):
+        self._press()
+        return self.port.read(timeout)
+
+    def close(self):
+        self.port.close()
+
+
+@pytest.mark.parametrize("name", ["simulated", "grbl-z", "marlin-servo", "axidraw-v3", "hp-7475a", "klipper-servo"])
+def test_lifting_the_pen_is_not_cut_short(name, monkeypatch):
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored behind a shell's &
+    profile = profiles.find(name, "plotter")
+    port, words = Impatient(open_port("sim:", profile)), []
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            run(plan(DRAWING, profile), port, profile, log=words.append)
+    finally:
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+        signal.signal(signal.SIGINT, before)
+    port.port.read(2.0)
+    assert port.pressed > 5 and not port.port.pen_is_down
+    assert not any("could not be lifted" in word for word in words)
 
 
 def test_an_error_of_ours_lifts_the_pen_too():
