@@ -239,6 +239,58 @@ def test_a_locked_machine_is_unlocked_with_a_word():
     assert len(words) == 1 and "unlocked ($X)" in words[0]
 
 
+@pytest.mark.parametrize("name", ["simulated", "marlin-servo", "axidraw-v3", "hp-7475a", "klipper-servo"])
+def test_what_comes_byte_by_byte_takes_the_time_that_it_takes(name):
+    class Trickling:
+        def __init__(self, port):
+            self.port, self.rest = port, b""
+
+        @property
+        def time(self):
+            return self.port.time
+
+        def write(self, data):
+            self.port.write(data)
+
+        def read(self, timeout):
+            said = self.rest or self.port.read(timeout)
+            self.rest = said[1:]
+            return said[:1]
+
+        def close(self):
+            self.port.close()
+
+    profile = profiles.find(name, "plotter")
+    port, made, words, usual = open_port("sim:", profile), plan(SHORT, profile), [], []
+    run(made, open_port("sim:", profile), profile, log=usual.append)
+    port.lay(SHORT.page, made.placement)
+    report = run(made, Trickling(port), profile, log=words.append)
+    assert fidelity.compare(SHORT, port.executed()).deviation < 0.1 and words == usual
+    assert port.executed_s == pytest.approx(report.announced_s, rel=0.05)
+
+
+@pytest.mark.parametrize("name", ["simulated", "marlin-servo", "axidraw-v3", "hp-7475a", "klipper-servo"])
+def test_who_never_stops_talking_is_listened_to_for_a_time(name):
+    class Babbling:
+        time = 0.0
+
+        def write(self, data):
+            pass
+
+        def read(self, timeout):
+            self.time += min(timeout, 0.1)
+            assert self.time < 400.0, "it is listened to for ever"
+            return b"echo: lorem ipsum 1,2,3\n"
+
+        def close(self):
+            pass
+
+    profile, port = profiles.find(name, "plotter"), Babbling()
+    with pytest.raises(DeviceSilent, match="Something answers, but not as|Moonraker"):
+        run(plan(SHORT, profile), port, profile)
+    assert port.time < 60.0
+
+
 def test_nobody_there():
     class Nobody:
         def write(self, data):
