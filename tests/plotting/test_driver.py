@@ -262,11 +262,11 @@ def test_what_comes_byte_by_byte_takes_the_time_that_it_takes(name):
 
     profile = profiles.find(name, "plotter")
     port, made, words, usual = open_port("sim:", profile), plan(SHORT, profile), [], []
-    run(made, open_port("sim:", profile), profile, log=usual.append)
+    run(made, whole := open_port("sim:", profile), profile, log=usual.append)
     port.lay(SHORT.page, made.placement)
-    report = run(made, Trickling(port), profile, log=words.append)
+    run(made, Trickling(port), profile, log=words.append)
     assert fidelity.compare(SHORT, port.executed()).deviation < 0.1 and words == usual
-    assert port.executed_s == pytest.approx(report.announced_s, rel=0.05)
+    assert port.executed_s == pytest.approx(whole.executed_s, rel=0.05)
 
 
 @pytest.mark.parametrize("name", ["simulated", "marlin-servo", "axidraw-v3", "hp-7475a", "klipper-servo"])
@@ -286,7 +286,7 @@ def test_who_never_stops_talking_is_listened_to_for_a_time(name):
             pass
 
     profile, port = profiles.find(name, "plotter"), Babbling()
-    with pytest.raises(DeviceSilent, match="Something answers, but not as|Moonraker"):
+    with pytest.raises(DeviceSilent, match=r"Something answers, but not as|Moonraker"):
         run(plan(SHORT, profile), port, profile)
     assert port.time < 60.0
 
