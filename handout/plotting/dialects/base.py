@@ -57,6 +57,11 @@ class Conversation(ABC, Generic[Reply]):
         """How long it has been listened to so far, s by the port's clock."""
         return self._reader.time
 
+    @property
+    def since(self) -> float:
+        """When what it has said last had certainly not come in yet, s by the port's clock."""
+        return self._reader.since
+
     def read(self, patience: float) -> bytes:
         """The bytes that come in within `patience` s, as soon as there are any."""
         return self._reader.read(patience)
@@ -135,6 +140,11 @@ class BaseController(Controller):
     def proven(self) -> int:
         """How many commands were executed when the machine was last found right."""
         return self._proven
+
+    @property
+    def since(self) -> float:
+        """When it was listened to before, s by the port's clock."""
+        return self.conversation.since
 
     @property
     def patience(self) -> float:

@@ -289,7 +289,8 @@ class _Stream:
 
     def _listen(self, report: StateReport) -> None:
         """Note what it says when it says it: by the time that a command is sent it may be old."""
-        self.observer.note(self._clock(), report.executed - self._before, report.place)
+        machine, first = self.controller, self._before
+        self.observer.note(self._clock(), report.executed - first, report.place, machine.since, machine.sent - first)
         if report.queued is not None:
             self._watch_queue(report.queued, report.taken - self._before)
 
