@@ -66,20 +66,19 @@ class TimedReader:
     Attributes
     ----------
     time : s so far. A read that returns nothing has waited for its whole time; for any other the clock is asked.
-    since : s by the port's clock, when the last bytes had certainly not come in yet: the end of the read before.
+    since : s by the port's clock, when the last bytes had certainly not come in yet: the beginning of the read before.
     """
 
     def __init__(self, port: Port) -> None:
         self.port, self.time = port, 0.0
         self._clock = clock_of(port)
-        self.since = self._ended = self._clock()
+        self.since = self._begun = self._clock()
 
     def read(self, timeout: float) -> bytes:
         """What has come in; waits up to `timeout` s for a first byte."""
-        before, self.since = self._clock(), self._ended
+        self.since, self._begun = self._begun, self._clock()
         data = self.port.read(timeout)
-        self._ended = self._clock()
-        self.time += self._ended - before if data else timeout
+        self.time += self._clock() - self._begun if data else timeout
         return data
 
 

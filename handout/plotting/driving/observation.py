@@ -7,8 +7,8 @@ delay does not shrink, and a later answer's upper bound holds for all before it.
 
 Time was lost only where the bounds leave no other way: the delay is taken to grow no more and no sooner than it must.
 That is a rest if it grows much at once, slow going if it grows a little everywhere.  How far the upper bound is above
-it at the end of a stroke is what may have been lost unnoticed: `Observation.least_s`.  Not seen either are rests before the first or after the
-last answer of a stroke; two rests between the same two answers count as one.
+it at the end of a stroke is what may have been lost unnoticed: `Observation.least_s`.  Not seen either are rests before
+the first or after the last answer of a stroke; two rests between the same two answers count as one.
 
 Source: own method.
 """
@@ -34,7 +34,8 @@ _UNUSUAL = 6.0  # times the usual loss make a rest
 _FINE = 17  # samples of a move between which its place is interpolated
 _NEAR = 0.03  # mm by which a reported place may be off: steps, and rounded digits
 _GAIN = 0.005  # s that a machine may gain on its plan between two answers
-_JOINED = 0.25  # of a rest: a loss that belongs to the rest beside it, for a machine has to start anew after one
+# a loss of so much of a rest belongs to the rest so few answers before it: a machine has to start anew after one
+_JOINED, _BESIDE = 0.25, 2
 _MANY = 3  # answers within strokes: with fewer nothing can be said
 
 Place = tuple[float, float]
@@ -70,8 +71,10 @@ class Observation:
 
     unknown : why nothing can be said; then the fields below are empty.
     rests : within strokes, in order.
-    least_s : shorter rests may have been missed, s, or are not certain; every_s : median time between two answers in a stroke, s.
-    correlation : of executed with planned speeds at the same times; None if no stroke is long enough.
+    least_s : shorter rests may have been missed, or are not certain, s; every_s : median time between two answers in a
+        stroke, s.
+    correlation : of executed with planned speeds at the same times; None if no stroke is long enough;
+        least_correlation : the same if as much time was lost as the answers allow.
     stretched : duration of the strokes over their planned duration.
     executed : the predicted strokes with the observed delays; None if nothing was observed.
     """
@@ -81,6 +84,7 @@ class Observation:
     least_s: float = REST
     every_s: float = 0.0
     correlation: float | None = None
+    least_correlation: float | None = None
     stretched: float = 1.0
     executed: Drawing | None = None
 
@@ -125,32 +129,41 @@ class Observer:
         """
         if unknown:
             return Observation(unknown)
-        if not (self._answers and self.plan.toolpath.draws.any()):
+        plan, toolpath = self.plan, self.plan.toolpath
+        if not (self._answers and toolpath.draws.any()):
             return Observation("The strokes are too short for the plotter's answers.")
         since, time = (np.array([getattr(answer, name) for answer in self._answers]) for name in ("since", "time"))
         stroke, low, high = self._reached()
         drawn = stroke >= 0
         if np.count_nonzero(drawn) < _MANY:
             return Observation("The strokes are too short for the plotter's answers.")
-        delays, apart, lost, unsure = dict[int, tuple[Array, Array]](), list[Array](), list[Array](), 0.0
+        delays, bounds = dict[int, tuple[Array, Array]](), dict[int, tuple[Array, Array]]()
+        apart, lost, unsure = list[Array](), list[Array](), 0.0
         for number in np.unique(stroke[drawn]).tolist():
             within = np.flatnonzero(stroke == number)
             at = np.arange(within[0], _next(stroke, within[-1]))  # answers up to the next stroke bound the delay too
             most = np.minimum.accumulate((time[at] - low[at])[::-1])[::-1][within - within[0]]
-            delay = _least_delay(since[within] - high[within], most)
-            delays[number] = np.maximum.accumulate(0.5 * (low + high)[within]), delay - delay[0]
+            drawn_rows = np.flatnonzero(toolpath.draws & (toolpath.stroke == number))
+            end = float(plan.starts[drawn_rows[-1]] + plan.motion.duration[drawn_rows[-1]])
+            # what may lie behind the stroke tells nothing of a loss within it
+            least = np.where(high[within] <= end + 1e-9, since[within] - high[within], -np.inf)
+            delay = _least_delay(least, most)
+            where = np.maximum.accumulate(0.5 * (low + high)[within])
+            delays[number], bounds[number] = (where, delay - delay[0]), (where, most - most[0])
             unsure = max(unsure, float(most[-1] - delay[-1]))
             apart.append(np.diff(time[within]))
             lost.append(np.diff(delay))
         usual = float(np.percentile(np.append(np.concatenate(lost), 0.0), _USUAL))
-        least = max(REST, _UNUSUAL * usual, unsure)
-        rests = [rest for number, delay in delays.items() for rest in self._rests(number, *delay, least)]
+        shortest = max(REST, _UNUSUAL * usual, unsure)
+        rests = [rest for number, delay in delays.items() for rest in self._rests(number, *delay, shortest)]
         every, intended, executed = np.concatenate(apart), self.plan.intended(), self._drawing(delays)
+        correlation, other = (fidelity.timed(intended, one) for one in (executed, self._drawing(bounds)))
         return Observation(
             rests=tuple(rests),
-            least_s=least,
+            least_s=shortest,
             every_s=float(np.median(every)) if every.size else 0.0,
-            correlation=fidelity.timed(intended, executed),
+            correlation=correlation,
+            least_correlation=None if correlation is None or other is None else min(correlation, other),
             stretched=fidelity.stretched(intended, executed),
             executed=executed,
         )
@@ -163,10 +176,11 @@ class Observer:
         words = self.plan.drawing.about.get("words") or []
         text = str(words[word]) if 0 <= word < len(words) else ""
         rests: list[Rest] = []
-        last = -2
+        last = -_BESIDE - 1
         for at in np.flatnonzero(lost > _JOINED * least).tolist():
-            if rests and at == last + 1:
-                rests[-1] = rests[-1]._replace(seconds=rests[-1].seconds + float(lost[at]))
+            if rests and at <= last + _BESIDE:
+                more = float(delay[at + 1] - delay[last + 1])
+                rests[-1] = rests[-1]._replace(seconds=rests[-1].seconds + more)
             else:
                 rests.append(Rest(number, word, text, max(float(where[at + 1]) - begin, 0.0), float(lost[at])))
             last = at
@@ -193,7 +207,8 @@ class Observer:
                 most = min(float(high[at]), answer.time - delay) + _GAIN
                 (move, gone), *ends = self._passes(behind, int(row[at]), np.array(answer.place), most)
                 low[at], high[at] = ends
-                if left[move] - gone <= _NEAR:  # it has stopped to lift the pen
+                if toolpath.stroke[move] != before or not toolpath.draws[move] or left[move] - gone <= _NEAR:
+                    # it may be past the stroke, or has stopped to lift the pen
                     stroke[at] = -1
             delay = max(delay, answer.since - float(high[at]))
         low = np.maximum.accumulate(low)
@@ -202,8 +217,8 @@ class Observer:
     def _passes(self, behind: Array, row: int, place: Array, most: float) -> tuple[tuple[int, float], float, float]:
         """The plan's times, no later than `most`, between which the pen may be at a place.
 
-        Lines cross and retrace themselves; and a place is known to some hundredths of a millimetre, which a slow pen
-        takes long to cross.
+        Lines cross and retrace themselves, and the lifted pen crosses them; and a place is known to some hundredths of
+        a millimetre, which a slow pen takes long to cross.
 
         behind : (n + 1,) mm, length of the path before each move; row : the first that may have been under way.
 
@@ -213,19 +228,18 @@ class Observer:
             The last move that passes the place in time and how far it has come then, mm; the times, s.
         """
         plan, toolpath = self.plan, self.plan.toolpath
-        many = int(np.argmax(np.append(toolpath.stroke[row:] != toolpath.stroke[row], True)))
-        rows = np.arange(row, row + max(int(np.searchsorted(plan.starts[row : row + many], most)), 1))
+        rows = np.arange(row, max(int(np.searchsorted(plan.starts[: len(toolpath.kind)], most)), row + 1))
         begin, end = toolpath.points[rows, :2], toolpath.points[rows + 1, :2]
         length = np.maximum(np.hypot(*(end - begin).T), 1e-9)
         gone = np.clip(((place - begin) * (end - begin)).sum(axis=1) / length, 0.0, length)
         off = np.hypot(*(begin + (gone / length)[:, None] * (end - begin) - place).T)
         near = [(int(rows[at]), float(gone[at])) for at in np.flatnonzero(off <= _NEAR)] or [(row, 0.0)]
         near = [at for at in near if float(plan.starts[at[0]]) + self._since(*at) <= most] or near[:1]
-        span = behind[rows[0]], behind[row + many]
+        span = behind[row], behind[rows[-1] + 1]
         times = []
         for (move, come), way in ((near[0], -_NEAR), (near[-1], _NEAR)):
             along = float(np.clip(behind[move] + come + way, *span))
-            move = int(np.clip(np.searchsorted(behind, along, side="right") - 1, row, row + many - 1))
+            move = int(np.clip(np.searchsorted(behind, along, side="right") - 1, row, rows[-1]))
             times.append(float(plan.starts[move]) + self._since(move, along - float(behind[move])))
         return near[-1], times[0], times[1]
 
@@ -246,10 +260,12 @@ class Observer:
 def _least_delay(least: Array, most: Array) -> Array:
     """(n,) s, a delay that never shrinks, between bounds, and grows no more and no sooner than it must; but where it
     has grown by a rest, by as much as it may have, for answers are seldom late."""
-    delay = most.copy()
+    delay, beside = most.copy(), 0
     for at in range(1, len(most)):
         must = min(max(delay[at - 1], least[at]), most[at])
-        delay[at] = most[at] if must - delay[at - 1] > REST else must
+        grown = must - delay[at - 1]
+        beside = _BESIDE if grown > REST else beside - 1
+        delay[at] = most[at] if grown > 0.0 and beside >= 0 else must
     return delay
 
 
