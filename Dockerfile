@@ -2,6 +2,7 @@
 FROM python:3.13-slim AS build
 COPY pyproject.toml README.md LICENSE /src/
 COPY handout /src/handout
+COPY handout_lab /src/handout_lab
 COPY devices /src/devices
 COPY calibration /src/calibration
 COPY styles /src/styles

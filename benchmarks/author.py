@@ -50,10 +50,10 @@ from benchmarks.likeness import house_page, real_pages
 from benchmarks.parts import write as written_in_parts
 from handout.hand.scanned import ScannedHand
 from handout.prompting.corpus import shipped
-from handout.score.comparison import closeness, rank_writers
-from handout.score.features import Distance, LineFeatures, PageFeatures, full_lines, mean, measure_lines, pool_lines
-from handout.score.repetition import repetition
-from handout.score.two_sample import TwoSample, together, two_sample
+from handout_lab.score.comparison import closeness, rank_writers
+from handout_lab.score.features import Distance, LineFeatures, PageFeatures, full_lines, mean, measure_lines, pool_lines
+from handout_lab.score.repetition import repetition
+from handout_lab.score.two_sample import TwoSample, together, two_sample
 
 AUTHORS = ("cvl/0013_1", "cvl/0012_1", "csafe/w0238_s01_pLND_r01", "csafe/w0180_s01_pWOZ_r01")
 SHIPPED = ("house-joined-ballpoint", "house-print-fountain")

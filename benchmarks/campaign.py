@@ -42,9 +42,9 @@ from handout.printing.rows import Row
 from handout.printing.several import Several
 from handout.profiles import Printer
 from handout.simulated.plotter import NetworkedPlotter
-from handout.simulated.plotter.ink_comparison import SLACK, compare
 from handout.simulated.plotter.options import Options as Simulated
 from handout.values import Drawing, Page, Raster, Stroke
+from handout_lab.ink_comparison import SLACK, compare
 
 MACHINES = (EVERY[0], EVERY[5], EVERY[8], *KLIPPER[:3], *NETWORK, *NEWEST)  # first a GRBL, a Marlin and an EBB
 PRINTERS = 2

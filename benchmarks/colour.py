@@ -24,8 +24,9 @@ from handout.colour.patches import Patches
 from handout.colour.reading import read
 from handout.colour.reading.scan_files import Scan
 from handout.colour.table import ColourTable, apply, build
-from handout.simulated.printer import Flatbed, Inkjet, Measured
+from handout.simulated.printer import Flatbed, Inkjet
 from handout.values import Array, Raster
+from handout_lab.offset_press import Measured
 
 Printer = Callable[[Array], Array]
 NOISES = ("0", "0.25", "1", "8-bit")  # of patch means, in 1/255; rounded to 8 bits

@@ -20,12 +20,12 @@ from handout.hand.library import load
 from handout.hand.scanned import ScannedHand
 from handout.inking.pen import usual
 from handout.page_sizes import page
-from handout.simulated.author import ground_truth_score, page_score
-from handout.simulated.author.simulate import Desk, simulate
 from handout.tagging.page_tagging import hand_of_pages, tag_page
 from handout.tagging.relearning import correct
 from handout.values import Indices
 from handout.writing.layout import Layout
+from handout_lab.author import ground_truth_score, page_score
+from handout_lab.author.simulate import Desk, simulate
 
 COUNTS = (5, 10, 20)
 _COMMON = 0.6  # of the line, from which a letter is right

@@ -20,9 +20,9 @@ from benchmarks import faults
 from benchmarks.faults import MACHINES, Desk, Endless, Extent, Machine, Run, profile_of
 from handout.errors import HandoutError
 from handout.plotting.driving.driver import connect
-from handout.simulated.plotter.ink_comparison import SLACK
 from handout.simulated.plotter.options import Options as Simulated
 from handout.values import Drawing
+from handout_lab.ink_comparison import SLACK
 
 KINDS = (
     "lost-byte", "flipped-byte", "doubled-byte", "changed-byte", "lost-answer", "flipped-answer", "changed-answer",

@@ -53,11 +53,11 @@ from handout.plotting.jobs.job import Options as JobOptions
 from handout.plotting.planning.hooking import without_pots
 from handout.profiles import Hooks, Length, Plotter
 from handout.simulated.plotter import NetworkedPlotter, SimulatedPlotter
-from handout.simulated.plotter.ink_comparison import SLACK, InkComparison, compare
 from handout.simulated.plotter.options import ANSWER_FAULTS, BYTE_FAULTS, Faults
 from handout.simulated.plotter.options import Options as Simulated
 from handout.simulated.plotter.port import Clock
 from handout.values import Drawing
+from handout_lab.ink_comparison import SLACK, InkComparison, compare
 
 OVERLAP = 10.0  # mm
 _TRIES = 12  # times that a person goes on with a job

@@ -25,11 +25,11 @@ from handout.hand.scanned import ScannedHand, ScannedPage
 from handout.scanning.scan import Scan
 from handout.scanning.text_lines import line_owners
 from handout.scanning.written_page import WrittenPage, read_page
-from handout.score.features import LineFeatures, measure_lines
-from handout.score.repetition import repetition
-from handout.score.written_lines import read_page as read_grey
 from handout.tagging.line_space import frames
 from handout.tagging.page_tagging import hand_of_pages, tag_page, with_transcript_lines
+from handout_lab.score.features import LineFeatures, measure_lines
+from handout_lab.score.repetition import repetition
+from handout_lab.score.written_lines import read_page as read_grey
 
 AROUND = 0.5  # mm of paper that go with the ink of a line
 

@@ -21,9 +21,9 @@ from handout.inking import pens
 from handout.inking.pen import usual
 from handout.motion.trace import trace
 from handout.page_sizes import page
-from handout.score.written_lines import read_page
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
+from handout_lab.score.written_lines import read_page
 
 GOALS = {"house-print": 0.10, "house-joined": 0.15, "house-quick": 0.15}
 TEXT = (Path(__file__).parent / "three-hundred-words.txt").read_text(encoding="utf-8").strip()

@@ -18,10 +18,10 @@ import numpy as np
 from benchmarks.haines_2016 import by_chain
 from benchmarks.reading import HANDS, PENS, written
 from handout.scanning.written_page import WrittenPage
-from handout.simulated.author import page_score
-from handout.simulated.author.truth import Simulated
 from handout.tagging.alignment import Method
 from handout.tagging.page_tagging import tag_page
+from handout_lab.author import page_score
+from handout_lab.author.truth import Simulated
 
 RESOLUTIONS = (300, 600)
 LETTERS, SPLITS = 0.97, 0.95  # goals

@@ -26,14 +26,14 @@ from handout.inking import pens
 from handout.inking.pen import PENS, usual
 from handout.motion.trace import trace
 from handout.page_sizes import page
-from handout.score.comparison import own_nearest
-from handout.score.features import Distance, PageFeatures, distance, least, page_features
-from handout.score.repetition import repetition
-from handout.score.statistics import PageStatistics, page_statistics
-from handout.score.written_lines import find_lines, ink, read_page
 from handout.values import Drawing
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
+from handout_lab.score.comparison import own_nearest
+from handout_lab.score.features import Distance, PageFeatures, distance, least, page_features
+from handout_lab.score.repetition import repetition
+from handout_lab.score.statistics import PageStatistics, page_statistics
+from handout_lab.score.written_lines import find_lines, ink, read_page
 
 HANDS = ("house-joined", "house-quick", "house-print")
 SEEDS = (1, 2)

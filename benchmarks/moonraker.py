@@ -42,8 +42,8 @@ from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.job import Options
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
-from handout.simulated.plotter.ink_comparison import compare
 from handout.values import Drawing
+from handout_lab.ink_comparison import compare
 
 _STANDS = (960, 720, 0)  # steps from its switches at which the carriage stands at first
 _START = 60.0  # s that the programs may take to start

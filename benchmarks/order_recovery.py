@@ -61,14 +61,14 @@ from handout.motion.recovery.network import CostWeights, Ends, build_network, ch
 from handout.motion.recovery.traversal import beam_search
 from handout.page_sizes import page
 from handout.scanning.written_page import read_page
-from handout.simulated.author import page_score
-from handout.simulated.author.simulate import Desk, simulate
 from handout.tagging.page_tagging import hand_of_pages, tag_page
 from handout.values import Array, Glyph, Indices, Ink, Line, LineGraph, Manuscript, Page, Placed
 from handout.writing.bending import unbent
 from handout.writing.joining import set_line
 from handout.writing.layout import Layout
 from handout.writing.scanned_words import layout_model
+from handout_lab.author import page_score
+from handout_lab.author.simulate import Desk, simulate
 
 TEXT = (
     "Dear Max, the parcel came on Tuesday, quite dry in spite of the rain. Both jars were whole! We have put six of "

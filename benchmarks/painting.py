@@ -283,9 +283,9 @@ def simulated() -> WrittenPage:
     from handout.hand.library import load
     from handout.inking.pen import usual
     from handout.page_sizes import page
-    from handout.simulated.author import page_score
-    from handout.simulated.author.simulate import Desk, simulate
     from handout.writing.layout import Layout
+    from handout_lab.author import page_score
+    from handout_lab.author.simulate import Desk, simulate
 
     layout = Layout(page("A6"), x_height=2.2, fit=True)
     desk = Desk(usual("ballpoint"), layout=layout)

@@ -23,10 +23,10 @@ from handout.inking.pen import usual
 from handout.page_sizes import page
 from handout.scanning.scan import Scan
 from handout.scanning.written_page import WrittenPage, read_page
-from handout.simulated.author import ground_truth_score
-from handout.simulated.author.simulate import Desk, simulate
-from handout.simulated.author.truth import Simulated
 from handout.writing.layout import Layout
+from handout_lab.author import ground_truth_score
+from handout_lab.author.simulate import Desk, simulate
+from handout_lab.author.truth import Simulated
 
 PENS = ("ballpoint", "fineliner", "fountain", "pencil")
 HANDS = ("house-joined", "house-quick")

@@ -25,10 +25,10 @@ from handout.hand import file, library
 from handout.hand.drawn import Hand
 from handout.hand.scanned import ScannedHand
 from handout.motion.trace import trace
-from handout.reading import pen_paths
 from handout.values import Array, Page
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
+from handout_lab.reading import pen_paths
 
 TEXT = (Path(__file__).parent / "three-hundred-words.txt").read_text(encoding="utf-8")
 WORDS = 120  # of the text, which is enough for a standard error of .02

@@ -24,14 +24,13 @@ from numpy.typing import NDArray
 from handout.errors import InputError
 from handout.prompting.sheet_layout import PAPERS
 from handout.scanning.pdf_pages import drawn_page
-from handout.simulated import participant
-from handout.simulated.participant import Participant
 from handout.simulated.printer import Inkjet
 from handout.simulated.scanner import Flatbed
-from handout.study import answers, design, scoring, sheets
-from handout.study.design import Key, Person, Snippet
-from handout.study.figure import figure
-from handout.study.snippets import Picture
+from handout_lab.study import answers, design, participant, scoring, sheets
+from handout_lab.study.design import Key, Person, Snippet
+from handout_lab.study.figure import figure
+from handout_lab.study.participant import Participant
+from handout_lab.study.snippets import Picture
 
 SLIPS = 0.12  # of rows that are marked otherwise than asked
 PRINTED_DPI = 300.0
@@ -143,7 +142,7 @@ def whole(folder: Path, skill: float) -> None:
     """A study that `handout study make --about` made, from the paper to its figures."""
     from PIL import Image
 
-    from handout.pipeline import study as pipeline
+    from handout_lab.pipeline import study as pipeline
 
     data = (folder / "study.key").read_bytes()
     made, name, pdf = design.opened(folder / "study.key"), design.name_of(data), (folder / "sheets.pdf").read_bytes()

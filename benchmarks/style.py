@@ -32,11 +32,11 @@ from handout.motion.styles.style import Style, find
 from handout.motion.styles.targets import letter_height
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
 from handout.pipeline.writing import drawings
-from handout.reading import pen_paths
 from handout.sinks import write_drawings
 from handout.sources import read_drawing
-from handout.training.styles import tags, written
 from handout.values import Array, Drawing, Page, Stroke
+from handout_lab.reading import pen_paths
+from handout_lab.training.styles import tags, written
 
 _TAGS = ("fast-tag", "blackletter", "calm")
 _WORDS = 60  # that are restyled and read

@@ -45,12 +45,12 @@ from handout.hand.library import load
 from handout.hand.scanned import ScannedHand
 from handout.inking.pen import usual
 from handout.page_sizes import page
-from handout.simulated.author import ground_truth_score, page_score
-from handout.simulated.author.simulate import Desk, simulate
-from handout.simulated.author.truth import Simulated
 from handout.tagging.page_tagging import hand_of_pages, tag_page
 from handout.values import Array, Indices
 from handout.writing.layout import Layout
+from handout_lab.author import ground_truth_score, page_score
+from handout_lab.author.simulate import Desk, simulate
+from handout_lab.author.truth import Simulated
 
 TEXT = (
     "Dear Max, the parcel came on Tuesday, quite dry in spite of the rain. Both jars were whole! We have put six of "

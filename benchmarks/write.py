@@ -22,10 +22,10 @@ from handout.motion.trace import trace
 from handout.page_sizes import page
 from handout.pipeline.options import PictureOptions, WritingOptions
 from handout.pipeline.writing import drawings, write
-from handout.score.repetition import components, repetition
 from handout.values import Drawing
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
+from handout_lab.score.repetition import components, repetition
 
 GOAL_SECONDS = 1.0
 GOAL_START = 0.15

@@ -13,10 +13,10 @@ from PIL import Image
 import handout
 from handout.inking.papers import Paper
 from handout.inking.pen import Pen
-from handout.simulated.author.old_paper import old_sheet
-from handout.simulated.author.simulate import Desk, simulate
 from handout.simulated.scanner import Flatbed
 from handout.values import Drawing, Stroke
+from handout_lab.author.old_paper import old_sheet
+from handout_lab.author.simulate import Desk, simulate
 
 FRONT = (
     "My dear Sister, your letter of the ninth came this morning with the carrier, and I answer at once. "

@@ -17,6 +17,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
+from handout.summary import show_by
+
 __version__ = "0.1.0"
 
 _PUBLIC = {
@@ -59,7 +61,6 @@ _PUBLIC = {
     "restyle": "handout.motion.styles.restyling",
     "resume": "handout.pipeline.plotting",
     "run": "handout.plotting",
-    "score": "handout.pipeline.scoring",
     "show_pose": "handout.pipeline.poses",
     "trace": "handout.motion.trace",
     "write": "handout.pipeline.writing",
@@ -67,6 +68,9 @@ _PUBLIC = {
 }
 
 __all__ = ["__version__", *_PUBLIC]
+
+
+show_by(lambda kind, value: getattr(import_module("handout.pipeline.notebook"), kind)(value))
 
 
 def __getattr__(name: str) -> Any:

@@ -62,8 +62,8 @@ def parse(data: bytes, what: str, *, doctype: bool = False) -> ElementTree.Eleme
     parser.StartDoctypeDeclHandler = declared
     try:
         parser.Parse(data, True)
-    except expat.ExpatError as error:
-        raise InputError(f"This is not {what}: {error}.") from error
+    except (expat.ExpatError, LookupError) as error:  # not well-formed, or in an encoding that nobody knows
+        raise InputError(f"This is not {what}: {str(error)[:80]}.") from error
     return builder.close()
 
 

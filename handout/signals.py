@@ -142,6 +142,14 @@ def orderly() -> Iterator[None]:
             signal.signal(number, handler)
 
 
+def ignore() -> None:
+    """Hear no more signals while the last words are said, nor Ctrl-C until the program has ended: a traceback else."""
+    if threading.current_thread() is threading.main_thread():
+        for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+            if (number := getattr(signal, name, None)) is not None:
+                signal.signal(number, signal.SIG_IGN)
+
+
 def _stop(number: int, _frame: FrameType | None) -> None:
     raise Stopped(number)
 

@@ -1,13 +1,35 @@
-"""The `__repr__` of values that hold arrays or many parts: one line."""
+"""How values show themselves: those that hold arrays or many parts as one line, and in notebooks as pictures."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Set
+from collections.abc import Callable, Mapping, Set
 from typing import Any
 
 _LONGEST = 40  # characters of a text, or of a part, that are shown
 _FEW = 4  # numbers that are shown rather than counted
+
+_painters: list[Callable[[str, Any], Any]] = []  # one at most
+
+
+def show_by(painter: Callable[[str, Any], Any]) -> None:
+    """Say what draws values for notebooks: called with ``"svg"`` or ``"png"`` and the value, it gives str or bytes.
+
+    The package itself says so (`handout/__init__.py`): values know nothing of the rooms that draw.
+    """
+    _painters[:] = [painter]
+
+
+def as_svg(value: Any) -> str | None:
+    """A value as a notebook shows it; the `_repr_svg_` of those that have one."""
+    svg: str | None = _painters[0]("svg", value)
+    return svg
+
+
+def as_png(value: Any) -> bytes | None:
+    """The same as pixels; `_repr_png_`."""
+    png: bytes | None = _painters[0]("png", value)
+    return png
 
 
 def one_line(value: Any) -> str:

@@ -42,6 +42,7 @@ class Angle(float):
     """rad, written as ``"40deg"``."""
 
 
+_GREATEST_WHOLE = 2**64  # a seed may be as large
 # kind of quantity, and a unit to show in an error message
 _KINDS: dict[type, tuple[str, str]] = {
     Length: ("length", "mm"),
@@ -62,10 +63,41 @@ def loaded(path: Path, what: str, error: type[InputError] = InputError) -> dict[
     what : what the file should be, for the message, such as "a style"; error : raised where it cannot be read as that.
     """
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as reason:
+        return parsed(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as reason:
         problem = getattr(reason, "strerror", None) or str(reason)
         raise error(f"{path}: cannot be read as {what}: {problem}.") from reason
+
+
+def parsed(text: str) -> dict[str, Any]:
+    """The values of the text of a TOML file.
+
+    Raises
+    ------
+    ValueError
+        Not TOML (`tomllib.TOMLDecodeError`); with its key a fraction that is not finite or beyond `units.GREATEST`, or
+        a whole number of more than 64 bits.
+    """
+    try:
+        values = tomllib.loads(text)
+    except RecursionError as error:
+        raise ValueError("it is nested too deep") from error
+    _check_numbers(values, "")
+    return values
+
+
+def _check_numbers(value: object, key: str) -> None:
+    match value:
+        case dict():
+            for name, each in value.items():
+                _check_numbers(each, f"{key}.{name}" if key else name)
+        case list():
+            for each in value:
+                _check_numbers(each, key)
+        case float() if not abs(value) <= units.GREATEST:
+            raise ValueError(f"{key} = {value:g} is no number that can be used: it is beyond {units.GREATEST:g}")
+        case int() if abs(value) >= _GREATEST_WHOLE:
+            raise ValueError(f"{key} is a whole number of more than 64 bits")
 
 
 def converted(values: Mapping[str, Any], kind: type[T]) -> T:

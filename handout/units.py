@@ -17,6 +17,7 @@ _UNITS: dict[str, dict[str, float]] = {
     "speed": {"mm/s": 1.0, "mm/min": 1 / 60, "m/s": 1000.0, "in/s": 25.4, "in/min": 25.4 / 60},
     "acceleration": {"mm/s2": 1.0, "mm/s²": 1.0, "m/s2": 1000.0, "m/s²": 1000.0},
 }
+GREATEST = 1e9  # of any quantity, in its first unit, and of any number in a file of settings; set by eye
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s].*?)?\s*\Z")
 
 
@@ -45,8 +46,8 @@ def parse(text: str, kind: str, what: str = "value", default: str | None = None)
     if match is None or unit not in units:
         raise InputError(f"{what}: {text!r} is not a {kind}; write a number with one of {', '.join(units)}.")
     value = float(match.group(1)) * units[unit]
-    if not math.isfinite(value):
-        raise InputError(f"{what}: {text!r} is not a finite {kind}.")
+    if not abs(value) <= GREATEST:
+        raise InputError(f"{what}: {text[:40]!r} is too large: no {kind} is beyond {GREATEST:g} {next(iter(units))}.")
     return value
 
 

@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from handout import notebook
-from handout.summary import one_line
+from handout.summary import as_png, as_svg, one_line
 
 Array = NDArray[np.float64]
 POSE = ("pressure", "tilt", "azimuth", "rotation")  # what a pen may record of how it is held, sample by sample
@@ -163,7 +162,7 @@ class Drawing:
     timed: bool = True
     beneath: Callable[[NDArray[np.uint8], float], NDArray[np.uint8]] | None = field(default=None, repr=False)
 
-    __repr__ = one_line
+    __repr__, _repr_svg_, _repr_png_ = one_line, as_svg, as_png
 
     @property
     def duration(self) -> float:
@@ -192,12 +191,6 @@ class Drawing:
         xy = np.concatenate(places)
         return (*xy.min(axis=0).tolist(), *xy.max(axis=0).tolist())
 
-    def _repr_svg_(self) -> str | None:
-        return notebook.drawing_svg(self)
-
-    def _repr_png_(self) -> bytes | None:
-        return notebook.drawing_png(self)
-
 
 @dataclass(frozen=True, eq=False)
 class Raster:
@@ -214,7 +207,7 @@ class Raster:
     origin: tuple[float, float] = (0.0, 0.0)
     rows: tuple[int, int] | None = None
 
-    __repr__ = one_line
+    __repr__, _repr_png_ = one_line, as_png
 
     def __post_init__(self) -> None:
         rgba = np.asarray(self.rgba, dtype=np.float32)
@@ -223,9 +216,6 @@ class Raster:
         rgba = rgba.view()
         rgba.flags.writeable = False
         object.__setattr__(self, "rgba", rgba)
-
-    def _repr_png_(self) -> bytes:
-        return notebook.raster_png(self)
 
 
 @dataclass(frozen=True, eq=False)

@@ -38,8 +38,8 @@ os.fsync = _no_sync
 # with xdist, what these make for all their tests, which takes seconds, is made once and not in every process; and the
 # name service that ippeveprinter needs runs but once on a machine
 _TOGETHER = (
-    "calibrating", "colour", "inking/test_brushes.py", "printing/test_ippeveprinter.py", "reading", "score",
-    "simulated/author", "web", "tagging/test_alignment.py", "tagging/test_page_tagging.py",
+    "calibrating", "colour", "inking/test_brushes.py", "lab/author", "lab/score",
+    "printing/test_ippeveprinter.py", "reading", "web", "tagging/test_alignment.py", "tagging/test_page_tagging.py",
 )  # fmt: skip
 # which parse it once, or build it
 _OF_THE_CODE = ("tests/test_architecture.py", "tests/test_house.py", "tests/test_wheel.py")
@@ -106,8 +106,8 @@ def small_scan(tmp_path_factory):
 
     from handout.hand.library import load
     from handout.page_sizes import page
-    from handout.simulated.author.simulate import Desk, simulate
     from handout.writing.layout import Layout
+    from handout_lab.author.simulate import Desk, simulate
 
     layout = Layout(page("90x50mm"), (6.0, 6.0, 6.0, 6.0), x_height=2.2)
     made = simulate(WRITTEN, load("house-joined"), Desk(layout=layout), rng=np.random.default_rng(5))

@@ -1,13 +1,14 @@
 """Draws the rooms of the program and the arrows between them into docs/architecture.md: python tests/house_map.py
 
-The two parts between markers are made from the code itself; `test_house_map.py` fails when they are out of date.
+The parts between markers are made from the code itself; `test_house_map.py` fails when they are out of date.
 """
 
 import ast
+import re
 from graphlib import TopologicalSorter
 from pathlib import Path
 
-from test_architecture import DOORS, GROUND, MAY, PACKAGE, arrows, door, parsed
+from test_architecture import DOORS, GROUND, LAB, MAY, PACKAGE, arrows, door, parsed
 
 DOCUMENT = PACKAGE.parent / "docs" / "architecture.md"
 
@@ -16,7 +17,7 @@ def rooms() -> dict[str, set[str]]:
     """Each room, and the rooms that its files import; the ground floor, which all import, is left out."""
     graph: dict[str, set[str]] = {}
     for file, home, to in arrows():
-        if home in GROUND or home.startswith("__") or door(file, to):
+        if home in GROUND or "__" in home or home == "lab." or door(file, to):
             continue
         graph.setdefault(home, set())
         if to != home and to not in GROUND:
@@ -40,10 +41,10 @@ def mermaid() -> str:
     """The graph of the rooms as a Mermaid drawing: who imports, above; who is imported, below."""
     graph = reduced(rooms())
     lines = [f"    {room} --> {to}" for room in sorted(graph) for to in sorted(graph[room])]
-    # no import shows that plotting/connections.py loads a simulated machine by its name
-    doors = {"plotting", *(Path(file).parts[0] for file in DOORS)}
+    doors = {Path(file).parts[1] for file, to in DOORS.items() if to == "simulated"}
     lines += [f"    {room} -. sim .-> simulated" for room in sorted(doors)]
     lonely = [f"    {room}" for room in sorted(graph) if not graph[room] and not any(room in t for t in graph.values())]
+    lines = [re.sub(r"\blab\.", "lab_", line) for line in lines]  # what mermaid takes for names
     return "\n".join(["```mermaid", "graph TD", *lines, *lonely, "```", "", *table()])
 
 
@@ -59,43 +60,16 @@ def said(path: Path) -> str:
     return text.split("\n\n")[0].replace("\n", " ").strip()
 
 
-def defined(path: Path) -> list[str]:
-    """The public functions, classes and tables that a file defines."""
-    if not path.is_file():
-        return []
-    body = parsed(path).body
-    names = [node.name for node in body if isinstance(node, ast.FunctionDef | ast.ClassDef)]
-    for node in body:
-        targets = (
-            node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AnnAssign) else []
-        )
-        names += [target.id for target in targets if isinstance(target, ast.Name)]
-    return [name for name in names if not name.startswith("_")]
-
-
-def index() -> str:
-    """Every file with what is in it, room after room; of a room's `__init__.py` what it says of the room."""
-    lines = []
-    folders = [
-        PACKAGE,
-        *sorted({path.parent for path in PACKAGE.rglob("*.*") if path.is_file() and path.suffix != ".pyc"} - {PACKAGE}),
-    ]
-    for folder in folders:
-        name = folder.relative_to(PACKAGE.parent).as_posix()
-        head = said(folder / "__init__.py") if (folder / "__init__.py").is_file() else "Data that the room above loads."
-        lines += ["", f"**{name}/** {head}", ""]
-        files = sorted(path for path in folder.iterdir() if path.is_file() and not path.name.startswith("__"))
-        code = ", ".join(f"`{name}`" for name in defined(folder / "__init__.py"))
-        lines += [f"- `__init__.py` {code}"] if code else []
-        lines += [f"- `{path.name}` {said(path)}".rstrip() for path in files if path.suffix == ".py"]
-        data = ", ".join(f"`{path.name}`" for path in files if path.suffix != ".py")
-        lines += [f"- data: {data}"] if data else []
-    return "\n".join(lines).strip()
+def folders() -> str:
+    """Every folder of code with what its `__init__.py` says of it."""
+    found = sorted(path for package in (PACKAGE, LAB) for path in package.rglob("__init__.py"))
+    rows = [f"| `{path.parent.relative_to(PACKAGE.parent).as_posix()}/` | {said(path)} |" for path in found]
+    return "\n".join(["| folder | what is in it |", "|---|---|", *rows])
 
 
 def drawn(text: str) -> str:
     """The document with its made parts as the code is now."""
-    for name, part in (("graph", mermaid()), ("index", index())):
+    for name, part in (("graph", mermaid()), ("folders", folders())):
         head, rest = text.split(f"<!-- {name} -->\n")
         _, tail = rest.split(f"<!-- /{name} -->")
         text = f"{head}<!-- {name} -->\n{part}\n<!-- /{name} -->{tail}"

@@ -17,8 +17,8 @@ from handout.motion.styles import style_file
 from handout.plotting.jobs.journal import Journal
 from handout.plotting.jobs.places import Place
 from handout.sinks.drawing_json import to_json
-from handout.study.design import Item, Key, Person, Snippet, seal
 from handout.values import Drawing, Page, Stroke
+from handout_lab.study.design import Item, Key, Person, Snippet, seal
 
 CODE = ROOT / "examples" / "read_files.py"
 spec = importlib.util.spec_from_file_location("read_files", CODE)

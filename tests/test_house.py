@@ -6,9 +6,9 @@ from functools import cache
 from graphlib import CycleError, TopologicalSorter
 
 import pytest
-from test_architecture import PACKAGE, nodes_of, parsed, walked
+from test_architecture import LAB, PACKAGE, loaded, nodes_of, parsed, walked
 
-FILES = sorted(PACKAGE.rglob("*.py"))
+FILES = sorted([*PACKAGE.rglob("*.py"), *LAB.rglob("*.py")])
 BIBLIOGRAPHY = PACKAGE.parent / "docs" / "bibliography.md"
 BRANCHES = (ast.If, ast.For, ast.While, ast.IfExp, ast.ExceptHandler, ast.Assert, ast.match_case, ast.comprehension)
 FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
@@ -17,7 +17,7 @@ FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 @cache
 def functions() -> list[tuple[str, ast.FunctionDef]]:
     return [
-        (f"{path.relative_to(PACKAGE)}:{node.name}", node)
+        (f"{path.relative_to(PACKAGE.parent)}:{node.name}", node)
         for path in FILES
         for node in nodes_of(path)
         if isinstance(node, FUNCTIONS)
@@ -71,31 +71,36 @@ def silent_constants(text: str, tree: ast.Module) -> list[int]:
     return silent
 
 
+# a type that names another, which when it runs it need not know; everything else that two files share is in a third
+TYPES = {
+    ("handout.hand.protocol", "handout.hand.scanned"),
+    ("handout.plotting.dialect", "handout.plotting.planning.plan"),
+}
+
+
 def modules() -> dict[str, set[str]]:
-    """Each module, and the modules it imports when it runs; what is imported for types alone is left out."""
+    """Each module, and the modules it imports: at its head or in a function, by name, or for types alone.
+
+    The package itself is left out: it imports by name what is asked of it, and what draws its values for notebooks.
+    """
     names = {}
     for path in FILES:
         parts = path.relative_to(PACKAGE.parent).with_suffix("").parts
         names[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    del names["handout"]
     graph = {}
     for name, path in names.items():
-        typing = {
-            id(inner)
-            for node in nodes_of(path)
-            if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test)
-            for part in node.body
-            for inner in walked(part)
-        }
         imported = set()
         for node in nodes_of(path):
-            if id(node) in typing:
-                continue
             if isinstance(node, ast.ImportFrom) and node.module:
                 members = {f"{node.module}.{alias.name}" for alias in node.names}
                 imported |= {member if member in names else node.module for member in members}
             elif isinstance(node, ast.Import):
                 imported |= {alias.name for alias in node.names}
-        graph[name] = (imported & names.keys()) - {name}
+            elif (asked := loaded(node)) != "*":
+                pattern = re.escape(asked).replace(r"\*", r"[^.]*")
+                imported |= {other for other in names if re.fullmatch(pattern, other)} if asked else set()
+        graph[name] = {other for other in imported & names.keys() if (name, other) not in TYPES} - {name}
     return graph
 
 
@@ -136,7 +141,7 @@ def test_files_of_tests_have_names_of_their_own():
 
 def test_nothing_asks_for_the_class_of_a_hand():
     asking = [
-        f"{path.relative_to(PACKAGE)}:{node.lineno}"
+        f"{path.relative_to(PACKAGE.parent)}:{node.lineno}"
         for path in FILES
         for node in nodes_of(path)
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ("isinstance", "type")
@@ -153,7 +158,7 @@ def test_every_source_is_in_the_bibliography():
         for source in re.findall(r"Source: ((?:[^\n]+\n?){1,3})", path.read_text(encoding="utf-8")):
             words = re.findall(r"own method|none of the seeds|seed 00[0-4]|[A-Z][\w./:-]{2,}", source)
             if not any(word in listed or word in ("own method", "none of the seeds") for word in words):
-                unknown.append((str(path.relative_to(PACKAGE)), source.splitlines()[0]))
+                unknown.append((str(path.relative_to(PACKAGE.parent)), source.splitlines()[0]))
     assert unknown == []
 
 
@@ -162,5 +167,8 @@ def test_the_measures_can_fail():
         "def f(self, a, *, b=1):\n    '''Doc.'''\n    return a if a and b else [c for c in b if c]"
     ).body[0]
     assert (length(function), arguments(function), complexity(function)) == (2, 2, 5)
+    call = ast.parse("import_module(f'handout.motion.{name}')").body[0].value
+    assert (loaded(call), loaded(ast.parse("open('a')").body[0].value)) == ("handout.motion.*", "")
+    assert "handout.simulated.plotter" in modules()["handout.plotting.connections"], "by import_module, in a function"
     text = "A = 1\n# why\nB = 2\nC = (3, 4)\n\nD = 5  # why\nE = 'text'\n"
     assert silent_constants(text, ast.parse(text)) == [1]

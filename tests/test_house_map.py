@@ -14,7 +14,8 @@ def test_the_map_is_up_to_date():
 
 @pytest.mark.slow
 def test_every_room_and_file_says_what_it_is():
-    silent = [path for path in house_map.PACKAGE.rglob("*.py") if path.stat().st_size and not house_map.said(path)]
+    files = [path for package in (house_map.PACKAGE, house_map.LAB) for path in package.rglob("*.py")]
+    silent = [path for path in files if path.stat().st_size and not house_map.said(path)]
     assert silent == []
 
 
@@ -27,7 +28,7 @@ def test_arrows_that_others_imply_are_left_out_and_circles_are_not_drawn():
 def test_files_that_the_documents_name_are_there():
     """`room/file.py` in a document is the end of the path of a file of the checkout; capitals stand for any name."""
     root = house_map.PACKAGE.parent
-    folders = ("handout", "tests", "benchmarks", "devices", "docs", "examples", "calibration", "styles")
+    folders = ("handout", "handout_lab", "tests", "benchmarks", "devices", "docs", "examples", "calibration", "styles")
     paths = [path.relative_to(root).as_posix() for folder in folders for path in (root / folder).rglob("*.*")]
     named = {
         (document.name, name)

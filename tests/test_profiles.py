@@ -135,6 +135,8 @@ def edited(tmp_path, stem, old, new):
         (r'^down_time = "200ms"', 'down_time = "9s"', r"pen\.down_time = 9 is outside 0 to 5"),
         (r"^segment_rate = 100", "segment_rate = 4000", r"segment_rate = 4000 is outside 5 to 1000"),
         (r"^buffer = 128", "buffer = 8", r"port\.buffer = 8 is outside 32 to 65536"),
+        (r'^width = "300mm"', 'width = "1e12mm"', r"bed\.width: '1e12mm' is too large"),
+        (r"^segment_rate = 100", "segment_rate = inf", r"segment_rate = inf is no number that can be used"),
         (r'^dialect = "grbl"', 'dialect = "latin"', r"dialect: .*latin"),
         (r'^lift = "servo"', 'lift = "rope"', r"pen\.lift: .*rope"),
         (r"^down = 90", "down = 40", r"pen\.up and pen\.down are both 40"),

@@ -57,7 +57,7 @@ def test_verbs_that_the_text_names_are_there():
 
 def sentences() -> str:
     """All strings of the program, pieces of one sentence joined, what is filled in as …."""
-    texts = [path.read_text("utf-8") for path in (ROOT / "handout").rglob("*.py")]
+    texts = [path.read_text("utf-8") for path in ROOT.glob("handout*/**/*.py")]
     joined = (re.sub(r'"\s*\n\s*f?"', "", text) for text in texts)
     return "\n".join(re.sub(r"\{[^{}\n]*\}", "…", text) for text in joined)
 

@@ -77,6 +77,14 @@ def test_writes_from_another_folder(handout):
 
 
 @pytest.mark.slow
+def test_ships_the_verbs_of_the_laboratory(handout):
+    call, _, _ = handout
+    assert "study " in call("--help") and "\n  score " in call("--help")
+    assert call("study", "--help").startswith("Usage: handout study ")
+    assert call("score", "--help").startswith("Usage: handout score ")
+
+
+@pytest.mark.slow
 def test_ships_hands_and_machines(handout):
     _, calls, _ = handout
     hands, devices, tag, plot = calls(

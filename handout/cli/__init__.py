@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import codecs
-import contextlib
+import errno
 import io
 import json
 import os
 import sys
+from functools import cached_property
 from importlib import import_module
+from typing import TYPE_CHECKING
 
 import click
 
 from handout import __version__, signals
+from handout.cli import streams
 from handout.errors import HandoutError, no_room
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 # verb → what `handout --help` says of it; the code is in the module of that name
 _VERBS = {
@@ -34,8 +40,6 @@ _VERBS = {
     "asemic": "Invent letters that mean nothing, and write them as a tag.",
     "devices": "List, show and check machines.",
     "studio": "Open a page in the browser: write, make hands, correct their letters.",
-    "study": "Make, read and score a study: can people tell made writing from real?",
-    "score": "Measure how far page images look written by a person.",
     "doctor": "Look at what the program needs of this computer, and say what to do about what is missing.",
     "config": "Keep defaults of options for all verbs, and say where each comes from.",
     "completion": "Print what makes bash, zsh or fish complete verbs, options and names.",
@@ -46,31 +50,44 @@ _HELP = {"-h", "--help"}
 
 
 class _Verbs(click.Group):
-    """A group that imports a verb's module only when the verb is called."""
+    """A group that imports a verb's module only when the verb is called.
+
+    Verbs of other packages are entry points of the group `handout.verbs`: a click command under the verb's name.
+    """
+
+    @cached_property
+    def _others(self) -> dict[str, EntryPoint]:
+        from importlib.metadata import entry_points
+
+        return {point.name: point for point in entry_points(group="handout.verbs") if point.name not in _VERBS}
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        return list(_VERBS)
+        return [*_VERBS, *self._others]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        if cmd_name not in _VERBS:
+        if cmd_name in _VERBS:
+            command = import_module(f"handout.cli.{cmd_name}_").command
+        elif cmd_name in self._others:
+            command = self._others[cmd_name].load()
+        else:
             return None
-        command = import_module(f"handout.cli.{cmd_name}_").command
         assert isinstance(command, click.Command)
         if ctx.resilient_parsing and "_HANDOUT_COMPLETE" in os.environ:
             from handout.cli.completion_ import prepare
 
             prepare(command, cmd_name)
-            command.short_help = _VERBS[cmd_name]
+            command.short_help = _VERBS.get(cmd_name, command.short_help)
         return command
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        if args and args[0] not in _VERBS and not ctx.resilient_parsing:
+        if args and args[0] not in _VERBS and args[0] not in self._others and not ctx.resilient_parsing:
             import difflib
 
-            near = difflib.get_close_matches(args[0], _VERBS, 1)
-            hint = f" Did you mean {near[0]!r}?" if near else f" Use one of {', '.join(_VERBS)}."
+            names = self.list_commands(ctx)
+            near = difflib.get_close_matches(args[0], names, 1)
+            hint = f" Did you mean {near[0]!r}?" if near else f" Use one of {', '.join(names)}."
             raise click.UsageError(f"There is no command {args[0]!r}.{hint}", ctx)
         name, command, rest = super().resolve_command(ctx, args)
         if name is not None and command is not None and name not in _WITHOUT_DEFAULTS:
@@ -80,8 +97,9 @@ class _Verbs(click.Group):
         return name, command, rest
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        others = [(name, point.load().get_short_help_str(120)) for name, point in self._others.items()]
         with formatter.section("Commands"):
-            formatter.write_dl(list(_VERBS.items()))
+            formatter.write_dl([*_VERBS.items(), *others])
 
 
 @click.group(cls=_Verbs, context_settings={"help_option_names": sorted(_HELP), "max_content_width": 120})
@@ -100,10 +118,15 @@ def cli(config: str | None) -> None:
 def main(args: list[str] | None = None) -> None:
     """Run the command and leave with its exit code: 0 done, 2 bad input, 3 device fault, 4 some rows failed."""
     codecs.register_error("handout", _escaped)
+    streams.open_closed()
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="handout")
     with signals.orderly():
-        code = _run(args)
+        try:
+            code = _run(args)
+        except KeyboardInterrupt:  # a second one, while the first was told
+            signals.ignore()
+            code = signals.INTERRUPTED
     sys.exit(code)
 
 
@@ -138,10 +161,14 @@ def _run(args: list[str] | None) -> int:
             error.show()
         return 2
     except (click.Abort, KeyboardInterrupt) as stop:
+        signals.ignore()
         message, code = signals.last_words(stop)
-        with contextlib.suppress(OSError):  # the terminal may be gone
-            click.echo(message, err=True)
+        click.echo(message, err=True)
         return code
+    except SystemExit as leave:  # click's, where a pipe is gone
+        if isinstance(leave.__context__, OSError) and not streams.is_unread():
+            raise leave.__context__ from None
+        return 0
     except ImportError as error:
         if error.name is None or error.name.partition(".")[0] == "handout":
             raise
@@ -150,11 +177,9 @@ def _run(args: list[str] | None) -> int:
     except HandoutError as error:
         click.echo(f"handout: {error}", err=True)
         return error.exit_code
-    except BrokenPipeError:
-        sys.stderr.close()
-        return 0
     except OSError as error:
-        if not (sentence := no_room(error)):
+        closed = "Standard output is closed." if error.errno == errno.EBADF and streams.is_unread() else ""
+        if not (sentence := no_room(error) or closed):
             raise
         click.echo(f"handout: {sentence}", err=True)
         return 2

@@ -13,44 +13,17 @@ from handout.cli import options, progress
 from handout.cli.commands import Group
 from handout.cli.console import Console
 from handout.errors import InputError
-from handout.pipeline.options import COLOUR_FORMATS, COLOUR_METHODS, CalibrationOptions, ChartOptions
+from handout.pipeline.options import COLOUR_FORMATS, CalibrationOptions, ChartOptions
 
 _PATH = click.Path(path_type=Path)
 
 printer_option = options.shared("--printer", required=True, help="A printer's profile (epson), a queue, or sim.")
 paper_option = click.option("--paper", default="plain", show_default=True, help="What the paper is called; any name.")
-method_option = click.option(
-    "--method",
-    type=click.Choice(COLOUR_METHODS),
-    default="forward",
-    show_default=True,
-    help="How the table is made of the patches.",
-)
 _stored_printer = options.shared("--printer", required=True, help="The printer that was calibrated.")
 _stored_paper = click.option("--paper", default="", help="The paper; without it the printer's newest calibration.")
 
 
-_chart = options.bind(
-    "sheets",
-    ChartOptions,
-    click.option("--sheet", default="A4", show_default=True, help="A4 or letter."),
-    click.option("--pages", "pages", type=int, help="1, or 2 where the printer's margins are wide."),
-)
-_calibration = options.bind(
-    "calibration",
-    CalibrationOptions,
-    click.option(
-        "--scanner", help="Scan through SANE with this scanner (scanimage -L lists them) instead of giving files."
-    ),
-    click.option("--scanner-name", default="", help="What the scanner that makes the files is called, for the record."),
-    click.option("--hand", default="", help="Verify with the ink of this hand; compare the scan with its pages."),
-    click.option("-o", "--output", type=_PATH, help="Folder for chart and strip as PDF, if you print them yourself."),
-    method_option,
-    click.option("--no-verify", is_flag=True, help="Store the table without printing a verification strip."),
-    click.option("--accept", is_flag=True, help="Calibrate with the print as it is, though inks are weak in it."),
-    click.option("--afresh", is_flag=True, help="Begin anew instead of going on where the last run was left."),
-    click.option("--fault", "faults", multiple=True, help="With sim: something wrong with printer or scanner."),
-)
+_chart = options.bind("sheets", ChartOptions)
 
 
 class _AtTerminal:
@@ -86,7 +59,7 @@ def command() -> None:
 @printer_option
 @paper_option
 @_chart
-@_calibration
+@options.bind("calibration", CalibrationOptions)
 @click.option("--web", is_flag=True, help="In the browser: the studio, opened at its page Calibration.")
 @options.console
 def wizard(
@@ -178,8 +151,7 @@ def read(
 @click.argument("patches", type=_PATH)
 @printer_option
 @paper_option
-@click.option("--scanner-name", default="", help="What the scanner is called, for the record.")
-@method_option
+@options.of(CalibrationOptions, only=("scanner_name", "method"))
 @options.console
 def build(patches: Path, printer: str, paper: str, scanner_name: str, method: str, console: Console) -> None:
     """Build the table of PATCHES (.ti3) and store it for the printer.

@@ -9,24 +9,11 @@ from typing import TYPE_CHECKING
 import click
 
 from handout.cli.configuration import Option, Verb, options_of
+from handout.pipeline.declarations import GENERAL, HEADINGS, OWN
 
 if TYPE_CHECKING:
     from click.parser import _OptionParser
 
-# in the order of the help; what has none is the verb's own, and stands first
-OWN = "Options"
-FILES = "Text and files"
-MACHINE = "Printer or plotter"
-PAGE = "Page and lines"
-HAND = "Hand"
-STYLE = "Handstyle and pose"
-INK = "Pen, ink and paper in pictures"
-PARTS = "Parts and repeats"
-HOOKS = "Dips and other steps on the way"
-TABLE = "Rows of a table and their letters"
-ENVELOPES = "Envelopes"
-GENERAL = "General"
-_ORDER = (OWN, FILES, MACHINE, PAGE, HAND, STYLE, INK, PARTS, HOOKS, TABLE, ENVELOPES, GENERAL)
 _FEW = 12  # options of a verb that need no headings
 _WIDE = 30  # columns of names, as click has them at most
 
@@ -49,7 +36,7 @@ def headed(command: click.Command, context: click.Context) -> dict[str, list[cli
     options = [each for each in command.get_params(context) if isinstance(each, click.Option)]
     if len(options) <= _FEW:
         return {OWN: options}
-    found = {heading: [each for each in options if _heading(each) == heading] for heading in _ORDER}
+    found = {heading: [each for each in options if _heading(each) == heading] for heading in HEADINGS}
     return {heading: those for heading, those in found.items() if those}
 
 
@@ -77,7 +64,7 @@ class Command(click.Command):
 
     def get_params(self, ctx: click.Context) -> list[click.Parameter]:
         """As click's, in the order of the help."""
-        return sorted(super().get_params(ctx), key=lambda each: _ORDER.index(_heading(each)))
+        return sorted(super().get_params(ctx), key=lambda each: HEADINGS.index(_heading(each)))
 
     def make_parser(self, ctx: click.Context) -> _OptionParser:
         """As click's, with what turns switches off."""

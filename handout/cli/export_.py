@@ -8,8 +8,9 @@ import click
 
 from handout import units
 from handout.cli import options, sentences
-from handout.cli.commands import FILES, MACHINE, Command, under
+from handout.cli.commands import Command, under
 from handout.cli.console import Console
+from handout.pipeline.declarations import FILES
 from handout.pipeline.options import SheetOptions, WritingOptions
 from handout.pipeline.plot_request import ExportOptions
 from handout.pipeline.programs import SUFFIXES
@@ -24,17 +25,7 @@ from handout.pipeline.programs import SUFFIXES
         "--output", "-o", multiple=True, required=True, type=click.Path(path_type=Path), help=f"{' '.join(SUFFIXES)}"
     ),
 )
-@options.bind_hooked(
-    "export",
-    ExportOptions,
-    under(
-        MACHINE,
-        options.shared("--device", help="The plotter it is for; default: a common one that reads such files."),
-        click.option(
-            "--order", type=click.Choice(["writing", "travel"]), default="writing", show_default=True, help="Of words."
-        ),
-    ),
-)
+@options.bind("export", ExportOptions)
 @options.sheet("A5")
 @options.writing
 @options.console

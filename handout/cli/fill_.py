@@ -9,9 +9,10 @@ import click
 
 from handout import units
 from handout.cli import options, sentences
-from handout.cli.commands import FILES, MACHINE, TABLE, Command, under
+from handout.cli.commands import Command
 from handout.cli.console import Console
 from handout.errors import InputError
+from handout.pipeline.declarations import FILES, MACHINE, option
 from handout.pipeline.options import FillOptions, PictureOptions, WritingOptions
 
 
@@ -19,54 +20,23 @@ from handout.pipeline.options import FillOptions, PictureOptions, WritingOptions
 class _Mode:
     """Where the filled-in forms go: to files, or to a plotter."""
 
-    output: tuple[Path, ...]
-    port: str | None
-    yes: bool
+    output: tuple[Path, ...] = option(
+        (),
+        FILES,
+        ".pdf and .png: the form filled in; .svg .inkml .json .gcode …: the writing alone.  May be repeated.",
+        flags=("--output", "-o"),
+        repeated=True,
+        kind=Path,
+    )
+    port: str | None = None
+    yes: bool = option(False, MACHINE, "With --port: do not stop between sheets.", flags=("--yes", "-y"))
 
 
 @click.command("fill", cls=Command)
 @click.argument("form", type=click.Path(path_type=Path))
 @click.argument("answers", type=click.Path(path_type=Path), required=False)
-@options.bind(
-    "mode",
-    _Mode,
-    under(
-        FILES,
-        click.option(
-            "--output",
-            "-o",
-            multiple=True,
-            type=click.Path(path_type=Path),
-            help=".pdf and .png: the form filled in; .svg .inkml .json .gcode …: the writing alone.  May be repeated.",
-        ),
-    ),
-    options.port(),
-    under(MACHINE, click.option("--yes", "-y", is_flag=True, help="With --port: do not stop between sheets.")),
-)
-@options.bind(
-    "filling",
-    FillOptions,
-    under(
-        TABLE,
-        click.option(
-            "--columns",
-            multiple=True,
-            metavar="FIELD=COLUMN",
-            help='Which column answers a field: "Surname=Last name"; "=Notes" leaves a column out.',
-        ),
-        click.option("--rows", default="", help="Rows by their numbers in the file, the header is 1: 3-7,9 or 7-."),
-    ),
-    click.option(
-        "--mark", type=click.Choice(["cross", "tick"]), default="cross", show_default=True, help="In check boxes."
-    ),
-    click.option("--writing-only", is_flag=True, help="Without the form, for sheets that it is printed on already."),
-    under(
-        MACHINE,
-        options.shared(
-            "--device", help="The plotter, for --port and .gcode, .hpgl or .ebb files; default: a common one."
-        ),
-    ),
-)
+@options.bind("mode", _Mode, options.of(_Mode), options.port())
+@options.bind("filling", FillOptions)
 @options.writing
 @options.picture
 @options.console

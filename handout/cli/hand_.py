@@ -12,7 +12,7 @@ from handout.cli import options, sentences
 from handout.cli.commands import Group
 from handout.cli.console import Console
 from handout.cli.prompt_ import command as prompt
-from handout.pipeline.options import TEXTURED, PictureOptions, ReadingOptions, WritingOptions
+from handout.pipeline.options import PictureOptions, ReadingOptions, WritingOptions
 
 if TYPE_CHECKING:
     from handout.pipeline.hands import ReadHand
@@ -47,19 +47,7 @@ command.add_command(prompt)
 )
 @click.option("--text", "texts", multiple=True, help="A text file with what is on it, line by line; in the same order.")
 @click.option("--output", "-o", required=True, help="The .hand file.")
-@options.bind(
-    "reading",
-    ReadingOptions,
-    click.option("--dpi", type=float, help="Pixels an inch of the scans, where the files do not say."),
-    click.option("--pen", type=click.Choice(TEXTURED), help="What it was written with; default: told from the ink."),
-    click.option("--title", help="What to call the hand, for people."),
-    click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Same seed, same hand."),
-    click.option(
-        "--ink-only",
-        is_flag=True,
-        help="Keep nothing of the scans but their ink. What is painted is then not segmented anew.",
-    ),
-)
+@options.bind("reading", ReadingOptions)
 @options.console
 def read(
     name: str,

@@ -13,8 +13,9 @@ from pathlib import Path
 import click
 
 from handout import __version__, atomic
-from handout.cli.commands import OWN, Command, headed, records
+from handout.cli.commands import Command, headed, records
 from handout.errors import InputError
+from handout.pipeline.declarations import OWN
 
 _FILES = """
 .SH FILES

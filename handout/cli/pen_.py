@@ -13,6 +13,7 @@ from handout.cli import options, sentences
 from handout.cli.commands import Group
 from handout.cli.console import Console
 from handout.errors import InputError
+from handout.pipeline.declarations import MACHINE, shared
 from handout.pipeline.plot_request import HeightOptions
 
 if TYPE_CHECKING:
@@ -23,16 +24,11 @@ if TYPE_CHECKING:
 class _Plotter:
     """Which plotter, and where it is."""
 
-    port: str | None
-    device: str | None
+    port: str | None = None
+    device: str | None = shared(None, MACHINE, "The plotter's profile; see: handout devices list.")
 
 
-_plotter = options.bind(
-    "plotter",
-    _Plotter,
-    options.port(),
-    options.shared("--device", help="The plotter's profile; see: handout devices list."),
-)
+_plotter = options.bind("plotter", _Plotter, options.port(), options.of(_Plotter))
 
 
 @click.group("pen", cls=Group)
@@ -73,14 +69,7 @@ def test(plotter: _Plotter, page: str | None, dry_run: tuple[Path, ...], seed: i
 
 @command.command("heights")
 @_plotter
-@options.bind(
-    "heights",
-    HeightOptions,
-    click.option("--up", type=float, help="Try this upper height at once, without questions; with --down."),
-    click.option("--down", type=float, help="Try this lower height: a row is drawn with both."),
-    click.option("--save", metavar="NAME", help="Keep what was found as a profile of your own."),
-    click.option("--again", is_flag=True, help="With --save: replace a profile of that name."),
-)
+@options.bind("heights", HeightOptions)
 @click.option("--yes", "-y", is_flag=True, help="Do not ask before the pen moves.")
 @options.console
 def heights(plotter: _Plotter, heights: HeightOptions, yes: bool, console: Console) -> None:

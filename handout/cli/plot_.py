@@ -4,22 +4,23 @@ from __future__ import annotations
 
 import contextlib
 import json
-from collections.abc import Callable, Collection
-from dataclasses import dataclass, fields, replace
+from collections.abc import Collection
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 from click.core import ParameterSource
 
-from handout import units
+from handout import page_sizes, units
 from handout.cli import configuration, options, sentences
-from handout.cli.commands import ENVELOPES, FILES, MACHINE, PARTS, TABLE, Command, under
+from handout.cli.commands import Command
 from handout.cli.console import Console
 from handout.errors import InputError
+from handout.pipeline.declarations import FILES, MACHINE, PARTS, option
 from handout.pipeline.inputs import Source
-from handout.pipeline.options import MergeOptions, PictureOptions, SheetOptions, TableOptions, WritingOptions
-from handout.pipeline.plot_request import AttendanceOptions, PartOptions, PlotOptions, PlotRequest
+from handout.pipeline.options import MergeOptions, TableOptions
+from handout.pipeline.plot_request import AttendanceOptions, PartOptions, PlotRequest
 
 if TYPE_CHECKING:
     from handout.pipeline.plot_jobs import JobState
@@ -36,17 +37,15 @@ _RESUMING = {"resume", "ports", "report", "at_zero", "home_after", "hold_limit",
 class _Mode:
     """What the command is to do: plot, write a preview, or go on with a job; and with whom at the plotter."""
 
-    file: str | None
-    ports: tuple[str, ...]
-    dry_run: tuple[Path, ...]
-    show_travel: bool
-    report: Path | None
-    resume: str | None
-    at_zero: bool
-    home_after: bool
-    hold_limit: str | None
-    yes: bool
-    part: PartOptions
+    file: str | None = option(None, FILES, "Read the text from a file; - for standard input.", flags=("--file", "-f"))
+    dry_run: tuple[Path, ...] = option((), FILES, "Write a preview instead of plotting.", repeated=True, kind=Path)
+    show_travel: bool = option(False, FILES, "In previews (SVG, PDF, PNG): show how the lifted pen travels.")
+    yes: bool = option(False, MACHINE, "Do not stop between sheets and pens.", flags=("--yes", "-y"))
+    resume: str | None = option(
+        None, PARTS, "Go on with a plot that broke off, the last or that one.", alone=_LAST, metavar="[JOB]"
+    )
+    ports: tuple[str, ...] = ()
+    attendance: AttendanceOptions = AttendanceOptions()
 
     @property
     def port(self) -> str | None:
@@ -60,135 +59,39 @@ class _Mode:
         """Whether what is typed asks for a plot, whatever its text is."""
         return self.file is not None or bool(self.dry_run) or "ports" in options.given()
 
-    @property
-    def attendance(self) -> AttendanceOptions:
-        return AttendanceOptions(self.at_zero, self.home_after, self.hold_limit, self.report)
-
-
-def _mode(**values: object) -> _Mode:
-    """The mode, with the part that is plotted."""
-    kinds: tuple[Callable[..., PartOptions], Callable[..., _Mode]] = PartOptions, _Mode
-    own = {field.name: values.pop(field.name) for field in fields(PartOptions)}
-    return kinds[1](**values, part=kinds[0](**own))
-
-
-_again_option = under(
-    PARTS,
-    click.option(
-        "--again",
-        default="",
-        is_flag=False,
-        flag_value=_LAST,
-        metavar="[JOB]",
-        help="Plot what is kept once more, the last or that one; with --resume of a table ROWS: these, whatever became "
-        "of them.",
-    ),
-)
-
 
 @click.command("plot", cls=Command)
 @click.argument("text", nargs=-1)
+@options.bind("mode", _Mode, options.of(_Mode), options.port("ports", multiple=True))
 @options.bind(
-    "mode",
-    _mode,
-    under(
-        FILES,
-        click.option("--file", "-f", help="Read the text from a file; - for standard input."),
-        click.option(
-            "--dry-run", multiple=True, type=click.Path(path_type=Path), help="Write a preview instead of plotting."
-        ),
-        click.option(
-            "--show-travel", is_flag=True, help="In previews (SVG, PDF, PNG): show how the lifted pen travels."
-        ),
-        click.option("--report", type=click.Path(path_type=Path), help="Write how faithful the motion is, as JSON."),
-    ),
-    options.port("ports", multiple=True),
-    under(
-        MACHINE,
-        click.option("--home-after", is_flag=True, help="Back to zero when it ends, after Ctrl-C too."),
-        click.option(
-            "--hold-limit",
-            metavar="TIME",
-            help="How long the plotter may stand on hold before the plot ends, pen lifted; default: 2min with --yes "
-            "or without a terminal, else for ever.",
-        ),
-        click.option("--yes", "-y", is_flag=True, help="Do not stop between sheets and pens."),
-    ),
-    under(
-        PARTS,
-        click.option("--from", "begin", metavar="PLACE", help="Plot from there on: 40% of the ink, or 2m30s."),
-        click.option("--to", "end", metavar="PLACE", help="And no further than there."),
-        click.option("--from-word", metavar="WORD", help="Plot from that word on: a word, several, or its number."),
-        click.option("--to-word", metavar="WORD", help="And no further than that word."),
-        click.option("--sheets", default="", metavar="NUMBERS", help="Plot these sheets alone: 2, 2-3, 1,4-."),
-        click.option(
-            "--resume",
-            is_flag=False,
-            flag_value=_LAST,
-            metavar="[JOB]",
-            help="Go on with a plot that broke off, the last or that one.",
-        ),
-        click.option("--at-zero", is_flag=True, help="With --resume: the pen stands above the zero, lifted."),
+    "table",
+    TableOptions,
+    options.of(
+        TableOptions,
+        leave_out=("copies", "resume"),
+        again={
+            "heading": PARTS,
+            "help": "Plot what is kept once more, the last or that one; with --resume of a table ROWS: these, whatever "
+            "became of them.",
+            "metavar": "[JOB]",
+            "alone": _LAST,
+        },
     ),
 )
-@options.bind_hooked(
-    "plotting",
-    PlotOptions,
-    under(
-        MACHINE,
-        options.shared("--device", help="The plotter's profile; see: handout devices list."),
-        click.option(
-            "--order",
-            type=click.Choice(["writing", "travel"]),
-            default="writing",
-            show_default=True,
-            help="Of words; travel moves the strokes of a drawing about in any way.",
-        ),
-        click.option(
-            "--layers",
-            type=click.Choice(["none", "name", "colour"]),
-            default="none",
-            show_default=True,
-            help="Stop for another pen before every layer.",
-        ),
-        click.option("--pause-every", metavar="LENGTH", help="Stop for a look at the pen after so much ink, e.g. 20m."),
-        click.option("--pen-up", metavar="HEIGHT", help="Lift the pen to this height, not the profile's (pen.up)."),
-        click.option("--pen-down", metavar="HEIGHT", help="Lower it to this height, not the profile's (pen.down)."),
-    ),
-    under(
-        PARTS,
-        click.option("--copies", type=click.IntRange(1, 1000), default=1, show_default=True, help="Of all pages."),
-        click.option("--overlap", metavar="LENGTH", help="Ink that may be drawn twice after a break; default: 20mm."),
-    ),
-    under(
-        TABLE,
-        click.option("--grid", default="", metavar="NxM", help="Cards side by side on the bed, 2x3 is two across."),
-        click.option("--gap", default="0mm", show_default=True, help="Between the cards of a grid."),
-    ),
-    under(ENVELOPES, click.option("--envelopes-to", multiple=True, metavar="PORT", help="Where these are plotted.")),
-)
+@options.bind("merge", MergeOptions, options.of(MergeOptions, leave_out=("margin", "pages")))
 @options.bind(
-    "batch",
-    options.batch,
-    options.ROWS,
-    _again_option,
-    options.AFRESH,
-    options.WORKERS,
-    options.LETTERS,
-    options.ENVELOPES,
+    "request",
+    PlotRequest,
+    options.of(PlotRequest, page={"help": f"{page_sizes.HELP}  [default: A5]"}),
+    source=Source(""),
 )
-@options.sheet("A5")
-@options.writing
-@options.picture
 @options.console
 def command(
     text: tuple[str, ...],
     mode: _Mode,
-    plotting: PlotOptions,
-    batch: tuple[TableOptions, MergeOptions],
-    sheet: SheetOptions,
-    writing: WritingOptions,
-    picture: PictureOptions,
+    request: PlotRequest,
+    table: TableOptions,
+    merge: MergeOptions,
     console: Console,
 ) -> int | None:
     """Write TEXT (or a file, or - for standard input) with a pen plotter, or draw the drawing that TEXT names; or with
@@ -214,14 +117,13 @@ def command(
 
     Without a name the one that was drawn last is taken, of those for which it can be done.
     """
-    if batch[1].letter is not None or batch[1].with_envelopes or batch[0].columns:
-        request = PlotRequest(Source(""), writing, sheet, picture, plotting)
-        if mode.part:
+    if merge.letter is not None or merge.with_envelopes or table.columns:
+        if request.part:
             raise InputError("--from, --to and --sheets take a part of a text or a drawing; of a table give --rows.")
-        return _plot_rows(text, request, mode, batch, console)
-    if _of_kept(text, mode, batch[0].again, console):
+        return _plot_rows(text, request, mode, table, merge, console)
+    if _of_kept(text, mode, request.part, table.again, console):
         return None
-    if mode.at_zero:
+    if mode.attendance.at_zero:
         raise InputError("--at-zero says where the pen of a plot stands that is resumed: give it with --resume.")
     if text and text[0] in configuration.JOB_WORDS and not mode.plots_anyway:
         _manage(text[0], text[1:], console)
@@ -235,7 +137,7 @@ def command(
 
     check_outputs(mode.dry_run)
     source = read_source(text, mode.file, console, options.given())
-    request = PlotRequest(source, writing, sheet, picture, plotting, mode.part)
+    request = replace(request, source=source)
     if mode.dry_run:
         _preview(request, mode, console)
     else:
@@ -243,7 +145,7 @@ def command(
     return None
 
 
-def _of_kept(text: tuple[str, ...], mode: _Mode, again: str, console: Console) -> bool:
+def _of_kept(text: tuple[str, ...], mode: _Mode, part: PartOptions, again: str, console: Console) -> bool:
     """--resume and --again, if one of them is given."""
     if mode.resume is not None:
         known, why = "--resume goes on with a plot whose text is known", "a plot that is resumed goes on as it began"
@@ -251,7 +153,7 @@ def _of_kept(text: tuple[str, ...], mode: _Mode, again: str, console: Console) -
         _resume(mode, console)
     elif again:
         _check_kept(text, _AGAIN, "--again plots what is kept", "a plot that is drawn again is drawn as it was")
-        _again(again, mode, console)
+        _again(again, part, mode, console)
     return mode.resume is not None or bool(again)
 
 
@@ -259,7 +161,8 @@ def _plot_rows(
     text: tuple[str, ...],
     request: PlotRequest,
     mode: _Mode,
-    batch: tuple[TableOptions, MergeOptions],
+    table: TableOptions,
+    merge: MergeOptions,
     console: Console,
 ) -> int:
     """--letter, --with-envelopes."""
@@ -273,7 +176,7 @@ def _plot_rows(
         raise InputError("Which table? Name one, as in: handout plot --port /dev/ttyUSB0 people.csv --letter card.md")
     if not mode.ports and not mode.dry_run:
         raise InputError("Where to? Give --port /dev/ttyUSB0 (or COM3, or sim:), or --dry-run preview.svg.")
-    rows, merge = replace(batch[0], resume=mode.resume is not None), replace(batch[1], given=options.given())
+    rows, merge = replace(table, resume=mode.resume is not None), replace(merge, given=options.given())
     operator = Operator(mode.ports[0], mode.yes, console.quiet) if mode.ports and not mode.dry_run else None
     try:
         with console.working() if mode.dry_run else contextlib.nullcontext():
@@ -323,7 +226,12 @@ def _preview(request: PlotRequest, mode: _Mode, console: Console) -> None:
 
     with console.working():
         result = preview(
-            request, mode.dry_run, show_travel=mode.show_travel, report=mode.report, port=mode.port, listener=console
+            request,
+            mode.dry_run,
+            show_travel=mode.show_travel,
+            report=mode.attendance.report,
+            port=mode.port,
+            listener=console,
         )
     console.report(
         result,
@@ -358,20 +266,20 @@ def _resume(mode: _Mode, console: Console) -> None:
     console.report(result, f"{sentence}\n{result.fidelity}".strip())
 
 
-def _again(job: str, mode: _Mode, console: Console) -> None:
+def _again(job: str, part: PartOptions, mode: _Mode, console: Console) -> None:
     """--again."""
     from handout.cli.operator import Operator
     from handout.pipeline import plot_jobs
     from handout.pipeline.plotting import again, preview_again
 
     if mode.dry_run:
-        shown = preview_again(job, mode.part, mode.dry_run, show_travel=mode.show_travel, listener=console)
+        shown = preview_again(job, part, mode.dry_run, show_travel=mode.show_travel, listener=console)
         took = f"plotting would take {units.duration(shown.planned_s)}{sentences.hooked(shown.dips, shown.hooks_s)}"
         console.report(shown, f"Wrote {sentences.names(shown.files)}; {took}.")
         return
     address = mode.port or plot_jobs.find_drawn(job).port
     operator = Operator(address, mode.yes, console.quiet)
-    result = again(job, mode.part, address, mode.attendance, operator=operator, listener=console)
+    result = again(job, part, address, mode.attendance, operator=operator, listener=console)
     console.report(
         result, f"Plotted {result.job.name} in {units.duration(result.executed_s)}.\n{result.fidelity}".strip()
     )

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from handout import page_sizes, units
+from handout import units
 from handout.cli import options, sentences
-from handout.cli.commands import ENVELOPES, FILES, MACHINE, PAGE, PARTS, Command, under
+from handout.cli.commands import Command, under
 from handout.cli.console import Console
+from handout.pipeline.declarations import MACHINE
 from handout.pipeline.options import MergeOptions, PictureOptions, PrintOptions, WritingOptions
 
 if TYPE_CHECKING:
@@ -21,77 +22,10 @@ if TYPE_CHECKING:
 _MOST_NAMED = 12  # files that are named at the end
 
 
-_printing = options.bind(
-    "printing",
-    PrintOptions,
-    under(
-        MACHINE,
-        options.shared(
-            "--printer", default="pdf", show_default=True, help="A printer's profile (epson), queue, or ipp://…"
-        ),
-        click.option(
-            "--queue",
-            multiple=True,
-            help="Where pages go: a CUPS queue, ipp://HOST/ipp/print, file:FOLDER; several share.",
-        ),
-        click.option("--tray", default="", help="Feed from this tray, as the printer calls it (rear, main …)."),
-        click.option("--feed", type=click.Choice(["short", "long"]), help="The edge of the sheet that goes in first."),
-        click.option("--nudge", metavar="X,Y", help="Move the writing to the right and down: 1.5mm,-0.5mm."),
-        click.option(
-            "--format", type=click.Choice(["pdf", "pwg", "urf", "png"]), help="Of what is sent; default: the best."
-        ),
-        click.option(
-            "--calibration", default="", help="A printer/paper, a file, or none; default: the printer's newest."
-        ),
-        click.option(
-            "--stock", default="", help="What paper is in the printer, as it was called when it was calibrated."
-        ),
-    ),
-    under(
-        FILES,
-        click.option(
-            "--dry-run", type=click.Path(path_type=Path), help="Write .pdf, .png or .svg instead of printing."
-        ),
-    ),
-    under(PAGE, click.option("--page", help=f"{page_sizes.HELP}  [default: A4, or without a letter DL]")),
-    options.ROWS,
-    options.AGAIN,
-    options.AFRESH,
-    options.WORKERS,
-    under(
-        PARTS,
-        click.option("--copies", type=int, default=1, show_default=True, help="Of each row."),
-        click.option("--resume", is_flag=True, help="Go on with a batch that broke off: print exactly the rest of it."),
-    ),
-    under(
-        ENVELOPES,
-        click.option(
-            "--envelopes-to", multiple=True, metavar="PRINTER", help="Where envelopes go, if not with letters."
-        ),
-        click.option(
-            "--flap",
-            type=click.Choice(["left", "right", "leading", "trailing"]),
-            help="Where an envelope's flap is, print side towards you, the edge that goes in first upwards.",
-        ),
-    ),
-)
-_merging = options.bind(
-    "merge",
-    MergeOptions,
-    options.LETTERS,
-    options.ENVELOPES,
-    under(
-        PAGE,
-        click.option("--margin", help=f"Of letters: {options.SIDES}"),
-        click.option("--pages", type=click.IntRange(1), help="How many pages a letter may have."),
-    ),
-)
-
-
 @click.command("print", cls=Command)
 @click.argument("table", type=click.Path(path_type=Path))
-@_printing
-@_merging
+@options.bind("printing", PrintOptions)
+@options.bind("merge", MergeOptions)
 @under(MACHINE, click.option("--yes", "-y", is_flag=True, help="Do not stop where other paper is to be put in."))
 @options.writing
 @options.picture

@@ -18,30 +18,7 @@ if TYPE_CHECKING:
 
 @click.command("prompt", cls=Command)
 @click.option("--output", "-o", required=True, help="The PDF file for the sheets.")
-@options.bind(
-    "prompting",
-    PromptOptions,
-    click.option("--pages", type=click.IntRange(1, 100), help="How many to write; default: 4, or 1 with --for."),
-    click.option("--for", "hand", help="A scanned hand, or .hand file: the letters of which it has few sure ones."),
-    click.option("--characters", help="Each occurs at least once; default: all printable ASCII, or the hand's."),
-    click.option("--also", default="", help="More characters than these, e.g. äöüß€."),
-    click.option("--target", help="A file with texts such as will be wanted later: its letters count, and occur."),
-    click.option(
-        "--corpus", "corpus_file", help="A file of text to take the sentences from; default: the program's own."
-    ),
-    click.option("--page", default="A4", show_default=True, help="A4 or letter."),
-    click.option("--ruling", default="10mm", show_default=True, help="Distance of the lines, 6mm to 20mm."),
-    click.option(
-        "--letter-width", help="Width your letters take, with gaps, e.g. 2.8mm; default: a third of the ruling."
-    ),
-    click.option(
-        "--ruled/--plain",
-        default=True,
-        show_default=True,
-        help="Lines and words printed pale where you write; or nothing but the marks, with the words on a page beside "
-        "and lines to lay under: for printers without colour, and for red ink.",
-    ),
-)
+@options.bind("prompting", PromptOptions)
 @click.option("--verbose", "-v", is_flag=True, help="A table of how often each letter and pair will be there.")
 @options.console
 def command(output: str, prompting: PromptOptions, verbose: bool, console: Console) -> None:

@@ -7,11 +7,12 @@ from pathlib import Path
 
 import click
 
-from handout import page_sizes, units
+from handout import units
 from handout.cli import options, sentences
-from handout.cli.commands import FILES, MACHINE, PAGE, TABLE, Command, under
+from handout.cli.commands import Command, under
 from handout.cli.console import Console
-from handout.pipeline.options import MergeOptions, PictureOptions, TableOptions, WritingOptions
+from handout.pipeline.declarations import FILES
+from handout.pipeline.options import MergeOptions, PictureOptions, ProofOptions, WritingOptions
 
 
 @click.command("proof", cls=Command)
@@ -22,32 +23,18 @@ from handout.pipeline.options import MergeOptions, PictureOptions, TableOptions,
 )
 @options.bind(
     "proofing",
-    dict,
-    under(
-        PAGE,
-        click.option("--page", help=f"{page_sizes.HELP}  [default: A4, of a plotter A5, without a letter DL]"),
-        click.option("--margin", help=f"Of letters: {options.SIDES}"),
-        click.option("--pages", type=click.IntRange(1), help="How many pages a letter may have."),
-    ),
-    under(
-        MACHINE,
-        click.option("--printer", default="", help="Whose reach is looked at: a printer's profile, or its queue."),
-        click.option("--device", default="", help="Whose reach and time are looked at: a plotter's profile."),
-    ),
-    under(
-        TABLE,
-        click.option("--prices", default="", metavar="NAME=…,…", help="sheet=0.02,envelope=0.1,hour=4,currency=EUR …"),
-    ),
+    ProofOptions,
+    options.of(ProofOptions, leave_out=("copies", "resume", "again", "afresh", "jobs", "cluster")),
 )
-@options.bind("batch", options.batch, options.ROWS, options.LETTERS, options.ENVELOPES)
+@options.bind("merge", MergeOptions, options.of(MergeOptions, leave_out=("margin", "pages")))
 @options.writing
 @options.picture
 @options.console
 def command(
     table: Path,
     output: tuple[Path, ...],
-    proofing: dict[str, object],
-    batch: tuple[TableOptions, MergeOptions],
+    proofing: ProofOptions,
+    merge: MergeOptions,
     writing: WritingOptions,
     picture: PictureOptions,
     console: Console,
@@ -61,12 +48,11 @@ def command(
 
     proof.json says what was looked at: a run that is told of it refuses whatever has changed since.
     """
-    from handout.pipeline.proofing import ProofOptions, proof
+    from handout.pipeline.proofing import proof
 
     with console.working():
-        asked = ProofOptions(**{**vars(batch[0]), **proofing})
-        merge = replace(batch[1], given=options.given())
-        result = proof(table, output, asked, writing, picture, merge, listener=console)
+        asked = replace(merge, given=options.given())
+        result = proof(table, output, proofing, writing, picture, asked, listener=console)
     for row, reason in result.failed.items():
         click.echo(f"row {row}: {reason}", err=True)
     rows = units.count(len(result.rows), "row")

@@ -21,26 +21,7 @@ def command() -> None:
 @command.command("learn")
 @click.argument("examples", metavar="EXAMPLE...", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option("--output", "-o", required=True, type=click.Path(path_type=Path), help="The .style file to write.")
-@options.bind(
-    "lesson",
-    LessonOptions,
-    click.option("--title", help="What to call it, for people; default: the name of the file."),
-    click.option(
-        "--size",
-        type=click.Choice(("small", "berio_2017")),
-        default="small",
-        show_default=True,
-        help="Of the networks; berio_2017 is that of the paper, with 36 times the weights.",
-    ),
-    click.option(
-        "--inputs",
-        type=click.Choice(("ahead", "local", "berio_2017", "berio_2017_no_history")),
-        default="ahead",
-        show_default=True,
-        help="What they are told of a stroke.",
-    ),
-    click.option("--seed", type=int, default=0, show_default=True, help="Same seed, same style."),
-)
+@options.bind("lesson", LessonOptions)
 @options.console
 def learn(examples: tuple[Path, ...], output: Path, lesson: LessonOptions, console: Console) -> None:
     """Learn how a hand moves from drawings of it, GML, InkML, UNIPEN, SVC, SVG or JSON: one is enough.

@@ -6,8 +6,9 @@ import click
 
 from handout import units
 from handout.cli import options, sentences
-from handout.cli.commands import FILES, MACHINE, Command, under
+from handout.cli.commands import Command, under
 from handout.cli.console import Console
+from handout.pipeline.declarations import FILES, MACHINE
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
 
 

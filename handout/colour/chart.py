@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache, cached_property
 from hashlib import blake2b
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -320,3 +320,11 @@ def _even(start: int) -> Iterator[tuple[float, float]]:
     golden = 1.32471795724474602596  # the root of x³ = x + 1
     for i in itertools.count(start + 1):
         yield (0.5 + i / golden) % 1.0, (0.5 + i / golden**2) % 1.0
+
+
+@cache
+def dictionary() -> Any:
+    """The family of the marks."""
+    import cv2
+
+    return cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_5X5_1000)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 import handout
 from handout.colour import cgats, conversions
-from handout.colour.chart import CELLS, FRAME, Chart, ChartPage, letters
+from handout.colour.chart import CELLS, FRAME, Chart, ChartPage, dictionary, letters
 from handout.errors import InputError
 from handout.values import Array, readonly
 
@@ -83,14 +83,6 @@ def _edges(boxes: NDArray[np.float64], scale: float) -> list[list[int]]:
     """Boxes (n, 4) in mm as pixels."""
     edges: list[list[int]] = np.rint(boxes * scale).astype(int).tolist()
     return edges
-
-
-@cache
-def dictionary() -> Any:
-    """The family of the marks."""
-    import cv2
-
-    return cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_5X5_1000)
 
 
 def _draw_marks(pixels: NDArray[np.uint8], page: ChartPage, scale: float) -> None:

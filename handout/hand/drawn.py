@@ -12,7 +12,6 @@ directions are those of writing speeded up on request; the amounts are this proj
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -21,12 +20,13 @@ from typing import ClassVar, Literal
 
 import msgspec
 import numpy as np
+from numpy.typing import ArrayLike
 
-from handout import notebook
 from handout.errors import InputError
 from handout.hand.diacritics import DOTLESS, NAMES
 from handout.hand.protocol import Repertoire
-from handout.summary import one_line
+from handout.summary import as_svg, one_line
+from handout.tables import parsed
 from handout.values import Array, Glyph, readonly
 
 _PLACES = frozenset({"start", "middle", "end", "alone"})
@@ -43,6 +43,7 @@ _BOUNDS = {
     "variation": (0, 3),
     "breadth": (0.3, 3),
 }
+FURTHEST = 100  # x-heights from a letter's origin to anything of it, and its greatest width; set by eye
 _FAVOUR = 1.0  # of a form drawn for its place in the word over one for any place
 _NEVER = 6.0  # reluctance of a lift that the hand does not make
 
@@ -82,7 +83,7 @@ class Hand:
 
     pages: ClassVar[None] = None
 
-    __repr__ = one_line
+    __repr__, _repr_svg_ = one_line, as_svg
 
     @cached_property
     def letters(self) -> Mapping[str, int]:
@@ -117,9 +118,6 @@ class Hand:
             variation=self.variation * float(np.exp(_VARIATION * haste)),
             fading=max(0.0, self.fading + _FADING * haste),
         )
-
-    def _repr_svg_(self) -> str | None:
-        return notebook.hand_svg(self, self.letters)
 
 
 class _Form(msgspec.Struct, forbid_unknown_fields=True):
@@ -170,8 +168,8 @@ def read(path: Path) -> Hand:
         Not TOML, an unknown key, an entry that is not defined, or points that are not numbers.
     """
     try:
-        file = msgspec.convert(tomllib.loads(path.read_text(encoding="utf-8")), _File)
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, msgspec.ValidationError) as error:
+        file = msgspec.convert(parsed(path.read_text(encoding="utf-8")), _File)
+    except (OSError, ValueError) as error:
         raise InputError(f"{path}: cannot be read as a drawn hand: {error}.") from error
     for key, (least, greatest) in _BOUNDS.items():
         value = getattr(file, key)
@@ -210,15 +208,25 @@ def _points(text: str, breadth: float) -> list[Array]:
         return []
     try:
         return [
-            readonly([[float(v) for v in point.split(",")] for point in stroke.split()], None, 2) * (breadth, 1.0)
+            _near([[float(v) for v in point.split(",")] for point in stroke.split()]) * (breadth, 1.0)
             for stroke in text.split("|")
         ]
     except ValueError as error:
         raise ValueError(f"points {text!r}: expected 'x,y x,y | x,y' ({error})") from error
 
 
+def _near(values: ArrayLike) -> Array:
+    """Points (n, 2), if all are as near to a letter's origin as a letter's can be."""
+    points = readonly(values, None, 2)
+    if points.size and np.abs(points).max() > FURTHEST:
+        raise ValueError(f"{np.abs(points).max():.4g} is beyond {FURTHEST} x-heights")
+    return points
+
+
 def _glyph(letter: str, number: int, form: _Form, strokes: list[Array], breadth: float) -> Glyph:
     delayed = _points(form.late, breadth)
+    if not abs(form.width) <= FURTHEST:
+        raise ValueError(f"letter {letter!r}, form {number + 1}: width = {form.width:g} is beyond {FURTHEST} x-heights")
     if not form.weight > 0:
         raise ValueError(f"letter {letter!r}, form {number + 1}: weight = {form.weight:g} is not above 0")
     return Glyph(
@@ -277,6 +285,8 @@ def _ended(glyph: Glyph, form: _Form, file: _File) -> Iterator[Glyph]:
     last = glyph.last_main
     body, tip = glyph.strokes[last], glyph.strokes[last][-1]
     if form.cut:
+        if not 0 < form.cut < len(body):
+            raise ValueError(f"letter {glyph.letter!r}: cut = {form.cut} is outside 1 to {len(body) - 1}, its points")
         variants = [(body[: -form.cut], 0.0)]
     else:
         tails = _tails(body, form, file)
@@ -293,7 +303,7 @@ def _tails(body: Array, form: _Form, file: _File) -> list[Array]:
         return [points[0] for points in _points(form.end.replace(" ", "|"), file.breadth)]
     if form.out == "high":
         return [body[-2] + _HIGH_EXIT_KEPT * (tip - body[-2])]
-    return [np.array([tip[0] + dx, y]) for dx, y in file.endings] or [tip]
+    return [np.array([tip[0] + dx, y]) for dx, y in (_near(file.endings).tolist() if file.endings else ())] or [tip]
 
 
 # at haste 1; care (haste −1) goes as far the other way, except where it says

@@ -16,11 +16,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from handout import notebook
 from handout.errors import InputError
 from handout.hand.places import Place
 from handout.hand.protocol import Repertoire
-from handout.summary import one_line
+from handout.summary import as_png, one_line
 from handout.values import POSE, Array, Indices, LineGraph, Moments, readonly, readonly_indices
 
 NOBODY = -1  # instead of the number of a glyph
@@ -315,10 +314,7 @@ class ScannedHand:
     glyphs: tuple[ScannedGlyph, ...]
     author: ScannedHand | None = None
 
-    __repr__ = one_line
-
-    def _repr_png_(self) -> bytes:
-        return notebook.pixels_png(self.pages[0].on_paper(), self.pages[0].dpi)
+    __repr__, _repr_png_ = one_line, as_png
 
     def __post_init__(self) -> None:
         for number, glyph in enumerate(self.glyphs):

@@ -19,7 +19,7 @@ import numpy as np
 
 from handout import markup, pathdata
 from handout.errors import InputError
-from handout.hand.drawn import Hand
+from handout.hand.drawn import FURTHEST, Hand
 from handout.hand.letter_classes import FLAT_FIRST
 from handout.values import Array, Glyph
 
@@ -149,6 +149,9 @@ def _pitch(facts: Mapping[str, str], unit: float) -> float:
 
 
 def _glyph(letter: str, paths: list[Array], advance: float, unit: float) -> Glyph:
+    reach = max(abs(advance), *(float(np.abs(path).max()) for path in paths)) / unit
+    if not reach <= FURTHEST:
+        raise InputError(f"The glyph of {letter!r} reaches {reach:.4g} x-heights from its origin; at most {FURTHEST}.")
     strokes = tuple(aims(pathdata.flattened(path / unit, _FINE)[0]) for path in paths)
     right = max(float(stroke[:, 0].max()) for stroke in strokes)
     return Glyph(letter, strokes, (False,) * len(strokes), advance / unit if advance > 0 else right + 0.3)

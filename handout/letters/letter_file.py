@@ -47,7 +47,7 @@ from handout.letters.document import (
     Underline,
     blocks_in,
 )
-from handout.tables import converted
+from handout.tables import converted, parsed
 
 MOST_TEXT = 200_000  # characters: a hundred pages; a longer file is surely no letter
 _MOST_NESTED = 12  # blocks within blocks; set by eye: each list stands further in than the one around it
@@ -214,7 +214,7 @@ class _Reader:
 
     def _head(self, content: str) -> Head:
         try:
-            return converted(tomllib.loads(content), Head)
+            return converted(parsed(content), Head)
         except tomllib.TOMLDecodeError as error:
             at = re.search(r" \(at (?:line (\d+), column \d+|end of document)\)", str(error))
             self.line = 1 + (int(at.group(1)) if at and at.group(1) else len(content.split("\n")))

@@ -90,6 +90,7 @@ class Entry:
 
     text, layout : "" and None for a mark in a box.
     cells : of a field with a letter a cell, the number of the cell of every letter, and how many cells there are.
+    free : its line stands on no rule, and is moved up or down where its ink would leave the field.
     """
 
     field: str
@@ -98,6 +99,7 @@ class Entry:
     text: str = ""
     layout: Layout | None = None
     cells: tuple[tuple[int, ...], int] | None = None
+    free: bool = False
 
 
 @dataclass(frozen=True)
@@ -148,14 +150,15 @@ class Filler:
         scale = entry.frame.scale
         height = entry.frame.size[1] / scale
         under = [at for at in printed if at > SETTINGS.foot * height]
-        if under and not any(-SETTINGS.over < at < SETTINGS.head * height for at in printed):
+        ruled = bool(under) and not any(-SETTINGS.over < at < SETTINGS.head * height for at in printed)
+        if ruled:
             rule, size = under[0], _bounded(SETTINGS.of_room * under[0], usual)
         else:
             size = _bounded(SETTINGS.of_height * height, usual)
             wanders = min(SETTINGS.wanders, 0.03 * height) * self.jitter * float(rng.standard_normal())
             rule = height / 2 + SETTINGS.below_middle * size + FOOT_ABOVE_RULE + wanders
         spare = float(rng.uniform(0, 0.5 * self.jitter))
-        return replace(entry, layout=self._layout(entry.frame, size, [rule], align, spare))
+        return replace(entry, layout=self._layout(entry.frame, size, [rule], align, spare), free=not ruled)
 
     def _on_rules(self, entry: Entry, rules: Sequence[float], usual: float, align: Align) -> Entry:
         """On the rules that are printed in the field."""
@@ -216,7 +219,7 @@ class Filler:
             jitter=self.jitter,
             ruling=Ruling(((baseline, 0.0),)),
         )
-        return replace(entry, text=text, layout=layout, cells=(filled, cells))
+        return replace(entry, text=text, layout=layout, cells=(filled, cells), free=True)
 
 
 def _answered(field: Field, value: str) -> Iterator[Widget]:
@@ -259,6 +262,9 @@ def page_manuscript(
         else:
             sizes.append(setting.x_height / entry.frame.scale)
             made = [*setting.lines] if entry.cells is None else [_in_cells(entry, setting, jitter, rng)]
+            if entry.free:
+                least = min(1.0, SETTINGS.least_mm * entry.frame.scale / setting.x_height)
+                made = [_inside(line, entry.frame.size[1], least) for line in made]
             told = setting.about.get("doubtful", ())
             doubts += [{**doubt, "field": entry.field, "page": entry.page + 1} for doubt in told]
             about |= {name: setting.about[name] for name in ("borrowed",) if name in setting.about}
@@ -285,7 +291,7 @@ def _in_cells(entry: Entry, setting: Manuscript, jitter: float, rng: np.random.G
     letters = [list(group) for _, group in groupby(line.placed, key=lambda p: p.word)]
     if len(letters) != len(filled):
         raise InputError(f"{entry.field}: the hand lacks a letter of {entry.text!r}, and each has a cell of its own.")
-    extents = [_extent(letter) for letter in letters]
+    extents = [_extent(letter, 0) for letter in letters]
     widest = max(right - left for left, right in extents)
     scale = min(1.0, SETTINGS.cell_filled * cell / max(widest, 1e-6))
     placed = []
@@ -296,11 +302,28 @@ def _in_cells(entry: Entry, setting: Manuscript, jitter: float, rng: np.random.G
     return replace(line, placed=tuple(placed))
 
 
-def _extent(letter: Sequence[Placed]) -> tuple[float, float]:
-    """Where the ink of some glyphs begins and ends, mm from the left."""
-    x = [stroke[:, 0] for glyph in letter for stroke in glyph.strokes]
-    x += [glyph.ink.graph.xy[:, 0] for glyph in letter if glyph.ink is not None]
-    every = np.concatenate(x) if x else np.zeros(1)
+def _inside(line: Line, height: float, least: float) -> Line:
+    """A line moved up or down until its ink is in its field, so many mm high.
+
+    least : how many times as large the line may be at least, where its ink is higher than the field; what is higher
+        even so goes over both edges.
+    """
+    upper, lower = _extent(line.placed, 1)
+    scale = min(1.0, max(least, height / max(lower - upper, 1e-6)))
+    middle, half = (upper + lower) / 2, scale * (lower - upper) / 2
+    room = height / 2 - half
+    to = AROUND + height / 2 + (0.0 if room < 0 else float(np.clip(middle - AROUND - height / 2, -room, room)))
+    across = sum(_extent(line.placed, 0)) / 2
+    move = partial(_moved, about=np.array([across, middle]), to=np.array([across, to]), scale=scale)
+    placed = tuple(_mapped(glyph, move, scale) for glyph in line.placed)
+    return replace(line, placed=placed, baseline=(line.baseline - middle) * scale + to)
+
+
+def _extent(glyphs: Sequence[Placed], axis: int) -> tuple[float, float]:
+    """Where the ink of some glyphs begins and ends, mm from the left (axis 0) or from above (1)."""
+    places = [stroke[:, axis] for glyph in glyphs for stroke in glyph.strokes]
+    places += [glyph.ink.graph.xy[:, axis] for glyph in glyphs if glyph.ink is not None]
+    every = np.concatenate(places) if places else np.full(1, AROUND)
     return float(every.min()), float(every.max())
 
 

@@ -3,7 +3,8 @@
 The command line, the vpype plug-in and the notebook call this room and nothing below it; so does a script.  Nothing
 here knows click or a terminal.  Files:
 
-    options.py    what a caller may ask for, as frozen dataclasses: WritingOptions, SheetOptions, PictureOptions …
+    options.py    what a caller may ask for, as frozen dataclasses: WritingOptions, SheetOptions, PictureOptions …;
+                  declarations.py says how an option is declared
     results.py    what a call gives back: results that turn into JSON, and the notes that are told to the user
     writing.py    `write`, and its parts for the other verbs: prepare the task, set its pages, draw them
     letters.py    `write_letter`, and its parts: a letter file and its pages; signatures.py keeps signatures
@@ -28,11 +29,10 @@ here knows click or a terminal.  Files:
 
 How a verb is built
 -------------------
-1. Its options are frozen dataclasses in `options.py`, named after what they describe, with the defaults of the command
-   and a line for each field: those that verbs share, and one of the verb's own where it has more than two or three.
-   They are in one file that imports nothing heavy, since the command reads it to show its help.  A length is a
-   `Length`: a text with a unit, or a number of mm.  ``None`` means "not asked for", so nothing has to ask click whether
-   a value came from the user.
+1. Its options are frozen dataclasses in `options.py`, named after what they describe; every field is declared once
+   (`declarations.py`), with its default and its help.  They are in files that import nothing heavy, since the command
+   reads them to show its help.  A length is a `Length`: a text with a unit, or a number of mm.  ``None`` means "not
+   asked for", so nothing has to ask click whether a value came from the user.
 2. The work is one function in the verb's file here, `verb(what, options…, *, listener=SILENT) -> Result`.  It reads
    like a table of contents, and it neither prints nor reads the terminal.  What the user should learn *while* it works
    goes to the `Listener`: `say` for a sentence, `progress` for the share that is done.
@@ -55,7 +55,6 @@ How a verb is built
            console.note(*result.notes)
            console.report(result.facts(), f"Wrote {…}.")
 
-   A verb binds options of its own with `options.bind("printing", PrintOptions, click.option(…), …)`: the names of the
-   click options are the fields of the dataclass.
+   `options.bind("printing", PrintOptions)` gives the parameter  printing: PrintOptions.
 5. `__init__` of this room and of `handout` name the function in their table of public names.
 """

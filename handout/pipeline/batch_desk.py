@@ -25,6 +25,7 @@ from handout.pipeline.options import (
     MergeOptions,
     PictureOptions,
     PrintOptions,
+    ProofOptions,
     SheetOptions,
     TableOptions,
     WritingOptions,
@@ -34,7 +35,7 @@ from handout.pipeline.plot_desk import Attendant, Shared, Wire, known_port
 from handout.pipeline.plot_request import AttendanceOptions, PlotOptions, PlotRequest
 from handout.pipeline.plot_rows import plot_rows
 from handout.pipeline.printing import Printed, print_
-from handout.pipeline.proofing import ProofOptions, proof
+from handout.pipeline.proofing import proof
 from handout.pipeline.results import SILENT, Facts, Listener
 from handout.plotting.jobs.store import free_name
 from handout.printing import journal, printers

@@ -19,6 +19,7 @@ from typing import Any
 
 from handout.errors import HandoutError, InputError
 from handout.hand.library import path
+from handout.pipeline.declarations import declared
 from handout.pipeline.letters import LetterTask, draw_letter
 from handout.pipeline.options import SheetOptions, WritingOptions
 from handout.pipeline.results import Tally
@@ -33,23 +34,7 @@ from handout.writing.layout import Ruling
 from handout.writing.pages import Sheet
 
 # the fields of WritingOptions that a job keeps under their own names; the seed is always known
-_WRITING = (
-    *(
-        "haste",
-        "x_height",
-        "line_spacing",
-        "align",
-        "kinematics",
-        "speed",
-        "jitter",
-        "fit",
-        "fallback",
-        "slips",
-        "pose_method",
-        "temperature",
-        "rewritten",
-    ),
-)
+_WRITING = tuple(each.name for each, declaration in declared(WritingOptions) if declaration.of_strokes)
 
 
 def inputs(

@@ -20,7 +20,7 @@ from handout.completion.completed_hand import complete_hand
 from handout.errors import InputError, MissingCharacters
 from handout.hand.measures import ink_colours
 from handout.inking.mixing import mixed, pasted, recoloured
-from handout.letters.document import Letter, Picture, Signature, blocks_in
+from handout.letters.document import Head, Letter, Picture, Signature, blocks_in
 from handout.letters.rows import Setting
 from handout.letters.runs import Runs, WriterOptions, lines_of, runs_of, written
 from handout.letters.setting import LetterPage, set_letter
@@ -50,11 +50,6 @@ _PDF_DPI = 300.0  # pixels an inch of a letterhead in PDF, as PNG files have
 _SET, _WRITTEN = 0.5, 0.35  # of the work: setting a letter, and writing it before it is drawn; as of a text
 Options = TypeVar("Options", WritingOptions, SheetOptions, PictureOptions)
 _PAGE = 250  # characters: no page of a letter holds fewer, but for its pictures
-_OPTIONS = {  # what a head may say that is an option, too
-    WritingOptions: ("hand", "x_height", "line_spacing", "align", "slips"),
-    SheetOptions: ("page", "margin"),
-    PictureOptions: ("pen", "pen_width", "ink", "paper"),
-}
 _FILES = ("hand", "paper", "pen")  # of these, such as may name a file beside the letter
 
 
@@ -152,7 +147,7 @@ def _is_given(name: str, options: Any, given: Collection[str] | None) -> bool:
 def _headed(letter: Letter, options: Options, given: Collection[str] | None) -> Options:
     """Options, with what the head says of those that the caller did not ask for."""
     said: dict[str, Any] = {}
-    for name in _OPTIONS[type(options)]:
+    for name in {each.name for each in fields(options)} & {*Head.__struct_fields__}:
         value = getattr(letter.head, name)
         if value is not None and not _is_given(name, options, given):
             said[name] = _beside(letter, value) if name in _FILES else value

@@ -10,9 +10,9 @@ import itertools
 import json
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from handout import page_sizes, units
 from handout.errors import InputError
@@ -24,6 +24,7 @@ from handout.merging.fields import Fields, RowManner, counted, doubts
 from handout.merging.sheets import overlaid
 from handout.merging.template import Letter
 from handout.pipeline import writing
+from handout.pipeline.declarations import declared
 from handout.pipeline.inputs import LETTERS, decoded, is_file
 from handout.pipeline.letters import LetterTask, check_letter, draw_letter, prepare_letter
 from handout.pipeline.options import MergeOptions, PictureOptions, SheetOptions, TableOptions, WritingOptions
@@ -39,15 +40,6 @@ from handout.sinks import drawing_file
 from handout.values import Drawing, Manuscript, Page
 from handout.writing.layout import Layout
 
-if TYPE_CHECKING:
-    from _typeshed import DataclassInstance
-
-# that change nothing on paper, and so make no other batch
-_NOT_OF_THE_BATCH = {
-    *("dry_run", "resume", "again", "afresh", "page", "letter", "skip_bad", "given", "approved", "alone"),
-    *("queue", "envelopes_to"),
-    *("jobs", "cluster"),
-}
 SENT_PICTURES = "pictures"  # the folder beside a letter that stands alone, with those that were sent with it
 # the head of a letter file, as `letters.letter_file` finds it
 _HEAD = re.compile(r"\ufeff?(?:---|\+\+\+)[ \t]*\n(?:.*\n)*?(?:---|\+\+\+)[ \t]*(?:\n|\Z)")
@@ -224,10 +216,10 @@ def _batch(merge: Merge, hand: str, facts: dict[str, object]) -> Batch:
     return journal.batch(merge.path, merge.table, library.path(hand), facts, cells)
 
 
-def _named(options: DataclassInstance) -> dict[str, object]:
+def _named(options: object) -> dict[str, object]:
     """The options that change something on paper, by name."""
-    names = (option.name for option in fields(options))
-    values = {name: getattr(options, name) for name in names if name not in _NOT_OF_THE_BATCH}
+    names = (each.name for each, declaration in declared(options) if declaration.of_batch)
+    values = {name: getattr(options, name) for name in names}
     if rewritten := values.pop("rewritten", ()):
         values["rewritten"] = repr(rewritten)
     return {name: ",".join(value) if isinstance(value, tuple) else value for name, value in values.items()}

@@ -1,6 +1,7 @@
-"""What a caller may ask for, typed and frozen, with the command's defaults: the options of all verbs.
+"""What a caller may ask for, typed and frozen: the options of all verbs, each declared once.
 
-Nothing heavy is imported here: the command reads this file to show its help.
+What a plotter is asked for is in `plot_request`; `declarations` says how an option is declared.  Nothing heavy is
+imported here: the command reads this file to show its help.
 """
 
 from __future__ import annotations
@@ -9,15 +10,39 @@ import secrets
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
-from handout import units
+from msgspec import Meta
+
+from handout import page_sizes, units
 from handout.colour import METHODS, exports
 from handout.errors import InputError
 from handout.inking.pen import PENS as PENS
 from handout.inking.pen import TEXTURED as TEXTURED
 from handout.motion import ENGINES as ENGINES
 from handout.motion import POSE_METHODS as POSE_METHODS
+from handout.pipeline.declarations import (
+    ENVELOPES,
+    FILES,
+    HAND,
+    INK,
+    MACHINE,
+    OWN,
+    PAGE,
+    PARTS,
+    STYLE,
+    TABLE,
+    Colour,
+    Lengths,
+    Name,
+    Number,
+    PageName,
+    PaperName,
+    Seed,
+    SentLength,
+    option,
+    shared,
+)
 
 if TYPE_CHECKING:
     from handout.hand.drawn import Hand
@@ -34,52 +59,116 @@ COLOUR_FORMATS = tuple(exports.FORMATS)  # that a calibration can be written as
 LAYERS: tuple[LayerBy, ...] = get_args(LayerBy)  # what a layer of a file may be
 ALIGNMENTS: tuple[Align, ...] = get_args(Align)
 
+_SIDES = "e.g. 15mm, or 20mm,15mm (vertical, horizontal), or four from the top clockwise."
+_POSE = "Hold the pen as a pose library suggests: one that comes with the program, or a .pose file."
+_METHOD = "How the pose is put together of the library's strokes."
+_STYLES = "fast-tag, calm, blackletter, chancery, scrawl, learned, one of your own, or a .toml or .style file."
+_PRIME = "Of a learned style: the example that primes it, by its name, or a drawing's file."
+_TEMPERATURE = "Of a learned style: how much chance; 1 as in its examples."
+_LETTER_PAGES = "How many pages a letter may have."
+_ROWS = "Rows by their numbers in the file, the header is 1: 3-7,9 or 7-."
+
+
+def slip_rate(text: str) -> float:
+    """Slips in 100 words: a number of them, or "usual".
+
+    Raises
+    ------
+    InputError
+        No number, or one outside 0 to 100.
+    """
+    from handout.writing.slips import USUAL, check_rate
+
+    try:
+        return check_rate(USUAL if text == "usual" else float(text))
+    except ValueError:
+        raise InputError(
+            f"slips: {text!r} is no number of slips in 100 words; give one, such as --slips 3, or put --slips last."
+        ) from None
+
 
 @dataclass(frozen=True)
 class WritingOptions:
     """How a text is written.
 
     hand : the name of a hand, the path of its file, or a hand that was loaded or read.
-    seed : same seed, same writing; None: one by chance, which the result tells.
-    x_height : height of a small letter; None: 2.5 mm, or a scanned hand's own.
-    line_spacing : distance of baselines; None: the hand's own.
-    align : one of `ALIGNMENTS`.
-    kinematics : how strokes move, one of `ENGINES`.
+    seed : None: one by chance, which the result tells.
     speed : "human", "fast", or a factor.
-    jitter : variation, 1 as people vary, 0 none.
-    haste : −1 careful, 0 as drawn, 1 hurried; for drawn hands.
-    fit : shrink what does not fit its page.
-    fallback : take similar forms for characters that the hand lacks.
     slips : words in 100 that are begun wrongly and struck out.
-    strict : refuse a text of which a word reads as another.
-    pose : a pose library, by its name or the path of a .pose file, that says how the pen is held; None: none.
-    pose_method : one of `POSE_METHODS`.
-    style : a handstyle, by its name or file, in which the written strokes are moved through anew; None: none.
-    prime : of a learned style, the example that primes it, by its name or the file of a drawing; None: the style's own.
-    temperature : of a learned style, how much chance there is, 1 as in its examples; None: the style's own.
     rewritten : words that are written again while all others stay as they are: where each begins in the text, and how
         many times; in a letter file, where in what its hands write, as `Written.words` tells it.
     """
 
-    hand: str | Hand | ScannedHand = "house-joined"
-    seed: int | None = None
-    x_height: Length | None = None
-    line_spacing: Length | None = None
-    align: Align = "ragged"
-    kinematics: str = "optimal-control"
-    speed: str | float = "human"
-    jitter: float = 1.0
-    haste: float = 0.0
-    fit: bool = False
-    fallback: bool = False
-    slips: float = 0.0
-    strict: bool = False
-    pose: str | None = None
-    pose_method: str = POSE_METHODS[0]
-    style: str | None = None
-    prime: str | None = None
-    temperature: float | None = None
-    rewritten: tuple[tuple[int, int], ...] = ()
+    hand: str | Hand | ScannedHand = shared(
+        "house-joined", HAND, "A built-in hand, your own, or a .hand or .toml file or .svg font.", sent=Name
+    )
+    seed: int | None = shared(
+        None, HAND, "Same seed, same writing; without it every run differs.", kind=int, sent=Seed | None
+    )
+    x_height: Length | None = shared(
+        None,
+        PAGE,
+        "Height of a small letter; default: 2.5mm, or a scanned hand's own.",
+        sent=SentLength | None,
+        of_strokes=True,
+    )
+    line_spacing: Length | None = shared(
+        None, PAGE, "Distance of lines, e.g. 9mm; default: the hand's own.", sent=SentLength | None, of_strokes=True
+    )
+    align: Align = shared(
+        "ragged",
+        PAGE,
+        "Of lines; ragged begins them on the left, not quite straight.",
+        choices=ALIGNMENTS,
+        sent=Align,
+        of_strokes=True,
+    )
+    kinematics: str = shared("optimal-control", HAND, "How the strokes move.", choices=ENGINES, of_strokes=True)
+    speed: str | float = shared("human", HAND, "human, fast, or a factor such as 1.5.", of_strokes=True)
+    jitter: float = shared(
+        1.0,
+        HAND,
+        "1 as people vary, 0 none.",
+        flags=("--variation", "--jitter"),
+        sent=Annotated[float, Meta(ge=0, le=3)],
+        sent_as="variation",
+        of_strokes=True,
+    )
+    haste: float = shared(
+        0.0, HAND, "-1 careful, 0 as drawn, 1 hurried.", sent=Annotated[float, Meta(ge=-1, le=1)], of_strokes=True
+    )
+    fit: bool = shared(False, PAGE, "Shrink what does not fit instead of refusing it.", sent=bool, of_strokes=True)
+    fallback: bool = shared(
+        False,
+        HAND,
+        "Take similar forms for characters that the hand lacks, leave out emoji.",
+        sent=bool,
+        of_strokes=True,
+    )
+    slips: float = shared(
+        0.0,
+        HAND,
+        "Words in 100 begun wrongly, struck out and written again; without a number 2. Never in addresses.",
+        kind=slip_rate,
+        metavar="[RATE]",
+        alone="usual",
+        sent=Annotated[float, Meta(ge=0, le=100)],
+        of_strokes=True,
+    )
+    strict: bool = shared(False, HAND, "Refuse a text of which a word, as written, reads as another.", sent=bool)
+    pose: str | None = shared(None, STYLE, _POSE)
+    pose_method: str = shared(POSE_METHODS[0], STYLE, _METHOD, choices=POSE_METHODS, of_strokes=True)
+    style: str | None = shared(None, STYLE, f"Move through what is written in a handstyle: {_STYLES}", sent=Name | None)
+    prime: str | None = shared(None, STYLE, _PRIME)
+    temperature: float | None = shared(None, STYLE, _TEMPERATURE, kind=float, of_strokes=True)
+    rewritten: tuple[tuple[int, int], ...] = option(
+        (),
+        sent=Annotated[
+            tuple[tuple[Annotated[int, Meta(ge=0, le=100_000)], Annotated[int, Meta(ge=1, le=100)]], ...],
+            Meta(max_length=1000),
+        ],
+        of_strokes=True,
+    )
 
 
 @dataclass(frozen=True)
@@ -87,14 +176,14 @@ class SheetOptions:
     """The sheet that is written on.
 
     page : a name such as "A5", or WxHmm; None: that of a scanned sheet, or else `usual_page`.
-    margin : one, two or four lengths, parted by commas, from the top clockwise; None: a tenth of the short side.
+    margin : None: a tenth of the short side.
     pages : how many there may be; None: as many as the text needs.
     usual_page : the page where none is asked for.
     """
 
-    page: str | None = None
-    margin: str | None = None
-    pages: int | None = None
+    page: str | None = shared(None, PAGE, page_sizes.HELP, sent=PageName | None)
+    margin: str | None = shared(None, PAGE, _SIDES, sent=Lengths | None)
+    pages: int | None = shared(None, PAGE, "How many pages there may be.", kind=int, least=1, sent=Number | None)
     usual_page: str = "A4"
 
     @property
@@ -107,24 +196,41 @@ class SheetOptions:
 class PictureOptions:
     """How writing looks in pictures.
 
-    dpi : pixels an inch of PNG files.
     pen : one of `PENS`, a brush or a .brush file, or for a scanned hand another .hand file; None: ballpoint, or a
         scanned hand's own pen.
-    pen_width : width of the line; None: the pen's own.
-    ink : colour of the ink, "#rrggbb" or a name; None: the pen's own.
     paper : "none", "plain", "laid", "ruled", "squared" (with ":8mm", ":8mm,25mm"), or a picture or PDF
         of a sheet, FILE or FILE:2.
-    transparent : leave the paper out of PNG files.
-    layer_by : what a layer of SVG and DXF files is, one of `LAYERS`.
     """
 
-    dpi: float = 300.0
-    pen: str | None = None
-    pen_width: Length | None = None
-    ink: str | None = None
-    paper: str = "none"
-    transparent: bool = False
-    layer_by: LayerBy = "ink"
+    dpi: float = shared(300.0, INK, "Of PNG files.", least=36, most=2400, sent=Annotated[float, Meta(ge=20, le=1200)])
+    pen: str | None = shared(
+        None,
+        INK,
+        f"What the ink looks like, in PNG files and prints: {', '.join(PENS)}, by default ballpoint; "
+        "dry-brush, marker, sumi, crayon, or a .brush file. A scanned hand has its own; another .hand file lends it "
+        "that of its pages.",
+        sent=Name | None,
+    )
+    pen_width: Length | None = shared(
+        None, INK, "Width of the line, in pictures; default: the pen's own, plain 0.3mm.", sent=SentLength | None
+    )
+    ink: str | None = shared(
+        None,
+        INK,
+        "Colour of the ink, in pictures: #rrggbb, or a name such as navy; default: the pen's own.",
+        sent=Colour | None,
+    )
+    paper: str = shared(
+        "none",
+        INK,
+        "plain laid ruled squared (ruled:8mm; ruled:8mm,25mm: the first rule 25mm from the top), or a picture or "
+        "PDF of a sheet (FILE, FILE:2): behind the ink in PNG files, and written on its lines and beside its print in "
+        "all.",
+        unless=("transparent",),
+        sent=PaperName,
+    )
+    transparent: bool = shared(False, INK, "PNG files without any paper.", unless=("paper",), sent=bool)
+    layer_by: LayerBy = shared("ink", INK, "What each layer of SVG and DXF files is.", choices=LAYERS)
 
     @property
     def has_scanned_pen(self) -> bool:
@@ -173,37 +279,38 @@ class PictureOptions:
 
 @dataclass(frozen=True)
 class ChartOptions:
-    """The sheets that charts and strips are printed on.
+    """The sheets that charts and strips are printed on; pages None: what the printer's margins ask for."""
 
-    sheet : "A4" or "letter"; pages : 1, or 2 where the printer's margins are wide; None: what the margins ask for.
-    """
-
-    sheet: str = "A4"
-    pages: int | None = None
+    sheet: str = option("A4", OWN, "A4 or letter.", sent=Literal["A4", "letter"])
+    pages: int | None = option(
+        None, OWN, "1, or 2 where the printer's margins are wide.", kind=int, sent=Literal[1, 2] | None
+    )
 
 
 @dataclass(frozen=True)
 class CalibrationOptions:
-    """How a printer is calibrated.
+    """How a printer is calibrated; output None: chart and strip go to the printer."""
 
-    scanner : scan through SANE with this scanner instead of asking for files; scanner_name : for the record.
-    hand : the hand whose ink verifies the calibration, and with whose pages the scan is compared.
-    output : a folder for chart and strip as PDF, for a user who prints them; None: they go to the printer.
-    method : how the table is made of the patches, one of `colour.models.METHODS`.
-    no_verify : store the table without a verification strip; accept : take a print in which inks are weak.
-    afresh : begin anew instead of going on where the last run was left.
-    faults : of the simulated printer or scanner.
-    """
-
-    scanner: str | None = None
-    scanner_name: str = ""
-    hand: str = ""
-    output: Path | None = None
-    method: str = "forward"
-    no_verify: bool = False
-    accept: bool = False
-    afresh: bool = False
-    faults: tuple[str, ...] = ()
+    scanner: str | None = option(
+        None, OWN, "Scan through SANE with this scanner (scanimage -L lists them) instead of giving files."
+    )
+    scanner_name: str = option("", OWN, "What the scanner that makes the files is called, for the record.")
+    hand: str = option("", OWN, "Verify with the ink of this hand; compare the scan with its pages.")
+    output: Path | None = option(
+        None, OWN, "Folder for chart and strip as PDF, if you print them yourself.", flags=("-o", "--output"), kind=Path
+    )
+    method: str = option("forward", OWN, "How the table is made of the patches.", choices=COLOUR_METHODS)
+    no_verify: bool = option(False, OWN, "Store the table without printing a verification strip.")
+    accept: bool = option(False, OWN, "Calibrate with the print as it is, though inks are weak in it.", sent=bool)
+    afresh: bool = option(False, OWN, "Begin anew instead of going on where the last run was left.", sent=bool)
+    faults: tuple[str, ...] = option(
+        (),
+        OWN,
+        "With sim: something wrong with printer or scanner.",
+        flags=("--fault",),
+        repeated=True,
+        sent=Annotated[tuple[Name, ...], Meta(max_length=4)],
+    )
 
 
 @dataclass(frozen=True)
@@ -222,56 +329,96 @@ class CalibrationPlace:
 
 @dataclass(frozen=True)
 class ReadingOptions:
-    """How a hand is read from pages.
+    """How a hand is read from pages."""
 
-    dpi : pixels an inch of the scans, where the files do not say.
-    pen : what it was written with, one of `TEXTURED`; None: told from the ink.
-    title : what to call the hand, for people.
-    seed : same seed, same hand.
-    ink_only : the file keeps nothing of the scans but their ink.
-    """
-
-    dpi: float | None = None
-    pen: str | None = None
-    title: str | None = None
-    seed: int = 0
-    ink_only: bool = False
+    dpi: float | None = option(
+        None,
+        OWN,
+        "Pixels an inch of the scans, where the files do not say.",
+        kind=float,
+        sent=Annotated[float, Meta(ge=50, le=2400)] | None,
+    )
+    pen: str | None = option(
+        None,
+        OWN,
+        "What it was written with; default: told from the ink.",
+        choices=TEXTURED,
+        sent=Literal["ballpoint", "fineliner", "fountain", "pencil"] | None,
+    )
+    title: str | None = option(
+        None, OWN, "What to call the hand, for people.", sent=Annotated[str, Meta(max_length=200)] | None
+    )
+    seed: int = option(0, OWN, "Same seed, same hand.", least=0, sent=Seed)
+    ink_only: bool = option(
+        False, OWN, "Keep nothing of the scans but their ink. What is painted is then not segmented anew.", sent=bool
+    )
 
 
 @dataclass(frozen=True)
 class TableOptions:
     """Which rows of a table are made, how its columns are read, and how a batch of them is gone on with."""
 
-    rows: str = ""  # by their numbers in the file, "3-7,9" or "7-"; all for ""
-    columns: tuple[str, ...] = ()  # what columns hold, where headers do not say it: "name=Guest(s)", "1=name"
-    address: str = ""  # which of several addresses of a row: home, business, 2 …
-    no_name: bool = False  # whether a table without names may be
-    copies: int = 1  # of each row
-    resume: bool = False  # go on with a batch that broke off
-    again: str = ""  # with `resume`, rows to make whatever became of them
-    afresh: bool = False  # make all of it, though an earlier run broke off
-    jobs: int = 1  # processes that make rows
-    cluster: str = ""  # address of a Dask scheduler whose workers make them instead
+    rows: str = option("", TABLE, _ROWS, sent=Annotated[str, Meta(pattern=r"^[0-9, -]{0,500}(?!\n)$")])
+    columns: tuple[str, ...] = option(
+        (),
+        TABLE,
+        'What columns hold: "name=Guest(s)" or "1=name"; also of a row its own hand, pen, language, copies, '
+        "or its text.",
+        repeated=True,
+        metavar="WHAT=COLUMN",
+        sent=Annotated[tuple[Annotated[str, Meta(max_length=200)], ...], Meta(max_length=50)],
+    )
+    address: str = option("", TABLE, "Of several addresses of a row: home, business, 2 …")
+    no_name: bool = option(False, TABLE, "Take a table that has no names.")
+    copies: int = option(1, PARTS, "Of each row.", sent=Number)
+    resume: bool = option(
+        False, PARTS, "Go on with a batch that broke off: print exactly the rest of it.", of_batch=False
+    )
+    again: str = option("", TABLE, "With --resume: make these whatever became of them.", metavar="ROWS", of_batch=False)
+    afresh: bool = option(False, TABLE, "Make all of it, though an earlier run of it broke off.", of_batch=False)
+    jobs: int = shared(1, TABLE, "Processes that make pages.", least=1, of_batch=False)
+    cluster: str = shared(
+        "", TABLE, "Of a Dask scheduler: its workers make the pages.", metavar="ADDRESS", of_batch=False
+    )
 
 
 @dataclass(frozen=True)
 class PrintOptions(TableOptions):
-    """What is printed of a table, on which printer, and how it is fed."""
+    """What is printed of a table, on which printer, and how it is fed.
 
-    printer: str = "pdf"  # its profile, its queue, or an address ipp://…
-    queue: (
-        str | tuple[str, ...]
-    ) = ()  # where they go instead of the profile's queue: a CUPS queue, ipp://…, file:FOLDER
-    envelopes_to: tuple[str, ...] = ()  # where envelopes go, if not where letters do: likewise, or a profile
-    dry_run: str | Path | None = None  # a .pdf, .png or .svg that is written instead of printing
-    page: str | None = None  # the letter's, or without one the envelope's: a name or WxHmm; None: A4, or DL
-    tray: str = ""  # as the printer calls it
-    feed: str | None = None  # the edge that goes in first, short or long; None: the profile's
-    flap: str | None = None  # of an envelope, the edge that goes in first upwards: left, right, leading or trailing
-    nudge: str | None = None  # how far the writing is moved to the right and down, "1.5mm,-0.5mm"
-    format: str | None = None  # of what is sent: pdf, pwg, urf, png; None: the best
-    calibration: str = ""  # a printer/paper, a file, or none; "": the printer's newest
-    stock: str = ""  # what paper is in the printer, as it was called when it was calibrated
+    printer : its profile, its queue, or an address ipp://…
+    flap : of an envelope, the edge that goes in first upwards; feed None: the profile's.
+    """
+
+    printer: str = shared("pdf", MACHINE, "A printer's profile (epson), queue, or ipp://…")
+    queue: str | tuple[str, ...] = option(
+        (),
+        MACHINE,
+        "Where pages go: a CUPS queue, ipp://HOST/ipp/print, file:FOLDER; several share.",
+        repeated=True,
+        of_batch=False,
+    )
+    envelopes_to: tuple[str, ...] = option(
+        (), ENVELOPES, "Where envelopes go, if not with letters.", repeated=True, metavar="PRINTER", of_batch=False
+    )
+    dry_run: str | Path | None = option(
+        None, FILES, "Write .pdf, .png or .svg instead of printing.", kind=Path, of_batch=False
+    )
+    page: str | None = option(None, PAGE, f"{page_sizes.HELP}  [default: A4, or without a letter DL]", of_batch=False)
+    tray: str = option("", MACHINE, "Feed from this tray, as the printer calls it (rear, main …).")
+    feed: str | None = option(None, MACHINE, "The edge of the sheet that goes in first.", choices=("short", "long"))
+    flap: str | None = option(
+        None,
+        ENVELOPES,
+        "Where an envelope's flap is, print side towards you, the edge that goes in first upwards.",
+        choices=("left", "right", "leading", "trailing"),
+    )
+    nudge: str | None = option(None, MACHINE, "Move the writing to the right and down: 1.5mm,-0.5mm.", metavar="X,Y")
+    format: str | None = option(
+        None, MACHINE, "Of what is sent; default: the best.", choices=("pdf", "pwg", "urf", "png")
+    )
+    calibration: str = option("", MACHINE, "A printer/paper, a file, or none; default: the printer's newest.")
+    stock: str = option("", MACHINE, "What paper is in the printer, as it was called when it was calibrated.")
 
 
 @dataclass(frozen=True)
@@ -279,58 +426,86 @@ class MergeOptions:
     """The letter that every row of a table fills, and what goes on its envelope.
 
     letter : its file, a template; None: there is none, or the text stands in a column.
-    with_envelopes : whether every row has an envelope besides; envelope : a name or WxHmm.
     margin, pages : of the letter, as in `SheetOptions`.
-    language : of the rows that do not say one, for dates.
-    return_address : the sender's, a text or its file; return_at : "corner" of the envelope's front, or its "back".
-    home_country : the country that is left out of addresses.
-    window : the envelope whose window shows the address, which then stands on the letter: DL, C5 or #10.
-    tick : whether the row's number stands small on letter and envelope.
-    skip_bad : whether rows that can be made are made although others cannot.
     given : options that win over the head of a letter file, as in `pipeline.letters.prepare_letter`.
-    approved : the .json file of a proof, which these pages have to be.
     alone : whether letter, table and return address were sent from elsewhere, and may name no other files.
     """
 
-    letter: str | Path | None = None
-    approved: str | Path | None = None
-    given: frozenset[str] | None = None
-    with_envelopes: bool = False
-    envelope: str = "DL"
-    margin: str | None = None
-    pages: int | None = None
-    language: str = "en"
-    return_address: str = ""
-    return_at: Literal["corner", "back"] = "corner"
-    home_country: str = ""
-    window: str = ""
-    tick: bool = False
-    skip_bad: bool = False
-    alone: bool = False
+    letter: str | Path | None = option(
+        None,
+        TABLE,
+        "A letter with gaps, {{ first_name }}, that every row of the table fills.",
+        kind=Path,
+        of_batch=False,
+    )
+    approved: str | Path | None = option(
+        None, TABLE, "A proof's .json: refuse what differs from it.", kind=Path, of_batch=False
+    )
+    given: frozenset[str] | None = option(None, of_batch=False)
+    with_envelopes: bool = option(False, ENVELOPES, "An envelope for every letter.", sent=bool)
+    envelope: str = shared("DL", ENVELOPES, "The size of these envelopes.", sent=PageName)
+    margin: str | None = option(None, PAGE, f"Of letters: {_SIDES}", sent=Lengths | None)
+    pages: int | None = option(None, PAGE, _LETTER_PAGES, kind=int, least=1, sent=Number | None)
+    language: str = shared(
+        "en",
+        TABLE,
+        "Of dates in letters: de, fr, en-GB …",
+        sent=Annotated[str, Meta(pattern=r"^[A-Za-z_-]{1,20}(?!\n)$")],
+    )
+    return_address: str = shared(
+        "", ENVELOPES, "The sender on envelopes: a text, or its file.", sent=Annotated[str, Meta(max_length=500)]
+    )
+    return_at: Literal["corner", "back"] = shared(
+        "corner",
+        ENVELOPES,
+        "Where the sender stands: in the corner of the front, or on the back.",
+        choices=("corner", "back"),
+    )
+    home_country: str = shared(
+        "", ENVELOPES, "The country that is left out of addresses.", sent=Annotated[str, Meta(max_length=60)]
+    )
+    window: str = shared("", ENVELOPES, "Address on the letter, for a window: DL, C5, #10, CH, CH-left or FR.")
+    tick: bool = shared(False, TABLE, "The row's number, small, on letter and envelope.", sent=bool)
+    skip_bad: bool = shared(
+        False, TABLE, "Make the rows that can be made, though others cannot.", sent=bool, of_batch=False
+    )
+    alone: bool = option(False, of_batch=False)
 
 
 @dataclass(frozen=True)
 class FillOptions:
-    """How a PDF form is filled in."""
+    """How a PDF form is filled in; device None: a common plotter."""
 
-    columns: tuple[str, ...] = ()  # what columns answer, where their headers do not say it: "field=column", "=column"
-    rows: str = ""  # by their numbers in the file, "3-7,9" or "7-"; all for ""
-    mark: Literal["cross", "tick"] = "cross"  # in a box
-    writing_only: bool = False  # .pdf and .png without the form, for sheets on which it is printed already
-    device: str | None = None  # the plotter; None: a common one
+    columns: tuple[str, ...] = option(
+        (),
+        TABLE,
+        'Which column answers a field: "Surname=Last name"; "=Notes" leaves a column out.',
+        repeated=True,
+        metavar="FIELD=COLUMN",
+    )
+    rows: str = option("", TABLE, _ROWS)
+    mark: Literal["cross", "tick"] = option("cross", OWN, "In check boxes.", choices=("cross", "tick"))
+    writing_only: bool = option(False, OWN, "Without the form, for sheets that it is printed on already.")
+    device: str | None = shared(
+        None, MACHINE, "The plotter, for --port and .gcode, .hpgl or .ebb files; default: a common one."
+    )
 
 
 @dataclass(frozen=True)
 class StyleOptions:
-    """A handstyle, and what is changed of it."""
+    """A handstyle, and what is changed of it; None: the style's own."""
 
-    style: str | None = None  # a style's name, or a .toml or .style file; None: fast-tag
-    smooth: float | None = None  # 0.05 to 1: how much the movement rounds; None: the style's
-    shear: str | None = None  # lean of the letters, such as "12deg"; None: the style's
-    jitter: float | None = None  # how much the hand varies, 1 as people do; None: the style's
-    prime: str | None = None  # of a learned style, an example by its name or file; None: the style's own
-    temperature: float | None = None  # of a learned style, 1 for as much chance as in its examples; None: the style's
-    seed: int | None = None  # same seed, same bytes; None: one by chance
+    style: str | None = option(None, STYLE, f"Default: fast-tag. Or {_STYLES.removeprefix('fast-tag, ')}")
+    smooth: float | None = option(
+        None, STYLE, "0.05 to 1: how much the movement rounds; default: the style's.", kind=float
+    )
+    shear: str | None = option(None, STYLE, "Lean of the letters, such as 12deg; default: the style's.")
+    jitter: float | None = option(
+        None, STYLE, "How much the hand varies, 1 as people do; default: the style's.", kind=float
+    )
+    prime: str | None = shared(None, STYLE, _PRIME)
+    temperature: float | None = shared(None, STYLE, _TEMPERATURE, kind=float)
+    seed: int | None = option(None, STYLE, "Same seed, same bytes; without it every run may differ.", kind=int)
 
 
 StyleValue = float | str | Sequence[float]
@@ -354,59 +529,82 @@ class StyleDraft:
 class LessonOptions:
     """How a style is learned from examples."""
 
-    title: str | None = None  # for people; None: the name of the file
-    size: str = "small"  # of the networks: small, or berio_2017, that of the paper
-    inputs: str = "ahead"  # what they are told of a way: ahead, local, berio_2017, berio_2017_no_history
-    seed: int = 0  # same seed, same style
+    title: str | None = option(None, OWN, "What to call it, for people; default: the name of the file.")
+    size: str = option(
+        "small",
+        OWN,
+        "Of the networks; berio_2017 is that of the paper, with 36 times the weights.",
+        choices=("small", "berio_2017"),
+    )
+    inputs: str = option(
+        "ahead",
+        OWN,
+        "What they are told of a stroke.",
+        choices=("ahead", "local", "berio_2017", "berio_2017_no_history"),
+    )
+    seed: int = option(0, OWN, "Same seed, same style.")
 
 
 @dataclass(frozen=True)
 class PoseOptions:
-    """How a pen is held, after a library of recorded strokes."""
+    """How a pen is held, after a library of recorded strokes; pose None: as it was."""
 
-    pose: str | None = None  # a pose library's name, or a .pose file; None: the pen is held as it was
-    method: str = POSE_METHODS[0]  # one of `POSE_METHODS`
-    trajectory: bool = False  # whether the strokes themselves become like those of the library
-    one_pass: bool = False  # with `trajectory`: pose and path both after the path that was drawn
+    pose: str | None = option(None, STYLE, _POSE)
+    method: str = option(POSE_METHODS[0], STYLE, _METHOD, choices=POSE_METHODS)
+    trajectory: bool = option(False, STYLE, "Draw the strokes, too, as the library's writer draws.")
+    one_pass: bool = option(False, STYLE, "With --trajectory: hold the pen as the old strokes suggest.")
 
 
 @dataclass(frozen=True)
 class PromptOptions:
     """The sheets that an author is asked to write on."""
 
-    pages: int | None = None  # how many to write; None: 4, or 1 for a hand
-    hand: str | None = None  # a scanned hand: sheets of the letters of which it has few sure ones
-    characters: str | None = None  # each occurs at least once; None: all printable ASCII, or the letters of the hand
-    also: str = ""  # more characters than these
-    target: str | None = None  # a file with texts such as will be wanted later: its letters count, and occur
-    corpus_file: str | None = None  # a file of text to take the sentences from; None: the program's own
-    page: str = "A4"  # or letter
-    ruling: Length = "10mm"  # distance of the lines
-    letter_width: Length | None = None  # width that letters take, with gaps; None: a third of the ruling
-    ruled: bool = True  # lines and words printed pale where one writes; or nothing but the marks
+    pages: int | None = option(
+        None,
+        OWN,
+        "How many to write; default: 4, or 1 with --for.",
+        kind=int,
+        least=1,
+        most=100,
+        sent=Annotated[int, Meta(ge=1, le=20)] | None,
+    )
+    hand: str | None = option(
+        None, OWN, "A scanned hand, or .hand file: the letters of which it has few sure ones.", flags=("--for",)
+    )
+    characters: str | None = option(
+        None, OWN, "Each occurs at least once; default: all printable ASCII, or the hand's."
+    )
+    also: str = option("", OWN, "More characters than these, e.g. äöüß€.", sent=Annotated[str, Meta(max_length=500)])
+    target: str | None = option(
+        None, OWN, "A file with texts such as will be wanted later: its letters count, and occur."
+    )
+    corpus_file: str | None = option(
+        None, OWN, "A file of text to take the sentences from; default: the program's own.", flags=("--corpus",)
+    )
+    page: str = option("A4", OWN, "A4 or letter.", sent=Literal["A4", "letter"])
+    ruling: Length = option("10mm", OWN, "Distance of the lines, 6mm to 20mm.", sent=SentLength)
+    letter_width: Length | None = option(
+        None, OWN, "Width your letters take, with gaps, e.g. 2.8mm; default: a third of the ruling."
+    )
+    ruled: bool = option(
+        True,
+        OWN,
+        "Lines and words printed pale where you write; or nothing but the marks, with the words on a page beside "
+        "and lines to lay under: for printers without colour, and for red ink.",
+        off="--plain",
+    )
 
 
 @dataclass(frozen=True)
-class StudyOptions:
-    """A study of how well people tell made writing from real."""
+class ProofOptions(TableOptions):
+    """What a proof is of: the page, and the machine, printer or plotter, whose reach, time and prices are looked at."""
 
-    hand: tuple[str, ...] = ()  # scanned hands, or .hand files
-    real: tuple[Path, ...] = ()  # for each hand a folder of scans that real snippets are cut from; none: its own pages
-    people: int = 20
-    singles: int = 10  # questions of questionnaire A for each person
-    pairs: int = 10  # of questionnaire B
-    snippets: int = 60  # of each hand at most, real and made
-    control: str = ""  # another person's scanned hand: pairs that are easy
-    controls: int = 2  # such pairs for each person, where `control` is given
-    random: int = 0  # pairs for each person whose made one is of letters taken by chance
-    random_people: bool = False  # half of the people see such ones alone
-    sampling: str = "balanced"  # or "random": everybody's snippets are drawn by chance
-    envelopes: Path | None = None  # a file of addresses, parted by empty lines: half go on made envelopes
-    page: str = "A4"  # or letter
-    about: bool = False  # whether the cover asks for age, habit and hand
-    title: str = "A study of handwriting"
-    dpi: float | None = None  # of the scans, where the files do not say
-    seed: int | None = None  # same seed, same sheets; None: one by chance
+    page: str | None = option(None, PAGE, f"{page_sizes.HELP}  [default: A4, of a plotter A5, without a letter DL]")
+    printer: str = option("", MACHINE, "Whose reach is looked at: a printer's profile, or its queue.")
+    device: str = option("", MACHINE, "Whose reach and time are looked at: a plotter's profile.")
+    prices: str = option("", TABLE, "sheet=0.02,envelope=0.1,hour=4,currency=EUR …", metavar="NAME=…,…")
+    margin: str | None = option(None, PAGE, f"Of letters: {_SIDES}")
+    pages: int | None = option(None, PAGE, _LETTER_PAGES, kind=int, least=1)
 
 
 def millimetres(length: Length, what: str) -> float:
@@ -430,23 +628,3 @@ def pace(speed: str | float) -> tuple[bool, float]:
         return False, float(speed)
     except ValueError:
         raise InputError(f"speed: {speed!r} is neither human, fast, nor a factor such as 1.5.") from None
-
-
-def slip_rate(text: str | None) -> float:
-    """Slips in 100 words: none, a number of them, or "usual".
-
-    Raises
-    ------
-    InputError
-        No number, or one outside 0 to 100.
-    """
-    if text is None:
-        return 0.0
-    from handout.writing.slips import USUAL, check_rate
-
-    try:
-        return check_rate(USUAL if text == "usual" else float(text))
-    except ValueError:
-        raise InputError(
-            f"slips: {text!r} is no number of slips in 100 words; give one, such as --slips 3, or put --slips last."
-        ) from None

@@ -29,9 +29,10 @@ from handout.pipeline.options import (
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.pipeline.writing import WritingTask
 from handout.printing import envelope, media, printers
-from handout.printing.batch import SIMULATED, BatchOptions, Destination, Way, chosen_rows, destinations, make_rows
+from handout.printing.batch import SIMULATED, BatchOptions, Way, chosen_rows, destinations, make_rows
 from handout.printing.batch import RowsRefused as RowsRefused
 from handout.printing.journal import Journal
+from handout.printing.prepared import Destination
 from handout.printing.queue import Say
 from handout.printing.rows import named
 from handout.printing.sending import Listener as BatchListener

@@ -24,8 +24,8 @@ from handout.pipeline.merging import AT_EDGE, OUT_OF_REACH, WARNED, Finding, Row
 from handout.pipeline.options import (
     MergeOptions,
     PictureOptions,
+    ProofOptions,
     SheetOptions,
-    TableOptions,
     WritingOptions,
     seed_of,
 )
@@ -90,18 +90,6 @@ class Proof(Result):
             "cost": self.costs.facts(),
             **({"notes": list(self.notes)} if self.notes else {}),
         }
-
-
-@dataclass(frozen=True)
-class ProofOptions(TableOptions):
-    """What a proof is of: the page, and the machine, printer or plotter, whose reach, time and prices are looked at."""
-
-    page: str | None = None
-    printer: str = ""
-    device: str = ""
-    prices: str = ""
-    margin: str | None = None
-    pages: int | None = None
 
 
 def proof(

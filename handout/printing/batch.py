@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from types import TracebackType
-from typing import Protocol, Self, cast, runtime_checkable
+from typing import Self, cast
 
 from handout import atomic, units
 from handout.errors import InputError
@@ -20,12 +20,12 @@ from handout.printing.envelope import address_layout, address_text
 from handout.printing.journal import BACK, ENVELOPE, Journal, Piece
 from handout.printing.prepared import (
     BatchPage,
+    Destination,
     Document,
     Folder,
     MakeRows,
     PdfPage,
     Picture,
-    Prepare,
     PreparedPage,
     PreparedRow,
     RowMaker,
@@ -39,14 +39,13 @@ from handout.printing.sending import (
     Failed,
     Job,
     Listener,
-    Pages,
     Remaining,
     Report,
     pieces,
     remaining,
     send,
 )
-from handout.printing.several import Several, send_to_several
+from handout.printing.several import Several, Spool, send_to_several
 from handout.profiles import Printer
 from handout.sinks import drawing_file, picture_pdf
 from handout.values import Drawing, Page, Raster
@@ -305,38 +304,6 @@ class Way:
     change: Callable[[str], object] = lambda request: None
     shared: bool = False
     calibrated: bool = True
-
-
-class Destination(Protocol):
-    """Takes the prepared pages of rows, in their order; a context manager, so that no half-done file stays."""
-
-    def __enter__(self) -> Self: ...
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None: ...
-
-    @property
-    def prepare(self) -> Prepare:
-        """Makes what it takes; any process may call it."""
-        ...
-
-    def take(self, number: int, pages: Sequence[PreparedPage], copies: int) -> None:
-        """Take what `prepare` made of row `number`."""
-        ...
-
-    def finish(self) -> None:
-        """All rows are taken, and what had to be sent is sent."""
-        ...
-
-    def files(self) -> tuple[Path, ...]:
-        """What has been written for the user."""
-        ...
-
-
-@runtime_checkable
-class Spool(Destination, Pages, Protocol):
-    """A destination whose pages are sent to a device."""
 
 
 class PdfFile:

@@ -74,6 +74,33 @@ class PreparedRow:
     problem: str = ""
 
 
+class Destination(Protocol):
+    """Takes the prepared pages of rows, in their order; a context manager, so that no half-done file stays."""
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None: ...
+
+    @property
+    def prepare(self) -> Prepare:
+        """Makes what it takes; any process may call it."""
+        ...
+
+    def take(self, number: int, pages: Sequence[PreparedPage], copies: int) -> None:
+        """Take what `prepare` made of row `number`."""
+        ...
+
+    def finish(self) -> None:
+        """All rows are taken, and what had to be sent is sent."""
+        ...
+
+    def files(self) -> tuple[Path, ...]:
+        """What has been written for the user."""
+        ...
+
+
 class Folder:
     """A temporary folder for pages that wait."""
 

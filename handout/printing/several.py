@@ -15,11 +15,11 @@ from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, Self
+from typing import Literal, Protocol, Self, runtime_checkable
 
 from handout.errors import HandoutError
 from handout.printing.journal import BACK, ENVELOPE, Journal, Piece
-from handout.printing.prepared import BatchPage, Folder, Prepare, PreparedPage
+from handout.printing.prepared import BatchPage, Destination, Folder, Prepare, PreparedPage
 from handout.printing.queue import Device
 from handout.printing.rows import ranges
 from handout.printing.sending import (
@@ -27,6 +27,7 @@ from handout.printing.sending import (
     Failed,
     Job,
     Listener,
+    Pages,
     PrintingStopped,
     Remaining,
     Report,
@@ -37,12 +38,14 @@ from handout.printing.sending import (
 )
 from handout.signals import interrupt
 
-if TYPE_CHECKING:
-    from handout.printing.batch import Spool
-
 Makes = Literal["rows", "letters", "envelopes"]
 _GLANCE = 0.05  # s between two looks whether all devices have ended
 _PATIENCE = 30.0  # s that an interrupted device has to lift its pen or to cancel its job; set by eye
+
+
+@runtime_checkable
+class Spool(Destination, Pages, Protocol):
+    """A destination whose pages are sent to a device."""
 
 
 @dataclass

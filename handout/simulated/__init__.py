@@ -1,10 +1,8 @@
-"""Stand-ins, in the computer, for the people and machines at the two ends of the program; nothing else needs them.
+"""Stand-ins, in the computer, for the machines at the ends of the program: what ``sim:`` and ``--printer sim`` name.
 
-    ipp/       an IPP printer on this computer, with faults on demand: ``python -m handout.simulated.ipp``
-    author/    writes with a built-in hand and a simulated pen, and knows the truth about every pixel
-    printer/   an inkjet and an offset press with faults on demand; what ``--printer sim`` prints with
+    printer/   an inkjet with faults on demand; what ``--printer sim`` prints with
     plotter/   a pen plotter with the firmware of each dialect, behind a port; what the addresses ``sim:`` lead to
-    scanner/   a flatbed; scans what the simulated author wrote and what the simulated printer printed
+    scanner/   a flatbed; scans what the simulated printer printed
     sheet      a printed sheet: inks, paper, and what was written on it afterwards
     spectra    reflectance from 400 to 700 nm, and the colours that it is
     print_and_scan  prints and scans documents in the place of the user: ``--printer sim``

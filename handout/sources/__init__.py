@@ -9,6 +9,8 @@ import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+
 from handout.errors import InputError
 from handout.values import Drawing
 
@@ -117,7 +119,8 @@ def read_drawing(path: str | Path) -> Drawing:
     if len(data) > _LARGEST:
         raise InputError(f"{path} is larger than {_LARGEST // 2**20} MiB: simplify the drawing or split it.")
     try:
-        return _as_plotted(_WITH_PATH[suffix](data, path) if suffix in _WITH_PATH else _FORMATS[suffix](data))
+        with np.errstate(over="ignore", invalid="ignore"):  # what is too large is refused, see `recorded.refuse_far`
+            return _as_plotted(_WITH_PATH[suffix](data, path) if suffix in _WITH_PATH else _FORMATS[suffix](data))
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
 

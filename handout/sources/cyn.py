@@ -10,6 +10,7 @@ Source: the files that came with seed 001.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 import numpy as np
@@ -42,7 +43,7 @@ def _strokes(data: bytes) -> Iterator[Array]:
         raise InputError("This is not CYN: it has no line that begins a stroke.")
     for number, at in enumerate(heads, 1):
         said = lines[at + 1].strip() if at + 1 < len(lines) else ""
-        if not said.isdecimal():
+        if not re.fullmatch(r"\d{1,9}", said, re.ASCII):
             raise InputError(f"Stroke {number} of this CYN file does not say how many samples it has.")
         rows = [line.split() for line in lines[at + 2 : at + 2 + int(said)]]
         try:

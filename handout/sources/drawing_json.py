@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
 import msgspec
 import numpy as np
 
 from handout.errors import InputError
+from handout.sources.recorded import LARGEST, MOST, refuse_far
 from handout.values import Drawing, Page, Stroke
 
 _CHANNELS = ("pressure", "tilt", "azimuth", "rotation", "width")
@@ -21,9 +22,11 @@ class JsonPage(msgspec.Struct, forbid_unknown_fields=True):
     name: str = ""
 
     def page(self) -> Page:
-        """The page; InputError if it has no area."""
-        if not (self.width > 0 and self.height > 0):
-            raise InputError(f"A page of {self.width:g} x {self.height:g} mm cannot be.")
+        """The page; InputError if it has no area, or a greater one than any drawing."""
+        if not (0 < self.width <= LARGEST and 0 < self.height <= LARGEST):
+            raise InputError(
+                f"A page of {self.width:.4g} x {self.height:.4g} mm cannot be: the greatest side is {LARGEST:g} mm."
+            )
         return Page(self.width, self.height, self.name)
 
 
@@ -47,7 +50,7 @@ class _Stroke(msgspec.Struct, forbid_unknown_fields=True):
     azimuth: list[float] | None = None
     rotation: list[float] | None = None
     width: list[float] | None = None
-    word: int = -1
+    word: Annotated[int, msgspec.Meta(ge=-1, le=MOST)] = -1
     nib: float | None = None
     layer: str = ""
     colour: str = ""
@@ -80,8 +83,9 @@ def _read(stroke: _Stroke, number: int) -> Stroke:
     if len(stroke.x) != len(stroke.y):
         raise InputError(f"Stroke {number} has {len(stroke.x)} values of x and {len(stroke.y)} of y.")
     fields = {name: getattr(stroke, name) for name in (*_CHANNELS, "word", "layer", "colour")}
+    xy = np.column_stack([stroke.x, stroke.y])
+    refuse_far(f"Stroke {number}", xy, np.array(stroke.t), nib=stroke.nib, **{k: fields[k] for k in _CHANNELS})
     try:
-        xy = np.column_stack([stroke.x, stroke.y])
         return Stroke(np.array(stroke.t), xy, nib=stroke.nib or 0.0, **fields)
     except ValueError as error:
         raise InputError(f"Stroke {number} cannot be used: {error}.") from error

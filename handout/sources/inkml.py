@@ -7,25 +7,27 @@ a lifted pen are left out.
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 from xml.etree.ElementTree import Element
 
+import msgspec
 import numpy as np
 
 from handout import markup
 from handout.errors import InputError
 from handout.sources import recorded
+from handout.sources.drawing_json import JsonPage
 from handout.sources.recorded import Raw
-from handout.values import Array, Drawing, Page, Stroke
+from handout.values import Array, Drawing, Stroke
 
 _LENGTHS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "pt": 25.4 / 72, "pc": 25.4 / 6, "himetric": 0.01}
 _TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9}
 _TOKEN = re.compile(r"""\s*([!'"]?)\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|\*|\?|[TF]|[-+]?\#[0-9A-Fa-f]+)""")
 _COLOUR = re.compile("#[0-9a-f]{6}")
+_DIGITS = 7  # of the number of a word; one of more is none
 
 
 @dataclass(frozen=True)
@@ -153,9 +155,10 @@ class _Formats:
 
 def _number(text: str | None) -> float | None:
     try:
-        return float(text or "")
+        number = float(text or "")
     except ValueError:
         return None
+    return number if np.isfinite(number) else None
 
 
 def _traces(root: Element, formats: _Formats) -> Iterator[_Trace]:
@@ -183,7 +186,7 @@ def _notes(group: Element, outer: _Notes, nib: float | None) -> _Notes:
     notes = {n.get("type", ""): n.text or "" for n in group.findall("annotation")}
     word, colour = notes.get("word", "").strip(), notes.get("colour", "").strip().lower()
     return _Notes(
-        int(word) if word.isdecimal() else outer.word,
+        int(word) if word.isdecimal() and len(word) < _DIGITS else outer.word,
         notes.get("layer", outer.layer),
         colour if _COLOUR.fullmatch(colour) else outer.colour,
         outer.nib if nib is None else nib,
@@ -250,21 +253,21 @@ class _Decoder:
 def _decimal(text: str) -> float:
     if text in "TF":
         return float(text == "T")
-    return float(int(text.replace("#", ""), 16)) if "#" in text else float(text)
+    try:
+        return float(int(text.replace("#", ""), 16)) if "#" in text else float(text)
+    except OverflowError:
+        return np.inf
 
 
 def _own(traces: list[_Trace], notes: dict[str, str]) -> Drawing:
     """The drawing that this program wrote."""
     try:
-        page = json.loads(notes.get("page", ""))
-        sheet = Page(page["width"], page["height"], page["name"])
-        about: dict[str, Any] = json.loads(notes.get("about", "{}"))
-        if not (sheet.width > 0 and sheet.height > 0 and isinstance(about, dict)):
-            raise ValueError
-    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        page = msgspec.json.decode(notes.get("page", ""), type=JsonPage).page()
+        about = msgspec.json.decode(notes.get("about", "{}"), type=dict[str, Any])
+    except (InputError, msgspec.MsgspecError, RecursionError) as error:
         raise InputError("This InkML says it is by handout, but its annotations page and about are damaged.") from error
     strokes = [_stroke(trace, number) for number, trace in enumerate(traces, 1)]
-    return Drawing(tuple(strokes), sheet, about)
+    return Drawing(tuple(strokes), page, about)
 
 
 def _foreign(traces: list[_Trace], notes: dict[str, str]) -> Drawing:
@@ -290,6 +293,7 @@ def _stroke(trace: _Trace, number: int) -> Stroke:
     try:
         if "T" not in trace.channels:
             raise ValueError("it has no times")
+        recorded.refuse_far(f"Trace {number}", _xy(trace), trace.channels["T"], nib=trace.notes.nib, **_pen(trace))
         return Stroke(trace.channels["T"], _xy(trace), **_pen(trace), **trace.notes._asdict())
     except ValueError as error:
         raise InputError(f"Trace {number} cannot be used: {error}.") from error

@@ -11,6 +11,7 @@ from handout.errors import InputError
 from handout.motion.reconstruction.plan import LognormalPlan
 from handout.motion.reconstruction.planned_page import Fit, PlannedPage
 from handout.sources.drawing_json import JsonPage, decode
+from handout.sources.recorded import refuse_far
 
 
 class _Stroke(msgspec.Struct, forbid_unknown_fields=True):
@@ -57,9 +58,11 @@ def _read(movement: _Movement, number: int) -> Fit:
     columns = np.array([(s.onset, s.duration, s.asymmetry, s.theta) for s in movement.strokes]).reshape(-1, 4).T
     if (columns[1] <= 0).any():
         raise InputError(f"Movement {number} has a stroke whose duration is not above 0 s.")
+    targets = np.array(movement.targets, dtype=np.float64).reshape(-1, 2)
+    onset, duration, asymmetry, theta = columns
+    refuse_far(f"Movement {number}", targets, [movement.start, movement.end], asymmetry=asymmetry, theta=theta)
+    refuse_far(f"Movement {number}", targets, np.concatenate([onset, onset + duration]))
     try:
-        targets = np.array(movement.targets, dtype=np.float64).reshape(-1, 2)
-        onset, duration, asymmetry, theta = columns
         plan = LognormalPlan(targets, onset, duration, asymmetry, theta, movement.start, movement.end)
     except ValueError as error:
         raise InputError(

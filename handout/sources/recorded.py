@@ -1,4 +1,4 @@
-"""What all formats of recorded pens share: raw strokes in mm and s become a drawing on a page."""
+"""What formats of drawings share: the bounds of what is read; raw strokes in mm and s become a drawing on a page."""
 
 from __future__ import annotations
 
@@ -7,12 +7,17 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from handout.errors import InputError
 from handout.values import Array, Drawing, Page, Stroke
 
 MOST = 1_000_000  # samples
+LARGEST = 10_000.0  # mm, of a page, and from its corner to anything on it; set by eye, as those below
+_LONGEST = 1e5  # s that a stroke may take: more than a day
+# greatest values of the channels: of the clock, s, of the width of a mark, mm, of shares and of angles, rad
+_GREATEST = {"t": 1e13, "width": 1000.0, "nib": 1000.0}
+_GREATEST_TURN = 1e4  # set by eye
 RATE = 100.0  # samples a second where the file says nothing
 _LIFT = 0.1  # s between strokes whose clocks do not follow on each other
 _MARGIN = 5.0  # mm around the writing
@@ -37,11 +42,6 @@ class Raw:
     colour: str = ""
     start: float | None = None
 
-    @property
-    def is_finite(self) -> bool:
-        """Whether all values are finite numbers."""
-        return all(np.isfinite(v).all() for v in (self.xy, 0.0 if self.t is None else self.t, *self.channels.values()))
-
 
 def as_drawing(raw: Sequence[Raw], what: str, about: Mapping[str, Any], *, fit: bool = True) -> Drawing:
     """A drawing of raw strokes.
@@ -59,17 +59,17 @@ def as_drawing(raw: Sequence[Raw], what: str, about: Mapping[str, Any], *, fit: 
     Raises
     ------
     InputError
-        No movement of a pen that is down, more than a million samples, or a value that is not a finite number.
+        No movement of a pen that is down, more than a million samples, or a value that `refuse_far` does not take.
     """
     if not raw:
         raise InputError(f"This {what} has no movement of a pen on paper.")
     refuse_many(sum(len(stroke.xy) for stroke in raw), what)
+    shift, page = _sheet(np.concatenate([stroke.xy for stroke in raw]), fit)
     for number, stroke in enumerate(raw, 1):
-        if not stroke.is_finite:
-            raise InputError(f"Stroke {number} of this {what} has a value that is not a finite number.")
+        t = stroke.start if stroke.t is None else stroke.t
+        refuse_far(f"Stroke {number} of this {what}", stroke.xy + shift, t, **stroke.channels)
     clocked = _clocked(raw)
     timing = {} if clocked else {"timing": f"assumed: {RATE:g} samples a second"}
-    shift, page = _sheet(np.concatenate([stroke.xy for stroke in raw]), fit)
     first = raw[0]
     origin = float(first.t[0]) if first.t is not None and clocked else first.start or 0.0
     strokes: list[Stroke] = []
@@ -101,6 +101,33 @@ def refuse_many(samples: int, what: str) -> None:
         raise InputError(f"This {what} has {samples} samples; at most {MOST} are read: split it.")
 
 
+def refuse_far(what: str, xy: Array, t: ArrayLike | None = None, **channels: ArrayLike | None) -> None:
+    """Raise InputError for what no pen on a page has done; `what` has it.
+
+    xy : (n, 2) mm, none further from the page's corner than `LARGEST` on either axis.
+    t, channels : as those of `Stroke`, finite and within the bounds at the top of this file; a stroke takes no longer
+        than `_LONGEST`.
+    """
+    for name, values in {"xy": xy, "t": t, **channels}.items():
+        if values is None or not np.size(values):
+            continue
+        least, greatest = float(np.min(values)), float(np.max(values))
+        if not (np.isfinite(least) and np.isfinite(greatest)):
+            raise InputError(f"{what} has a value that is not a finite number.")
+        if name == "xy" and max(-least, greatest) > LARGEST:
+            x, y = xy[np.abs(xy).max(axis=1).argmax()]
+            raise InputError(
+                f"{what} runs to {x:.4g}, {y:.4g} mm; no page is larger than {LARGEST:g} mm: "
+                "scale it down, or put right its units."
+            )
+        bound = _GREATEST.get(name, _GREATEST_TURN)
+        if name != "xy" and max(-least, greatest) > bound:
+            worst = least if -least > greatest else greatest
+            raise InputError(f"{what} has {worst:.4g} as its {name}; what is beyond {bound:g} is no pen's.")
+        if name == "t" and greatest - least > _LONGEST:
+            raise InputError(f"{what} takes {greatest - least:.4g} s; at most {_LONGEST:g} s are read.")
+
+
 def _clocked(raw: Sequence[Raw]) -> bool:
     """Whether the samples have times that mean something."""
     steps = [np.diff(stroke.t) > 0 for stroke in raw if stroke.t is not None]
@@ -115,7 +142,7 @@ def _going(t: Array) -> NDArray[np.bool_]:
 
 
 def _sheet(points: Array, fit: bool) -> tuple[Array, Page]:
-    """By how much the writing is moved, and its page."""
+    """By how much the writing is moved, and its page, whatever the points are."""
     low, high = points.min(axis=0), points.max(axis=0)
     shift = _MARGIN - low if fit else np.where(low < 0, _MARGIN - low, 0.0)
     width, height = (high + shift + np.minimum(low + shift, _MARGIN)).tolist()

@@ -9,6 +9,8 @@ Source: SVC, as the format is described with the public samples of handwriting s
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
 from handout.errors import InputError
@@ -30,7 +32,7 @@ def from_svc(data: bytes) -> Drawing:
     """
     recorded.refuse_many(data.count(b"\n") - 1, "SVC file")  # before millions of lines are taken apart
     lines = data.decode("latin-1").split("\n")
-    if not lines[0].strip().isdecimal():
+    if not re.fullmatch(r"\d{1,9}", lines[0].strip(), re.ASCII):
         raise InputError("This is not SVC: its first line is not the number of samples.")
     rows = [line.split() for line in lines[1:] if line.strip()]
     try:

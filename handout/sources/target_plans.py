@@ -20,6 +20,7 @@ from handout import units
 from handout.errors import InputError
 from handout.motion.styles.target_plans import Reference, TargetPlan, fused
 from handout.sources.drawing_json import JsonPage, decode
+from handout.sources.recorded import refuse_far
 from handout.values import Array, Page
 
 _MARGIN = 0.15  # of the extent of the targets, around them
@@ -76,6 +77,7 @@ def from_json(data: bytes) -> TargetPlan:
         places, _ = fused(references)
     except (ValueError, np.linalg.LinAlgError) as error:
         raise InputError(f"This plan cannot be used: {error}.") from error
+    refuse_far("This plan", places)
     low, high = places.min(axis=0), places.max(axis=0)
     reach = float((high - low).max()) or 1.0
     if file.page is not None:
@@ -100,6 +102,10 @@ def _read(reference: _Reference, number: int) -> Reference:
     frame = reference.frame or _Frame()
     if not frame.scale > 0:
         raise InputError(f"{where}scale = {frame.scale:g} is not above 0.")
+    with np.errstate(over="ignore", invalid="ignore"):
+        refuse_far(f"{where}A target", targets * frame.scale + frame.origin)
+        if spreads is not None:
+            refuse_far(f"{where}The ellipse of a target", np.sqrt(np.abs(spreads)).reshape(-1, 2) * frame.scale)
     angle = -units.parse(frame.angle, "angle", "angle", default="deg")  # as seen: y is down
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     read = Reference(targets, spreads, frame.scale * turn, np.array(frame.origin))

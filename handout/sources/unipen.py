@@ -24,6 +24,7 @@ from handout.values import Array, Drawing
 
 _STATEMENT = re.compile(r"^\.([A-Z_0-9]+)[ \t]*", re.MULTILINE)
 _SEGMENT = re.compile(r'(\S+)\s+([0-9:,\-\s]+?)(?:\s+(\S+))?\s+"((?:[^"\\]|\\.)*)"\s*$')
+_COMPONENT = re.compile(r"(\d{1,9})(?::.*)?\Z", re.ASCII)
 _SAMPLE = re.compile(rb"^[ \t]*-?\d", re.MULTILINE)
 _DEEPEST = 8  # files that include files
 _POINTS = 10.0  # a mm, where the file says nothing
@@ -166,7 +167,7 @@ def _segment(body: str, state: _State) -> None:
         return
     numbers: list[int] = []
     for part in re.split(r"[,\s]+", match.group(2).strip()):
-        ends = [int(piece.split(":")[0]) for piece in part.split("-") if piece.split(":")[0].isdecimal()]
+        ends = [int(end.group(1)) for piece in part.split("-") if (end := _COMPONENT.match(piece))]
         if ends and ends[-1] - ends[0] < 100_000:
             numbers += range(ends[0], ends[-1] + 1)
     label = re.sub(r"\\(.)", r"\1", match.group(4))

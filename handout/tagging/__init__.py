@@ -14,7 +14,7 @@ The way of a scan: `page_sources` → `page_tagging.tag_page` → `alignment.ali
 - `glyph_extraction`: what a hand keeps of a page
 - `recording`, `recorded_pages`: recorded pens and single-line fonts as pages
 - `synthetic_writers`, `synthetic_lines`: lines of known letters, for training and for adapting to a page
-- `networks/`: the shipped networks, which `handout.training.letter_networks` trains
+- `networks/`: the shipped networks, which `handout_lab.training.letter_networks` trains
 
 Source: seed 000, §5.1.3, §5.2 and Appendix D.
 """

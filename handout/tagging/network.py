@@ -196,7 +196,7 @@ def load(path: Path) -> Network:
     if letters != LETTERS or weights[0].shape[0] != COUNT or weights[-1].shape[1] != len(LETTERS) * THIRDS:
         raise InputError(
             f"{path} was trained for other letters or features: train it anew with "
-            "python -m handout.training.letter_networks."
+            "python -m handout_lab.training.letter_networks."
         )
     return Network(mean, spread, weights, biases, *rest)
 

@@ -6,14 +6,15 @@ which takes files in their place, cannot be led to one.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Callable
+from typing import Annotated, Any, Literal, TypeVar, cast
 
-from msgspec import Meta, Raw, Struct
+from msgspec import Meta, Raw, Struct, defstruct
 
 from handout.pipeline.batch_desk import BatchPlan
+from handout.pipeline.declarations import Name, PageName, Seed, declared
 from handout.pipeline.inputs import Source
 from handout.pipeline.options import (
-    Align,
     CalibrationOptions,
     CalibrationPlace,
     ChartOptions,
@@ -24,26 +25,42 @@ from handout.pipeline.options import (
     SheetOptions,
     TableOptions,
     WritingOptions,
-    slip_rate,
 )
 from handout.pipeline.plot_request import PlotOptions, PlotRequest
 
-Name = Annotated[str, Meta(pattern=r"^[\w-]{1,80}(?!\n)$")]
-Length = Annotated[str, Meta(pattern=r"^[0-9.]{1,9} ?(mm|cm|in|pt)?(?!\n)$")]
-Lengths = Annotated[str, Meta(pattern=r"^[0-9., a-z]{1,60}(?!\n)$")]
-PageName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9.-]{1,30}(?!\n)$")]
-PaperName = Annotated[str, Meta(pattern=r"^(none|plain|laid|ruled|squared)(:[0-9.]+mm(,[0-9.]+mm)?)?(?!\n)$")]
-Colour = Annotated[str, Meta(pattern=r"^(#[0-9a-fA-F]{3,6}|[a-zA-Z ]{1,30})(?!\n)$")]
+T = TypeVar("T")
+B = TypeVar("B", bound="Body")
 Text = Annotated[str, Meta(max_length=100_000)]
-Seed = Annotated[int, Meta(ge=0, le=2**53)]
 UploadId = Annotated[str, Meta(pattern=r"^[\w-]{22}(?!\n)$")]
-Place = Annotated[int, Meta(ge=0, le=100_000)]
-Times = Annotated[int, Meta(ge=1, le=100)]
 Format = Literal["svg", "png", "pdf", "inkml", "json", "gcode", "hpgl", "ebb"]
 
 
 class Body(Struct, frozen=True, forbid_unknown_fields=True):
     """A JSON object; a field that is not known is an error."""
+
+    def options(self, kind: Callable[..., T], **more: object) -> T:
+        """The options of a kind that this body holds, and more."""
+        names = {each.name: what.sent_as or each.name for each, what in declared(kind) if what.sent is not None}
+        held = {name: getattr(self, sent) for name, sent in names.items() if sent in self.__struct_fields__}
+        return kind(**{**held, **more})
+
+
+def _with_options(*kinds: Any) -> Callable[[type[B]], type[B]]:
+    """A body also has the options that some dataclasses declare for the API; its own fields win."""
+
+    def extend(body: type[B]) -> type[B]:
+        found = {
+            what.sent_as or each.name: (Annotated[what.sent, Meta(description=what.help)], each.default)
+            for kind in kinds
+            for each, what in declared(kind)
+            if what.sent is not None
+        }
+        added: list[Any] = [(name, *rest) for name, rest in found.items() if name not in body.__struct_fields__]
+        about = {"__doc__": body.__doc__}
+        options: dict[str, Any] = {"frozen": True, "kw_only": True, "module": __name__, "namespace": about}
+        return cast("type[B]", defstruct(body.__name__, added, bases=(body,), **options))
+
+    return extend
 
 
 class Login(Body, frozen=True):
@@ -58,7 +75,8 @@ class Draft(Body, frozen=True):
     draft: Raw
 
 
-class Write(Body, frozen=True):
+@_with_options(WritingOptions, SheetOptions, PictureOptions)
+class Write(Body, frozen=True, kw_only=True):
     """A text in a hand, on pages, as files of a format; lengths have units, as "2.5mm"."""
 
     text: Text
@@ -68,67 +86,18 @@ class Write(Body, frozen=True):
     ] = ()  # that it shows, by the names they were sent with
     format: Format = "svg"
     hand: Name = "house-joined"
-    seed: Seed | None = None
     page: PageName = "A4"
-    margin: Lengths | None = None
-    pages: Annotated[int, Meta(ge=1, le=100)] | None = None
-    x_height: Length | None = None
-    line_spacing: Length | None = None
-    align: Align = "ragged"
-    variation: Annotated[float, Meta(ge=0, le=3)] = 1.0
-    haste: Annotated[float, Meta(ge=-1, le=1)] = 0.0
-    slips: Annotated[float, Meta(ge=0, le=100)] = 0.0
-    fit: bool = False
-    fallback: bool = False
-    strict: bool = False
-    style: Name | None = None
-    rewritten: Annotated[tuple[tuple[Place, Times], ...], Meta(max_length=1000)] = ()  # words: place in the text, times
-    pen: Name | None = None
-    pen_width: Length | None = None
-    ink: Colour | None = None
-    paper: PaperName = "none"
-    transparent: bool = False
-    dpi: Annotated[float, Meta(ge=20, le=1200)] = 300.0
     device: Name | None = None
 
-    def writing(self, hand: str) -> WritingOptions:
-        """How it is written; `hand` is where its hand is kept, or its name."""
-        return WritingOptions(
-            hand=hand,
-            seed=self.seed,
-            x_height=self.x_height,
-            line_spacing=self.line_spacing,
-            align=self.align,
-            jitter=self.variation,
-            haste=self.haste,
-            fit=self.fit,
-            fallback=self.fallback,
-            slips=slip_rate(str(self.slips)) if self.slips else 0.0,
-            strict=self.strict,
-            style=self.style,
-            rewritten=self.rewritten,
-        )
 
-    def sheet(self) -> SheetOptions:
-        """What it is written on."""
-        return SheetOptions(self.page, self.margin, self.pages)
-
-    def picture(self) -> PictureOptions:
-        """How it looks."""
-        return PictureOptions(self.dpi, self.pen, self.pen_width, self.ink, self.paper, self.transparent)
-
-
+@_with_options(PlotOptions)
 class NewPlot(Write, frozen=True):
     """A text for a plotter: as for files, and how it is plotted."""
 
-    copies: Annotated[int, Meta(ge=1, le=100)] = 1
-    order: Literal["writing", "travel"] = "writing"
-    layers: Literal["none", "colour"] = "none"
-
     def request(self, hand: str) -> PlotRequest:
         """How it is plotted."""
-        ways = PlotOptions(self.device, self.order, self.layers, self.copies)
-        return PlotRequest(Source(""), self.writing(hand), self.sheet(), self.picture(), ways)
+        parts = self.options(WritingOptions, hand=hand), self.options(SheetOptions), self.options(PictureOptions)
+        return PlotRequest(Source(""), *parts, self.options(PlotOptions))
 
 
 PortName = Annotated[str, Meta(max_length=100)]  # one of those that are found: see `plot_desk`
@@ -161,6 +130,7 @@ class PenMove(Body, frozen=True):
 PrinterName = Annotated[str, Meta(pattern=r"^[\w.-]{0,100}(?!\n)$")]  # a profile or a queue, and no address
 
 
+@_with_options(TableOptions, MergeOptions)
 class NewBatch(Write, frozen=True):
     """A letter for every row of a table that was sent to /api/uploads, and how it is made; without a table, once."""
 
@@ -170,43 +140,13 @@ class NewBatch(Write, frozen=True):
     printer: PrinterName = ""
     queues: Annotated[tuple[PrinterName, ...], Meta(max_length=16)] = ()  # further ones that share it
     grid: Annotated[str, Meta(pattern=r"^([1-9]\d?x[1-9]\d?)?(?!\n)$")] = ""
-    rows: Annotated[str, Meta(pattern=r"^[0-9, -]{0,500}(?!\n)$")] = ""
-    columns: Annotated[tuple[Annotated[str, Meta(max_length=200)], ...], Meta(max_length=50)] = ()
-    copies: Annotated[int, Meta(ge=1, le=100)] = 1
-    with_envelopes: bool = False
-    envelope: PageName = "DL"
-    language: Annotated[str, Meta(pattern=r"^[A-Za-z_-]{1,20}(?!\n)$")] = "en"
-    return_address: Annotated[str, Meta(max_length=500)] = ""
-    home_country: Annotated[str, Meta(max_length=60)] = ""
-    tick: bool = False
-    skip_bad: bool = False
 
     def plan(self, hand: str, name: str) -> BatchPlan:
         """How it is made; `name` : of the table."""
-        merge = MergeOptions(
-            with_envelopes=self.with_envelopes,
-            envelope=self.envelope,
-            margin=self.margin,
-            pages=self.pages,
-            language=self.language,
-            return_address=self.return_address,
-            home_country=self.home_country,
-            tick=self.tick,
-            skip_bad=self.skip_bad,
-        )
-        table = TableOptions(self.rows, self.columns, no_name=True, copies=self.copies)
-        title = self.title or name
-        ways = {"printer": self.printer, "queues": self.queues, "device": self.device, "grid": self.grid}
-        return BatchPlan(
-            title,
-            self.to,
-            self.writing(hand),
-            self.picture(),
-            table,
-            merge,
-            self.page,
-            **ways,  # type: ignore[arg-type]
-        )
+        table = self.options(TableOptions, no_name=True)
+        parts = self.options(WritingOptions, hand=hand), self.options(PictureOptions), table, self.options(MergeOptions)
+        ways = self.printer, self.queues, self.device, self.grid
+        return BatchPlan(self.title or name, self.to, *parts, self.page, *ways)
 
 
 class Approval(Body, frozen=True):
@@ -227,21 +167,17 @@ class MadeBatch(Body, frozen=True):
         return (self.port,) if isinstance(self.port, str) else self.port
 
 
-class NewHand(Body, frozen=True):
+@_with_options(ReadingOptions)
+class NewHand(Body, frozen=True, kw_only=True):
     """Scans that were sent to /api/uploads, and what is on each; sheets of the studio need no text."""
 
     name: Name
     scans: Annotated[tuple[UploadId, ...], Meta(min_length=1, max_length=20)]
     texts: Annotated[tuple[Text, ...], Meta(max_length=20)] = ()
-    title: Annotated[str, Meta(max_length=200)] | None = None
-    dpi: Annotated[float, Meta(ge=50, le=2400)] | None = None
-    pen: Literal["ballpoint", "fineliner", "fountain", "pencil"] | None = None
-    seed: Seed = 0
-    ink_only: bool = False
 
     def reading(self) -> ReadingOptions:
         """How it is read."""
-        return ReadingOptions(self.dpi, self.pen, self.title, self.seed, self.ink_only)
+        return self.options(ReadingOptions)
 
 
 class MorePages(Body, frozen=True):
@@ -254,7 +190,7 @@ class MorePages(Body, frozen=True):
 
     def reading(self) -> ReadingOptions:
         """How they are read."""
-        return ReadingOptions(self.dpi, ink_only=self.ink_only)
+        return self.options(ReadingOptions)
 
 
 class GivenHand(Body, frozen=True):
@@ -270,18 +206,15 @@ class Lacking(Body, frozen=True):
     text: Text
 
 
+@_with_options(PromptOptions)
 class Sheets(Body, frozen=True):
     """Sheets to write a hand on; for a hand those letters of which it has few sure ones."""
 
-    pages: Annotated[int, Meta(ge=1, le=20)] | None = None
     hand: Name | None = None
-    also: Annotated[str, Meta(max_length=500)] = ""
-    page: Literal["A4", "letter"] = "A4"
-    ruling: Length = "10mm"
 
     def prompt(self, hand: str | None) -> PromptOptions:
         """What is on them."""
-        return PromptOptions(pages=self.pages, hand=hand, also=self.also, page=self.page, ruling=self.ruling)
+        return self.options(PromptOptions, hand=hand)
 
 
 Revision = Annotated[str, Meta(max_length=60)]
@@ -359,27 +292,23 @@ class KeptStyle(Body, frozen=True):
     replace: bool = False
 
 
-class Calibrating(Body, frozen=True):
+@_with_options(ChartOptions, CalibrationOptions)
+class Calibrating(Body, frozen=True, kw_only=True):
     """A calibration, and what is done next of it.
 
-    step : what comes next as far as the page knows; faults : of the simulated printer or scanner.
+    step : what comes next as far as the page knows.
     to_printer : print it, else it is given as PDF; uploads : scans that were sent; made : of a stored calibration.
     """
 
     printer: Name
     paper: Annotated[str, Meta(pattern=r"^[\w -]{1,60}(?!\n)$")] = "plain"
-    sheet: Literal["A4", "letter"] = "A4"
-    pages: Literal[1, 2] | None = None
     hand: Name | None = None
-    accept: bool = False
-    afresh: bool = False
     step: Annotated[str, Meta(max_length=40)] = ""
     to_printer: bool = True
     uploads: Annotated[tuple[UploadId, ...], Meta(max_length=4)] = ()
-    faults: Annotated[tuple[Name, ...], Meta(max_length=4)] = ()
     made: Annotated[str, Meta(max_length=40)] = ""
 
     def place(self, hand: str) -> CalibrationPlace:
         """The calibration; `hand` is where its hand is kept, or its name."""
-        options = CalibrationOptions(hand=hand, accept=self.accept, afresh=self.afresh, faults=self.faults)
-        return CalibrationPlace(self.printer, self.paper, ChartOptions(self.sheet, self.pages), options, self.step)
+        parts = self.options(ChartOptions), self.options(CalibrationOptions, hand=hand)
+        return CalibrationPlace(self.printer, self.paper, *parts, self.step)

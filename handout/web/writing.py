@@ -5,6 +5,7 @@ from __future__ import annotations
 from starlette.requests import Request
 from starlette.responses import Response
 
+from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
 from handout.web.calls import Write
 from handout.web.hands import beside
 from handout.web.routes import Way, json_answer
@@ -24,7 +25,8 @@ async def write(studio: Studio, request: Request, body: Write) -> Response:
     """A text becomes files."""
     folder = studio.folder()
     await studio.settled(studio.hand(body.hand))
-    options = body.writing(studio.hand(body.hand)), body.sheet(), body.picture()
+    writing = body.options(WritingOptions, hand=studio.hand(body.hand))
+    options = writing, body.options(SheetOptions), body.options(PictureOptions)
     arguments = body.text, body.letter, [folder / f"page.{body.format}"], options
     shown = {"device": body.device, "pictures": beside(studio, body.pictures, folder)}
     call = Call("letters.write_sent", arguments, shown, listens=True)

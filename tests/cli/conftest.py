@@ -1,6 +1,7 @@
 """What every verb is tested with: a folder and settings of its own, and a way to call it."""
 
 import contextlib
+import signal
 
 import pytest
 
@@ -18,8 +19,10 @@ def elsewhere(tmp_path, monkeypatch):
 @pytest.fixture
 def call(capsys):
     def run(*arguments, code=0):
+        before = signal.getsignal(signal.SIGINT)  # ignored by a command that Ctrl-C has ended
         with pytest.raises(SystemExit) as leave:
             main([str(a) for a in arguments])
+        signal.signal(signal.SIGINT, before)
         out, err = capsys.readouterr()
         assert leave.value.code == code, err
         assert "Traceback" not in err

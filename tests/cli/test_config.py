@@ -75,6 +75,7 @@ def test_the_nearer_place_wins_and_is_named(call, user, monkeypatch):
         ('fit = "yes"', ["write", "hi", "-o", "a.svg"], 'fit = "yes": true or false is wanted.'),
         ('page = ["A4", "A5"]', ["write", "hi", "-o", "a.svg"], "one value is wanted, not a list."),
         ("hand = 1979-05-27", ["write", "hi", "-o", "a.svg"], "hand is no text, number"),
+        ("dpi = inf", ["write", "hi", "-o", "a.svg"], "dpi = inf is no number that can be used"),
         ("hand = ", ["write", "hi", "-o", "a.svg"], "cannot be read as a configuration"),
     ],
 )

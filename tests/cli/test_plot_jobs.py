@@ -19,7 +19,7 @@ from handout.errors import DeviceSilent, InputError
 from handout.plotting.bed import place as placed
 from handout.plotting.jobs import store
 from handout.simulated.plotter import SimulatedPlotter
-from handout.simulated.plotter.ink_comparison import compare
+from handout_lab.ink_comparison import compare
 
 SIM = profiles.find("simulated", "plotter")
 TEXT = "Dear Ada, all is well"

@@ -12,7 +12,7 @@ from pathlib import Path
 import pikepdf
 import pytest
 
-from handout.simulated.ipp.printer import Faults, SimulatedPrinter
+from handout_lab.ipp.printer import Faults, SimulatedPrinter
 
 ROOT = Path(__file__).resolve().parents[2]
 PEOPLE = "name,street,city\nAnna,Weg 1,Ulm\nBen,Weg 2,Ulm\nCleo,Weg 3,Ulm\nDan,Weg 4,Ulm\n"

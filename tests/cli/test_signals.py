@@ -47,6 +47,21 @@ def test_no_half_file_is_left(tmp_path, number, code):
     assert not list(tmp_path.glob("*a.svg*"))
 
 
+@pytest.mark.slow
+def test_a_second_one_is_not_a_traceback(tmp_path):
+    environment = {**os.environ, "PYTHONPATH": str(Path(handout.__file__).parents[1]), "OMP_NUM_THREADS": "1"}
+    arguments = [sys.executable, "-c", _HALF, "write", "to the end", "-o", "a.svg", "--seed", "1"]
+    with subprocess.Popen(
+        arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment, cwd=tmp_path
+    ) as process:
+        assert process.stdout.readline() == b"half\n"
+        while process.poll() is None:
+            process.send_signal(signal.SIGINT)
+        said = process.stderr.read()
+    assert process.returncode == 130 and said.split() == [b"Interrupted."]
+    assert not list(tmp_path.glob("a.svg"))
+
+
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
 def test_a_plot_lifts_its_pen_and_keeps_its_job(call, monkeypatch, number, code):
     sent, later, whole = bytearray(), bytearray(), SimulatedPlotter.write

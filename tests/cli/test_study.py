@@ -6,11 +6,11 @@ import cv2
 import numpy as np
 import pytest
 
-from handout.pipeline import study, study_material
 from handout.prompting.sheet_layout import PAPERS
 from handout.scanning.pdf_pages import drawn_page
-from handout.study import design, sheets
-from handout.study.snippets import WrittenWords
+from handout_lab.pipeline import study, study_material
+from handout_lab.study import design, sheets
+from handout_lab.study.snippets import WrittenWords
 
 
 def test_a_hand_that_is_its_own_and_only_page_is_too_little(call, small_hand_file):

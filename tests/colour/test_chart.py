@@ -7,8 +7,8 @@ import cv2
 import numpy as np
 import pytest
 
-from handout.colour.chart import MARKS, chart, letters, page_of_marks, whole
-from handout.colour.chart_files import dictionary, render
+from handout.colour.chart import MARKS, chart, dictionary, letters, page_of_marks, whole
+from handout.colour.chart_files import render
 from handout.errors import DoesNotFit, InputError
 
 EVERY = [("A4", 1), ("A4", 2), ("letter", 1), ("letter", 2)]

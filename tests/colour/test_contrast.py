@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from handout.colour.ink_match import chart_contrast, curved, straightened
-from handout.simulated.printer import PAPERS, Flatbed, Inkjet, Measured
+from handout.simulated.printer import PAPERS, Flatbed, Inkjet
+from handout_lab.offset_press import Measured
 
 LEVELS = np.rint(np.linspace(0, 255, 8)) / 255
 CUBE = np.array(list(itertools.product(LEVELS, repeat=3)))

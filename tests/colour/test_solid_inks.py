@@ -12,7 +12,8 @@ from handout.calibrating.store import PATCHES, Calibration
 from handout.colour.chart import chart
 from handout.colour.reading import Finding, Reading
 from handout.colour.reading.solid_inks import of_change, of_strength, solids_of, without_tone
-from handout.simulated.printer import PAPERS, Flatbed, Inkjet, Measured
+from handout.simulated.printer import PAPERS, Flatbed, Inkjet
+from handout_lab.offset_press import Measured
 
 DEVICE = chart("A4").colours
 CAUSES = {

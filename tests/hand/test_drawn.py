@@ -71,6 +71,12 @@ def test_cut_and_high_exit_endings(tmp_path):
         ('a = [{ width = 1, pen = "" }]', "no points"),
         ('a = [{ width = 1, pen = "0,1", in = "loop" }]', "loop"),
         ('a = [{ width = 1, pn = "0,1" }]', "pn"),
+        ('a = [{ width = 1, pen = "0,1 4e9,0" }]', "4e\\+09 is beyond 100 x-heights"),
+        ('a = [{ width = 1, pen = "0,1 1e308,0" }]', "beyond 100 x-heights"),
+        ('a = [{ width = 1000, pen = "0,1 1,0" }]', "width = 1000 is beyond 100 x-heights"),
+        ('a = [{ width = inf, pen = "0,1 1,0" }]', "width = inf is no number that can be used"),
+        ('a = [{ width = 1, pen = "0,1 1,0", out = "low", cut = 7 }]', "cut = 7 is outside 1 to 1"),
+        ("a = " + "[" * 5000, "nested too deep"),
         ("a = [", "Unclosed|nvalid|Expected"),
     ],
 )

@@ -98,6 +98,7 @@ BAD = {
     "no glyphs": (font({}), "no glyph of a letter"),
     "outlines": (font(OUTLINE), "font of outlines (8 of 8 letters"),
     "no units": (font({"-": (300, "M0 0 H200")}, face='font-family="x"'), "cannot be scaled"),
+    "far": (font({"x": (300, "M0 0 L400 500 L4e9 3")}), "glyph of 'x' reaches"),
     "bad path": (font({"x": (300, "M0 0 Lnan 3")}), "glyph of 'x'"),
     "entities": ('<!DOCTYPE svg [<!ENTITY a "b">]><svg/>', "entities"),
 }

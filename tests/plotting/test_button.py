@@ -12,8 +12,8 @@ from handout.plotting.driving.driver import connect
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.store import Options
 from handout.simulated.plotter import SimulatedPlotter
-from handout.simulated.plotter.ink_comparison import compare
 from handout.simulated.plotter.options import Options as Simulated
+from handout_lab.ink_comparison import compare
 
 AXIDRAW = profiles.find("axidraw-v3", "plotter")
 DRAWING = page(words=2)

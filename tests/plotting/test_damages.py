@@ -13,8 +13,8 @@ from handout.plotting.dialects.grbl.position_tracking import PositionTracking
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.journal import Journal
 from handout.plotting.jobs.places import Place
-from handout.simulated.plotter.ink_comparison import compare
 from handout.simulated.plotter.options import Options
+from handout_lab.ink_comparison import compare
 
 short = functools.cache(lambda: faults.drawing(faults.SHORT))
 extent = functools.cache(lambda machine: faults.undisturbed(machine, short()))

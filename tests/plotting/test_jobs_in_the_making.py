@@ -18,8 +18,8 @@ from handout.plotting.jobs.job import Options, load
 from handout.plotting.jobs.page_producer import ProducerProcess
 from handout.plotting.jobs.pages import NewPage
 from handout.simulated.plotter import SimulatedPlotter
-from handout.simulated.plotter.ink_comparison import compare
 from handout.values import Drawing
+from handout_lab.ink_comparison import compare
 
 PROFILE = profiles.find("simulated", "plotter")
 OVERLAP = 6.0

@@ -14,7 +14,7 @@ from handout.plotting import connections, open_port, plan, run
 from handout.plotting.driving import fidelity
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.store import Options
-from handout.simulated.plotter.ink_comparison import compare
+from handout_lab.ink_comparison import compare
 
 PROFILE = profiles.find("simulated", "plotter")
 DRAWING = page(words=1)

@@ -11,8 +11,8 @@ from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.places import START, Place, found
 from handout.plotting.jobs.store import Options
 from handout.simulated.plotter import SimulatedPlotter
-from handout.simulated.plotter.ink_comparison import compare
 from handout.simulated.plotter.options import Options as Simulated
+from handout_lab.ink_comparison import compare
 
 PROFILE, ON_Z = profiles.find("simulated", "plotter"), profiles.find("grbl-z", "plotter")
 HOMING = msgspec.structs.replace(PROFILE, homing=True)

@@ -18,8 +18,8 @@ from handout.plotting.jobs import journal, runner, store
 from handout.plotting.jobs.journal import Journal, read
 from handout.plotting.jobs.places import Place
 from handout.simulated.plotter import SimulatedPlotter
-from handout.simulated.plotter.ink_comparison import compare
 from handout.simulated.plotter.options import Options as Simulated
+from handout_lab.ink_comparison import compare
 
 MACHINES = ["simulated", "grbl-z", "axidraw-v3", "marlin-servo"]
 DRAWING = page(words=3)

@@ -67,9 +67,10 @@ class Everywhere:
         _until(lambda: _answers(self.port), self._process, "ippeveprinter does not answer")
 
     def kill(self) -> None:
-        """Switch it off in the middle of whatever it does, with the script that prints."""
-        os.killpg(self._process.pid, signal.SIGKILL)
-        self._process.wait()
+        """Switch it off in the middle of whatever it does, with the script that prints; one that never began is off."""
+        if self._process is not None:
+            os.killpg(self._process.pid, signal.SIGKILL)
+            self._process.wait()
 
     @property
     def documents(self) -> list[bytes]:

@@ -15,8 +15,8 @@ from handout.printing.ipp.request import Capabilities, Request, job_attributes
 from handout.printing.ipp.status import JobState
 from handout.printing.ipp.transport import Transport, TransportError, is_address, parse_address
 from handout.printing.queue import Outcome, OutcomeUnknown, Ticket
-from handout.simulated.ipp.printer import Faults, SimulatedPrinter
 from handout.values import Page
+from handout_lab.ipp.printer import Faults, SimulatedPrinter
 
 DL = Ticket("handout abc row 2", "iso_dl_110x220mm", "rear", {}, Page(110, 220), "envelope", "row-002")
 DOCUMENT = b"%PDF-1.6 " + bytes(range(256)) * 400

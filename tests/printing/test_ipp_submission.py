@@ -16,9 +16,9 @@ from handout.printing.ipp.transport import Transport, TransportError, parse_addr
 from handout.printing.queue import Outcome, OutcomeUnknown, Ticket
 from handout.printing.sending import PrintingStopped
 from handout.profiles import Printer
-from handout.simulated.ipp.printer import FAILURES, Faults, SimulatedPrinter
-from handout.simulated.ipp.server import Broken
 from handout.values import Page
+from handout_lab.ipp.printer import FAILURES, Faults, SimulatedPrinter
+from handout_lab.ipp.server import Broken
 
 SMALL = page("DL")
 PLAIN = Printer(kind="printer", title="Test printer", dpi=20)

@@ -78,6 +78,14 @@ def run(printer, kept=None, queue=None, **given):
         return print_all(read_addresses(TABLE), rule, PROFILE, DL, ink=block, queue=queue, journal=kept, **given)
 
 
+def test_one_that_cannot_be_started_is_switched_off_all_the_same(tmp_path, monkeypatch):
+    monkeypatch.setattr(shutil, "which", lambda name, path: None)
+    printer = Everywhere(tmp_path)
+    with pytest.raises(Missing, match="is not installed"):
+        printer.start()
+    printer.kill()
+
+
 @pytest.mark.slow
 def test_twelve_envelopes_arrive_as_they_were_sent(started, tmp_path):
     printer = started()

@@ -23,7 +23,7 @@ from handout.printing.ipp.transport import Transport, parse_address
 from handout.printing.queue import FolderQueue, Outcome, OutcomeUnknown, SimulatedQueue
 from handout.printing.sending import PrintingStopped
 from handout.profiles import Printer
-from handout.simulated.ipp.printer import Faults, SimulatedPrinter
+from handout_lab.ipp.printer import Faults, SimulatedPrinter
 
 DL = page("DL")
 PLAIN = Printer(kind="printer", title="Test printer", dpi=72)

@@ -104,7 +104,7 @@ def test_of_others_unit_is_for_bare_numbers() -> None:
 def test_of_others_differences() -> None:
     # first values, then velocities, then accelerations, and again values; without spaces where none is needed
     text = """1125 18432,'23'43,"7"-8,3-5,7 -3,!1300 !18500,*18600"""
-    xy = from_inkml(ink(f"<trace>{text}</trace>")).strokes[0].xy
+    xy = from_inkml(ink(f"<trace>{text}</trace>"), unit=0.01).strokes[0].xy * 100
     expected = [(1125, 18432), (1148, 18475), (1178, 18510), (1211, 18540), (1251, 18567), (1300, 18500), (1300, 18600)]
     assert np.allclose(xy, expected)
 

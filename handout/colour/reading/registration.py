@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout import markers
-from handout.colour.chart import CELLS, MARKS, Chart, ChartPage, page_of_marks, whole
-from handout.colour.chart_files import dictionary
+from handout.colour.chart import CELLS, MARKS, Chart, ChartPage, dictionary, page_of_marks, whole
 from handout.colour.reading.findings import Refused, refused
 from handout.colour.reading.scan_files import Scan
 from handout.values import Array, readonly, readonly_indices

@@ -7,7 +7,6 @@ precision, and of each primer the targets, the ways in the air and the dynamics:
 from __future__ import annotations
 
 import json
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -24,6 +23,7 @@ from handout.motion.learned.model import PRIMERS, LearnedMovement
 from handout.motion.learned.sequences import Inputs, MovementSequence
 from handout.motion.learned.structure import StructureModel
 from handout.networks import Floats
+from handout.tables import parsed
 
 _FORMAT, _VERSION = "handout-style", 1
 _MOST_LAYERS, _MOST_UNITS, _MOST_GAUSSIANS = 4, 1024, 64  # of a network: more are not used
@@ -112,8 +112,8 @@ def _possible(head: Head) -> bool:
 
 def _tables(text: bytes, path: Path) -> dict[str, Any]:
     try:
-        return tomllib.loads(text.decode())
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        return parsed(text.decode())
+    except ValueError as error:
         raise InputError(f"{path}: cannot be read as a style: {error}.") from error
 
 

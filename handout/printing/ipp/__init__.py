@@ -8,5 +8,5 @@
     submission.py   one page handed over once, whatever the connection does meanwhile
     queue.py        a printer as a `printing.queue.Queue`: sends, follows, judges the outcome of a job
 
-The printer of the tests is `handout.simulated.ipp`.
+The printer of the tests is `handout_lab.ipp`.
 """

@@ -8,7 +8,6 @@ what the host announces is measured against it.
   disk, a busy processor.
 - `firmware`: what every controller has in common; `grbl`, `marlin`, `ebb`, `hpgl`, `klipper`: the controllers;
   `queue`, `stepper`: the planner and the steps of those that plan.
-- `ink_comparison`: whether the ink on the paper is the ink that was intended.
 
 To add a controller: a package with a `Firmware`, named by its dialect; a fault: see `options`.
 """

@@ -2,7 +2,6 @@
 
     press          what every simulated printer does with a page, whatever its inks
     inkjet         `Inkjet`: spectral halftones of four inks, and the papers; add a paper in its `PAPERS`
-    offset_press   `Measured`: an offset press whose colours were measured (FOGRA39)
     faults         what can go wrong, on demand; add a fault in its `FAULTS`
     job_reader     the pages of a job, as the queue was given it
     pen            the person at the printer, who writes in the frame of a chart
@@ -17,9 +16,8 @@ with faults on demand.  The model of the inks is of the printer's own; nothing t
 from handout.simulated.printer import job_reader
 from handout.simulated.printer.faults import FAULTS
 from handout.simulated.printer.inkjet import PAPERS, Inkjet
-from handout.simulated.printer.offset_press import Measured
 from handout.simulated.printer.press import Press
 from handout.simulated.scanner import SETTINGS, Flatbed
 from handout.simulated.sheet import Sheet
 
-__all__ = ["FAULTS", "PAPERS", "SETTINGS", "Flatbed", "Inkjet", "Measured", "Press", "Sheet", "job_reader"]
+__all__ = ["FAULTS", "PAPERS", "SETTINGS", "Flatbed", "Inkjet", "Press", "Sheet", "job_reader"]

@@ -4,7 +4,6 @@ flatbed      all settings, within bounds, with those for handwriting; the tone c
 placement    where the sheet lies and how it bends; dust on the glass
 optics       lamp, blur and noise, the same for all sheets
 printed      the picture of a sheet from the simulated printer
-written      the picture of a sheet from the simulated author, with its layers for the truth
 """
 
 from handout.simulated.scanner.flatbed import SETTINGS

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -158,8 +159,7 @@ class Walk:
             self.left_out["dashes (their lines are drawn whole)"] += 1
         turn, away = frame.to_mm[:, :2], frame.to_mm[:, 2]
         for path in paths:
-            with np.errstate(over="ignore", invalid="ignore"):
-                placed = path @ turn.T + away
+            placed = path @ turn.T + away
             if not np.isfinite(placed).all():
                 raise InputError(f"<{element.tag}{_id(element)}> has a point that is infinitely far away.")
             yield Line(placed, frame.layer, style.colour, element.attrib)
@@ -175,7 +175,7 @@ class Walk:
         if tag in ("polyline", "polygon"):
             return self._corners(element, closed=tag == "polygon")
         wide, high = size
-        across = ((wide**2 + high**2) / 2) ** 0.5
+        across = math.hypot(wide, high) / math.sqrt(2)
         if tag == "line":
             ends = [[self._length(element, f"x{i}", wide), self._length(element, f"y{i}", high)] for i in (1, 2)]
             return [pathdata.polyline(np.array(ends))]

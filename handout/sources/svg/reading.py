@@ -9,10 +9,13 @@ from itertools import pairwise
 from typing import Any
 from xml.etree.ElementTree import Element
 
+import msgspec
 import numpy as np
 
 from handout import markup, pathdata
 from handout.errors import InputError
+from handout.sources.drawing_json import JsonPage
+from handout.sources.recorded import MOST, refuse_far, refuse_many
 from handout.sources.svg.document import Line, Walk, size
 from handout.sources.svg.frames import PX
 from handout.values import Array, Drawing, Indices, Page, Stroke
@@ -22,7 +25,6 @@ _MOST_POINTS = 1_000_000
 _PACE = 50.0  # mm/s, of strokes without times
 _LIFT = 0.1  # s between them
 _NEAREST = 1e-4  # mm; points nearer to the one before are the same
-_LARGEST = 10_000.0  # mm, of a page, and from its corner to anything on it
 _RATE = 140.0  # samples a second where times are known
 _MOMENT = 0.0015  # s by which whole milliseconds may make one stroke end after the next begins
 _MARGIN = 5.0  # mm around a drawing whose page is not known
@@ -102,9 +104,7 @@ def _strokes(lines: Sequence[Line]) -> Iterator[Stroke]:
 def _points(path: Array) -> Array:
     """A path as points, each away from the one before; a path that goes nowhere is one point."""
     xy = pathdata.flattened(path, _TOLERANCE)[0]
-    if np.abs(xy).max() > _LARGEST:
-        far = xy[np.abs(xy).max(axis=1).argmax()]
-        raise InputError(f"A line runs to {far[0]:.4g}, {far[1]:.4g} mm; no page is larger than {_LARGEST:g} mm.")
+    refuse_far("A line", xy)
     moved = np.hypot(*np.diff(xy, axis=0).T) > _NEAREST
     return pathdata.anchored(xy[np.concatenate([[True], moved])])
 
@@ -114,9 +114,7 @@ def _page(root: Element, strokes: Sequence[Stroke]) -> Page:
     if not (width > 0 and height > 0):
         reach = np.max([stroke.xy.max(axis=0) for stroke in strokes], axis=0)
         width, height = (max(float(side) + _MARGIN, 2 * _MARGIN) for side in reach)
-    if max(width, height) > _LARGEST:
-        raise InputError(f"A page of {width:.4g} x {height:.4g} mm cannot be: the greatest side is {_LARGEST:g} mm.")
-    return Page(width, height)
+    return JsonPage(width, height).page()
 
 
 def _own(root: Element, lines: Sequence[Line]) -> Drawing | None:
@@ -126,7 +124,7 @@ def _own(root: Element, lines: Sequence[Line]) -> Drawing | None:
         return None
     try:
         metadata = json.loads(note.text or "")
-        page = Page(float(metadata["page"]["width"]), float(metadata["page"]["height"]), str(metadata["page"]["name"]))
+        page = msgspec.convert(metadata["page"], JsonPage).page()
         # layers may part what was written one after the other
         strokes = tuple(sorted((_timed(line) for line in lines), key=lambda stroke: float(stroke.t[0])))
     except (ValueError, KeyError, TypeError, RecursionError):
@@ -142,15 +140,19 @@ def _timed(line: Line) -> Stroke:
     attributes = line.attributes
     begin, end = float(attributes["data-t0"]), float(attributes["data-t1"])
     word = int(attributes.get("data-word", -1))
+    spans = np.array([float(span) for span in attributes.get("data-k", "").split()]) / 1000
+    refuse_far("A line", line.path, np.array([begin, end, begin + np.abs(spans).sum()]))
+    if not -1 <= word <= MOST:
+        raise ValueError("no number of a word")
     layer, colour = attributes.get("data-layer", ""), attributes.get("stroke", "")
     if "data-k" not in attributes:
         samples = 2 if end > begin else 1
         rest = np.array([begin, end][:samples])
         return Stroke(rest, line.path[[0, -1][:samples]], word=word, layer=layer, colour=colour)
-    spans = np.array([float(span) for span in attributes["data-k"].split()]) / 1000
     if len(spans) != len(line.path) // 3:
         raise ValueError("the path was changed")
     pieces = np.maximum(np.ceil(spans * _RATE), 1).astype(np.intp)
+    refuse_many(int(pieces.sum()), "line")
     cubic = np.repeat(np.arange(len(spans)), pieces)
     u = (np.arange(len(cubic)) - np.repeat(np.cumsum(pieces) - pieces, pieces) + 1) / pieces[cubic]
     knots = begin + np.concatenate([[0.0], np.cumsum(spans)])

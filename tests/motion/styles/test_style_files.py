@@ -41,6 +41,10 @@ def test_a_learned_one_ships_with_five_primers():
         ('title = "a"\nname = "b"', "name cannot be set"),
         ("title = ", "cannot be read as a style"),
         ('title = "a"\n[brush]\nwidth = nan', "brush.width"),
+        ('title = "a"\n[covariance]\naxes = [inf, inf]', "covariance.axes = inf is no number that can be used"),
+        ('title = "a"\n[covariance]\naxes = [1e308, 1e308]', "covariance.axes = 1e+308 is no number"),
+        ('title = "a"\n[breaking]\ndirections = ["0deg", "1e308deg"]', "'1e308deg' is too large"),
+        ('title = "a"\n[movement]\norder = 99999999999999999999', "movement.order is a whole number of more than 64"),
     ],
 )
 def test_a_slip_is_named(tmp_path, text, said):

@@ -23,7 +23,7 @@ from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.store import Options
 from handout.plotting.moonraker_ports import MoonrakerPort
 from handout.plotting.planning.blocks import Move, Pause, Pen
-from handout.simulated.plotter.ink_comparison import compare
+from handout_lab.ink_comparison import compare
 
 replace = msgspec.structs.replace
 SERVO, STEPPER, Z = (profiles.find(f"klipper-{pen}", "plotter") for pen in ("servo", "stepper", "z"))

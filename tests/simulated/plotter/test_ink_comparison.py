@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from handout import profiles
 from handout.plotting import open_port, plan, run
 from handout.plotting.jobs.places import Place, drawn, remaining
-from handout.simulated.plotter.ink_comparison import compare
 from handout.values import Drawing, Page, Stroke
+from handout_lab.ink_comparison import compare
 
 PROFILE = profiles.find("simulated", "plotter")
 DRAWING = page(words=4)

@@ -6,7 +6,9 @@ from hypothesis import strategies as st
 from handout.errors import InputError
 from handout.profiles import Length, Margins
 from handout.simulated import spectra
-from handout.simulated.printer import FAULTS, PAPERS, Inkjet, Measured, faults, offset_press
+from handout.simulated.printer import FAULTS, PAPERS, Inkjet, faults
+from handout_lab import offset_press
+from handout_lab.offset_press import Measured
 
 CORNERS = np.array([[1, 1, 1], [0, 1, 1], [1, 0, 1], [1, 1, 0], [0, 0, 0]], dtype=float)
 PRINTERS = [Inkjet(), Inkjet("cream"), Inkjet("recycled"), Inkjet("photo"), Measured()]

@@ -1,4 +1,0 @@
-"""A simulated IPP printer on this computer: `printer` (what it does, its faults), `server` (its HTTP side).
-
-``python -m handout.simulated.ipp FOLDER`` runs one, to see what handout does when a printer fails.
-"""

@@ -1,0 +1,133 @@
+"""Trains the networks that read letters: ``python -m handout_lab.training.letter_networks -o FILE.npz``.
+
+All training lines are written by synthetic writers (`tagging.synthetic_lines`); no real page is used.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.alphabet import JUNK, LETTERS, SPACE, THIRDS
+from handout.errors import InputError
+from handout.hand import library
+from handout.hand.drawn import Hand
+from handout.prompting import corpus
+from handout.tagging import network
+from handout.tagging.line_space import COUNT, X_HEIGHT
+from handout.tagging.network import LabelledColumns, joined
+from handout.tagging.synthetic_lines import SyntheticLine, sampled_columns, synthetic_lines
+from handout.tagging.synthetic_writers import built_in_hands
+
+_TEST_LINES = 60  # new lines, on which the accuracy printed at the end is measured
+_RATE = 1.2e-3  # learning rate of Adam, the best of a few on five real pages
+# x-heights, set by eye: what is struck out and a space have no width that could be measured
+_WIDTHS_BY_DEFINITION = {JUNK: 1.6, SPACE: 1.0}
+_USUAL_WIDTH = 0.8  # x-heights: of a letter that no training line holds
+
+
+def read_sentences(path: Path | None) -> list[str]:
+    """The sentences to write: the lines of a file, or the corpus of the prompt sheets.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read or is empty.
+    """
+    if path is None:
+        return list(corpus.shipped())
+    try:
+        sentences = [line.strip() for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"Cannot read the sentences in {path}: {error}.") from error
+    if not sentences:
+        raise InputError(f"{path} holds no sentences: give one a line.")
+    return sentences
+
+
+def usual_widths(widths: dict[str, list[float]]) -> NDArray[np.float32]:
+    """(letters,) float32: median width of each letter, x-heights, from widths in pixels of line space."""
+    medians = {
+        letter: float(np.median(samples)) / X_HEIGHT for letter, samples in widths.items()
+    } | _WIDTHS_BY_DEFINITION
+    return np.array([medians.get(letter, _USUAL_WIDTH) for letter in LETTERS], dtype=np.float32)
+
+
+def training_set(
+    hands: Sequence[Hand], sentences: Sequence[str], lines: int, rng: np.random.Generator
+) -> tuple[LabelledColumns, NDArray[np.float32]]:
+    """Labelled columns of so many synthetic lines, and the letters' usual widths (letters,) in x-heights."""
+    parts: list[LabelledColumns] = []
+    widths: dict[str, list[float]] = {}
+    for line in synthetic_lines(hands, sentences, lines, rng):
+        parts.append(sampled_columns(line, rng))
+        for span in line.spans:
+            widths.setdefault(span.letter, []).append(span.right - span.left)
+    return joined(parts), usual_widths(widths)
+
+
+def train(
+    hands: Sequence[Hand],
+    sentences: Sequence[str],
+    rng: np.random.Generator,
+    *,
+    lines: int = 2500,
+    epochs: int = 5,
+    hidden: int = 256,
+) -> network.Network:
+    """A network trained on lines that synthetic writers of these hands wrote."""
+    columns, widths = training_set(hands, sentences, lines, rng)
+    _report(f"{len(columns)} columns of {lines} lines, {COUNT} numbers each")
+    return network.trained(
+        network.untrained(columns, widths, hidden, rng),
+        columns,
+        epochs=epochs,
+        rate=_RATE,
+        rng=rng,
+        on_epoch=lambda epoch, loss: _report(f"epoch {epoch + 1} of {epochs}: loss {loss:.3f}"),
+    )
+
+
+def accuracy(trained: network.Network, lines: Sequence[SyntheticLine]) -> tuple[float, float]:
+    """Share of columns whose state, and whose letter, is right."""
+    rng = np.random.default_rng(0)
+    columns = joined([sampled_columns(line, rng, share=1.0) for line in lines])
+    guess = trained.log_posterior(columns.features).argmax(axis=1)
+    return float((guess == columns.states).mean()), float((guess // THIRDS == columns.states // THIRDS).mean())
+
+
+def _report(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Train one network, write it, and print its accuracy on new lines."""
+    parser = argparse.ArgumentParser(
+        prog="python -m handout_lab.training.letter_networks", description=(__doc__ or "").split("\n")[0]
+    )
+    parser.add_argument("-o", "--output", type=Path, required=True, help="the .npz to write")
+    parser.add_argument("--corpus", type=Path, help="sentences, one a line (default: the prompts')")
+    parser.add_argument("--lines", type=int, default=2500)
+    parser.add_argument("--epochs", type=int, default=5)
+    parser.add_argument("--hidden", type=int, default=256)
+    parser.add_argument("--hands", nargs="+", default=[hand.name for hand in built_in_hands()])
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args(arguments)
+    sentences = read_sentences(options.corpus)
+    hands = [library.load(name) for name in options.hands]
+    rng = np.random.default_rng(options.seed)
+    trained = train(hands, sentences, rng, lines=options.lines, epochs=options.epochs, hidden=options.hidden)
+    network.save(trained, options.output)
+    test_lines = list(synthetic_lines(hands, sentences, _TEST_LINES, np.random.default_rng(options.seed + 1000)))
+    states, letters = accuracy(network.load(options.output), test_lines)
+    size = options.output.stat().st_size / 1e6
+    _report(f"{options.output}: {size:.1f} MB; of new columns {states:.1%} right, letters {letters:.1%}")
+
+
+if __name__ == "__main__":
+    main()

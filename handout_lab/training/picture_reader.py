@@ -1,0 +1,345 @@
+"""Trains the reader of pictures: ``python -m handout_lab.training.picture_reader WORDS.npz … -o READER.npz``.
+
+Needs torch (the extra "train").  The sets of pictures are made by `word_pictures`; what is written is for numpy alone
+(`reading.pictures`).
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+import zipfile
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.alphabet import JUNK, LETTERS
+from handout.reading.pictures import Reader, Reading, load
+from handout.reading.word_space import HEIGHT, MARGIN
+
+if TYPE_CHECKING:
+    from torch import Tensor, nn
+
+_LEAST = -30.0  # log probability that a text counts with at least: one word that is no word must not set everything
+_TEMPERATURES = np.exp(np.arange(-0.7, 1.4, 0.05))  # that are tried
+_NEW = 0.2  # gain of a layer that is added to a network that has learnt: hardly anything is changed by it at first
+_BINS = 5  # of probability, in the table of reliability
+READ = "".join(letter for letter in LETTERS if letter != JUNK)  # class n + 1 is READ[n], class 0 none
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """How the reader is built and trained; the best of a few on fonts that were kept out.
+
+    stem : channels of the three layers that see rows; across : channels of those that see columns alone.
+    dilations : of the latter, columns: a letter and its neighbours are seen, where writing is broad half of them.
+    batch : pictures, of about one width; rate : highest learning rate; warm : share of the time in which it rises.
+    """
+
+    stem: tuple[int, int, int] = (24, 48, 64)
+    across: int = 160
+    dilations: tuple[int, ...] = (1, 2, 3, 1, 4, 2)
+    batch: int = 48
+    rate: float = 2e-3
+    warm: float = 0.06
+    decay: float = 1e-3
+    dropout: float = 0.1
+
+
+def network(recipe: Recipe) -> nn.Sequential:
+    """(n, 1, HEIGHT, w) → (n, classes, w / 2): three layers over rows and columns, the others over columns."""
+    from torch import nn
+
+    class Beside(nn.Module):  # type: ignore[misc]  # torch is an extra, unknown where it is not installed
+        """A layer over neighbouring columns, added to what it was given."""
+
+        def __init__(self, channels: int, dilation: int) -> None:
+            super().__init__()
+            self.layer = nn.Conv1d(channels, channels, 3, padding=dilation, dilation=dilation, bias=False)
+            self.norm = nn.BatchNorm1d(channels)
+
+        def forward(self, x: Tensor) -> Tensor:
+            return x + self.norm(self.layer(x)).relu()
+
+    one, two, three = recipe.stem
+    stem = [
+        *(nn.Conv2d(1, one, 5, stride=2, padding=2, bias=False), nn.BatchNorm2d(one), nn.ReLU()),
+        *(nn.Conv2d(one, two, 3, stride=(2, 1), padding=1, bias=False), nn.BatchNorm2d(two), nn.ReLU()),
+        *(nn.Conv2d(two, three, 3, stride=(2, 1), padding=1, bias=False), nn.BatchNorm2d(three), nn.ReLU()),
+    ]
+    columns = [nn.Conv1d(three * (HEIGHT // 8), recipe.across, 1, bias=False), nn.BatchNorm1d(recipe.across), nn.ReLU()]
+    beside = [Beside(recipe.across, dilation) for dilation in recipe.dilations]
+    last = nn.Conv1d(recipe.across, len(READ) + 1, 1)
+    return nn.Sequential(*stem, nn.Flatten(1, 2), *columns, *beside, nn.Dropout(recipe.dropout), last)
+
+
+def go_on_from(net: nn.Sequential, path: Path, pictures: Tensor) -> None:
+    """Give a network the weights of a reader that was written, which may have fewer layers over columns.
+
+    Its normalisations went into its weights: they are put back by what is measured on some pictures (n, 1, HEIGHT, w).
+    """
+    import torch
+    from torch import nn
+
+    with np.load(path) as file:
+        known = [(file[f"w{k}"], file[f"b{k}"]) for k in range(sum(name.startswith("w") for name in file.files))]
+    flat = [part for part in net.modules() if isinstance(part, (nn.Conv1d, nn.Conv2d, nn.BatchNorm1d, nn.BatchNorm2d))]
+    norms = dict(zip(flat[::2], flat[1::2], strict=False))
+    hooks = []
+    convolutions = [*list(norms)[: len(known) - 1], flat[-1]]
+    for part in flat[::2]:
+        number = convolutions.index(part) if part in convolutions else None
+        if number is not None:
+            part.weight.data.copy_(torch.from_numpy(known[number][0].astype(np.float32)))
+        bias = None if number is None else torch.from_numpy(known[number][1].astype(np.float32))
+        if part in norms:
+            hooks.append(norms[part].register_forward_pre_hook(_measured(bias)))
+        elif bias is not None:
+            part.bias.data.copy_(bias)
+    with torch.no_grad():
+        net.eval()(pictures)
+    net.train()
+    for hook in hooks:
+        hook.remove()
+
+
+def _measured(bias: Tensor | None) -> Callable[[nn.Module, tuple[Tensor, ...]], None]:
+    """Sets a normalisation so that it only adds a bias to what it is given, or, without one, lets little through."""
+
+    def hook(norm: nn.Module, given: tuple[Tensor, ...]) -> None:
+        values = given[0].transpose(0, 1).flatten(1).float()
+        norm.running_mean.copy_(values.mean(1))
+        norm.running_var.copy_(values.var(1))
+        norm.weight.data.copy_((norm.running_var + norm.eps).sqrt() if bias is not None else norm.weight * _NEW)
+        norm.bias.data.copy_(norm.running_mean + bias if bias is not None else norm.bias)
+
+    return hook
+
+
+@dataclass(frozen=True, eq=False)
+class Words:
+    """A set of pictures: all side by side (HEIGHT, w) uint8, the column after each, their texts and sources."""
+
+    pictures: NDArray[np.uint8]
+    ends: NDArray[np.intp]
+    texts: tuple[str, ...]
+    sources: tuple[str, ...]
+
+    @classmethod
+    def load(cls, path: Path) -> Words:
+        """A set as `word_pictures.save` wrote it."""
+        with np.load(path) as file:
+            ends = np.cumsum(file["widths"], dtype=np.intp)
+            return cls(file["pictures"], ends, tuple(map(str, file["texts"])), tuple(map(str, file["sources"])))
+
+    def __len__(self) -> int:
+        return len(self.texts)
+
+    def picture(self, number: int) -> NDArray[np.uint8]:
+        """(HEIGHT, w) uint8 of one."""
+        end = int(self.ends[number])
+        start = int(self.ends[number - 1]) if number else 0
+        return self.pictures[:, start:end]
+
+
+def batches(words: Words, size: int, rng: np.random.Generator) -> Iterator[NDArray[np.intp]]:
+    """Numbers of pictures of about one width, in random order."""
+    widths = np.diff(words.ends, prepend=0)
+    order = np.argsort(widths + rng.uniform(0, 12, len(words)))
+    groups = np.array_split(order, max(len(order) // size, 1))
+    for number in rng.permutation(len(groups)):
+        yield groups[number]
+
+
+def batch_of(
+    words: Words, numbers: Sequence[int], rng: np.random.Generator | None
+) -> tuple[Tensor, list[list[int]], list[int]]:
+    """Pictures (n, 1, HEIGHT, w), their labels, and how many columns each has; with a generator a little changed."""
+    import torch
+
+    pictures = [words.picture(n) for n in numbers]
+    width = max(p.shape[1] for p in pictures) + 2 * MARGIN
+    stack = np.zeros((len(pictures), 1, HEIGHT, width), dtype=np.float32)
+    for k, picture in enumerate(pictures):
+        shown = np.asarray(picture / np.float32(255), dtype=np.float32)
+        stack[k, 0, :, MARGIN : MARGIN + picture.shape[1]] = shown if rng is None else _changed(shown, rng)
+    labels = [[READ.index(c) + 1 for c in words.texts[n]] for n in numbers]
+    given = torch.from_numpy(stack).to(memory_format=torch.channels_last)
+    return given, labels, [(p.shape[1] + 2 * MARGIN + 1) // 2 for p in pictures]
+
+
+def _changed(shown: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.float32]:
+    """A picture as it comes again: shifted by a row, with another contrast, a piece of it gone."""
+    shown = np.roll(shown, int(rng.integers(-1, 2)), axis=0) ** np.float32(rng.uniform(0.7, 1.5))
+    if rng.random() < 0.2:
+        y, x = int(rng.integers(HEIGHT)), int(rng.integers(shown.shape[1]))
+        shown[y : y + 3, x : x + 3] *= np.float32(rng.uniform(0.0, 0.5))
+    return shown
+
+
+def train(
+    paths: Sequence[Path], recipe: Recipe, minutes: float, rng: np.random.Generator, start: Path | None, keep: Path
+) -> nn.Sequential:
+    """A network trained for so many minutes; sets that appear meanwhile are used as well."""
+    import torch
+    from torch.nn import functional
+
+    torch.set_num_threads(1)
+    torch.set_flush_denormal(True)
+    torch.manual_seed(int(rng.integers(2**31)))
+    net = network(recipe)
+    if start is not None and start.suffix == ".npz":
+        first = Words.load(next(p for p in paths if p.exists()))
+        go_on_from(net, start, batch_of(first, range(4 * recipe.batch), None)[0])
+    elif start is not None:
+        net.load_state_dict(torch.load(start))
+    net = net.to(memory_format=torch.channels_last)
+    optimiser = torch.optim.AdamW(net.parameters(), weight_decay=recipe.decay)
+    began, seen, mean = time.perf_counter(), 0, 0.0
+    while True:
+        for path in rng.permutation(np.array([p for p in paths if p.exists()], dtype=object)):
+            words = Words.load(path)
+            for numbers in batches(words, recipe.batch, rng):
+                share = (time.perf_counter() - began) / (60 * minutes)
+                if share >= 1:
+                    return net
+                for group in optimiser.param_groups:
+                    group["lr"] = recipe.rate * _rate(share, recipe.warm)
+                pictures, labels, lengths = batch_of(words, numbers.tolist(), rng)
+                with torch.autocast("cpu", dtype=torch.bfloat16):
+                    logits = net(pictures)
+                logs = logits.float().log_softmax(1).permute(2, 0, 1)
+                loss = functional.ctc_loss(
+                    logs,
+                    torch.tensor([c for label in labels for c in label]),
+                    torch.tensor(lengths),
+                    torch.tensor([len(label) for label in labels]),
+                    zero_infinity=True,
+                )
+                optimiser.zero_grad()
+                loss.backward()
+                nn_clip(net)
+                optimiser.step()
+                seen += len(labels)
+                mean += 0.02 * (float(loss.detach()) - mean) if mean else float(loss.detach())
+            _report(f"{share:.0%}: {seen} pictures, loss {mean:.3f}")
+            torch.save(net.state_dict(), keep)
+
+
+def nn_clip(net: nn.Sequential) -> None:
+    """Gradients no longer than 5: one batch must not undo many."""
+    from torch.nn.utils import clip_grad_norm_
+
+    clip_grad_norm_(net.parameters(), 5.0)
+
+
+def _rate(share: float, warm: float) -> float:
+    """Share of the highest learning rate: it rises, then falls along half a cosine."""
+    return share / warm if share < warm else 0.5 * (1 + float(np.cos(np.pi * (share - warm) / (1 - warm)))) + 1e-3
+
+
+def layers(net: nn.Sequential) -> list[tuple[NDArray[np.float32], NDArray[np.float32]]]:
+    """The weights and biases of the layers, with the normalisations folded into them."""
+    from torch import nn
+
+    flat: list[nn.Module] = []
+    for part in net:
+        flat += list(part.children()) or [part]
+    folded = []
+    for part, after in zip(flat, [*flat[1:], nn.Identity()], strict=True):
+        if not isinstance(part, (nn.Conv1d, nn.Conv2d)):
+            continue
+        weight = part.weight.detach().numpy()
+        if isinstance(after, (nn.BatchNorm1d, nn.BatchNorm2d)):
+            gain = (after.weight / (after.running_var + after.eps).sqrt()).detach().numpy()
+            bias = after.bias.detach().numpy() - after.running_mean.numpy() * gain
+            weight = weight * gain.reshape(-1, *[1] * (weight.ndim - 1))
+        else:
+            bias = part.bias.detach().numpy()
+        folded.append((weight, bias))
+    return folded
+
+
+def readings(reader: Reader, words: Words) -> list[Reading]:
+    """What the reader sees in every picture of a set."""
+    return [reader.read(words.picture(k).astype(np.float64) / 255) for k in range(len(words))]
+
+
+def fitted_temperature(seen: Sequence[Reading], texts: Sequence[str]) -> float:
+    """The temperature at which the true texts of pictures are likeliest."""
+
+    def cost(temperature: float) -> float:
+        logs = [
+            replace(reading, temperature=temperature).log_probability(t) for reading, t in zip(seen, texts, strict=True)
+        ]
+        return -float(np.mean(np.maximum(logs, _LEAST)))
+
+    return float(min(_TEMPERATURES, key=cost))
+
+
+def reliability(seen: Sequence[Reading], texts: Sequence[str]) -> list[tuple[float, float, int]]:
+    """(mean probability, share right, count) of the likeliest texts, in bins of probability."""
+    best = [reading.verdict("") for reading in seen]
+    sure = np.array([verdict.other for verdict in best])
+    right = np.array([reading.verdict(t).reads_as == t for reading, t in zip(seen, texts, strict=True)])
+    bins = np.minimum((sure * _BINS).astype(int), _BINS - 1)
+    here = [bins == k for k in range(_BINS)]
+    return [(float(sure[b].mean()), float(right[b].mean()), int(b.sum())) for b in here if b.any()]
+
+
+def save(net: nn.Sequential, recipe: Recipe, temperature: float, path: Path) -> None:
+    """Writes the reader in half precision."""
+    arrays = {
+        f"{kind}{k}": a.astype(np.float16)
+        for k, pair in enumerate(layers(net))
+        for kind, a in zip("wb", pair, strict=True)
+    }
+    facts = {"dilations": np.array(recipe.dilations), "alphabet": np.array(READ), "temperature": np.array(temperature)}
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:
+        for name, array in {**arrays, **facts}.items():
+            # the same date each time: the same network, the same bytes
+            with file.open(zipfile.ZipInfo(f"{name}.npy"), "w") as member:
+                np.lib.format.write_array(member, array)
+
+
+def _report(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Train a reader and write it."""
+    parser = argparse.ArgumentParser(
+        prog="python -m handout_lab.training.picture_reader", description=(__doc__ or "").split("\n")[0]
+    )
+    parser.add_argument("words", type=Path, nargs="+", help="sets of pictures")
+    parser.add_argument("-o", "--output", type=Path, required=True, help="the .npz to write")
+    parser.add_argument("--held", type=Path, help="pictures by writers that were kept out, to calibrate with")
+    parser.add_argument("--start", type=Path, help="weights to go on from: a reader, or as kept beside an output")
+    parser.add_argument("--minutes", type=float, default=60.0, help="of time")
+    parser.add_argument("--rate", type=float, default=Recipe.rate)
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args(arguments)
+    import torch
+
+    recipe = Recipe(rate=options.rate)
+    keep = options.output.with_suffix(".pt")
+    net = train(options.words, recipe, options.minutes, np.random.default_rng(options.seed), options.start, keep)
+    torch.save(net.state_dict(), keep)
+    save(net, recipe, 1.0, options.output)
+    if options.held is not None:
+        held = Words.load(options.held)
+        seen = readings(load(options.output), held)
+        temperature = fitted_temperature(seen, held.texts)
+        save(net, recipe, temperature, options.output)
+        for sure, right, count in reliability([replace(r, temperature=temperature) for r in seen], held.texts):
+            _report(f"probability {sure:.2f}: {right:.2f} right of {count}")
+    _report(f"{options.output}: {options.output.stat().st_size / 1e6:.2f} MB")
+
+
+if __name__ == "__main__":
+    main()
