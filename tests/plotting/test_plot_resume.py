@@ -164,6 +164,22 @@ def test_a_place_where_the_plot_has_not_led_is_not_believed(tmp_path, name):
     assert len(person.asked) == 1 and any("where this plot has not led it" in word for word in words)
 
 
+@pytest.mark.parametrize("name", ["simulated", "marlin-servo", "klipper-servo"])
+def test_homing_forgets_what_another_program_counts_from(tmp_path, name):
+    profile = msgspec.structs.replace(profiles.find(name, "plotter"), homing=True)
+    plotter = SimulatedPlotter(profile)
+    job, person = made(tmp_path, profile), Somebody(plotter)
+    with pytest.raises(KeyboardInterrupt):
+        runner.run_job(job, lambda: plotter, person, progress=Stop(0.4))
+    plotter.replug()
+    for line in ELSEWHERE.get(name, ()):
+        plotter.write(line)
+        plotter.read(5.0)
+    runner.run_job(job, again(plotter), person)
+    judged(plotter, 1)
+    assert person.asked == []
+
+
 @pytest.mark.parametrize("profile", [PROFILE, profiles.find("axidraw-v3", "plotter")], ids=lambda p: p.name)
 def test_on_its_way_back_to_zero_a_plotter_is_believed(tmp_path, profile):
     plotter, person, words = SimulatedPlotter(profile), Somebody(), []

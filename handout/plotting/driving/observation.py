@@ -264,8 +264,8 @@ def _least_delay(least: Array, most: Array) -> Array:
     for at in range(1, len(most)):
         must = min(max(delay[at - 1], least[at]), most[at])
         grown = must - delay[at - 1]
-        beside = _BESIDE if grown > REST else beside - 1
-        delay[at] = most[at] if grown > 0.0 and beside >= 0 else must
+        beside = _BESIDE if grown > (_JOINED * REST if beside > 0 else REST) else beside - 1
+        delay[at] = most[at] if grown > 0.0 and beside > 0 else must
     return delay
 
 

@@ -141,11 +141,15 @@ class GrblController(BaseController):
         self._read_offsets()
 
     def home(self) -> None:
-        """``$H``; a servo is lifted before, since it may have been left on the paper (a Z axis is homed first)."""
+        """``$H``, and no passing offset of another program (``G92.1``), which homing leaves as it is.
+
+        A servo is lifted before, since it may have been left on the paper (a Z axis is homed first).
+        """
         if self.profile.pen.lift != "z":
             self._unlock()
             self._ask_all([*protocol.MODES, *protocol.pen(False, self.profile.pen)])
         self.conversation.home()
+        self.conversation.ask(b"G92.1\n")
         self._read_offsets()
 
     def _read_offsets(self) -> None:
