@@ -164,7 +164,7 @@ def test_a_place_where_the_plot_has_not_led_is_not_believed(tmp_path, name):
     assert len(person.asked) == 1 and any("where this plot has not led it" in word for word in words)
 
 
-@pytest.mark.parametrize("name", ["simulated", "marlin-servo", "klipper-servo"])
+@pytest.mark.parametrize("name", ["simulated", "marlin-servo"])
 def test_homing_forgets_what_another_program_counts_from(tmp_path, name):
     profile = msgspec.structs.replace(profiles.find(name, "plotter"), homing=True)
     plotter = SimulatedPlotter(profile)
@@ -172,7 +172,7 @@ def test_homing_forgets_what_another_program_counts_from(tmp_path, name):
     with pytest.raises(KeyboardInterrupt):
         runner.run_job(job, lambda: plotter, person, progress=Stop(0.4))
     plotter.replug()
-    for line in ELSEWHERE.get(name, ()):
+    for line in ELSEWHERE[name]:
         plotter.write(line)
         plotter.read(5.0)
     runner.run_job(job, again(plotter), person)
