@@ -38,6 +38,7 @@ from handout.values import Drawing
 
 _ZERO = 0.02  # mm; a machine that says it stands in its zero may just have been switched on
 _REACH = 1.1  # ink on the drawing's path for ink in straight pieces
+_FARTHER = 20.0  # times that reach at most, where a disk was slow; set by eye: some words
 _WRITTEN = 1.0  # mm of ink between two lines of the journal
 
 
@@ -288,16 +289,19 @@ class _Run:
         detours = [to_page(way) for way in hooking.detours(self.job.profile)]
         held = dialect(self.job.profile.dialect).in_hand * float(self.job.profile.limits.draw_speed)
         reach = _REACH * max(self.job.options.overlap, held) + _WRITTEN
-        place = found(whole, standing.place if begun else Place(len(whole.strokes)), xy, reach, zero, detours)
+        drawn = standing.place if begun else Place(len(whole.strokes))
+        place = found(whole, drawn, xy, reach, zero, detours)
         if place is not None and standing.begun:
             self.journal.drawn(place)
-        elif place is None:
+        # farther on its way, where a slow disk let it be sent more: its zero is known, what is drawn is not
+        elif place is None and found(whole, drawn, xy, _FARTHER * reach, zero, detours) is None:
             x, y = xy
             self.log(
                 f"The plotter says that its pen is at {x:.1f}, {y:.1f} mm of the page, where this plot has not led it: "
                 "that is not believed."
             )
-        return place is not None
+            return False
+        return True
 
     def _draw(self, number: int, controller: Controller, port: Port, fresh: bool) -> None:
         """One part, or what is left of it."""
