@@ -16,7 +16,7 @@ import click
 
 from handout import __version__
 from handout.cli import signals, streams
-from handout.errors import HandoutError, no_room
+from handout.errors import HandoutError, at_border, shortened
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -47,6 +47,9 @@ _VERBS = {
 }
 _WITHOUT_DEFAULTS = {"config", "doctor", "completion", "man"}  # verbs that work whatever a configuration says
 _HELP = {"-h", "--help"}
+# what numpy's and scipy's libraries of linear algebra ask when they are loaded, and processes that are started inherit;
+# `one_thread` of handout/networks.py says why, and does the same for programs that call handout
+_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 
 class _Verbs(click.Group):
@@ -117,6 +120,8 @@ def cli(config: str | None) -> None:
 
 def main(args: list[str] | None = None) -> None:
     """Run the command and leave with its exit code: 0 done, 2 bad input, 3 device fault, 4 some rows failed."""
+    for variable in _THREADS:
+        os.environ.setdefault(variable, "1")
     codecs.register_error("handout", _escaped)
     streams.open_closed()
     if isinstance(sys.stdout, io.TextIOWrapper):
@@ -154,9 +159,9 @@ def _sentence(error: Exception) -> str | None:
             return str(error)
         case ImportError(name=str(name)) if not name.startswith("handout"):
             return f"A package cannot be loaded ({error}): `handout doctor` says what to do."
-        case OSError():
-            closed = error.errno == errno.EBADF and streams.is_unread()
-            return no_room(error) or ("Standard output is closed." if closed else None)
+        case OSError() | RecursionError():
+            closed = getattr(error, "errno", None) == errno.EBADF and streams.is_unread()
+            return at_border(error) or ("Standard output is closed." if closed else None)
     return None
 
 
@@ -174,10 +179,11 @@ def _run(args: list[str] | None) -> int:
         if isinstance(leave.__context__, OSError) and not streams.is_unread():
             raise leave.__context__ from None
         return 0
-    except (click.ClickException, HandoutError, ImportError, OSError) as error:
+    except (click.ClickException, HandoutError, ImportError, OSError, RecursionError) as error:
         if sentence := _sentence(error):
-            click.echo(f"handout: {sentence}", err=True)
+            click.echo(f"handout: {shortened(sentence)}", err=True)
         elif isinstance(error, click.ClickException):
+            vars(error)["message"] = shortened(error.message)
             error.show()
         else:
             raise

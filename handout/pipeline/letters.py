@@ -28,7 +28,7 @@ from handout.motion.timing import time_in_air
 from handout.page_sizes import margins
 from handout.pipeline import programs
 from handout.pipeline import writing as texts
-from handout.pipeline.inputs import Source, sent_source
+from handout.pipeline.inputs import sent_source
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
 from handout.pipeline.results import SILENT, Facts, Listener, Tally
 from handout.pipeline.signatures import find_signature, placed_signature, size
@@ -528,24 +528,6 @@ def _unshown(drawings: Sequence[Drawing], paths: Sequence[Path]) -> list[str]:
     if not others or all(drawing.beneath is None for drawing in drawings):
         return []
     return [f"{' and '.join(others)} files leave the pictures and the background out, which PNG files show."]
-
-
-def write_source(
-    source: Source,
-    outputs: Sequence[str | Path],
-    writing: WritingOptions = WritingOptions(),
-    sheet: SheetOptions = SheetOptions(),
-    picture: PictureOptions = PictureOptions(),
-    *,
-    device: str | None = None,
-    listener: Listener = SILENT,
-) -> Written:
-    """Write a text or a letter to files: `write_letter`, or `pipeline.writing.write`."""
-    if source.letter is None:
-        return texts.write(source.text, outputs, writing, sheet, picture, device=device, listener=listener)
-    return write_letter(
-        source.letter, outputs, writing, sheet, picture, given=source.given, device=device, listener=listener
-    )
 
 
 def write_sent(

@@ -24,6 +24,7 @@ from handout.hand.author_reader import readable
 from handout.hand.learnt import learnt
 from handout.hand.scanned import ScannedHand
 from handout.hand.vetting import vet
+from handout.networks import one_thread
 from handout.pipeline.results import Facts
 from handout.reading import pictures
 from handout.reading.adaptation import adapted
@@ -209,7 +210,7 @@ class Rereader:
 
     def __post_init__(self) -> None:
         self._known = _read_before(self.hand, self.own, self.settings)
-        wrong = 1.0 - vet(self.hand).probability
+        wrong = 1.0 - vet(self.hand).plainness
         # so many of an average word's letters are wrong, and those more often of which the vetting thinks less
         usual_length = 4.5
         self._doubt = wrong / max(float(wrong.mean()), 1e-6) * self.settings.wrong / usual_length
@@ -285,6 +286,7 @@ def _read_before(
     return WeakKeyDictionary()
 
 
+@one_thread
 def reread(
     compose: Callable[[Proofreader], Iterable[Sheet]],
     hand: ScannedHand,

@@ -12,16 +12,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from handout import __version__, units
-from handout.completion.completed_hand import complete_hand
 from handout.errors import DoesNotFit, InputError
-from handout.hand import file, library
-from handout.hand.measures import ink_colours
-from handout.hand.pending import untaken
+from handout.hand import library
 from handout.hand.places import graphemes
+from handout.inking.papers import PAPERS
 from handout.inking.pen import is_brush
 from handout.page_sizes import margins, page
 from handout.pipeline import programs
-from handout.pipeline.lined_paper import LinedPaper, lined_paper, page_name
 from handout.pipeline.options import (
     PictureOptions,
     PoseOptions,
@@ -39,12 +36,13 @@ from handout.sinks import check_outputs as check_outputs
 from handout.values import Drawing, Line, Manuscript, Placed
 from handout.writing.compose import each_page, each_part
 from handout.writing.layout import Layout
-from handout.writing.text import Borrowed
+from handout.writing.text import Borrowed, unseen
 
 if TYPE_CHECKING:
     from handout.hand.drawn import Hand
     from handout.hand.scanned import ScannedHand
     from handout.motion.styles.style import Style
+    from handout.pipeline.lined_paper import LinedPaper
     from handout.pipeline.rereading import Doubt
     from handout.writing.pages import Sheet
 
@@ -181,14 +179,22 @@ def prepare(
     writing: WritingOptions, sheet: SheetOptions = SheetOptions(), picture: PictureOptions = PictureOptions()
 ) -> WritingTask:
     """Check the options, and load the hand that they name."""
-    name = page_name(sheet, picture)
+    name = sheet.page_name
+    if picture.paper not in PAPERS:
+        from handout.pipeline.lined_paper import page_name
+
+        name = page_name(sheet, picture)
     (fast, factor), seed, look = (
         pace(writing.speed),
         seed_of(writing.seed),
         replace(picture.look(styled=writing.style is not None), footprint=writing.pose is not None),
     )
     hand = library.find(writing.hand) if isinstance(writing.hand, str) else writing.hand
-    hand = hand.hastened(writing.haste)
+    hand, behind = hand.hastened(writing.haste), tuple[str, ...]()
+    if hand.pages is not None and isinstance(writing.hand, str):
+        from handout.hand.pending import untaken
+
+        behind = untaken(writing.hand)
     paper = page(name)
     layout = Layout(
         page=paper,
@@ -217,7 +223,7 @@ def prepare(
         strict=writing.strict,
         pose=_pose(writing),
         style=_style(writing),
-        untaken=untaken(writing.hand) if hand.pages is not None and isinstance(writing.hand, str) else (),
+        untaken=behind,
     )
 
 
@@ -225,6 +231,8 @@ def on_lined_paper(
     task: WritingTask, writing: WritingOptions, sheet: SheetOptions, picture: PictureOptions
 ) -> WritingTask:
     """The task with its lines on those of the paper."""
+    from handout.pipeline.lined_paper import lined_paper
+
     paper = lined_paper(task.layout, task.hand, writing, sheet, picture)
     look = task.look if paper.paper is None else replace(task.look, paper=paper.paper)
     return replace(task, layout=paper.layout, look=look, paper=paper)
@@ -234,6 +242,8 @@ def _pen_hand(pen: str, hand: Hand | ScannedHand) -> ScannedHand:
     """The scanned hand whose pen is asked for."""
     if hand.pages is None:
         raise InputError(f"pen: {pen} holds scanned ink, which only scanned hands can be written with.")
+    from handout.hand import file
+
     return file.load(library.scanned_file(pen))
 
 
@@ -332,8 +342,17 @@ def set_parts(
 
 def try_parts(texts: Sequence[str], layouts: Sequence[Layout], task: WritingTask, row: int) -> list[Sheet | None]:
     """The same, as they are set before any word is read again; None for what is larger than its layout."""
-    hand, _ = complete_hand(task.hand, "\n".join(texts), fallback=task.fallback, seed=task.seed)
+    hand, _ = _completed(task, "\n".join(texts))
     return list(each_part(texts, hand, layouts, [task.seed, row], fallback=task.fallback))
+
+
+def _completed(task: WritingTask, text: str) -> tuple[Hand | ScannedHand, Sequence[Borrowed]]:
+    """The hand of a task with the letters of a text, and which it lacked; a drawn one borrows as it writes."""
+    if task.hand.pages is None and not task.fallback:
+        return task.hand, []
+    from handout.completion.completed_hand import complete_hand
+
+    return complete_hand(task.hand, text, fallback=task.fallback, seed=task.seed)
 
 
 def _set(
@@ -341,14 +360,15 @@ def _set(
 ) -> tuple[WritingTask, Iterator[Sheet]]:
     """What `compose` makes of a text in the hand of a task, as soon as it has all its letters."""
     author = task.hand
-    hand, lacking = complete_hand(author, text, fallback=task.fallback, seed=task.seed)
+    hand, lacking = _completed(task, text)
     compose = partial(compose, hand=hand, seed=[task.seed] if row is None else [task.seed, row])
     sheets = compose() if author.pages is None or hand.pages is None else _reread(compose, hand, author, task)
     task = replace(task, hand=hand)
     if any(letter.doubted for letter in lacking):
         sheets = iter(pages := list(sheets))
         lacking = list(_written(lacking, pages, author))
-    borrowed = [letter_facts(letter) if row is None else {"row": row, **letter_facts(letter)} for letter in lacking]
+    left_out = [*lacking, *unseen(text)]
+    borrowed = [letter_facts(letter) if row is None else {"row": row, **letter_facts(letter)} for letter in left_out]
     return task, (_with(sheet, "borrowed", borrowed) for sheet in sheets) if borrowed else sheets
 
 
@@ -529,6 +549,8 @@ def _in_colour(drawing: Drawing, task: WritingTask) -> Drawing:
     """A drawing in the colour of ink that is asked for, where that is not the hand's own."""
     if not (task.coloured or task.pen_hand or task.traced):
         return drawing
+    from handout.hand.measures import ink_colours
+
     # without a colour of their own, strokes have that of the pen that pictures are drawn with
     colour = ink_colours(task.pen_hand).colours[0] if task.pen_hand and not task.coloured else ""
     strokes = tuple(replace(stroke, colour=colour) for stroke in drawing.strokes)

@@ -16,13 +16,13 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
 from handout.alphabet import SPACE
 from handout.hand.corrections import AnyCorrection, Change, Correction, applied
 from handout.hand.page_editor import line_alone
-from handout.hand.places import graphemes
+from handout.hand.places import graphemes, word_at
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
+from handout.networks import one_thread
 from handout.progress import Tell, silent, within
 from handout.scanning.text_lines import line_owners
 from handout.tagging import network
@@ -133,7 +133,7 @@ def changes(
         units = graphemes(hand.pages[page].transcript)
         spot = hand.pages[page].graph.uv[one.glyph.vertices[len(one.glyph.vertices) // 2]]
         place = (round(float(spot[0]), 1), round(float(spot[1]), 1))
-        found.append(Change(one.glyph.letter, _word(units, at), page, one.glyph.line, place, how))
+        found.append(Change(one.glyph.letter, word_at(units, at), page, one.glyph.line, place, how))
     return tuple(found)
 
 
@@ -167,16 +167,6 @@ def _inks(hand: ScannedHand, unmoved: set[tuple[int, int]]) -> dict[tuple[int, i
         (g.page, g.at): _Ink(g, frozenset((x, y) for x, y in np.rint(uv[g.page][g.vertices] * 16).astype(int).tolist()))
         for g in glyphs
     }
-
-
-def _word(units: Sequence[str], at: int) -> str:
-    """The word of a text that a grapheme stands in."""
-    first, last = at, at
-    while first and not units[first - 1].isspace():
-        first -= 1
-    while last + 1 < len(units) and not units[last + 1].isspace():
-        last += 1
-    return "".join(units[first : last + 1])
 
 
 def realigned(hand: ScannedHand, number: int, *, rng: np.random.Generator, tell: Tell = silent) -> ScannedHand:
@@ -294,6 +284,7 @@ def _ends(page: ScannedPage, strip: Strip, glyph: ScannedGlyph) -> tuple[float, 
     return float(u.min()), float(u.max())
 
 
+@one_thread
 def _aligned(
     lines: Sequence[Strip],
     texts: Sequence[TranscriptLine],
@@ -304,10 +295,8 @@ def _aligned(
     some = [i for i, text in enumerate(texts) if text.letters]
     reader = page_reader([line.image for line in lines], network.shipped()).part(some)
     written = [texts[i] for i in some]
-    # in one thread, as `alignment.align_strips`
-    with threadpool_limits(limits=1, user_api="blas"):
-        decodings = by_segments(reader, written, rng, tell, held=[held[i] for i in some])
-        fitting = line_fits(reader, written, rng)
+    decodings = by_segments(reader, written, rng, tell, held=[held[i] for i in some])
+    fitting = line_fits(reader, written, rng)
     aligned = tuple(
         AlignedLine(i, lines[i].frame, aligned_letters(lines[i].frame, texts[i], of_line), fit)
         for i, of_line, fit in zip(some, decodings, fitting, strict=True)
@@ -356,7 +345,7 @@ def _glyphs(
 
 def _settled(glyph: ScannedGlyph, fixed: ScannedGlyph | None, cropped: bool) -> ScannedGlyph:
     if fixed is not None and fixed.confirmed:
-        return replace(glyph, confirmed=True, confidence=1.0, place=fixed.place)
+        return replace(glyph, confirmed=True, confidence=1.0, place=fixed.place, kept_out=fixed.kept_out)
     if fixed is not None and not cropped:
         # it stands where it stood: what was learned can speak for it
         return replace(glyph, confidence=max(glyph.confidence, fixed.confidence))
