@@ -4,6 +4,9 @@ A file of each of the kinds in `KINDS` is made, and read by its verb; then it is
 put in, numbers made extreme, lines moved, the file cut; a part of a packed file, packed again) and read again, each
 time in a process of its own.  A failure is an exception that reaches the border, another exit code than 0, 2, 3 and 4,
 a death, or more than 30 s.
+
+1,240 files (seeds 2000 to 2030): none hangs, nine end in an exception: UNIPEN whose channels change or are empty (4),
+scanned hands (2) and calibrations (2) whose arrays are damaged, a pose library of huge strokes (1).
 """
 
 from __future__ import annotations
@@ -32,7 +35,7 @@ import numpy as np
 from handout.cli import main as command
 
 ROOT = Path(__file__).resolve().parents[1]
-SEEDS = range(2000, 2036)  # of each kind; with 36 kinds about 1,300 files
+SEEDS = range(2000, 2031)  # of each kind; with 40 kinds 1,240 files
 HANGS = 30.0  # s
 CODES = (0, 2, 3, 4)  # done, bad input, device, some rows not made: `handout.cli.main`
 _TABLE = (
@@ -44,7 +47,7 @@ _UNIPEN = (
 )
 _VCARD = "BEGIN:VCARD\nVERSION:3.0\nN:Maß;Ann;;;\nFN:Ann Maß\nADR;TYPE=HOME:;;Weg 1;Ulm;;89073;Germany\nEND:VCARD\n"
 _PRINT = ("--dry-run", "out.pdf", "--printer", "pdf", "--hand", "house-print", "--pen", "plain")
-# kind → file, and the arguments that read it; QUICK is how hands write there
+# kind → file, and the arguments that read it
 KINDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "text": ("a.txt", ("write", "--file", "a.txt", "-o", "out.svg")),
     "letter": ("letter.md", ("write", "letter.md", "-o", "out.svg")),
