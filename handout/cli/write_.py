@@ -51,11 +51,11 @@ def command(
     handout write letter.md -o letter.pdf -o letter.svg
     """
     from handout.pipeline.inputs import written_source
-    from handout.pipeline.letters import write_source
+    from handout.pipeline.writing import write
 
     source = written_source(text, file, console, options.given())
     with console.working():
-        result = write_source(source, output, writing, sheet, picture, device=device, listener=console)
+        result = write(source, output, writing, sheet, picture, device=device, listener=console)
     console.report(
         result,
         f"Wrote {sentences.names(result.files)}: {units.count(result.tally.lines, 'line')} on "
