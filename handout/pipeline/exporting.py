@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from handout.errors import InputError
-from handout.pipeline.documents import one_pen, open_document
 from handout.pipeline.inputs import Source
 from handout.pipeline.options import SheetOptions, WritingOptions
 from handout.pipeline.plot_request import ExportOptions
 from handout.pipeline.programs import SUFFIXES, Programs
 from handout.pipeline.results import Facts, Result, Tally
 from handout.pipeline.texts import STROKES, style_notes
+from handout.pipeline.writing import one_pen, open_document
 from handout.sinks import check_outputs, write_drawings
 
 

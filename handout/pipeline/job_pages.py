@@ -20,10 +20,10 @@ from typing import Any
 from handout.errors import HandoutError, InputError
 from handout.hand.library import path
 from handout.pipeline.declarations import declared
-from handout.pipeline.documents import Document
 from handout.pipeline.options import SheetOptions, WritingOptions
 from handout.pipeline.results import Tally
 from handout.pipeline.texts import STROKES, TextDocument, WritingTask, draw, prepare, program, title
+from handout.pipeline.writing import Document
 from handout.plotting import fit_to_bed
 from handout.plotting.jobs import pages, store
 from handout.plotting.jobs.job import Job, load

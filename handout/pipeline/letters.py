@@ -52,7 +52,7 @@ _FILES = ("hand", "paper", "pen")  # of these, such as may name a file beside th
 
 @dataclass(frozen=True)
 class LetterDocument:
-    """A letter with its options, checked (a `pipeline.documents.Document`).
+    """A letter with its options, checked (a `pipeline.writing.Document`).
 
     tasks : of each of its hands by the names in the letter, "" for that of the letter.
     first, following : layouts of the first page and the others.

@@ -24,12 +24,12 @@ from handout.merging.fields import Fields, RowManner, counted, doubts
 from handout.merging.sheets import overlaid
 from handout.merging.template import Letter
 from handout.pipeline.declarations import declared
-from handout.pipeline.documents import Document
 from handout.pipeline.inputs import LETTERS, decoded, is_file
 from handout.pipeline.letters import LetterDocument, prepare_letter
 from handout.pipeline.options import MergeOptions, PictureOptions, SheetOptions, TableOptions, WritingOptions
 from handout.pipeline.results import Listener, Tally
 from handout.pipeline.texts import INK, TextDocument, WritingTask, prepare, program
+from handout.pipeline.writing import Document
 from handout.printing import countries, envelope, journal
 from handout.printing.address_table import Addresses, read_addresses, read_rows
 from handout.printing.journal import BACK, ENVELOPE, Batch, Journal

@@ -19,7 +19,6 @@ import msgspec
 from handout import atomic, profiles, units
 from handout.errors import DeviceError, InputError
 from handout.pipeline import job_pages
-from handout.pipeline.documents import Document, one_pen, open_document
 from handout.pipeline.inputs import Source
 from handout.pipeline.lined_paper import page_name
 from handout.pipeline.options import Length, millimetres
@@ -28,7 +27,7 @@ from handout.pipeline.plot_request import AttendanceOptions, Operator, PartOptio
 from handout.pipeline.programs import hooked, pressed_evenly
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.pipeline.texts import STROKES, TextDocument, style_notes
-from handout.pipeline.writing import written
+from handout.pipeline.writing import Document, one_pen, open_document, written
 from handout.plotting import fit_to_bed, open_port, plan
 from handout.plotting.connections import is_simulated as is_simulated
 from handout.plotting.connections import surroundings

@@ -104,7 +104,7 @@ def prepare(
     lined: bool = True,
 ) -> WritingTask:
     """Check the options, and load the hand that they name; `lined` : whether it writes on the lines of its paper."""
-    name = page_name(sheet, picture)
+    name = sheet.page_name if picture.paper == "none" else page_name(sheet, picture)
     (fast, factor), seed, look = (
         pace(writing.speed),
         seed_of(writing.seed),
@@ -198,7 +198,7 @@ class Pages:
 
 @dataclass(frozen=True)
 class TextDocument:
-    """A text that is written (a `pipeline.documents.Document`); layout : that of the task, if None."""
+    """A text that is written (a `pipeline.writing.Document`); layout : that of the task, if None."""
 
     text: str
     task: WritingTask
