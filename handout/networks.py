@@ -1,15 +1,54 @@
-"""What the small networks that numpy trains and runs share: Adam, dropout, the norm of gradients, softmax."""
+"""What the small networks that numpy trains and runs share: one thread, Adam, dropout, norm of gradients, softmax."""
 
 from __future__ import annotations
 
+import sys
+import threading
 from collections.abc import Sequence
+from contextlib import ContextDecorator
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import ThreadpoolController
 
 Floats = NDArray[np.float32]
 _BETA_1, _BETA_2, _EPSILON = 0.9, 0.999, 1e-8  # of Adam: Kingma and Ba 2015, Algorithm 1
+
+
+class _OneThread(ContextDecorator):
+    """Numpy and scipy multiply in one thread meanwhile; around a block, or before a function.
+
+    Matrices this small take more time on several threads than on one (300 words in a scanned hand: a fifth more CPU
+    on an idle machine, twice as much on a busy one), and sums in another order would make other letters.  The number
+    of threads is the process's: the first that enters sets it, the last that leaves sets it back.
+    """
+
+    def __init__(self) -> None:
+        self._lock, self._entered = threading.Lock(), 0
+        self._limits: Any = None
+
+    def __enter__(self) -> None:
+        with self._lock:
+            if not self._entered:
+                self._limits = _pools("scipy.linalg" in sys.modules).limit(limits=1, user_api="blas")
+            self._entered += 1
+
+    def __exit__(self, *exc: object) -> None:
+        with self._lock:
+            self._entered -= 1
+            if not self._entered:
+                self._limits.restore_original_limits()
+
+
+@lru_cache
+def _pools(scipy: bool) -> ThreadpoolController:
+    """The libraries that multiply; `scipy`: its own is among them, which makes another answer once it is loaded."""
+    return ThreadpoolController()
+
+
+one_thread = _OneThread()
 
 
 class Adam:

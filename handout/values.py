@@ -66,6 +66,9 @@ def readonly_indices(values: ArrayLike, *shape: int | None) -> Indices:
     return array
 
 
+_VARIES = 0.08  # of the width of a mark: what varies less is an even line
+
+
 @dataclass(frozen=True)
 class Page:
     """A sheet: width and height in mm, and the name it is sold under."""
@@ -126,6 +129,13 @@ class Stroke:
     def pose(self) -> dict[str, Any]:
         """Those of the channels of `POSE` that were recorded, by their names."""
         return {name: values for name in POSE if (values := getattr(self, name)) is not None}
+
+    @cached_property
+    def even(self) -> bool:
+        """Whether a line of even width does for its mark."""
+        if self.nib > 0 or self.width is None:
+            return self.nib <= 0
+        return float(np.ptp(self.width)) <= _VARIES * max(float(self.width.mean()), 1e-9)
 
     @cached_property
     def length(self) -> float:

@@ -2,6 +2,8 @@
 
 import ast
 import gc
+import json
+import os
 import subprocess
 import sys
 from functools import cache
@@ -306,6 +308,30 @@ def test_help_is_light(arguments):
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.rstrip().endswith("HEAVY []"), done.stdout[-300:]
+
+
+def test_a_drawn_hand_loads_what_it_needs(tmp_path):
+    """Loading takes most of the time of a sentence, and several threads take more of it than one."""
+    code = (
+        "import json, sys\n"
+        "from handout.cli import main\n"
+        "try:\n"
+        f"    main(['write', 'Dear Ada, the parcel came.', '-q', '-o', {str(tmp_path / 'a.svg')!r}])\n"
+        "except SystemExit as leave:\n"
+        "    assert leave.code == 0, leave.code\n"
+        "loaded = sorted(sys.modules)\n"
+        "from threadpoolctl import threadpool_info\n"
+        "threads = [pool['num_threads'] for pool in threadpool_info() if pool['user_api'] == 'blas']\n"
+        "print(json.dumps([loaded, threads]))\n"
+    )
+    environment = {name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment)
+    loaded, threads = json.loads(done.stdout)
+    own = [name for name in loaded if name.partition(".")[0] == "handout"]
+    assert len(own) <= 64, own
+    assert not {name.split(".")[1] for name in own if "." in name} & {"scanning", "tagging", "reading", "letters"}
+    assert not {"cv2", "skimage", "scipy.optimize", "scipy.signal", "scipy.special", "threadpoolctl"} & {*loaded}
+    assert threads and set(threads) == {1}
 
 
 def test_importing_handout_imports_nothing_numeric():

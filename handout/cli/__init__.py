@@ -47,6 +47,9 @@ _VERBS = {
 }
 _WITHOUT_DEFAULTS = {"config", "doctor", "completion", "man"}  # verbs that work whatever a configuration says
 _HELP = {"-h", "--help"}
+# what numpy's and scipy's libraries of linear algebra ask when they are loaded, and processes that are started inherit;
+# `one_thread` of handout/networks.py says why, and does the same for programs that call handout
+_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 
 class _Verbs(click.Group):
@@ -117,6 +120,8 @@ def cli(config: str | None) -> None:
 
 def main(args: list[str] | None = None) -> None:
     """Run the command and leave with its exit code: 0 done, 2 bad input, 3 device fault, 4 some rows failed."""
+    for variable in _THREADS:
+        os.environ.setdefault(variable, "1")
     codecs.register_error("handout", _escaped)
     streams.open_closed()
     if isinstance(sys.stdout, io.TextIOWrapper):
@@ -136,16 +141,27 @@ def _escaped(error: UnicodeError) -> tuple[str, int]:
     return json.dumps(error.object[error.start : error.end])[1:-1], error.end
 
 
-def _sentence(error: click.ClickException) -> str | None:
-    """What is wrong with a value, where a configuration has it; what an option of another program is called here."""
-    if isinstance(error, click.NoSuchOption) and error.ctx is not None and error.ctx.info_name in ("plot", "export"):
-        from handout.cli.elsewhere import hint
+def _sentence(error: Exception) -> str | None:
+    """What is to be said of an error; None of one that click says itself, and of a fault of the program.
 
-        return hint(error.option_name)
-    if isinstance(error, click.BadParameter):
-        from handout.cli.configuration import wrong
+    Of a wrong value that is where a configuration has it, and of an option of another program what it is called here.
+    """
+    match error:
+        case click.NoSuchOption(ctx=click.Context(info_name="plot" | "export")):
+            from handout.cli.elsewhere import hint
 
-        return wrong(error)
+            return hint(error.option_name)
+        case click.BadParameter():
+            from handout.cli.configuration import wrong
+
+            return wrong(error)
+        case HandoutError():
+            return str(error)
+        case ImportError(name=str(name)) if not name.startswith("handout"):
+            return f"A package cannot be loaded ({error}): `handout doctor` says what to do."
+        case OSError():
+            closed = error.errno == errno.EBADF and streams.is_unread()
+            return no_room(error) or ("Standard output is closed." if closed else None)
     return None
 
 
@@ -154,12 +170,6 @@ def _run(args: list[str] | None) -> int:
         result = cli.main(args=args, prog_name="handout", standalone_mode=False)
     except click.exceptions.Exit as leave:
         return leave.exit_code
-    except click.ClickException as error:
-        if sentence := _sentence(error):
-            click.echo(f"handout: {sentence}", err=True)
-        else:
-            error.show()
-        return 2
     except (click.Abort, KeyboardInterrupt) as stop:
         signals.ignore()
         message, code = signals.last_words(stop)
@@ -169,18 +179,12 @@ def _run(args: list[str] | None) -> int:
         if isinstance(leave.__context__, OSError) and not streams.is_unread():
             raise leave.__context__ from None
         return 0
-    except ImportError as error:
-        if error.name is None or error.name.partition(".")[0] == "handout":
+    except (click.ClickException, HandoutError, ImportError, OSError) as error:
+        if sentence := _sentence(error):
+            click.echo(f"handout: {sentence}", err=True)
+        elif isinstance(error, click.ClickException):
+            error.show()
+        else:
             raise
-        click.echo(f"handout: A package cannot be loaded ({error}): `handout doctor` says what to do.", err=True)
-        return 2
-    except HandoutError as error:
-        click.echo(f"handout: {error}", err=True)
-        return error.exit_code
-    except OSError as error:
-        closed = "Standard output is closed." if error.errno == errno.EBADF and streams.is_unread() else ""
-        if not (sentence := no_room(error) or closed):
-            raise
-        click.echo(f"handout: {sentence}", err=True)
-        return 2
+        return error.exit_code if isinstance(error, HandoutError) else 2
     return result if isinstance(result, int) else 0

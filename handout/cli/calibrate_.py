@@ -13,7 +13,8 @@ from handout.cli import options, progress
 from handout.cli.commands import Group
 from handout.cli.console import Console
 from handout.errors import InputError
-from handout.pipeline.options import COLOUR_FORMATS, CalibrationOptions, ChartOptions
+from handout.pipeline.names import colour_formats
+from handout.pipeline.options import CalibrationOptions, ChartOptions
 
 _PATH = click.Path(path_type=Path)
 
@@ -239,7 +240,7 @@ def show(printer: str, paper: str, as_json: bool) -> None:
 @command.command()
 @_stored_printer
 @_stored_paper
-@click.option("--format", "kind", type=click.Choice(COLOUR_FORMATS), required=True, help="What to write.")
+@click.option("--format", "kind", type=click.Choice(colour_formats()), required=True, help="What to write.")
 @click.option("-o", "--output", type=_PATH, required=True)
 @options.console
 def export(printer: str, paper: str, kind: str, output: Path, console: Console) -> None:

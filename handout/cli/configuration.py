@@ -22,7 +22,6 @@ from click.core import ParameterSource
 
 from handout import atomic, shipped
 from handout.errors import InputError
-from handout.pipeline.names import CHECKS
 from handout.tables import parsed
 
 PROJECT = "handout.toml"
@@ -388,6 +387,8 @@ def check(option: click.Option, setting: Setting) -> None:
 
     An option of one verb may mean another thing by the same name, as --paper of calibrate does: its verb checks it.
     """
+    from handout.pipeline.names import CHECKS
+
     if isinstance(option, Shared) and option.name in CHECKS and isinstance(setting.value, str):
         try:
             CHECKS[option.name](setting.value)

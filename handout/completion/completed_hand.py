@@ -9,15 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from handout.errors import InputError
-from handout.hand.drawn import Hand
 from handout.hand.places import graphemes
-from handout.hand.scanned import ScannedHand
-from handout.writing.glyph_index import better_lent
 from handout.writing.text import Borrowed, borrow, borrowed, lacking, normalise, spell
 
 if TYPE_CHECKING:  # most texts lack nothing, and what makes letters takes longer to load than writing a sentence
     from handout.completion.letters import LetterMaker, Supply
     from handout.completion.specimens import Specimen
+    from handout.hand.drawn import Hand
+    from handout.hand.scanned import ScannedHand
 
 
 def complete_hand(
@@ -75,6 +74,8 @@ def complete_hand(
 
 def _doubted(hand: ScannedHand, text: str) -> dict[str, list[int]]:
     """The letters of a normalised text of which all glyphs of a hand are doubtful, and where they stand."""
+    from handout.writing.glyph_index import better_lent
+
     places: dict[str, list[int]] = {}
     for at, letter in enumerate(graphemes(text)):
         if letter in hand.letters:

@@ -24,10 +24,7 @@ from handout.reading.pictures import Reader as Reader
 from handout.reading.pictures import log_probabilities
 from handout.values import Array
 
-MAKERS = (
-    *("hand/author_reader.py", "hand/word_pictures.py", "hand/scanned.py", "alphabet.py", "reading/adaptation.py"),
-    *("reading/pictures.py", "reading/ctc.py", "reading/word_space.py", "reading/networks/pictures.npz"),
-)
+VERSION = 1  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
 OWN_WORDS = 100  # of an author that are learnt; half a second
 _DIGITS = 4  # of a weight after the point, as it is kept
 
@@ -65,7 +62,7 @@ def readable_words(hand: ScannedHand) -> list[OwnWord]:
 @lru_cache(maxsize=4)
 def author_reader(hand: ScannedHand) -> Reader:
     """The reader that knows a hand."""
-    weights = learnt(hand, "author's reader", MAKERS, None, lambda: _weights(hand))
+    weights = learnt(hand, "author's reader", VERSION, None, lambda: _weights(hand))
     return pictures.load().with_last_layer(np.array(weights)) if len(weights) else pictures.load()
 
 

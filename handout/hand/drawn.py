@@ -12,9 +12,9 @@ directions are those of writing speeded up on request; the amounts are this proj
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import ClassVar, Literal
 
@@ -29,6 +29,7 @@ from handout.summary import as_svg, one_line
 from handout.tables import parsed
 from handout.values import Array, Glyph, readonly
 
+_HOUSE = Path(__file__).resolve().parent / "house"
 _PLACES = frozenset({"start", "middle", "end", "alone"})
 _LAST_PLACES = frozenset({"end", "alone"})
 _HIGH_EXIT_KEPT = 0.72  # share of a high exit stroke that is written at the end of a word
@@ -46,6 +47,29 @@ _BOUNDS = {
 FURTHEST = 100  # x-heights from a letter's origin to anything of it, and its greatest width; set by eye
 _FAVOUR = 1.0  # of a form drawn for its place in the word over one for any place
 _NEVER = 6.0  # reluctance of a lift that the hand does not make
+
+
+class _Forms(Mapping[str, tuple[Glyph, ...]]):
+    """The glyphs of some letters, derived when a letter is first asked for: a text has few of a hand's."""
+
+    def __init__(self, letters: Iterable[str], derive: Callable[[str], tuple[Glyph, ...]]) -> None:
+        self._derive = derive
+        self._glyphs: dict[str, tuple[Glyph, ...] | None] = dict.fromkeys(letters)
+
+    def __getitem__(self, letter: str) -> tuple[Glyph, ...]:
+        glyphs = self._glyphs[letter]
+        if glyphs is None:
+            glyphs = self._glyphs[letter] = self._derive(letter)
+        return glyphs
+
+    def __contains__(self, letter: object) -> bool:
+        return letter in self._glyphs
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._glyphs)
+
+    def __len__(self) -> int:
+        return len(self._glyphs)
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,10 +130,9 @@ class Hand:
         if haste == 0:
             return self
         shape = np.diag(np.exp([_BREADTH * haste, _HEIGHT * haste]))
-        forms = self.glyphs.items()
         return replace(
             self,
-            glyphs={letter: tuple(_hastened(g, shape, haste) for g in glyphs) for letter, glyphs in forms},
+            glyphs=_Forms(self.glyphs, partial(_hastened_letter, self.glyphs, shape, haste)),
             marks={mark: tuple(_hastened(g, shape, 0.0) for g in glyphs) for mark, glyphs in self.marks.items()},
             smooth=self.smooth + (_SMOOTH if haste > 0 else _SMOOTH_CARE) * haste,
             interval=self.interval * float(np.exp(-_PACE * haste)),
@@ -176,10 +199,9 @@ def read(path: Path) -> Hand:
         if value is not None and not least <= value <= greatest:
             raise InputError(f"{path}: {key} = {value:g} is outside {least:g} to {greatest:g}.")
     try:
-        glyphs = {
-            letter: tuple(glyph for number, form in enumerate(forms) for glyph in _derive(letter, number, form, file))
-            for letter, forms in file.letters.items()
-        }
+        glyphs = _Forms(file.letters, partial(_letter, file))
+        if path.resolve().parent != _HOUSE:  # which is known to be right; what is wrong in others is said now
+            dict(glyphs)
         marks = {
             NAMES[name]: tuple(_glyph(name, n, form, _points(form.pen, 1.0), 1.0) for n, form in enumerate(forms))
             for name, forms in file.marks.items()
@@ -240,6 +262,12 @@ def _glyph(letter: str, number: int, form: _Form, strokes: list[Array], breadth:
         rank=bool(form.after) + bool(form.before),
         favour=math.log(form.weight) + (_FAVOUR if form.at and frozenset(form.at.split()) != _PLACES else 0.0),
         form=number,
+    )
+
+
+def _letter(file: _File, letter: str) -> tuple[Glyph, ...]:
+    return tuple(
+        glyph for number, form in enumerate(file.letters[letter]) for glyph in _derive(letter, number, form, file)
     )
 
 
@@ -315,6 +343,12 @@ _VARIATION = 0.35  # of the logarithm
 _FADING = 0.16
 _TRAIL = 0.22  # x-heights that the last stroke of a word reaches further
 _JOINING = 2.0  # added to the reluctance to lift
+
+
+def _hastened_letter(
+    glyphs: Mapping[str, tuple[Glyph, ...]], shape: Array, haste: float, letter: str
+) -> tuple[Glyph, ...]:
+    return tuple(_hastened(glyph, shape, haste) for glyph in glyphs[letter])
 
 
 def _hastened(glyph: Glyph, shape: Array, haste: float) -> Glyph:

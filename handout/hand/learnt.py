@@ -1,22 +1,18 @@
 """What is worked out of a scanned hand once and kept with it, since it takes longer than writing a sentence.
 
-A value is an array under a name; with the name goes a digest of the files of the program that worked it out, so that
-what another version of the program worked out is not found, and worked out anew.  A hand that was changed is another
+A value is an array under a name; with the name goes the version of what worked it out, a constant beside it, so that
+what an earlier program worked out otherwise is not found, and is worked out anew.  A hand that was changed is another
 value of `ScannedHand` and knows nothing.  `hand.file` keeps values in .hand files.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import lru_cache
-from hashlib import sha256
-from pathlib import Path
 from weakref import WeakKeyDictionary
 
 from handout.hand.scanned import ScannedHand
 from handout.values import Array, readonly
 
-_PACKAGE = Path(__file__).resolve().parent.parent
 _kept: WeakKeyDictionary[ScannedHand, Mapping[str, Sequence[float] | Array]] = WeakKeyDictionary()
 _known: WeakKeyDictionary[ScannedHand, dict[str, Array]] = WeakKeyDictionary()
 
@@ -24,16 +20,16 @@ _known: WeakKeyDictionary[ScannedHand, dict[str, Array]] = WeakKeyDictionary()
 def learnt(
     hand: ScannedHand,
     name: str,
-    makers: Sequence[str],
+    version: int,
     count: int | None,
     work_out: Callable[[], Sequence[float] | Array],
 ) -> Array:
     """(count,) float, of any length where `count` is None: what is kept of a hand under a name, or worked out now.
 
-    makers : the files that say how, from the package's folder.
+    version : of what works it out.
     """
     known = _known.setdefault(hand, {})
-    key = f"{name} {_digest(tuple(makers))}"
+    key = f"{name} {version}"
     if key not in known:
         kept = _kept.get(hand, {}).get(key)
         known[key] = readonly(work_out() if kept is None or count not in (None, len(kept)) else kept, count)
@@ -46,13 +42,5 @@ def remember(hand: ScannedHand, values: Mapping[str, Sequence[float] | Array]) -
 
 
 def known(hand: ScannedHand) -> Mapping[str, Array]:
-    """All that was asked of a hand so far, by names and digests."""
+    """All that was asked of a hand so far, by names and versions."""
     return _known.get(hand, {})
-
-
-@lru_cache
-def _digest(files: tuple[str, ...]) -> str:
-    digest = sha256()
-    for file in files:
-        digest.update((_PACKAGE / file).read_bytes())
-    return digest.hexdigest()[:16]

@@ -5,12 +5,15 @@ from __future__ import annotations
 import difflib
 from functools import lru_cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from handout import shipped
 from handout.errors import InputError
-from handout.hand import drawn, file, svg_font
+from handout.hand import drawn
 from handout.hand.drawn import Hand
-from handout.hand.scanned import ScannedHand
+
+if TYPE_CHECKING:  # what reads scanned hands takes longer to load than a drawn one
+    from handout.hand.scanned import ScannedHand
 
 _FILES = (".toml", ".svg")  # of drawn hands
 _HOUSE = Path(__file__).resolve().parent / "house"
@@ -78,12 +81,18 @@ def own_file(name: str) -> Path:
 
 @lru_cache(maxsize=8)
 def _read(path: Path) -> Hand:
-    return svg_font.read(path) if path.suffix == ".svg" else drawn.read(path)
+    if path.suffix == ".svg":
+        from handout.hand import svg_font
+
+        return svg_font.read(path)
+    return drawn.read(path)
 
 
 @lru_cache(maxsize=2)
 def _loaded(path: Path, state: tuple[int, ...]) -> ScannedHand:
     """A scanned hand, loaded once as long as its file is what it was: `state` tells files from each other."""
+    from handout.hand import file
+
     return file.load(path)
 
 
@@ -110,10 +119,9 @@ def find(name: str) -> Hand | ScannedHand:
         )
     if name.endswith(".hand") or (name not in _paths() and name in scanned()):
         place = scanned_file(name)
-        if not place.is_file():
-            return file.load(place)  # which says what is wrong
-        about = place.stat()
-        return _loaded(place, (about.st_mtime_ns, about.st_ino, about.st_size))
+        # of one that is missing, reading it says what is wrong
+        about = place.stat() if place.is_file() else None
+        return _loaded(place, (about.st_mtime_ns, about.st_ino, about.st_size) if about else ())
     return load(name)
 
 

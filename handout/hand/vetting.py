@@ -26,10 +26,7 @@ from handout.values import Array, Indices
 
 Verdict = Literal["sure", "doubtful", "refused"]
 SURE, REFUSED = 0.8, 0.55  # least probability of the one, and greatest of the other; set on simulated pages kept apart
-_MAKERS = (
-    *("hand/vetting.py", "hand/outlier_score.py", "hand/glyph_features.py", "hand/outliers.npz"),
-    *author_reader.MAKERS,
-)
+VERSION = 1  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
 # the logarithm of the odds that a glyph is right is the first, the second times its score, the third times the
 # logarithm of the odds of its confidence, and the fourth times the greater score of those beside it.  Rounded from what
 # spoilt letters of eight people say (see `READING`) and, of confidence, pages of simulated writers.  Of letters as they
@@ -77,7 +74,7 @@ def vet(hand: ScannedHand) -> Vetting:
     if hand.author:
         added = np.ones(len(hand.glyphs) - hand.own)
         return Vetting(np.concatenate([vet(hand.author).probability, added]))
-    return Vetting(learnt(hand, "vetting", _MAKERS, len(hand.glyphs), lambda: _probability(hand)))
+    return Vetting(learnt(hand, "vetting", VERSION, len(hand.glyphs), lambda: _probability(hand)))
 
 
 def _probability(hand: ScannedHand) -> Array:

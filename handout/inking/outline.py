@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 
-from handout import hues
 from handout.inking.curves import Curve
 from handout.values import NIB_THICKNESS, Array, Drawing, Indices, Raster, Stroke
 
@@ -48,7 +47,6 @@ def _points(stroke: Stroke, scale: float) -> Iterator[Stroke]:
         yield replace(stroke, xy=stroke.xy + share * reach, width=np.full(len(stroke.t), thick), nib=0.0)
 
 
-_VARIES = 0.08  # of the width: what varies less is an even line
 _FLAT = 0.02  # mm between a curve and its chords
 _ROUND = 0.008  # mm between a disc and its corners' chords
 _MOST_CHORDS = 24  # chords of one Bézier
@@ -56,13 +54,6 @@ _TURNED = np.radians(60)  # a part of the mark turns by no more
 _CORNER = np.radians(25)  # between two chords: a part ends there
 _STILL = 1e-4  # mm between two places that are one
 _THINNEST = 0.02  # mm
-
-
-def needed(stroke: Stroke) -> bool:
-    """Whether a line of even width would not do for the stroke's mark."""
-    if stroke.nib > 0:
-        return True
-    return stroke.width is not None and float(np.ptp(stroke.width)) > _VARIES * max(float(stroke.width.mean()), 1e-9)
 
 
 def reach(stroke: Stroke) -> float:
@@ -222,6 +213,8 @@ def _inks(raster: Raster, label: Indices, count: int) -> tuple[Indices, list[str
     sums = np.stack([np.bincount(label.ravel(), taken[:, k], count)[1:] for k in range(3)], axis=1)
     way = sums / np.maximum(np.linalg.norm(sums, axis=1, keepdims=True), 1e-9)
     votes = np.ceil(_VOTES * size / size.sum()).astype(np.intp)
+    from handout import hues
+
     kind = hues.kinds(np.repeat(way, votes, axis=0), _SHARE)[np.cumsum(votes) - 1]
     amount = np.bincount(kind, size)
     rank = np.argsort(np.argsort(-amount))

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 from handout import units
 from handout.errors import InputError
-from handout.inking import plain
-from handout.scanning.given_sheet import read_sheet, sheet_file
 from handout.values import Array, Page, Raster
 
 _TOOTH_STEP = 0.02  # mm between two heights
@@ -123,7 +121,11 @@ def named(text: str) -> Paper:
             raise InputError(f"paper: {text!r}: only ruled paper has a first rule; write squared:{pitch}.")
         top = units.length(first, "first rule of the paper") if comma else None
         return Paper(name, units.length(pitch, "distance of the paper's lines"), top)
-    if text not in PAPERS and sheet_file(text) is None:
+    if text in PAPERS:
+        return Paper(text)
+    from handout.scanning.given_sheet import sheet_file
+
+    if sheet_file(text) is None:
         raise InputError(f"paper: {text!r} is neither a picture or PDF nor one of {', '.join(PAPERS)}.")
     return Paper(text)
 
@@ -162,6 +164,8 @@ def laid(raster: Raster, ground: NDArray[np.uint8] | None = None) -> NDArray[np.
 
     Paper gives back less light where there is ink, by what ink on white does: its grain is seen through thin ink.
     """
+    from handout.inking import plain
+
     flat = plain.flatten(raster)
     if ground is None:
         return flat
@@ -226,6 +230,8 @@ def _printed(across: Array, down: Array) -> NDArray[np.float32]:
 def _picture(name: str, size: tuple[int, int]) -> NDArray[np.uint8]:
     """A sheet of which there is a picture or a PDF, at the size of the page."""
     import cv2
+
+    from handout.scanning.given_sheet import read_sheet
 
     try:
         rgb = read_sheet(name).rgb

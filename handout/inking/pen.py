@@ -21,6 +21,7 @@ _USUAL = {
 }
 PENS = tuple(_USUAL)
 TEXTURED = ("ballpoint", "fineliner", "fountain", "pencil")  # what scanned ink is taken for
+BY_FOOTPRINT = ("brushpen", "chisel")  # whose width is all the footprint's; that of the others also the flow's
 BRUSH_FILE = ".brush"  # suffix of files that hold a brush; see inking.brush
 _HEX = re.compile(r"#(?:[0-9a-fA-F]{3}|[0-9a-fA-F]{6})\Z")
 

@@ -19,7 +19,7 @@ from handout.inking import flow, footprints, papers, plain
 from handout.inking.deposit import Ground
 from handout.inking.flow import Flow
 from handout.inking.papers import Tooth, tooth
-from handout.inking.pen import Pen, is_brush, rgb
+from handout.inking.pen import BY_FOOTPRINT, Pen, is_brush, rgb
 from handout.values import Drawing, Raster
 
 _Pixels = NDArray[np.floating[Any]]
@@ -30,7 +30,6 @@ _FINE_ENOUGH = 1200  # pixels an inch at which nothing is gained by finer ones
 _BAND = 1 << 22  # of these fine pixels worked on at a time
 _GREYING = 0.3  # of the purest colour
 _INK = 0x1A5  # a stream of random numbers of its own
-BY_FOOTPRINT = ("brushpen", "chisel")  # whose width is all the footprint's; that of the others also the flow's
 _DARKEST = 0.02  # no ink is blacker in any channel
 
 

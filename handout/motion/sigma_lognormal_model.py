@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import ndtr
 
 from handout.values import Array
 
@@ -24,7 +23,6 @@ MOST_BENT = 2.6
 LEAST_SKEWED, MOST_SKEWED = 1e-3, 0.6
 # A pulse is evaluated within this many standard deviations of its logarithm; its progress is 0 before and 1 after
 REACH = 4.0
-_OUTSIDE = float(ndtr(-REACH))
 # Less bent than this, a pulse is taken to be bent so little
 _STRAIGHT = 1e-12
 
@@ -100,6 +98,8 @@ def rate(these: Pulses, t: ArrayLike) -> Array:
 
 def progress(these: Pulses, t: ArrayLike) -> Array:
     """(k, n) in 0–1: the share of each pulse that is done at times t, (n,) or (k, n): the integral of `rate`."""
+    from scipy.special import ndtr  # which takes longer to load than a drawn hand takes for a sentence
+
     late = np.maximum(np.asarray(t, dtype=np.float64) - these.t0[:, None], np.finfo(np.float64).tiny)
     return np.asarray(ndtr((np.log(late) - these.mu[:, None]) / these.sigma[:, None]))
 
@@ -144,9 +144,11 @@ def velocity(these: Pulses, chords: Complex, t: ArrayLike) -> Complex:
 
 def share_within(these: Pulses, t: Array) -> Array:
     """Like `progress`, for t (k, n), but exactly 0 before and 1 after the reach of each pulse."""
-    late = np.maximum(t - these.t0[:, None], np.finfo(np.float64).tiny)
+    from scipy.special import ndtr
+
+    late, outside = np.maximum(t - these.t0[:, None], np.finfo(np.float64).tiny), ndtr(-REACH)
     z = _within((np.log(late) - these.mu[:, None]) / these.sigma[:, None], -REACH, REACH)
-    return np.asarray((ndtr(z) - _OUTSIDE) / (1 - 2 * _OUTSIDE))
+    return np.asarray((ndtr(z) - outside) / (1 - 2 * outside))
 
 
 def path(these: Pulses, chords: Complex, start: float, step: float, samples: int) -> Complex:

@@ -22,12 +22,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from handout.motion import sigma_lognormal_model as model
-from handout.peaks import peaks
 from handout.values import POSE, TURNS, Array, Indices, Stroke
 from handout.writing.variation import USUAL
 
 if TYPE_CHECKING:
+    from handout.motion import sigma_lognormal_model as model
     from handout.motion.recovery.pen_paths import PenPath
 
 # s: with it the usual stroke of traced ink lasts .15, as those of two healthy writers on paper (.135 and .160)
@@ -191,6 +190,8 @@ def curvature(paths: SampledPaths) -> Array:
 
 def _pieces(paths: SampledPaths, bend: Array) -> tuple[Indices, Indices]:
     """(m, 2) int: first and last place of every piece between two bends; (m,) int: its path."""
+    from handout.peaks import peaks
+
     bends = peaks(np.abs(bend), prominence=_PACE.bend)
     path = np.searchsorted(paths.first, bends, side="right") - 1
     near = np.minimum(bends - paths.first[path], paths.first[path + 1] - 1 - bends) * paths.step[path] <= _PACE.near
@@ -217,6 +218,8 @@ def _play(length: Array, sharp: Array, duration: Array, start: Array, end: Array
     into = np.where(start, soft, np.roll(soft, 1))
     out = np.where(end, into, soft)
     into = np.where(start, out, into)
+    from handout.motion import sigma_lognormal_model as model
+
     pulses = model.pulses(duration * np.sqrt(into * out), _PACE.asymmetry, 0.0, 0.0)
     middle = pulses.time(0.0)
     begin = np.where(start, pulses.time(_PACE.landing) - middle, -duration / 2)

@@ -12,17 +12,20 @@ from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
 from itertools import groupby
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
-from handout.hand.drawn import Hand
-from handout.hand.scanned import ScannedHand
 from handout.motion import ENGINES
 from handout.motion.timing import time_in_air
 from handout.values import ActionPlan, Array, Drawing, Manuscript, Placed, Stroke
 from handout.writing.variation import USUAL, tremor
+
+if TYPE_CHECKING:
+    from handout.hand.drawn import Hand
+    from handout.hand.scanned import ScannedHand
 
 Engine = Callable[[ActionPlan], tuple[Array, Array]]
 

@@ -11,15 +11,17 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from handout.motion import covariance
 from handout.motion.banded import Chain, End, factorise
-from handout.motion.guides import Guide
 from handout.values import Array
+
+if TYPE_CHECKING:
+    from handout.motion.guides import Guide
 
 Ends = Literal["fixed", "free", "rest"]
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from handout import encodings
 from handout.errors import InputError
 from handout.pipeline.results import SILENT, Listener
 
@@ -157,6 +156,8 @@ def decoded(data: bytes, name: str, listener: Listener = SILENT) -> str:
     """
     if len(data) > _MOST_TEXT:
         raise InputError(f"{name} is longer than {_MOST_TEXT} bytes: write it in parts.")
+    from handout import encodings
+
     try:
         reading = encodings.decode(data)
     except encodings.NoText as error:

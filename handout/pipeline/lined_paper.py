@@ -72,11 +72,11 @@ class LinedPaper:
 
 def page_name(sheet: SheetOptions, picture: PictureOptions) -> str:
     """The page to write on: that of --page, or else a scanned sheet's own size, or else the usual one."""
+    if sheet.page is not None or picture.paper in papers.PAPERS:
+        return sheet.page_name
     from handout.scanning.given_sheet import read_sheet, sheet_file
 
-    if sheet.page is not None or picture.paper in papers.PAPERS or sheet_file(picture.paper) is None:
-        return sheet.page_name
-    size = read_sheet(picture.paper).size
+    size = None if sheet_file(picture.paper) is None else read_sheet(picture.paper).size
     if size is None:
         return sheet.page_name
     least, most = SETTINGS.sheet_sides

@@ -9,7 +9,7 @@ import difflib
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from handout import page_sizes, profiles, shipped, units
+from handout import page_sizes, shipped, units
 from handout.errors import InputError
 from handout.inking.pen import PENS, brushes, named
 from handout.pipeline.options import pace
@@ -32,13 +32,26 @@ def _styles() -> list[str]:
 
 
 def _machines(kind: str) -> list[str]:
-    return [name.removeprefix(f"{kind}-") for name in profiles.names(kind)]
+    return [name.removeprefix(f"{kind}-") for name in _profiles(kind)]
+
+
+def _profiles(kind: str | None = None) -> list[str]:
+    from handout import profiles
+
+    return profiles.names(kind)
 
 
 def _ports() -> list[str]:
     from serial.tools.list_ports import comports
 
     return [*sorted(port.device for port in comports()), "auto", "sim:"]
+
+
+def colour_formats() -> tuple[str, ...]:
+    """That a calibration can be written as."""
+    from handout.colour import exports
+
+    return tuple(exports.FORMATS)
 
 
 KNOWN: dict[str, Callable[[], list[str]]] = {
@@ -48,7 +61,7 @@ KNOWN: dict[str, Callable[[], list[str]]] = {
     "pose": lambda: sorted(shipped.files("poses", "*.pose")),
     "device": lambda: _machines("plotter"),
     "printer": lambda: _machines("printer"),
-    "machine": profiles.names,
+    "machine": _profiles,
     "port": _ports,
     "page": lambda: list(page_sizes.NAMES),
 }
@@ -93,12 +106,18 @@ def _language(text: str) -> None:
         raise InputError(f"{text!r} is no language; give its code, such as de, fr or en-GB.") from None
 
 
+def _plotter(text: str) -> object:
+    from handout import profiles
+
+    return profiles.locate(text, "plotter")
+
+
 CHECKS: dict[str, Callable[[str], object]] = {
     "hand": _named("hand"),
     "pen": _named("pen"),
     "style": _named("style"),
     "pose": _named("pose"),
-    "device": lambda text: profiles.locate(text, "plotter"),
+    "device": _plotter,
     "page": page_sizes.page,
     "paper": lambda text: None if text == "none" else _paper(text),
     "ink": named,

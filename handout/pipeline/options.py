@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, get_args
 from msgspec import Meta
 
 from handout import page_sizes, units
-from handout.colour import METHODS, exports
+from handout.colour import METHODS
 from handout.errors import InputError
 from handout.inking.pen import PENS as PENS
 from handout.inking.pen import TEXTURED as TEXTURED
@@ -55,7 +55,6 @@ Align = Literal["left", "right", "centre", "ragged"]
 LayerBy = Literal["ink", "line", "word"]
 
 COLOUR_METHODS = METHODS  # by which a table is made of patches
-COLOUR_FORMATS = tuple(exports.FORMATS)  # that a calibration can be written as
 LAYERS: tuple[LayerBy, ...] = get_args(LayerBy)  # what a layer of a file may be
 ALIGNMENTS: tuple[Align, ...] = get_args(Align)
 

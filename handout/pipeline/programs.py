@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from handout.errors import InputError
-from handout.pipeline.plot_request import HookOptions
 
 if TYPE_CHECKING:
+    from handout.pipeline.plot_request import HookOptions
     from handout.plotting import Plan
     from handout.profiles import Plotter
     from handout.values import Drawing
@@ -45,8 +45,8 @@ class Programs:
         self.seconds: dict[str, float] = {}
         self._fast, self._fit, self._order = fast, fit, order
         wanted = {path.suffix.lower(): path for path in paths if path.suffix.lower() in SUFFIXES}
-        own = hooks or HookOptions()
-        self._plotters = {suffix: hooked(_plotter(device, path), own) for suffix, path in wanted.items()}
+        plotters = {suffix: _plotter(device, path) for suffix, path in wanted.items()}
+        self._plotters = {suffix: hooked(one, hooks) if hooks else one for suffix, one in plotters.items()}
         self.dips: dict[str, int] = {}
         self.hooks_s: dict[str, float] = {}
 

@@ -24,6 +24,7 @@ from handout.hand.author_reader import readable
 from handout.hand.learnt import learnt
 from handout.hand.scanned import ScannedHand
 from handout.hand.vetting import vet
+from handout.networks import one_thread
 from handout.pipeline.results import Facts
 from handout.reading import pictures
 from handout.reading.adaptation import adapted
@@ -64,7 +65,7 @@ class RereadingSettings:
 SETTINGS = RereadingSettings()
 _TAKEN_FOR = 5  # other letters that are the likeliest in a letter's place: what is misspelt looks much like it
 _TAIL = 0.16  # of a normal distribution lies so far out that it is a standard deviation off, on either side
-_MAKERS = ("pipeline/rereading.py", *reader_of.MAKERS)
+VERSION = 1  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +127,7 @@ def surprises(readings: Sequence[Reading], words: Sequence[str], settings: Rerea
 @lru_cache(maxsize=4)
 def author_reader(hand: ScannedHand, settings: RereadingSettings = SETTINGS) -> AuthorReader:
     """The reader that knows a hand."""
-    figures = learnt(hand, f"surprise, {settings}", _MAKERS, 3, lambda: _figures(hand, settings))
+    figures = learnt(hand, f"surprise, {settings}", VERSION, 3, lambda: _figures(hand, settings))
     return AuthorReader(reader_of.author_reader(hand), *figures.tolist())
 
 
@@ -285,6 +286,7 @@ def _read_before(
     return WeakKeyDictionary()
 
 
+@one_thread
 def reread(
     compose: Callable[[Proofreader], Iterable[Sheet]],
     hand: ScannedHand,

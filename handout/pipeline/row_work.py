@@ -19,10 +19,9 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from threadpoolctl import threadpool_limits
-
 from handout.errors import HandoutError, InputError
 from handout.hand import library
+from handout.networks import one_thread
 from handout.pipeline.merging import Account, RowPages
 from handout.pipeline.texts import program
 from handout.printing.prepared import Prepare, PreparedRow, RowMaker
@@ -61,10 +60,12 @@ class RowWork:
     hands: tuple[tuple[str, str], ...] = ()
     program: str = field(default_factory=program)
 
+    @one_thread  # in every process: as many are at work as there are processors, and sums come out alike
     def make(self, row: Row) -> MadeRow:
         """The pages of a row."""
         return MadeRow(RowMaker(self.pages, self.prepare)(row), self.pages.settled())
 
+    @one_thread
     def check(self, row: Row) -> MadeRow:
         """Whether a row can be made: as `make`, but without its pages."""
         if self.drawn or row.problem:
@@ -166,7 +167,6 @@ def made_from(work: bytes, row: Row, check: bool) -> MadeRow:
 
 @lru_cache(maxsize=1)
 def _loaded(work: bytes) -> RowWork:
-    threadpool_limits(1)  # as many processes are at work as there are processors
     own = pickle.loads(work)
     assert isinstance(own, RowWork)
     own.verify()

@@ -11,14 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from handout import __version__, units
-from handout.completion.completed_hand import complete_hand
 from handout.errors import DoesNotFit, InputError
-from handout.hand import file, library
-from handout.hand.measures import ink_colours
-from handout.hand.pending import untaken
+from handout.hand import library
 from handout.hand.places import graphemes
+from handout.inking.papers import PAPERS
 from handout.page_sizes import margins, page
-from handout.pipeline.lined_paper import LinedPaper, lined_paper, page_name
 from handout.pipeline.options import (
     PictureOptions,
     PoseOptions,
@@ -42,6 +39,7 @@ if TYPE_CHECKING:
     from handout.hand.drawn import Hand
     from handout.hand.scanned import ScannedHand
     from handout.motion.styles.style import Style
+    from handout.pipeline.lined_paper import LinedPaper
     from handout.pipeline.rereading import Doubt
     from handout.writing.pages import Sheet
 
@@ -104,14 +102,22 @@ def prepare(
     lined: bool = True,
 ) -> WritingTask:
     """Check the options, and load the hand that they name; `lined` : whether it writes on the lines of its paper."""
-    name = sheet.page_name if picture.paper == "none" else page_name(sheet, picture)
+    name = sheet.page_name
+    if picture.paper not in PAPERS:
+        from handout.pipeline.lined_paper import page_name
+
+        name = page_name(sheet, picture)
     (fast, factor), seed, look = (
         pace(writing.speed),
         seed_of(writing.seed),
         replace(picture.look(styled=writing.style is not None), footprint=writing.pose is not None),
     )
     hand = library.find(writing.hand) if isinstance(writing.hand, str) else writing.hand
-    hand = hand.hastened(writing.haste)
+    hand, behind = hand.hastened(writing.haste), tuple[str, ...]()
+    if hand.pages is not None and isinstance(writing.hand, str):
+        from handout.hand.pending import untaken
+
+        behind = untaken(writing.hand)
     paper = page(name)
     layout = Layout(
         page=paper,
@@ -140,11 +146,13 @@ def prepare(
         strict=writing.strict,
         pose=_pose(writing),
         style=_style(writing),
-        untaken=untaken(writing.hand) if hand.pages is not None and isinstance(writing.hand, str) else (),
+        untaken=behind,
         picture=picture,
     )
     if not lined or picture.paper == "none":
         return task
+    from handout.pipeline.lined_paper import lined_paper
+
     on = lined_paper(task.layout, task.hand, writing, sheet, picture)
     look = task.look if on.paper is None else replace(task.look, paper=on.paper)
     return replace(task, layout=on.layout, look=look, paper=on)
@@ -154,6 +162,8 @@ def _pen_hand(pen: str, hand: Hand | ScannedHand) -> ScannedHand:
     """The scanned hand whose pen is asked for."""
     if hand.pages is None:
         raise InputError(f"pen: {pen} holds scanned ink, which only scanned hands can be written with.")
+    from handout.hand import file
+
     return file.load(library.scanned_file(pen))
 
 
@@ -269,8 +279,17 @@ def set_parts(
 
 def try_parts(texts: Sequence[str], layouts: Sequence[Layout], task: WritingTask, row: int) -> list[Sheet | None]:
     """The same, as they are set before any word is read again; None for what is larger than its layout."""
-    hand, _ = complete_hand(task.hand, "\n".join(texts), fallback=task.fallback, seed=task.seed)
+    hand, _ = _completed(task, "\n".join(texts))
     return list(each_part(texts, hand, layouts, [task.seed, row], fallback=task.fallback))
+
+
+def _completed(task: WritingTask, text: str) -> tuple[Hand | ScannedHand, Sequence[Borrowed]]:
+    """The hand of a task with the letters of a text, and which it lacked; a drawn one borrows as it writes."""
+    if task.hand.pages is None and not task.fallback:
+        return task.hand, []
+    from handout.completion.completed_hand import complete_hand
+
+    return complete_hand(task.hand, text, fallback=task.fallback, seed=task.seed)
 
 
 def _set(
@@ -278,7 +297,7 @@ def _set(
 ) -> tuple[WritingTask, Iterator[Sheet]]:
     """What `compose` makes of a text in the hand of a task, as soon as it has all its letters."""
     author = task.hand
-    hand, lacking = complete_hand(author, text, fallback=task.fallback, seed=task.seed)
+    hand, lacking = _completed(task, text)
     compose = partial(compose, hand=hand, seed=[task.seed] if row is None else [task.seed, row])
     sheets = compose() if author.pages is None or hand.pages is None else _reread(compose, hand, author, task)
     task = replace(task, hand=hand)
@@ -466,6 +485,8 @@ def _in_colour(drawing: Drawing, task: WritingTask) -> Drawing:
     """A drawing in the colour of ink that is asked for, where that is not the hand's own."""
     if not (task.coloured or task.pen_hand or task.traced):
         return drawing
+    from handout.hand.measures import ink_colours
+
     # without a colour of their own, strokes have that of the pen that pictures are drawn with
     colour = ink_colours(task.pen_hand).colours[0] if task.pen_hand and not task.coloured else ""
     strokes = tuple(replace(stroke, colour=colour) for stroke in drawing.strokes)

@@ -14,8 +14,6 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from threadpoolctl import threadpool_limits
-
 from handout.pipeline.merging import Account
 from handout.pipeline.row_work import AHEAD, MadeRow, Remote, RowWork, made_from
 from handout.printing.prepared import MakeRows, PreparedRow
@@ -63,9 +61,8 @@ class _Here:
     def each(self, rows: Iterable[Row], check: bool = False) -> Iterator[MadeRow]:
         """See `Workers`."""
         function = self.work.check if check else self.work.make
-        with threadpool_limits(1):  # as in other processes: on several threads sums come out otherwise
-            for row in rows:
-                yield function(row)
+        for row in rows:
+            yield function(row)
 
 
 class ProcessWorkers(Remote):

@@ -159,8 +159,9 @@ def write(
     paths = [Path(name) for name in outputs]
     machines = programs.Programs(device, paths)
     check_outputs(paths, extra := machines.sinks)
+    wanted = wanted_in(paths)
     document = open_document(Source(source) if isinstance(source, str) else source, writing, sheet, picture)
-    task, wanted = document.task, wanted_in(paths)
+    task = document.task
     pages = document.draw(wanted, tell=within(listener.progress, 0.0, _WRITTEN))
     drawn = pages.drawings
     files = write_drawings(drawn, paths, task.look, extra=extra, tell=within(listener.progress, _WRITTEN, 1.0))

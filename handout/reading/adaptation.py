@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from handout.networks import log_softmax
+from handout.networks import log_softmax, one_thread
 from handout.reading import ctc
 from handout.reading.pictures import Floats, Reader
 from handout.values import Array
@@ -37,6 +37,7 @@ class AdaptationSettings:
 SETTINGS = AdaptationSettings()
 
 
+@one_thread
 def adapted(
     reader: Reader, seen: Sequence[Floats], texts: Sequence[str], settings: AdaptationSettings = SETTINGS
 ) -> Reader:

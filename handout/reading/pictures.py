@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from handout.alphabet import JUNK, fold
 from handout.errors import InputError
-from handout.networks import log_softmax
+from handout.networks import log_softmax, one_thread
 from handout.reading import ctc
 from handout.reading.word_space import MARGIN, normalised
 from handout.values import Array
@@ -202,10 +202,12 @@ class Reader:
         """
         return self.reading(self.features(picture))
 
+    @one_thread
     def read_all(self, pictures: Sequence[Array]) -> list[Reading]:
         """`read` of some pictures, which takes less time than one by one."""
         return [self.reading(features) for features in self.features_of(pictures)]
 
+    @one_thread
     def reading(self, features: Floats) -> Reading:
         """What is read from the features of a picture's steps."""
         weight, bias = self.columns[-1]
@@ -236,6 +238,7 @@ class Reader:
         """(steps, channels): what the last layer is given of a picture; raises as `read`."""
         return self.features_of([picture])[0]
 
+    @one_thread
     def features_of(self, pictures: Sequence[Array]) -> list[Floats]:
         """`features` of some pictures: those of one width go through the network together."""
         found: dict[int, Floats] = {}
@@ -248,18 +251,21 @@ class Reader:
         return [found[k] for k in range(len(ready))]
 
     def _features(self, pictures: Floats) -> Floats:
-        """(n, steps, channels) of pictures (n, HEIGHT, w)."""
+        """(n, steps, channels) of pictures (n, HEIGHT, w).
+
+        Each is a matrix product of its own, so that the last bits of a word do not depend on what is read with it.
+        """
         x = np.pad(pictures, ((0, 0), (0, 0), (MARGIN, MARGIN)))[..., None]
         for number, (weight, bias) in enumerate(self.stem):
             x = _over_rows(x, weight, bias, (2, 2) if number == 0 else (2, 1))
         count, _, steps, _ = x.shape
         first, *between, _ = self.columns
-        y = np.maximum(x.transpose(0, 2, 3, 1).reshape(count * steps, -1) @ first[0] + first[1], 0)
+        y = np.maximum(x.transpose(0, 2, 3, 1).reshape(count, steps, -1) @ first[0] + first[1], 0)
         for (weight, bias), dilation in zip(between, self.dilations, strict=True):
-            padded = np.pad(y.reshape(count, steps, -1), ((0, 0), (dilation, dilation), (0, 0)))
+            padded = np.pad(y, ((0, 0), (dilation, dilation), (0, 0)))
             beside = np.concatenate([padded[:, k * dilation : k * dilation + steps] for k in range(3)], axis=2)
-            y = y + np.maximum(beside.reshape(count * steps, -1) @ weight + bias, 0)
-        return np.asarray(y.reshape(count, steps, -1), dtype=np.float32)
+            y = y + np.maximum(beside @ weight + bias, 0)
+        return np.asarray(y, dtype=np.float32)
 
 
 def _over_rows(x: Floats, weight: Floats, bias: Floats, stride: tuple[int, int]) -> Floats:
@@ -276,7 +282,7 @@ def _over_rows(x: Floats, weight: Floats, bias: Floats, stride: tuple[int, int])
         ],
         axis=3,
     )
-    out = seen.reshape(len(x) * rows * columns, -1) @ weight + bias
+    out = seen.reshape(len(x), rows * columns, -1) @ weight + bias
     return np.asarray(np.maximum(out, 0).reshape(len(x), rows, columns, len(bias)))
 
 

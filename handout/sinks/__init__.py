@@ -19,7 +19,7 @@ from pathlib import Path
 from handout import atomic
 from handout.errors import InputError
 from handout.inking.papers import Paper
-from handout.inking.pen import Pen, rgb
+from handout.inking.pen import BY_FOOTPRINT, Pen, rgb
 from handout.progress import Tell, silent, within
 from handout.sinks.layers import By
 from handout.values import Array, Drawing
@@ -70,9 +70,11 @@ def _svg(pages: Sequence[Drawing], look: Look) -> bytes:
 
 def _marked(page: Drawing, look: Look) -> Drawing:
     """A page whose lines are as wide as the pen leaves them, where that is to be shown."""
-    from handout.inking import footprints, pens
+    if not look.footprint and look.pen.model not in BY_FOOTPRINT:
+        return page
+    from handout.inking import footprints
 
-    return footprints.marked(page, look.pen) if look.footprint or look.pen.model in pens.BY_FOOTPRINT else page
+    return footprints.marked(page, look.pen)
 
 
 def _png(pages: Sequence[Drawing], look: Look) -> bytes:

@@ -53,7 +53,7 @@ def _inked(drawing: Drawing, pen_width: float) -> Array | None:
     """(n, 2) mm: corners of boxes that the marks fill together; None without any."""
     corners = []
     for stroke, curve in zip(drawing.strokes, curves.fit(drawing.strokes), strict=True):
-        if outline.needed(stroke):
+        if not stroke.even:
             corners += outline.pieces(stroke, curve)
             continue
         half = paths.stroke_width(stroke, pen_width) / 2

@@ -14,7 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from handout.inking import curves, outline, pen
+from handout.inking import curves, pen
 from handout.inking.curves import Curve
 from handout.sinks import about, layers, paths
 from handout.values import Array, Drawing, Stroke
@@ -229,8 +229,12 @@ def _strokes(drawing: Drawing, pen_width: float, key: str = "") -> list[str]:
 
 
 def _stroke(stroke: Stroke, curve: Curve, pen_width: float, name: str) -> str:
-    mark = name if outline.needed(stroke) else ""
-    width = _mm(outline.reach(stroke) if mark else paths.stroke_width(stroke, pen_width))
+    mark, line = "", paths.stroke_width(stroke, pen_width)
+    if not stroke.even:
+        from handout.inking import outline
+
+        mark, line = name, outline.reach(stroke)
+    width = _mm(line)
     attributes = "" if width == _mm(pen_width) else f' stroke-width="{width}"'
     word = "" if stroke.word < 0 else f' data-word="{stroke.word}"'
     layer = f" data-layer={about.quoted(about.xml_safe(stroke.layer))}" if stroke.layer else ""
@@ -258,6 +262,8 @@ def _mark_notes(stroke: Stroke, curve: Curve) -> str:
 
 def _mark(stroke: Stroke, curve: Curve, name: str) -> str:
     """The outline that a stroke is clipped to; its pieces all turn the same way, so that one path is their union."""
+    from handout.inking import outline
+
     pieces = "".join(_polygon(piece) for piece in outline.pieces(stroke, curve))
     return f'<clipPath id="{name}"><path d="{pieces}"/></clipPath>'
 

@@ -8,10 +8,10 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from handout.alphabet import SPACE
 from handout.errors import InputError
+from handout.networks import one_thread
 from handout.progress import Tell, silent
 from handout.tagging import network
 from handout.tagging.decoder import Decoded
@@ -133,6 +133,7 @@ def align(
     return align_strips(straightened, transcript, method=method, rng=rng, networks=networks, tell=tell)
 
 
+@one_thread
 def align_strips(
     strips: Sequence[Strip],
     transcript: str,
@@ -151,9 +152,7 @@ def align_strips(
     texts, fits = assigned_to_lines(reader, lines, rng)
     with_text = [i for i, text in enumerate(texts) if text.letters]
     refuse_other_text([fits[i] for i in with_text], (len(strips), len(lines)))
-    # matrices this small gain little from more processors, and sums in another order would make other letters of a page
-    with threadpool_limits(limits=1, user_api="blas"):
-        decodings = decode_lines(reader.part(with_text), [texts[i] for i in with_text], rng, tell)
+    decodings = decode_lines(reader.part(with_text), [texts[i] for i in with_text], rng, tell)
     aligned = tuple(
         AlignedLine(i, strips[i].frame, aligned_letters(strips[i].frame, texts[i], of_line), float(fits[i]))
         for i, of_line in zip(with_text, decodings, strict=True)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from handout import atomic
 from handout.alphabet import LETTERS, THIRDS
 from handout.errors import InputError
-from handout.networks import Adam, Floats, dropout, log_softmax
+from handout.networks import Adam, Floats, dropout, log_softmax, one_thread
 from handout.tagging.line_space import COUNT, SPREAD_FLOOR
 
 _LAYERS = 3  # of weights, in the shipped files: two hidden layers
@@ -75,6 +75,7 @@ class Network:
     log_prior: Floats
     widths: Floats
 
+    @one_thread
     def log_posterior(self, features: NDArray[np.uint8]) -> Floats:
         """(n, states) float32 for features (n, COUNT)."""
         x: Floats = (features.astype(np.float32) - self.mean) / self.spread
@@ -108,6 +109,7 @@ def untrained(columns: LabelledColumns, widths: Floats, hidden: int, rng: np.ran
     )
 
 
+@one_thread
 def trained(
     network: Network,
     columns: LabelledColumns,

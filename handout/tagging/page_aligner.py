@@ -15,7 +15,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from handout.alphabet import SPACE
 from handout.hand import vetting
@@ -218,10 +217,8 @@ class PageAligner:
 
     def _seen(self, image: Image) -> list[Floats]:
         """What each network makes of the columns of a line's image, or of a part of one."""
-        # in one thread, as `alignment.align_strips`
-        with threadpool_limits(limits=1, user_api="blas"):
-            features = describe(image)
-            return [each.log_posterior(features) for each in self._networks]
+        features = describe(image)
+        return [each.log_posterior(features) for each in self._networks]
 
     def _look_again(self, line: int, changed: Indices) -> None:
         """Let the networks read those columns of a line again that see some pixels (k,) of it."""

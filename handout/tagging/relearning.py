@@ -16,13 +16,13 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
 from handout.alphabet import SPACE
 from handout.hand.corrections import AnyCorrection, Change, Correction, applied
 from handout.hand.page_editor import line_alone
 from handout.hand.places import graphemes
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
+from handout.networks import one_thread
 from handout.progress import Tell, silent, within
 from handout.scanning.text_lines import line_owners
 from handout.tagging import network
@@ -294,6 +294,7 @@ def _ends(page: ScannedPage, strip: Strip, glyph: ScannedGlyph) -> tuple[float, 
     return float(u.min()), float(u.max())
 
 
+@one_thread
 def _aligned(
     lines: Sequence[Strip],
     texts: Sequence[TranscriptLine],
@@ -304,10 +305,8 @@ def _aligned(
     some = [i for i, text in enumerate(texts) if text.letters]
     reader = page_reader([line.image for line in lines], network.shipped()).part(some)
     written = [texts[i] for i in some]
-    # in one thread, as `alignment.align_strips`
-    with threadpool_limits(limits=1, user_api="blas"):
-        decodings = by_segments(reader, written, rng, tell, held=[held[i] for i in some])
-        fitting = line_fits(reader, written, rng)
+    decodings = by_segments(reader, written, rng, tell, held=[held[i] for i in some])
+    fitting = line_fits(reader, written, rng)
     aligned = tuple(
         AlignedLine(i, lines[i].frame, aligned_letters(lines[i].frame, texts[i], of_line), fit)
         for i, of_line, fit in zip(some, decodings, fitting, strict=True)

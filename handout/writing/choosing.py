@@ -84,7 +84,7 @@ class GlyphStock(Protocol):
 
     chance : scale of the perturbation at variation 1.
     twice : cost of a glyph that comes again in one word, by which the word is chosen anew; 0: it may.
-    kind : (n,) int: what of each glyph is remembered as written, 0 up to `kinds`.
+    kind : (n,) int: what of each glyph is remembered as written, from 0 up; `candidates` may add glyphs behind.
     """
 
     @property
@@ -143,8 +143,7 @@ class Chooser:
     def __init__(self, stock: GlyphStock, rng: np.random.Generator, variation: float = 1.0) -> None:
         self._stock, self._variation = stock, variation
         self._seeds, self._known = rng.integers(2**63, size=(2, 2)).tolist(), Counter[str]()
-        kinds = int(stock.kind.max(initial=-1)) + 1
-        self._last, self._times, self._written = np.full(kinds, -np.inf), np.zeros(kinds), array("q")
+        self._last, self._times, self._written = np.zeros(0), np.zeros(0), array("q")
 
     def word(self, letters: Sequence[Letter], spaces: int = 1, intended: str | None = None) -> Choice:
         """The glyphs for the letters of one word (with its punctuation), `spaces` after the one before."""
@@ -154,6 +153,8 @@ class Chooser:
         self._known[word] += 1
         rng = word_stream(self._seeds[0], key)
         candidates = stock.candidates(letters, rng if varied else None)
+        new = int(stock.kind.max(initial=-1)) + 1 - len(self._last)
+        self._last, self._times = np.append(self._last, np.full(new, -np.inf)), np.append(self._times, np.zeros(new))
         numbers = [each.numbers for each in candidates]
         chance = [np.zeros(len(each)) for each in numbers]
         again = list(chance)

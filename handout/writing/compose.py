@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from handout.errors import DoesNotFit
-from handout.hand.drawn import Hand
-from handout.hand.scanned import ScannedHand
 from handout.values import Manuscript
 from handout.writing.choosing import NO_REWRITES, Choice, Chooser, Rewrites, choices
 from handout.writing.drawn_words import DrawnHandwriting
@@ -20,6 +18,8 @@ from handout.writing.slips import slip
 from handout.writing.text import Piece, paragraphs_of
 
 if TYPE_CHECKING:
+    from handout.hand.drawn import Hand
+    from handout.hand.scanned import ScannedHand
     from handout.writing.scanned_words import SetParagraph
 
 

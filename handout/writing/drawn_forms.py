@@ -29,7 +29,7 @@ _TWIN = 6.0  # cost of the same form twice running, as in "ll"
 
 
 class DrawnForms:
-    """The glyphs of a drawn hand, all letters' one after the other; a `choosing.GlyphStock`.
+    """The glyphs of a drawn hand, of each letter as soon as it is written; a `choosing.GlyphStock`.
 
     A form that was just written is dear, whichever of its glyphs it was; a letter twice running is hardly ever the same
     form, as in "ll".
@@ -38,7 +38,14 @@ class DrawnForms:
     chance, twice = 1.0, 0.0
 
     def __init__(self, hand: Hand) -> None:
-        self.glyphs = tuple(glyph for glyphs in hand.glyphs.values() for glyph in glyphs)
+        self._hand = hand
+        self._fitting: dict[tuple[str, str, str, str], Candidates] = {}
+        self._of: dict[str, tuple[Glyph, ...]] = {}
+        self._number_all()
+
+    def _number_all(self) -> None:
+        """Number the glyphs of the letters that were written so far."""
+        self.glyphs = tuple(glyph for glyphs in self._of.values() for glyph in glyphs)
         forms = {form: number for number, form in enumerate(dict.fromkeys((g.letter, g.form) for g in self.glyphs))}
         self.kind = readonly_indices([forms[glyph.letter, glyph.form] for glyph in self.glyphs], None)
         self._exits = readonly_indices([_EXITS[glyph.exit] for glyph in self.glyphs], None)
@@ -46,12 +53,13 @@ class DrawnForms:
         self._reluctance = readonly([glyph.reluctance for glyph in self.glyphs], None)
         self._favour = readonly([glyph.favour for glyph in self.glyphs], None)
         self._number = {id(glyph): number for number, glyph in enumerate(self.glyphs)}
-        self._hand = hand
-        self._fitting: dict[tuple[str, str, str, str], Candidates] = {}
 
     def candidates(self, letters: Sequence[Letter], rng: np.random.Generator | None) -> list[Candidates]:
         """See `GlyphStock`."""
         bases = ["", *(letter.base for letter in letters), ""]
+        if new := {base: self._hand.glyphs[base] for base in bases[1:-1] if base not in self._of}:
+            self._of |= new
+            self._number_all()
         places = runs(letters)
         fitting = [self._candidates(*key) for key in zip(bases[1:], places, bases, bases[2:], strict=False)]
         first = fitting[0]
@@ -62,7 +70,7 @@ class DrawnForms:
     def _candidates(self, letter: str, place: str, before: str, after: str) -> Candidates:
         key = (letter, place, before, after)
         if key not in self._fitting:
-            glyphs = _possible(self._hand.glyphs[letter], letter, place, before, after)
+            glyphs = _possible(self._of[letter], letter, place, before, after)
             numbers = readonly_indices([self._number[id(glyph)] for glyph in glyphs], None)
             self._fitting[key] = Candidates(numbers, -self._favour[numbers])
         return self._fitting[key]

@@ -11,14 +11,16 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from handout.errors import InputError
-from handout.hand.scanned import ScannedHand, ScannedPage
 from handout.values import Array, Page
 from handout.writing.variation import EDGE_MEMORY, USUAL, Drift
+
+if TYPE_CHECKING:
+    from handout.hand.scanned import ScannedHand, ScannedPage
 
 
 @dataclass(frozen=True)

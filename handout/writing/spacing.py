@@ -163,7 +163,7 @@ _WORD_SHARES = (12.0, 84.0)  # per cent: word gaps are drawn from between; narro
 _LIFTED = 75.0  # per cent: letters that are not joined stand no further apart than so many of the author's
 _SHARE = 2.0  # per cent: clearances outside these percentiles are slips of the pen or of the reading
 _NARROW = 10.0  # per cent: the same percentile of word gaps over all heights, higher because cut strokes reach in
-_MAKERS = ("writing/spacing.py", "writing/forms.py", "writing/glyph_index.py", "hand/scanned.py")
+VERSION = 1  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
 _OVER = 2  # letters on each side of a gap between words whose bars may reach across it
 
 
@@ -318,7 +318,7 @@ def spacing_model(forms: Forms, neighbours: Neighbours) -> SpacingModel:
     slant = measures.mean_slant(forms.hand)
     beyond = sides(forms, slant)
     lean = slant * forms.centre[:, 1]
-    least = float(learnt(forms.hand, "least distance", _MAKERS, 1, lambda: [_least(forms, neighbours)])[0])
+    least = float(learnt(forms.hand, "least distance", VERSION, 1, lambda: [_least(forms, neighbours)])[0])
     joints = Joints(forms)
     return SpacingModel(
         forms, joints, beyond, slant, lean, _gaps(forms, beyond, neighbours, forms.centre[:, 0] - lean), least
@@ -498,7 +498,7 @@ def height_model(forms: Forms, neighbours: Neighbours) -> HeightModel:
     """How high a hand's glyphs stand, learnt from its pages."""
     height = forms.centre[:, 1]
     marks = forms.marks
-    predicted = learnt(forms.hand, "heights", _MAKERS, len(height), lambda: _predicted_heights(forms, height, ~marks))
+    predicted = learnt(forms.hand, "heights", VERSION, len(height), lambda: _predicted_heights(forms, height, ~marks))
     deviation = np.array(
         [_rise_deviation(neighbours.pairs(parted), height - predicted, marks) for parted in (False, True)]
     )

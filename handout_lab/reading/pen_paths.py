@@ -16,12 +16,11 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from handout import alphabet
 from handout.alphabet import fold
 from handout.errors import InputError
-from handout.networks import log_softmax
+from handout.networks import log_softmax, one_thread
 from handout.reading import ctc
 from handout.values import Array
 from handout_lab.reading.path_features import Floats, SampledPath, features, sampled, slant_of
@@ -56,16 +55,15 @@ class PathNetwork:
     weight: Floats
     bias: Floats
 
+    @one_thread
     def logits(self, described: Sequence[Floats]) -> list[Array]:
         """For each word's features (n, COUNT), what its steps say of the classes: (m, classes)."""
-        steps = np.array([len(one) for one in described])
-        x = np.zeros((len(described), int(steps.max()), described[0].shape[1]), dtype=np.float32)
-        for row, one in zip(x, described, strict=True):
-            row[: len(one)] = one
-        for layer in self.layers:
-            x, steps = _convolved(x, steps, layer)
-        out = x @ self.weight + self.bias
-        return [row[:count].astype(np.float64) for row, count in zip(out, steps, strict=True)]
+        found = []
+        for x in described:  # each by itself: in products with others its last bits would depend on them
+            for layer in self.layers:
+                x = _convolved(x, layer)
+            found.append((x @ self.weight + self.bias).astype(np.float64))
+        return found
 
     def at_temperature(self, temperature: float) -> PathNetwork:
         """The same, less sure by that factor."""
@@ -73,20 +71,15 @@ class PathNetwork:
         return replace(self, weight=weight.astype(np.float32), bias=bias.astype(np.float32))
 
 
-def _convolved(x: Floats, steps: NDArray[np.intp], layer: Layer) -> tuple[Floats, NDArray[np.intp]]:
+def _convolved(x: Floats, layer: Layer) -> Floats:
+    """(n, before) → (⌈n / stride⌉, after)."""
     size, stride, reach = len(layer.weight), layer.stride, layer.dilation
     side = reach * (size - 1) // 2
-    padded = np.pad(x, ((0, 0), (side, side), (0, 0)))
-    count = -(-x.shape[1] // stride)
-    stacked = np.concatenate(
-        [padded[:, k * reach : k * reach + (count - 1) * stride + 1 : stride] for k in range(size)], axis=2
-    )
-    y = np.maximum(stacked @ layer.weight.reshape(-1, layer.weight.shape[2]) + layer.bias, 0)
-    if stride == 1:
-        y += x
-    steps = -(-steps // stride)
-    y *= (np.arange(count) < steps[:, None])[:, :, None]
-    return y, steps
+    padded = np.pad(x, ((side, side), (0, 0)))
+    span = (-(-len(x) // stride) - 1) * stride + 1
+    stacked = np.concatenate([padded[k * reach : k * reach + span : stride] for k in range(size)], axis=1)
+    y: Floats = np.maximum(stacked @ layer.weight.reshape(-1, layer.weight.shape[2]) + layer.bias, 0)
+    return y + x if stride == 1 else y
 
 
 @dataclass(frozen=True)

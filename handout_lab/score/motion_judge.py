@@ -22,7 +22,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from handout.errors import InputError
 from handout.motion.learned import recurrent
-from handout.networks import Adam, Floats, clip_norm
+from handout.networks import Adam, Floats, clip_norm, one_thread
 from handout.progress import Tell, silent
 from handout.values import Array, Drawing, Indices, Stroke
 
@@ -128,6 +128,7 @@ def steady(drawing: Drawing) -> Drawing:
     return replace(drawing, strokes=tuple(strokes))
 
 
+@one_thread
 def judge(samples: Sequence[Sample], rng: np.random.Generator, tell: Tell = silent) -> Judgement:
     """Tell made motion from real, writers kept apart.
 

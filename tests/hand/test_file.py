@@ -252,23 +252,23 @@ def test_what_was_learnt_of_a_hand_comes_back_to_the_last_bit(small_hand, tmp_pa
     file.save(small_hand, path)
     hand = file.load(path)
     values = [1 / 3, 5e-324, -0.1]
-    learnt.learnt(hand, "thirds", ("errors.py",), 3, lambda: values)
+    learnt.learnt(hand, "thirds", 1, 3, lambda: values)
     file.keep_learnt(path, learnt.known(hand))
     read = file.load(path)
-    assert learnt.learnt(read, "thirds", ("errors.py",), 3, never).tolist() == values
-    assert learnt.learnt(read, "thirds", ("units.py",), 3, lambda: [0.0] * 3).tolist() == [0.0] * 3, "other makers"
-    assert learnt.learnt(file.load(path), "thirds", ("errors.py",), 2, lambda: [1.0, 2.0]).tolist() == [1.0, 2.0]
+    assert learnt.learnt(read, "thirds", 1, 3, never).tolist() == values
+    assert learnt.learnt(read, "thirds", 2, 3, lambda: [0.0] * 3).tolist() == [0.0] * 3, "another version"
+    assert learnt.learnt(file.load(path), "thirds", 1, 2, lambda: [1.0, 2.0]).tolist() == [1.0, 2.0]
 
 
 def test_what_was_learnt_counts_for_the_letters_that_it_was_learnt_of(small_hand, tmp_path):
     path = tmp_path / "a.hand"
 
     def asked(work_out):
-        return learnt.learnt(file.load(path), "letters", ("errors.py",), 1, work_out)[0]
+        return learnt.learnt(file.load(path), "letters", 1, 1, work_out)[0]
 
     def keep(value):
         hand = file.load(path)
-        learnt.learnt(hand, "letters", ("errors.py",), 1, lambda: [value])
+        learnt.learnt(hand, "letters", 1, 1, lambda: [value])
         file.keep_learnt(path, learnt.known(hand))
 
     file.save(small_hand, path)

@@ -1,10 +1,13 @@
 """The scanned hands that ship: whole, quick to load, and out of reach of what changes hands."""
 
 import json
+import re
 import string
 import time
 import timeit
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from handout.hand import file, library
@@ -40,6 +43,35 @@ def test_what_is_kept_of_a_shipped_hand_is_what_this_version_works_out(name):
     worked_out(hand)
     kept = json.loads(path.with_suffix(".learnt").read_text())["values"]
     assert kept.keys() == known(hand).keys(), "work it out anew: docs/contributing.md says how"
+
+
+# of the first lines of a hand that ships: name and version of what is kept → its length, norm, and scalar product with
+# cos 0, cos 1, cos 2 …
+WORKED_OUT = {
+    "surprise 1": (3, 1.9316054, 1.0027070),
+    "author's reader 1": (16744, 21.1918315, 14.2321174),
+    "vetting 1": (291, 16.5956681, -1.5574118),
+    "least distance 1": (1, 0.012511611, 0.012511611),
+    "heights 1": (291, 2.8687406, 1.4260052),
+    "shape difference 1": (1, 0.012643444, 0.012643444),
+    "manner 1": (3102, 1080.3283770, -982.4979104),
+}
+
+
+def test_what_is_worked_out_anew_has_another_version():
+    """Else a hand would be written by what an earlier program had worked out of it."""
+    hand = file.load(library.scanned_file("house-print-fountain"))
+    lines = replace(hand, pages=hand.pages[:1], glyphs=hand.glyphs[:291])  # up to the end of a word
+    found = {}
+    for name, values in worked_out(lines).items():
+        key = re.sub(r", .*\)", "", name)  # without settings
+        found[key] = (len(values), float(np.linalg.norm(values)), float(values @ np.cos(np.arange(len(values)))))
+    assert found.keys() == WORKED_OUT.keys(), f"put the figures of these versions into WORKED_OUT: {found}"
+    for key, (count, norm, product) in WORKED_OUT.items():
+        assert found[key] == (count, pytest.approx(norm, rel=1e-5), pytest.approx(product, abs=1e-5 * norm)), (
+            f"{key!r} is worked out otherwise than it was: raise its VERSION, put the new figures into WORKED_OUT "
+            "(here), and make the .learnt files anew, as docs/contributing.md says"
+        )
 
 
 def test_together_they_are_small():

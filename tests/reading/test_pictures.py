@@ -1,13 +1,16 @@
 """The reader of pictures: what it reads, what it doubts, and that probabilities hang together."""
 
+import threading
 from itertools import pairwise
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from handout.errors import InputError
 from handout.hand import library
 from handout.hand.word_pictures import own_words, picture_of
+from handout.networks import one_thread
 from handout.reading import ctc, pictures
 from handout.reading.word_space import HEIGHT, normalised
 
@@ -90,6 +93,43 @@ def test_ink_is_read_alike_pale_or_dark(words):
 def test_a_picture_of_the_wrong_height_is_refused():
     with pytest.raises(ValueError, match="expected"):
         pictures.load().read(np.zeros((HEIGHT + 1, 20)))
+
+
+def blas_threads():
+    return {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
+
+
+def test_a_word_reads_alike_in_any_company(words):
+    """To the last bit, on processors of any kind: each is a product of its own."""
+    reader, seen = pictures.load(), [word.picture for word in words]
+    alone = [reader.features(picture).tobytes() for picture in seen]
+    assert [features.tobytes() for features in reader.features_of(seen)] == alone
+    for company in (2, 3, 7, 31):  # of one width: they go through the network together
+        assert {features.tobytes() for features in reader.features_of(seen[:1] * company)} == {alone[0]}
+    readings = reader.read_all(seen)
+    together = pictures.log_probabilities(readings, [word.text for word in words]).tolist()
+    assert together == [reader.log_probability(word.picture, word.text) for word in words]
+
+
+def test_networks_multiply_in_one_thread(monkeypatch, words):
+    seen, features = [], pictures.Reader._features
+    monkeypatch.setattr(pictures.Reader, "_features", lambda *given: (seen.append(blas_threads()), features(*given))[1])
+    with threadpool_limits(2, user_api="blas"):
+        pictures.load().read(words[0].picture)
+        assert blas_threads() == {2}
+    assert seen == [{1}]
+
+
+def test_one_thread_may_be_entered_again_and_by_others():
+    with threadpool_limits(2, user_api="blas"):
+        with one_thread:
+            other = threading.Thread(target=one_thread(lambda: None))
+            other.start()
+            other.join()
+            with one_thread:
+                assert blas_threads() == {1}
+            assert blas_threads() == {1}
+        assert blas_threads() == {2}
 
 
 def test_blank_paper_reads_as_nothing():

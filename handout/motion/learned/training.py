@@ -19,7 +19,7 @@ from handout.motion.learned import recurrent
 from handout.motion.learned.sequences import LEAST_DT, MOST_DT, MovementSequence
 from handout.motion.reconstruction.key_points import extent
 from handout.motion.sigma_lognormal_model import MOST_BENT
-from handout.networks import Adam, Floats, clip_norm
+from handout.networks import Adam, Floats, clip_norm, one_thread
 from handout.progress import Tell, silent
 from handout.values import Array, Indices
 
@@ -180,6 +180,7 @@ class Criterion(Protocol):
         """Inputs (n, w, columns) of windows; and what gives loss and gradient of the outputs (n, w, outputs)."""
 
 
+@one_thread
 def train(
     parameters: Sequence[Floats],
     seen: Windows,

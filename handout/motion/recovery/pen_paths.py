@@ -25,6 +25,7 @@ from handout.motion.recovery.placed_strokes import (
     without_shared,
 )
 from handout.motion.recovery.stroke_order import StrokeOrderModel, stroke_order_model
+from handout.networks import one_thread
 from handout.values import POSE, ActionPlan, Array, Indices, Placed
 
 _BACK = 3.0  # x-heights that the pen goes back over its ink rather than be lifted
@@ -56,6 +57,7 @@ class PenPath:
     pose: Array | None = None
 
 
+@one_thread
 def pen_paths(
     placed: Sequence[Placed], hand: ScannedHand, hands: tuple[str, ...] = HANDS, *, delayed_after: str = "letter"
 ) -> list[PenPath]:
