@@ -181,7 +181,7 @@ class DeskQueue(PlotterQueue):
 
     desk: CountingDesk
 
-    def follow(self, job: str) -> Outcome:
+    def follow(self, job: str, title: str) -> Outcome:
         """Draw it, with somebody there who does what is asked."""
         kept = store.find(job)
         if not kept.standing().finished:
@@ -295,8 +295,8 @@ def _ran(work: Any, folder: Path, fate: Fate, tally: Tally) -> bool:
             kept.__exit__(None, None, None)
         except Crash:
             tally.kills += 1
-            assert kept._stream is not None
-            kept._stream.close()
+            assert kept._file is not None
+            kept._file.close()
             return False
     return True
 

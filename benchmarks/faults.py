@@ -439,6 +439,7 @@ def main() -> None:
 
     with multiprocessing.get_context("fork").Pool(2) as pool:
         damages.tell(pool)
+        damages.tell_journals(pool)
         runs = pool.starmap(_one, cases(RUNS), chunksize=4)
         told(runs)
         print("GRBL over a network:")

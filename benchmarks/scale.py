@@ -129,7 +129,7 @@ class _Taken:
     def send(self, page: Path, ticket: Ticket) -> str:
         return ticket.name
 
-    def follow(self, job: str) -> Outcome:
+    def follow(self, job: str, title: str) -> Outcome:
         return Outcome("completed")
 
     outcome = cancel = lambda self, *_: Outcome("completed")

@@ -141,13 +141,13 @@ def read_key(path):
 def read_journal(path):
     """Words of the whole lines of a plot's journal; ValueError if it is damaged before its end."""
     lines, torn = [], False
-    for line in Path(path).read_bytes().splitlines(keepends=True):
-        if not line.endswith(b"\n") or line[:9] != b"%08x " % zlib.crc32(line[9:-1]):
+    for line in Path(path).read_bytes().split(b"\n"):
+        if line[:9] != b"%08x " % zlib.crc32(line[9:]):
             torn = True
         elif torn:
             raise ValueError("damaged before its end")
         else:
-            lines.append(line[9:-1].decode().split())
+            lines.append(line[9:].decode().split())
     return lines
 
 

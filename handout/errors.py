@@ -14,19 +14,40 @@
         └── DeviceAlarm           the machine reported an error or an alarm
             └── DeviceGarbled         a command came over wrong
 
-A message is one sentence or two: what, where, the bound, the way out.  It never needs a traceback.
+A message is one sentence or two: what, where, the bound, the way out.  It never needs a traceback, and what it quotes
+of the user's is cut to what a screen can show.
 """
 
 import errno
+import re
 
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 _NO_ROOM = "The disk is full: what was kept before is as it was. Make room, then do this again."
+_TOO_DEEP = "What was given is nested too deeply to be read, one thing within another hundreds of times: nest it less."
+# characters of a word, and of a message, beyond which its middle is left out; set by eye: more than names of files and
+# lists of what may be said have, less than a screen
+_MOST_WORD, _MOST_MESSAGE = 300, 3000
+_LONG_WORD = re.compile(rf"\S{{{_MOST_WORD + 1},}}")
+
+
+def shortened(message: str) -> str:
+    """A message without the middle of what it quotes, where that is longer than anybody reads."""
+    message = _LONG_WORD.sub(lambda word: _without_middle(word.group(), _MOST_WORD), message)
+    return _without_middle(message, _MOST_MESSAGE) if len(message) > _MOST_MESSAGE else message
+
+
+def _without_middle(text: str, most: int) -> str:
+    half = most // 2 - 20
+    return f"{text[:half]} … ({len(text) - 2 * half} characters more) … {text[-half:]}"
 
 
 class HandoutError(Exception):
     """Root of the tree; `exit_code` is what the command returns for it."""
 
     exit_code = 2
+
+    def __str__(self) -> str:
+        return shortened(super().__str__())
 
 
 class InputError(HandoutError):
@@ -84,8 +105,13 @@ def reason(error: BaseException) -> str:
     return str(error) or ("it was interrupted" if isinstance(error, KeyboardInterrupt) else type(error).__name__)
 
 
-def no_room(error: BaseException | None) -> str:
-    """A sentence where an error comes of a full disk, whatever was made of it since; "" for others."""
+def at_border(error: BaseException | None) -> str:
+    """A sentence for what any work may meet and no part of it mends, whatever was made of it since; "" for the rest.
+
+    That is a full disk, and what is nested more deeply than Python goes.
+    """
+    if isinstance(error, RecursionError):
+        return _TOO_DEEP
     while error is not None and getattr(error, "errno", None) not in _FULL:
         error = error.__cause__ or error.__context__
     return "" if error is None else _NO_ROOM

@@ -29,6 +29,7 @@ GROUND = {
     "encodings",
     "errors",
     "atomic",
+    "journal_lines",
     "shipped",
     "profiles",
     "markers",

@@ -161,10 +161,10 @@ def test_a_slip_in_a_plotter_is_refused(tmp_path, old, new, said):
     [
         (r"^dpi = 720", "dpi = 7", r"dpi = 7 is outside 72 to 2400"),
         (r"^dpi = 720", "dpy = 720", r"dpy is not a known key; did you mean 'dpi'\?"),
-        (r'^right = "5mm"', "right = 5", r"margins\.right: needs a length with its unit"),
-        (r'^right = "5mm"', 'right = "-5mm"', r"margins\.right = -5 is outside 0 to 100"),
-        (r"^dpi = 720", "dpi = 720\nenvelope = { margin = {} }", r"envelope\.margin is not a known key; did you mean"),
-        (r"^dpi = 720", 'dpi = 720\nenvelope.margins.top = "900mm"', r"envelope\.margins\.top = 900 is outside 0 to"),
+        (r'^right = "3mm"', "right = 5", r"margins\.right: needs a length with its unit"),
+        (r'^right = "3mm"', 'right = "-5mm"', r"margins\.right = -5 is outside 0 to 100"),
+        (r"^\[envelope\.margins\]", "[envelope.margin]", r"envelope\.margin is not a known key; did you mean"),
+        (r'^bottom = "20mm"', 'bottom = "900mm"', r"envelope\.margins\.bottom = 900 is outside 0 to"),
         (
             r"^dpi = 720",
             'dpi = 720\nsources = ["rear"]\nsource = "front"',

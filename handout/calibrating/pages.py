@@ -60,8 +60,7 @@ def write(pages: Printed, path: Path) -> tuple[Path, ...]:
         raise InputError(f"{path}: the chart is written as .pdf or .png; give the file one of these endings.")
     several = len(pages.pixels) > 1
     paths = [path.with_name(f"{path.stem}-{n}{path.suffix}") if several else path for n in range(1, _count(pages))]
-    for pixels, to in zip(pages.pixels, paths, strict=True):
-        atomic.write(to, _png(pixels, pages.dpi))
+    atomic.write_all((to, _png(pixels, pages.dpi)) for pixels, to in zip(pages.pixels, paths, strict=True))
     return tuple(paths)
 
 

@@ -312,7 +312,7 @@ def _new_folder(place: Path) -> Iterator[Path]:
         if place.exists():
             shutil.rmtree(place)
         work.chmod(0o755)
-        work.rename(place)
+        atomic.move_folder(work, place)
     except BaseException:
         shutil.rmtree(work, ignore_errors=True)
         raise

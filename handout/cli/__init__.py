@@ -16,7 +16,7 @@ import click
 
 from handout import __version__
 from handout.cli import signals, streams
-from handout.errors import HandoutError, no_room
+from handout.errors import HandoutError, at_border, shortened
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -159,9 +159,9 @@ def _sentence(error: Exception) -> str | None:
             return str(error)
         case ImportError(name=str(name)) if not name.startswith("handout"):
             return f"A package cannot be loaded ({error}): `handout doctor` says what to do."
-        case OSError():
-            closed = error.errno == errno.EBADF and streams.is_unread()
-            return no_room(error) or ("Standard output is closed." if closed else None)
+        case OSError() | RecursionError():
+            closed = getattr(error, "errno", None) == errno.EBADF and streams.is_unread()
+            return at_border(error) or ("Standard output is closed." if closed else None)
     return None
 
 
@@ -179,10 +179,11 @@ def _run(args: list[str] | None) -> int:
         if isinstance(leave.__context__, OSError) and not streams.is_unread():
             raise leave.__context__ from None
         return 0
-    except (click.ClickException, HandoutError, ImportError, OSError) as error:
+    except (click.ClickException, HandoutError, ImportError, OSError, RecursionError) as error:
         if sentence := _sentence(error):
-            click.echo(f"handout: {sentence}", err=True)
+            click.echo(f"handout: {shortened(sentence)}", err=True)
         elif isinstance(error, click.ClickException):
+            vars(error)["message"] = shortened(error.message)
             error.show()
         else:
             raise

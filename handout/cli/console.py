@@ -13,6 +13,7 @@ from types import TracebackType
 import click
 
 from handout.cli import progress as terminal
+from handout.errors import shortened
 from handout.pipeline.results import Result
 
 _MOST_WAITING = 200  # lines that wait for a terminal; more are only counted.  Set by eye: some screens full
@@ -37,7 +38,7 @@ class Console:
             return
         for sentence in sentences:
             with terminal.hidden():
-                click.echo(sentence, err=True)
+                click.echo(shortened(sentence), err=True)
 
     def note(self, *sentences: str) -> None:
         """The same, and keep it for the "notes" of the JSON."""

@@ -205,10 +205,12 @@ def _checked(result: CheckedHand) -> str:
     from handout.pipeline.kept_hands import LEAST
 
     hand, rare = result.hand, result.rare
+    kept_out = sum(glyph.kept_out for glyph in hand.glyphs)
     lines = [
         f"{hand.name}: {units.count(len(hand.glyphs), 'letter')} on {units.count(len(hand.pages), 'page')}, "
         f"{result.doubtful} doubtful; {len(rare)} of {len(hand.letters)} fewer than {LEAST} times"
         + (": " + " ".join(f"{letter}({hand.letters[letter]})" for letter in rare) if rare else "")
+        + (f"; {kept_out} not to be written" if kept_out else "")
         + "."
     ]
     if result.again:
@@ -285,12 +287,17 @@ def edit(
     \b
     {"corrections": [{"do": "label", "page": 0, "at": [812, 440], "text": "e"},
                      {"do": "confirm", "page": 0, "at": [640, 442]},
+                     {"do": "keep_out", "page": 0, "at": [702, 441]},
                      {"do": "remove", "page": 0, "at": [90, 1300]},
                      {"do": "merge", "page": 0, "at": [300, 200], "other": [320, 204]},
                      {"do": "split", "page": 0, "a": [500, 600], "b": [505, 660], "texts": ["r", "n"]},
                      {"do": "paint", "page": 0, "to": "paper", "stroke": [[90, 80], [99, 84]], "width": 9}]}
     Others: outline (within, text), unlink (at), link (at, other), place (at, place: start, middle, end or alone),
-    rule (a, b, width), cut (a, b), join (at, other); paint takes a polygon, and ink, too.
+    strokes (at, ways), baseline (line, a, b), rule (a, b, width), cut (a, b), join (at, other); paint takes a polygon,
+    and ink, too.
+
+    `confirm` says that a letter is what it is called and cut as it should be: it is refused no longer, and no likelier
+    to be written. `keep_out` says that, too, and has it written no more ("out": false: again).
     """
     from handout.pipeline import kept_hands
 
@@ -302,7 +309,7 @@ def edit(
     elif history:
         result = kept_hands.edits(name)
     else:
-        result = kept_hands.undo_edits(name, 1 if undo else -1, output)
+        result = kept_hands.undo_edits(name, 1 if undo else -1, output, listener=console)
     console.report(result, "\n".join(_history(result)) if history else _edited(result))
 
 

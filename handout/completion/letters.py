@@ -19,7 +19,7 @@ from handout.hand.letter_classes import DOTTED, STEM_AT_LEFT
 from handout.hand.protocol import Repertoire
 from handout.hand.scanned import NOBODY, ScannedHand
 from handout.values import Array, Indices, LineGraph
-from handout.writing.text import LEFT_OUT, PICTURE, borrow, instead
+from handout.writing.text import LEFT_OUT, borrow, instead, may_omit
 
 _FORMS = 5  # of a letter that is put together: so that it does not repeat at once
 _DOTS = 0.42  # x-heights from one dot of a diaeresis to the other; set by eye
@@ -76,7 +76,7 @@ class LetterMaker:
         """What a similar form of a letter needs beyond what the hand has; its source says which form that is."""
         forms = borrow(letter, self.repertoire, 0)
         if not forms:
-            return Supply((), LEFT_OUT if PICTURE.match(letter) else "")
+            return Supply((), LEFT_OUT if may_omit(letter) else "")
         lacking = [form.base for form in forms if form.base not in self._hand.letters]
         specimens = [specimen for base in lacking for specimen in self._lent(base).specimens]
         return Supply(specimens, instead("".join(form.base for form in forms)))

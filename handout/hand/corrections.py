@@ -93,6 +93,14 @@ class Confirm(Correction, frozen=True, tag="confirm"):
     text: str | None = None
 
 
+class KeepOut(Correction, frozen=True, tag="keep_out"):
+    """The letter at `at` is right, as `Confirm` says, and not to be written; with `out` false it is written again."""
+
+    at: Spot
+    text: str | None = None
+    out: bool = True
+
+
 class Strokes(Correction, frozen=True, tag="strokes"):
     """The letter at `at` was written so: places along each of its strokes, in order."""
 
@@ -154,7 +162,22 @@ class Join(Correction, frozen=True, tag="join"):
 
 
 AnyCorrection = Union[  # noqa: UP007  (msgspec reads it)
-    Label, Merge, Split, Remove, Unlink, Link, Placing, Confirm, Strokes, Outline, Paint, Rule, Baseline, Cut, Join
+    Label,
+    Merge,
+    Split,
+    Remove,
+    Unlink,
+    Link,
+    Placing,
+    Confirm,
+    KeepOut,
+    Strokes,
+    Outline,
+    Paint,
+    Rule,
+    Baseline,
+    Cut,
+    Join,
 ]
 _Several = list[AnyCorrection]
 
@@ -273,6 +296,8 @@ def _apply(work: HandEditor, correction: AnyCorrection) -> None:
             work.link(at, other)
         case Confirm(at=at, text=text):
             work.confirm(at, text)
+        case KeepOut(at=at, text=text, out=out):
+            work.confirm(at, text, kept_out=out)
         case Strokes(at=at, ways=ways):
             work.strokes(at, ways)
         case Outline(within=within, text=text):

@@ -98,6 +98,8 @@ def save(hand: ScannedHand, path: Path, *, packed: bool = False) -> None:
 def record(source: Path, path: Path, before: ScannedHand, after: ScannedHand, entry: Entry) -> Journal:
     """Write the hand of `source` to `path` with one entry more in its journal; entries that were undone are forgotten.
 
+    Whoever calls this holds both files (`atomic.held`) since before `before` was loaded.
+
     Parameters
     ----------
     before : the hand that `load` gives of `source`.
@@ -226,7 +228,8 @@ def _write(path: Path, data: bytes, inks: Collection[int] | None = None) -> None
         raise InputError(
             f"{path} is not written, because it could not be read back; that is a fault of this program. {error}"
         ) from error
-    atomic.write(path, data)
+    with atomic.held(path):
+        atomic.write(path, data)
 
 
 def to_bytes(hand: ScannedHand, *, packed: bool = False) -> bytes:
@@ -473,7 +476,7 @@ def _glyph_arrays(glyphs: Sequence[ScannedGlyph]) -> dict[str, Content]:
         **(_numbered_lists("strokes", strokes) if strokes else {}),
         "glyphs/table.npy": np.array(rows, dtype=np.int32).reshape(-1, len(_COLUMNS)),
         "glyphs/confidence.npy": np.array([g.confidence for g in glyphs], dtype=np.float32),
-        "glyphs/confirmed.npy": np.array([g.confirmed for g in glyphs], dtype=np.uint8),
+        "glyphs/confirmed.npy": np.array([g.confirmed + (g.confirmed and g.kept_out) for g in glyphs], dtype=np.uint8),
         "glyphs/vertices.npy": _flat([g.vertices for g in glyphs]),
         "glyphs/counts.npy": np.array([len(g.vertices) for g in glyphs], dtype=np.int32),
         **_numbered_lists("ligatures", [(number, way.path) for number, way in ways]),
@@ -508,7 +511,7 @@ def _glyphs(archive: Archive, letters: list[str], pages: Sequence[ScannedPage]) 
     table = archive.array("glyphs/table.npy", "int32", count, len(_COLUMNS)).tolist()
     sure = archive.array("glyphs/confidence.npy", "float32", count).tolist()
     known = "glyphs/confirmed.npy"
-    confirmed = archive.array(known, "uint8", count) > 0 if known in archive else np.zeros(count, dtype=bool)
+    said = archive.array(known, "uint8", count).tolist() if known in archive else [0] * count
     vertices = _lists(archive, "glyphs", count)
     ways, strokes = _ligatures(archive, table, pages), _strokes(archive, count)
     glyphs = []
@@ -517,7 +520,7 @@ def _glyphs(archive: Archive, letters: list[str], pages: Sequence[ScannedPage]) 
             raise ValueError(f"glyph {i} has no place in its word")
         if not 0 <= sure[i] <= 1:
             raise ValueError(f"glyph {i} has a confidence of {sure[i]:g}")
-        rest = (before, after, tuple(ways.get(i, ())), sure[i], bool(confirmed[i]), tuple(strokes.get(i, ())))
+        rest = (before, after, tuple(ways.get(i, ())), sure[i], said[i] > 0, tuple(strokes.get(i, ())), said[i] > 1)
         glyphs.append(ScannedGlyph(letters[i], PLACES[place], page, line, word, at, vertices[i], *rest))
     return tuple(glyphs)
 

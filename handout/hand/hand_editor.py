@@ -89,15 +89,16 @@ class HandEditor:
         else:
             self._named(number, text, place)
 
-    def confirm(self, at: Spot, text: str | None) -> None:
-        """Let the letter at `at` be sure."""
+    def confirm(self, at: Spot, text: str | None, kept_out: bool | None = None) -> None:
+        """Let the letter at `at` be sure; `kept_out` : whether it is left unwritten from now on, None: as before."""
         number = self._number(at)
         glyph = self._glyph(number)
         if not glyph.letter:
             raise CorrectionError("what is there has no name yet: label it")
         if text is not None and text != glyph.letter:
             raise CorrectionError(f"what is there is called {glyph.letter!r}, not {text!r}: label it")
-        self._glyphs[number] = replace(glyph, confidence=1.0, confirmed=True)
+        kept_out = glyph.kept_out if kept_out is None else kept_out
+        self._glyphs[number] = replace(glyph, confidence=1.0, confirmed=True, kept_out=kept_out)
 
     def letter(self, within: Sequence[Spot], text: str) -> None:
         """Let the writing inside a polygon be one letter, whosever it was."""
@@ -135,7 +136,7 @@ class HandEditor:
         new = len(self._glyphs)
         self._order.insert(self._order.index(number) + 1, new)
         self._owner[second] = new
-        sure = replace(glyph, confidence=1.0, confirmed=False, ligatures=())
+        sure = replace(glyph, confidence=1.0, confirmed=False, kept_out=False, ligatures=())
         halves = _halves(glyph.place)
         self._glyphs[number] = replace(sure, letter=names[0], vertices=first, after=new, place=halves[0])
         at = NOBODY if names[1] != glyph.letter else glyph.at
@@ -344,7 +345,7 @@ class HandEditor:
         """Take vertices away from a glyph; one that has none left is gone."""
         left = np.setdiff1d(self._glyph(number).vertices, vertices)
         if len(left):
-            self._glyphs[number] = replace(self._glyph(number), vertices=left, confirmed=False)
+            self._glyphs[number] = replace(self._glyph(number), vertices=left, confirmed=False, kept_out=False)
             return
         self._part(self._glyph(number).before)
         self._part(number)
@@ -374,11 +375,11 @@ class HandEditor:
             found = self._grapheme(number, text)
             if found is None and self._strict:
                 raise CorrectionError(self._not_there(glyph.line, text))
-            at = NOBODY if found is None else found
+            at, glyph = NOBODY if found is None else found, replace(glyph, kept_out=False)
         written = graphemes(self._scan.transcript)
         for i, other in self._on_this_page():
             if i != number and other.at == at != NOBODY:
-                self._glyphs[i] = replace(other, letter="", at=NOBODY, confidence=0.0, confirmed=False)
+                self._glyphs[i] = replace(other, letter="", at=NOBODY, confidence=0.0, confirmed=False, kept_out=False)
         usual = places(written)[at] if at >= 0 else glyph.place
         if at >= 0:
             begins = [not u.isspace() and (i == 0 or written[i - 1].isspace()) for i, u in enumerate(written[: at + 1])]

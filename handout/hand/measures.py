@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout import hues
-from handout.hand.letter_classes import FULL_ASCENDERS
+from handout.hand.letter_classes import FULL_ASCENDERS, NEVER_DESCENDING, X_HEIGHT
 from handout.hand.scanned import NOBODY, ScannedHand
 from handout.values import Array, Indices
 
@@ -98,6 +98,82 @@ def ascender_height(hand: ScannedHand) -> float:
 
 def _top(hand: ScannedHand, number: int) -> float:
     return float(hand.outline(number)[:, 1].max())
+
+
+_CASED = frozenset("ckopsuvwxz")  # whose capitals have the same shape, only larger
+_CASED_BETWEEN = (0.3, 0.6)  # shares of the way from x-height to capitals: below the one no capital, above the other
+_LEAST_CAPITAL = 1.35  # x-heights: what is lower is no capital in place of a small letter, however low those are
+_ARM = 0.6  # of the width of a k, from which on its arm tells its case, since its stem is as high in both
+_NEAR, _LEAST_NEAR = 12, 4  # letters on each side that a letter is measured by, and how many of them there must be
+_LEAST_SIBLINGS = 4  # small letters of a name that show how high it is with this author
+
+
+def contradicted_cases(hand: ScannedHand) -> NDArray[np.bool_]:
+    """(n,): glyphs of c k o p s u v w x z that are as large on their page as the other case of their letter is.
+
+    A letter's top is measured over the feet of the letters around it, in heights of the small letters there, and
+    compared with the capitals of other shapes on the page; where a small letter is always high, with that.
+
+    Set on five people's pages (csafe w0029 w0040 w0122 w0180 w0238), of whose transcripts an eighth of these letters
+    had the other case on purpose.  On eight others' (cvl 0001 0002 0012 0013, csafe w0031 w0076 w0145 w0182) 105 of
+    111 were found, and 8 of the 644 that were right were doubted, of 3,100 letters in all; on the first five 43 of 52,
+    and 6 of 342.
+
+    Source: own method.
+    """
+    found = np.zeros(len(hand.glyphs), dtype=bool)
+    for number in range(len(hand.pages)):
+        here = np.array([i for i, glyph in enumerate(hand.glyphs) if glyph.page == number], dtype=np.intp)
+        letters = [hand.glyphs[i].letter for i in here]
+        judged = np.array([letter.lower() in _CASED for letter in letters], dtype=bool)
+        if not judged.any():
+            continue
+        height, capitals = _heights(hand, here, letters)
+        capital = float(np.clip(np.median(capitals) if len(capitals) > 2 else _CAPITAL, *_HIGHEST))
+        for k in np.flatnonzero(judged).tolist():
+            letter = letters[k]
+            if letter.isupper():
+                found[here[k]] = height[k] < 1 + _CASED_BETWEEN[0] * (capital - 1)
+                continue
+            like = height[[other == letter for other in letters]]
+            usual = max(1.0, float(np.median(like))) if len(like) >= _LEAST_SIBLINGS else 1.0
+            found[here[k]] = height[k] > max(usual + _CASED_BETWEEN[1] * (capital - 1), _LEAST_CAPITAL)
+    return found
+
+
+def _heights(hand: ScannedHand, here: Indices, letters: list[str]) -> tuple[Array, Array]:
+    """(n,), (m,): the heights of some glyphs of one page, in those of small letters; those of its plain capitals."""
+    top, foot = np.array([_reach(hand, i) for i in here.tolist()]).T
+    line = np.array([hand.glyphs[i].line for i in here])
+    small = np.array([letter in X_HEIGHT for letter in letters], dtype=bool)
+    standing = np.array([letter in NEVER_DESCENDING for letter in letters], dtype=bool)
+    plain = np.array([letter.isupper() and letter.lower() not in _CASED for letter in letters], dtype=bool)
+    height, usual_top, usual_foot = np.empty(len(here)), _median(top[small], 1.0), _median(foot[standing], 0.0)
+    for k in range(len(here)):
+        near = slice(max(k - _NEAR, 0), k + _NEAR + 1)
+        others = (line[near] == line[k]) & (np.arange(len(here))[near] != k)
+        tops, feet = top[near][others & small[near]], foot[near][others & standing[near]]
+        low = _median(feet, 0.0) if len(feet) >= _LEAST_NEAR else usual_foot
+        high = _median(tops, 1.0) if len(tops) >= _LEAST_NEAR else usual_top
+        height[k] = (top[k] - low) / max(high - low, 0.5)
+    return height, height[plain]
+
+
+def _median(values: Array, otherwise: float) -> float:
+    return float(np.median(values)) if len(values) else otherwise
+
+
+def _reach(hand: ScannedHand, number: int) -> tuple[float, float]:
+    """How far a glyph's ink, without ligatures, reaches over the baseline and down, x-heights; of a k its arm."""
+    glyph, page = hand.glyphs[number], hand.pages[hand.glyphs[number].page]
+    body = hand.body(number)
+    x, y = (page.to_line(glyph.line, page.graph.uv[body]) * (page.pitch / page.x_height)).T
+    radius = page.graph.radius[body] / page.x_height
+    if glyph.letter in ("k", "K"):
+        x = x - page.slant * y
+        arm = x >= x.min() + _ARM * float(np.ptp(x))
+        return float((y + radius)[arm].max()), float((y - radius).min())
+    return float((y + radius).max()), float((y - radius).min())
 
 
 def _within(tops: list[float], unit: float, bounds: tuple[float, float]) -> float:

@@ -44,6 +44,18 @@ def places(units: Sequence[str]) -> list[Place]:
     return all_places
 
 
+def word_at(units: Sequence[str], at: int) -> str:
+    """The word of a text that grapheme `at` stands in, "" for a letter that is not in the text (−1)."""
+    if at < 0:
+        return ""
+    first, last = at, at
+    while first and not units[first - 1].isspace():
+        first -= 1
+    while last + 1 < len(units) and not units[last + 1].isspace():
+        last += 1
+    return "".join(units[first : last + 1])
+
+
 def _kind(unit: str) -> str:
     if unit.isspace():
         return "space"

@@ -35,6 +35,7 @@ def facts(hand: ScannedHand) -> dict[str, Any]:
         "letters": [_letter(hand, letter) for letter in hand.letters],
         "short": [letter for letter, count in hand.letters.items() if count < LEAST],
         "least": LEAST,
+        "kept_out": sum(glyph.kept_out for glyph in hand.glyphs),
         "doubtful": [_doubted(hand, number) for number in doubtful(hand)],
         "write_again": {letter: sure for letter, sure in sure_letters(hand).items() if sure < LEAST},
     }
@@ -47,7 +48,8 @@ def doubtful(hand: ScannedHand) -> list[int]:
 
 def sure_letters(hand: ScannedHand) -> dict[str, int]:
     """Letter → how many of its glyphs are sure, the fewest first."""
-    sure = Counter(glyph.letter for glyph, good in zip(hand.glyphs, vet(hand).sure.tolist(), strict=True) if good)
+    each = zip(hand.glyphs, vet(hand).sure.tolist(), strict=True)
+    sure = Counter(glyph.letter for glyph, good in each if good and not glyph.kept_out)
     return dict(sorted(((letter, sure[letter]) for letter in hand.letters), key=itemgetter(1, 0)))
 
 

@@ -69,6 +69,7 @@ class ScannedGlyph:
     confirmed : whether a person confirmed or corrected it: it is the truth, and what is aligned anew learns from it.
     ways : how it was written, as a person said: its vertices along each stroke, in order; none where nobody did, or
         where its ink is no longer what it was then.
+    kept_out : whether a person said that it is not to be written, true as it is.
     """
 
     letter: str
@@ -84,6 +85,7 @@ class ScannedGlyph:
     confidence: float = 1.0
     confirmed: bool = False
     ways: tuple[Indices, ...] = ()
+    kept_out: bool = False
 
     __repr__ = one_line
 
@@ -337,13 +339,13 @@ class ScannedHand:
 
     @cached_property
     def instances(self) -> Counter[tuple[str, Place]]:
-        """How often there is each letter in each place; `prompting.coverage.lacks` takes this."""
-        return Counter((glyph.letter, glyph.place) for glyph in self.glyphs if glyph.letter)
+        """How often there is each letter in each place to write; `prompting.coverage.lacks` takes this."""
+        return Counter((glyph.letter, glyph.place) for glyph in self.glyphs if glyph.letter and not glyph.kept_out)
 
     @cached_property
     def letters(self) -> Mapping[str, int]:
-        """How often there is each letter, the commonest first."""
-        counts = Counter(glyph.letter for glyph in self.glyphs if glyph.letter)
+        """How often there is each letter to write, the commonest first."""
+        counts = Counter(glyph.letter for glyph in self.glyphs if glyph.letter and not glyph.kept_out)
         return dict(sorted(counts.items(), key=lambda item: (-item[1], item[0])))
 
     @cached_property
@@ -368,11 +370,12 @@ class ScannedHand:
     def _numbers(self) -> Mapping[str, Indices]:
         numbers_of: dict[str, list[int]] = {}
         for number, glyph in enumerate(self.glyphs):
-            numbers_of.setdefault(glyph.letter, []).append(number)
+            if not glyph.kept_out:
+                numbers_of.setdefault(glyph.letter, []).append(number)
         return {letter: readonly_indices(numbers, None) for letter, numbers in numbers_of.items()}
 
     def of(self, letter: str) -> Indices:
-        """(n,) int: numbers of the glyphs of a letter, in the order of writing."""
+        """(n,) int: numbers of the glyphs of a letter, in the order of writing, without those that are kept out."""
         return self._numbers.get(letter, readonly_indices(np.zeros(0), 0))
 
     def outline(self, number: int) -> Array:

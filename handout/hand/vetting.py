@@ -3,7 +3,7 @@
 Four kinds of evidence make one probability: how sure the reading was of the glyph's place
 (`ScannedGlyph.confidence`), how much its shape is like its siblings' (`outlier_score`), how much those of the
 glyphs beside it are (what one has too much, its neighbour mostly lacks), and how it reads alone to a reader that knows
-the author (`author_reader`).
+the author (`author_reader`).  A letter that is as large as its other case is refused, whatever they say.
 
 Source: own method.
 """
@@ -20,13 +20,14 @@ from numpy.typing import NDArray
 from handout.hand import author_reader, outlier_score
 from handout.hand.glyph_features import glyph_features
 from handout.hand.learnt import learnt
+from handout.hand.measures import contradicted_cases
 from handout.hand.outlier_score import READING, OutlierModel
 from handout.hand.scanned import ScannedHand
 from handout.values import Array, Indices
 
 Verdict = Literal["sure", "doubtful", "refused"]
 SURE, REFUSED = 0.8, 0.55  # least probability of the one, and greatest of the other; set on simulated pages kept apart
-VERSION = 1  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
+VERSION = 2  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
 # the logarithm of the odds that a glyph is right is the first, the second times its score, the third times the
 # logarithm of the odds of its confidence, and the fourth times the greater score of those beside it.  Rounded from what
 # spoilt letters of eight people say (see `READING`) and, of confidence, pages of simulated writers.  Of letters as they
@@ -34,6 +35,7 @@ VERSION = 1  # of what is kept of a hand; tests/hand/test_house_scanned.py says 
 # simulated writers alone, and lone letters believed like others, .02, .42 and .31.  On five other people's pages .02,
 # .56 and .49; .02, .46 and .32
 _ODDS = np.array([1.2, -0.5, 0.1, -0.15])
+_OTHER_CASE = 0.25  # probability at most of a letter that is as large as its other case: any lent one is cheaper
 _CERTAIN = 0.02  # of confidences: nearer to 0 or 1 than this none is believed
 
 
@@ -43,9 +45,12 @@ class Vetting:
 
     probability : (n,) that each is what it is called; 0 for one without a name, or without any
         confidence, 1 for one that a person has confirmed.
+    plainness : (n,) the same whatever a person has said: that a letter is true does not make it plain, and choosing and
+        rereading go by this.
     """
 
     probability: Array
+    plainness: Array
 
     @property
     def refused(self) -> NDArray[np.bool_]:
@@ -72,19 +77,21 @@ class Vetting:
 def vet(hand: ScannedHand) -> Vetting:
     """Judge every glyph of a hand, with its stubs and marks; what was added to a hand is right."""
     if hand.author:
-        added = np.ones(len(hand.glyphs) - hand.own)
-        return Vetting(np.concatenate([vet(hand.author).probability, added]))
-    return Vetting(learnt(hand, "vetting", VERSION, len(hand.glyphs), lambda: _probability(hand)))
+        added, known = np.ones(len(hand.glyphs) - hand.own), vet(hand.author)
+        return Vetting(np.concatenate([known.probability, added]), np.concatenate([known.plainness, added]))
+    plainness = learnt(hand, "vetting", VERSION, len(hand.glyphs), lambda: _plainness(hand))
+    confirmed = np.array([glyph.confirmed for glyph in hand.glyphs], dtype=bool)
+    return Vetting(np.where(confirmed, 1.0, plainness), plainness)
 
 
-def _probability(hand: ScannedHand) -> Array:
+def _plainness(hand: ScannedHand) -> Array:
     model = outlier_score.shipped()
     score = strange_score(model, hand)
     confidence = np.array([glyph.confidence for glyph in hand.glyphs])
     probability = calibrated(score, confidence)
     named = np.array([bool(glyph.letter) for glyph in hand.glyphs], dtype=bool)
-    confirmed = np.array([glyph.confirmed for glyph in hand.glyphs], dtype=bool)
-    return np.where(confirmed, 1.0, np.where(named & (confidence > 0), probability, 0.0))
+    probability = np.where(contradicted_cases(hand), np.minimum(probability, _OTHER_CASE), probability)
+    return np.where(named & (confidence > 0), probability, 0.0)
 
 
 def strange_score(model: OutlierModel, hand: ScannedHand) -> Array:

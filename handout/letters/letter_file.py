@@ -13,10 +13,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from itertools import accumulate, zip_longest
 from pathlib import Path
 from typing import Any, Literal
 
 from markdown_it import MarkdownIt
+from markdown_it.token import Token
 from markdown_it.tree import SyntaxTreeNode
 from mdit_py_plugins.attrs import attrs_block_plugin, attrs_plugin
 from mdit_py_plugins.attrs.parse import ParseError, parse
@@ -48,10 +50,14 @@ from handout.letters.document import (
     blocks_in,
 )
 from handout.tables import converted, parsed
+from handout.writing.text import unseen
 
 MOST_TEXT = 200_000  # characters: a hundred pages; a longer file is surely no letter
 _MOST_NESTED = 12  # blocks within blocks; set by eye: each list stands further in than the one around it
 _PARSED_NESTED = 60  # levels that the parser goes down: more than are allowed, so that none is lost unseen
+_MOST_BRACKETS = (
+    10_000  # opening ones, none of which may close: the parser takes their square in time, here about a second
+)
 _SIZES = (1.55, 1.3, 1.12, 1.0, 1.0, 1.0)  # of headings by their level; set by eye
 _SIDES: dict[str, Side] = {"left": "left", "right": "right", "centre": "centre", "center": "centre"}
 _UNDERLINES: dict[str, Underline] = {"wavy": "wavy", "double": "double", "straight": "straight"}
@@ -179,7 +185,12 @@ class _Reader:
         text, head = self._with_dashes(text), Head()
         self.lines = text.split("\n")
         environment: dict[str, Any] = {}
-        nodes = SyntaxTreeNode(_markdown().parse(_quoted(text), environment)).children
+        if text.count("[") > _MOST_BRACKETS:
+            raise InputError(f"{self.name} has more than {_MOST_BRACKETS} brackets [: no letter has.")
+        # the parser of containers looks one character past a last line that ends in "> " and no newline
+        tokens = _markdown().parse(_quoted(text) + "\n", environment)
+        self._check_nesting(tokens)
+        nodes = SyntaxTreeNode(tokens).children
         for label, reference in environment.get("references", {}).items():
             self.line = reference["map"][0] + 1 if "map" in reference else 1
             self._drop(f"the address of [{label.lower()}] is not written")
@@ -187,11 +198,23 @@ class _Reader:
             head, nodes = self._head(nodes[0].content), nodes[1:]
         elif self.lines[0].strip() == "---":
             raise self._wrong("the head that begins here is not closed: put a line --- behind it, or *** for a rule.")
+        for number, line in enumerate(self.lines, 1):
+            self.line = number
+            if names := [each.letter for each in unseen(line)]:
+                self._drop(f"what is invisible is not written: {', '.join(names)}")
         self.boxes = frozenset(head.box)
         blocks = self._blocks(nodes, Manner())
-        if not blocks:
+        if not any(map(_leaves_ink, blocks_in(blocks))):
             raise InputError(f"{self.name} holds nothing to write.")
         return Letter(blocks, head, self.name, self.folder or Path(), tuple(self.dropped))
+
+    def _check_nesting(self, tokens: Sequence[Token]) -> None:
+        """Refuse words within more emphasis and links than anybody writes; of blocks `_blocks` does."""
+        for block in tokens:
+            for depth in accumulate(token.nesting for token in block.children or ()):
+                if depth > _MOST_NESTED:
+                    self.line = block.map[0] + 1 if block.map else self.line
+                    raise self._wrong(f"words stand within more than {_MOST_NESTED} emphases or links: nest them less.")
 
     def _wrong(self, what: str) -> InputError:
         return InputError(f"{self.name}, line {self.line}: {what}")
@@ -369,7 +392,7 @@ class _Reader:
 
     def _inline(self, nodes: Sequence[SyntaxTreeNode], manner: Manner) -> Iterator[Span]:
         before: SyntaxTreeNode | None = None
-        for node, following in zip(nodes, [*nodes[1:], None], strict=True):
+        for node, following in zip_longest(nodes, nodes[1:]):
             match node.type:
                 case "text":
                     # attributes that this begins with are of the emphasis before it
@@ -470,6 +493,13 @@ class _Reader:
         if not LEAST_SIZE <= size <= MOST_SIZE:  # nan, too
             raise self._wrong(f"size: letters {size:g} times as large are outside {LEAST_SIZE:g} to {MOST_SIZE:g}.")
         return replace(manner, size=size)
+
+
+def _leaves_ink(block: Block) -> bool:
+    """Whether a block is written or drawn even if those within it are empty; lists have their markers."""
+    if isinstance(block, Paragraph):
+        return any(span.text.strip() for span in block.spans)
+    return isinstance(block, List | Picture | Rule) or (isinstance(block, Signature) and bool(block.name))
 
 
 def _is_picture(node: SyntaxTreeNode) -> bool:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 from handout.errors import InputError
+from handout.merging.template import Letter
+from handout.printing.address_rows import cell_names
 from handout.printing.address_table import Addresses
 from handout.printing.batch import MOST_COPIES
 from handout.printing.column_names import SETTINGS, identifier
@@ -20,6 +22,7 @@ _ROLES = {
     "last": "last_name",
     "middle": "middle_name",
 }
+_MOST_NAMED = 12  # rows, and groups of them, that a note lists
 ADDRESS = "address"  # the name of the lines of an address, where the table has one
 
 
@@ -47,20 +50,48 @@ class Fields:
 
     @cached_property
     def headers(self) -> tuple[str, ...]:
-        """Of all columns that have one."""
-        return tuple(column.header for column in self.columns if column.header)
+        """Of all columns that have one, as `Row.cells` has them."""
+        return tuple(name for name in cell_names(self.columns) if name)
 
     @cached_property
     def of(self) -> Mapping[str, str]:
-        """Name in a letter → header."""
+        """Name in a letter → header; columns of one header have their places in their names, and no other."""
         names: dict[str, str] = {}
         for header in self.headers:
             if name := identifier(header):
                 names.setdefault(name, header)
-        for column in self.columns:
-            if column.header and column.role in _ROLES:
-                names.setdefault(_ROLES[column.role], column.header)
+        for column, header in zip(self.columns, cell_names(self.columns), strict=True):
+            if header and column.role in _ROLES and _ROLES[column.role] not in self.repeated:
+                names.setdefault(_ROLES[column.role], header)
         return names
+
+    @cached_property
+    def repeated(self) -> Mapping[str, Sequence[str]]:
+        """A name that several columns have → the names that tell them apart."""
+        own = [
+            (identifier(column.header), name)
+            for column, name in zip(self.columns, cell_names(self.columns), strict=True)
+            if name != column.header
+        ]
+        return {name: [identifier(header) for each, header in own if each == name] for name, _ in own}
+
+    def check(self, letter: Letter, table: str) -> None:
+        """Refuse names of a letter that no column has, or several.
+
+        Raises
+        ------
+        InputError
+            The message has the line of the letter.
+        """
+        for name, apart in self.repeated.items():
+            if name in letter.names and name not in self.of:
+                raise letter.wrong(
+                    name,
+                    f"{table} has {len(apart)} columns called {name!r}, and the letter does not say which: write "
+                    f"{' or '.join(f'{{{{ {each} }}}}' for each in apart)} for the one at that place, or give each a "
+                    "name of its own",
+                )
+        letter.check(self.names, self.headers, table)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -79,7 +110,8 @@ class Fields:
 
     def manner(self, row: Row) -> RowManner:
         """How a row is made by its own columns."""
-        said = {column.role: row.cells.get(column.header, "") for column in self.columns if column.role in SETTINGS}
+        named = zip(self.columns, cell_names(self.columns), strict=True)
+        said = {column.role: row.cells.get(name, "") for column, name in named if column.role in SETTINGS}
         return RowManner(**{name: said.get(name, "") for name in ("text", "hand", "pen", "language")})
 
     def says(self, setting: str) -> bool:
@@ -92,12 +124,13 @@ def counted(table: Addresses) -> Addresses:
 
     A row that asks for none is left out, which the notes say.
     """
-    column = next((column for column in table.columns if column.role == "copies"), None)
+    named = zip(table.columns, cell_names(table.columns), strict=True)
+    column, name = next((each for each in named if each[0].role == "copies"), (None, ""))
     if column is None:
         return table
     rows, none = list[Row](), list[int]()
     for row in table:
-        text = row.cells.get(column.header, "")
+        text = row.cells.get(name, "")
         if text.strip() == "0":
             none.append(row.number)
             continue
@@ -117,6 +150,36 @@ def _copies(text: str, column: Column) -> int:
             f"the cell under {column.name} says {text[:20]!r}, which is no number of copies from 0 to {MOST_COPIES}"
         )
     return number
+
+
+def told_repeats(table: Addresses, used: Collection[str], *, once: bool) -> Addresses:
+    """The table with a note on rows that are the same, of which with `once` only the first are kept.
+
+    Rows are the same if their addresses are, how they are made, and the cells that a letter uses (`used`, headers);
+    without addresses, if all their cells are.
+    """
+    named = zip(table.columns, cell_names(table.columns), strict=True)
+    looked = sorted({*used, *(name for column, name in named if column.role in SETTINGS and column.role != "copies")})
+    groups: dict[tuple[str, ...], list[int]] = {}
+    for row in table:
+        groups.setdefault(_identity(row, looked), []).append(row.number)
+    again = {number for numbers in groups.values() for number in numbers[1:]}
+    if not again:
+        return table
+    listed = [f"{', '.join(map(str, some[:-1]))} and {some[-1]}" for some in groups.values() if len(some) > 1]
+    more = f", and {len(listed) - _MOST_NAMED} others" if len(listed) > _MOST_NAMED else ""
+    what = "only the first of them is made" if once else "each is made; --once makes only the first of them"
+    note = f"rows {', rows '.join(listed[:_MOST_NAMED])}{more} are the same: {what}"
+    kept = tuple(row for row in table if row.number not in again) if once else table.rows
+    return replace(table, rows=kept, notes=(*table.notes, note))
+
+
+def _identity(row: Row, looked: Sequence[str]) -> tuple[str, ...]:
+    """What rows that are the same have in common, but for case and spaces; one with a problem is told for that."""
+    if row.problem:
+        return (str(row.number),)
+    cells = [row.cells.get(name, "") for name in looked] if row.lines else row.cells.values()
+    return tuple(" ".join(text.casefold().split()) for text in (*row.lines, "", *cells))
 
 
 def doubts(row: Row, headers: Sequence[str]) -> tuple[str, ...]:

@@ -89,6 +89,10 @@ class Letter:
     def __reduce__(self) -> tuple[Callable[..., Letter], tuple[str, str]]:
         return partial(Letter, markdown=self._markdown, first_line=self._before + 1), (self._text, self.title)
 
+    def wrong(self, name: str, what: str) -> InputError:
+        """The error that something is with a name that the letter uses, with the line where it does first."""
+        return InputError(f"{self.title}, {self._line(self.names[name])}: {what}.")
+
     def check(self, columns: Collection[str], headers: Collection[str], table: str) -> None:
         """Refuse names that no column has.
 
@@ -97,15 +101,13 @@ class Letter:
         InputError
             There is one; the message names the nearest.
         """
-        for name, line in self.names.items():
+        for name in self.names:
             among = headers if name in self._headers else columns
             if name not in among:
                 near = difflib.get_close_matches(name, among, 1, 0.6)
                 hint = f"did you mean {near[0]}? " if near else ""
                 has = ", ".join(among) or "none"
-                raise InputError(
-                    f"{self.title}, {self._line(line)}: {table} has no column {name!r}: {hint}It has {has}."
-                )
+                raise self.wrong(name, f"{table} has no column {name!r}: {hint}It has {has}")
 
     def fill(self, values: Mapping[str, str], row: Mapping[str, str], language: str = "en") -> str:
         """The letter of one row.

@@ -163,7 +163,7 @@ def keep_batch(
         begun = datetime.now().isoformat(timespec="seconds")
         options: dict[str, Any] = {"given": [], "approved": None, "letter": None}
         kept = asdict(plan) | {"merge": asdict(plan.merge) | options, "begun": begun}
-        (work / _PLAN).write_text(json.dumps(kept, ensure_ascii=False), encoding="utf-8")
+        atomic.write(work / _PLAN, json.dumps(kept, ensure_ascii=False).encode())
         _batch(work).read(listener)
         name = free_name(work, base).name
     except OSError as error:
@@ -306,6 +306,15 @@ def make_batch(name: str, ports: Sequence[str], at_zero: bool, *, listener: Wire
         It is not approved, or what the message says.
     """
     batch = _find(name)
+    with (batch.folder / _PLAN).open("rb+") as plan:
+        try:
+            atomic.lock(plan)  # what its journal says is so until it is made
+        except OSError as error:
+            raise InputError(f"The batch {name} is being made by another program: wait until it is through.") from error
+        return _make(batch, name, ports, at_zero, listener)
+
+
+def _make(batch: _Batch, name: str, ports: Sequence[str], at_zero: bool, listener: Wire) -> Facts:
     plan, merge = batch.plan, batch.merge
     if merge.approved is None:
         raise InputError(f"The proof of the batch {name} was not approved: approve it first.")

@@ -204,8 +204,7 @@ def fit_strokes(
         files[output] = plans.to_json(fitted)
     if report is not None:
         files[report] = plans.fit_report(drawing, fitted)
-    for path, data in files.items():
-        atomic.write(path, data)
+    atomic.write_all(files.items())
     return FittedStrokes(fitted, tuple(files))
 
 

@@ -117,16 +117,18 @@ def fill(
     named = {answers.row: _files(work.form, paths, answers.row if len(forms) > 1 else None) for answers in forms}
     check_outputs([file for each in named.values() for file in each.values()], extra)
     wanted = frozenset[str]().union(*(INK if path.suffix.lower() in OF_INK else STROKES for path in paths))
-    for number, answers in enumerate(forms):
-        listener.progress(number / len(forms), f"filling in {number + 1}/{len(forms)}")
-        pages = work.written(answers, wanted)
-        tally += pages.tally
-        entries += pages.entries
-        for (path, page), file in named[answers.row].items():
-            content = _content(work, answers, pages.drawings, path, page, extra)
-            if content is not None:
-                atomic.write(file, content)
-                files.append(file)
+    with atomic.together() as opening:
+        for number, answers in enumerate(forms):
+            listener.progress(number / len(forms), f"filling in {number + 1}/{len(forms)}")
+            pages = work.written(answers, wanted)
+            tally += pages.tally
+            entries += pages.entries
+            for (path, page), file in named[answers.row].items():
+                content = _content(work, answers, pages.drawings, path, page, extra)
+                if content is not None:
+                    with opening(file) as stream:
+                        stream.write(content)
+                    files.append(file)
     return Filled(tally, work.task.seed, work.task.hand.name, len(forms), entries, tuple(files), notes=work.notes)
 
 

@@ -108,8 +108,9 @@ def read(
         hand = replace(hand, pages=tuple(replace(page, scan=None) for page in hand.pages))
     notes: tuple[str, ...] = ()
     if path is not None:
-        file.save(hand, path)
-        notes = (*scan_notes(hand), *_remembered(hand, path))
+        with atomic.held(path, listener.say):
+            file.save(hand, path)
+            notes = (*scan_notes(hand), *_remembered(hand, path))
     return ReadHand(hand, path, pages, options.seed, notes=notes)
 
 
@@ -183,13 +184,16 @@ def read_more(
     keeping = any(page.scan is not None for page in known.pages)
     options = replace(options, ink_only=options.ink_only or not keeping)
     more = _read_texts(known.name, scans, texts, None, options, listener)
-    hand, corrected = file.load(path), file.journal(path).made  # as it is now: reading takes minutes
-    first, pages = len(hand.glyphs), len(hand.pages)
-    glyphs = [renumbered(glyph, glyph.page + pages, first) for glyph in more.hand.glyphs]
-    joined = replace(hand, pages=(*hand.pages, *more.hand.pages), glyphs=(*hand.glyphs, *glyphs))
-    file.save(joined, path)
-    notes = (f"What was corrected in {hand.name} stays, and can no longer be undone.",) if corrected else ()
-    notes = (*notes, *scan_notes(more.hand), *_remembered(joined, path))
+    with atomic.held(path, listener.say):  # as it is now: reading takes minutes
+        if PendingLog(path).there():
+            keep_letters(str(path))
+        hand, corrected = file.load(path), file.journal(path).made
+        first, pages = len(hand.glyphs), len(hand.pages)
+        glyphs = [renumbered(glyph, glyph.page + pages, first) for glyph in more.hand.glyphs]
+        joined = replace(hand, pages=(*hand.pages, *more.hand.pages), glyphs=(*hand.glyphs, *glyphs))
+        file.save(joined, path)
+        notes = (f"What was corrected in {hand.name} stays, and can no longer be undone.",) if corrected else ()
+        notes = (*notes, *scan_notes(more.hand), *_remembered(joined, path))
     return ReadHand(joined, path, more.pages, options.seed, notes=notes)
 
 
@@ -237,6 +241,9 @@ def _page_facts(page: TaggedPage) -> dict[str, Fact]:
         "source": page.page.source,
         "glyphs": len(page.glyphs),
         "poor_lines": list(page.poor),
+        "other_case": [
+            {"at": page.glyphs[i].at, "letter": page.glyphs[i].letter, "line": page.glyphs[i].line} for i in page.cases
+        ],
         "missing": [{"at": letter.at, "letter": letter.letter, "line": letter.line} for letter in page.missing],
         "fits": {str(line): round(fit, 3) for line, fit in page.fits},
         "notes": list(page.notes),

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -224,19 +225,29 @@ def edit_hand(
         except OSError as error:
             raise InputError(f"Cannot read {corrections}: {error.strerror or error}.") from error
         new = read_corrections(data, str(corrections))
-    hand = file.load(source)
     atomic.check_writable(path)
-    corrected = correct(hand, new, learning=learning, tell=listener.progress)
-    journal = file.record(source, path, hand, corrected.hand, Entry(new, corrected.changes))
-    learn(path)
+    with _held(source, path, listener):
+        hand = file.load(source)
+        corrected = correct(hand, new, learning=learning, tell=listener.progress)
+        journal = file.record(source, path, hand, corrected.hand, Entry(new, corrected.changes))
+        learn(path)
     return EditedHand(path, journal, len(new), len(corrected.hand.glyphs), notes=corrected.notes)
+
+
+@contextlib.contextmanager
+def _held(source: Path, path: Path, listener: Listener) -> Iterator[None]:
+    """Hold the file that is read and the one that is written, in one order whoever asks: nobody waits in a circle."""
+    first, second = sorted((source.resolve(), path.resolve()))
+    with atomic.held(first, listener.say), atomic.held(second, listener.say):
+        yield
 
 
 def learn(path: Path) -> Mapping[str, Array]:
     """Work out what is asked of the hand of a file whenever it is written with, and keep it there; what that is."""
-    hand = file.load(path)
-    if hand.glyphs:
-        file.keep_learnt(path, worked_out(hand))
+    with atomic.held(path):
+        hand = file.load(path)
+        if hand.glyphs:
+            file.keep_learnt(path, worked_out(hand))
     return known(hand)
 
 
@@ -263,7 +274,7 @@ def _edited(name: str, output: str | Path | None) -> tuple[Path, Path]:
     return source, path
 
 
-def undo_edits(name: str, count: int, output: str | Path | None = None) -> EditedHand:
+def undo_edits(name: str, count: int, output: str | Path | None = None, *, listener: Listener = SILENT) -> EditedHand:
     """Turn the journal of corrections of a scanned hand back by `count` entries, or, negative, forward.
 
     Raises
@@ -273,8 +284,9 @@ def undo_edits(name: str, count: int, output: str | Path | None = None) -> Edite
     """
     source, path = _edited(name, output)
     atomic.check_writable(path)
-    journal = file.rewind(source, path, file.journal(source).made - count)
-    return EditedHand(path, journal, glyphs=len(file.load(path).glyphs))
+    with _held(source, path, listener):
+        journal = file.rewind(source, path, file.journal(source).made - count)
+        return EditedHand(path, journal, glyphs=len(file.load(path).glyphs))
 
 
 def edits(name: str) -> EditedHand:
@@ -305,7 +317,8 @@ def export_hand(name: str, output: str | Path, *, ink_only: bool = False) -> Kep
     """Copy a scanned hand into a file, to be given to somebody or kept; with `ink_only` without the scans it keeps."""
     source, path = library.scanned_file(name), hand_path(output)
     hand = file.check(source)
-    atomic.write(path, file.without_scans(source) if ink_only else source.read_bytes())
+    with atomic.held(path):
+        atomic.write(path, file.without_scans(source) if ink_only else source.read_bytes())
     return KeptHand(path, notes=() if ink_only else scan_notes(hand))
 
 
@@ -327,9 +340,10 @@ def import_hand(source: str | Path, name: str | None = None, *, replaced: bool =
     """Put a .hand file among the user's own hands, in place of one of that name where it may be `replaced`."""
     hand = file.check(Path(source))  # its ink too: a damaged one would be found when it is written with
     name = name or Path(source).stem
-    path = own_place(name, replaced=replaced)
-    atomic.write(path, Path(source).read_bytes())
-    PendingLog(path).forget()  # of the hand that had the name before
+    with atomic.held(path := own_place(name, replaced=replaced)):
+        own_place(name, replaced=replaced)  # nobody has taken the name meanwhile
+        atomic.write(path, Path(source).read_bytes())
+        PendingLog(path).forget()  # of the hand that had the name before
     return KeptHand(path, name, letters=len(hand.glyphs))
 
 
@@ -363,8 +377,9 @@ def remove_hand(name: str) -> KeptHand:
         others = f"; there are {', '.join(sorted(own_hands))}" if own_hands else ""
         raise InputError(f"Among your own hands there is none called {name!r}{others}.")
     try:
-        own_hands[name].unlink()
-        PendingLog(own_hands[name]).forget()
+        with atomic.held(own_hands[name]):
+            own_hands[name].unlink()
+            PendingLog(own_hands[name]).forget()
     except OSError as error:
         raise InputError(f"Cannot delete {own_hands[name]}: {error.strerror or error}.") from error
     return KeptHand(own_hands[name], name)

@@ -12,7 +12,7 @@ other's.
 
 from __future__ import annotations
 
-import os
+import contextlib
 import secrets
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -28,7 +28,7 @@ from handout.errors import InputError
 from handout.hand import file, library
 from handout.hand.corrections import AnyCorrection, Entry, Journal, Strokes, read_corrections
 from handout.hand.pending import PendingLog
-from handout.hand.places import graphemes
+from handout.hand.places import graphemes, word_at
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
 from handout.hand.vetting import REFUSED, SURE, vet
 from handout.pipeline.kept_hands import learn
@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from handout.tagging.page_aligner import PageAligner
 
 _THINNED = 2  # every so manieth vertex of a line is shown: they lie about a pixel apart
+_PATIENCE = 10.0  # s that a page waits for another program which changes the hand, before it is told
 _MOST_DESKS = 3  # each holds the pictures of its pages once they were looked at
 
 
@@ -63,7 +64,7 @@ class _State:
 class _Desk:
     """A hand that is looked at.
 
-    on_disk : tells the file as it was read or written last from one that somebody else wrote.
+    on_disk : tells the file and its log as they were read or written last from what somebody else wrote.
     journal : of the file; steps : what was done since, each with its entry and the state before; undone : of those
         what can be made again.
     revision : of the state: another for each change.
@@ -71,7 +72,7 @@ class _Desk:
     """
 
     path: Path
-    on_disk: tuple[int, int]
+    on_disk: tuple[int, int, int, int]
     journal: Journal
     state: _State
     steps: list[tuple[Entry, _State]] = field(default_factory=list)
@@ -109,12 +110,12 @@ class _Desk:
 _DESKS: dict[Path, _Desk] = {}  # of the files that were looked at last
 
 
-def _state_of(path: Path) -> tuple[int, int]:
+def _state_of(path: Path) -> tuple[int, int, int, int]:
     try:
-        state = path.stat()
+        state, log = path.stat(), PendingLog(path).path
+        return state.st_mtime_ns, state.st_size, state.st_ino, log.stat().st_size if log.exists() else 0
     except OSError as error:
         raise InputError(f"Cannot read {path}: {error.strerror or error}.") from error
-    return state.st_mtime_ns, state.st_size
 
 
 def _desk(name: str, aligned: bool = True) -> _Desk:
@@ -131,11 +132,13 @@ def _desk(name: str, aligned: bool = True) -> _Desk:
     _DESKS.pop(path, None)
     while len(_DESKS) >= _MOST_DESKS:
         _DESKS.pop(next(iter(_DESKS)))
-    hand, journal = file.load(path), file.journal(path)
-    desk = _Desk(path, on_disk, journal, _State(hand, vet(hand).probability))
-    steps = desk.log.read(journal)
-    if not steps:
-        desk.log.forget()
+    with _held(path):
+        on_disk = _state_of(path)
+        hand, journal = file.load(path), file.journal(path)
+        desk = _Desk(path, on_disk, journal, _State(hand, vet(hand).probability))
+        steps = desk.log.read(journal)
+        if not steps:
+            _forget_log(desk)
     for step in steps:
         _make(desk, step)
         _align(desk)
@@ -143,16 +146,28 @@ def _desk(name: str, aligned: bool = True) -> _Desk:
     return desk
 
 
-def _changed(name: str, revision: str) -> _Desk:
-    """The desk of a hand that is to be changed."""
+def _held(path: Path) -> contextlib.AbstractContextManager[None]:
+    """The file of a hand and its log, held against other programs."""
+    return atomic.held(path, patience=_PATIENCE)
+
+
+def _forget_log(desk: _Desk) -> None:
+    desk.log.forget()
+    desk.on_disk = _state_of(desk.path)
+
+
+@contextlib.contextmanager
+def _changed(name: str, revision: str) -> Iterator[_Desk]:
+    """The desk of a hand that is to be changed, held until it is."""
     path = library.scanned_file(name)
     if library.comes_with_program(path):
         raise InputError(f"{path.stem} comes with the program: make a copy of your own first.")
     atomic.check_writable(path)
-    desk = _desk(name)
-    if revision != desk.revision:
-        raise StaleHand("The hand was changed in another window meanwhile; it is shown as it is now.")
-    return desk
+    with _held(path):
+        desk = _desk(name)
+        if revision != desk.revision:
+            raise StaleHand("The hand was changed in another window meanwhile; it is shown as it is now.")
+        yield desk
 
 
 def open_letters(name: str) -> Facts:
@@ -230,7 +245,14 @@ def _letters(desk: _Desk, page: int) -> Iterator[tuple[int, bool, Facts]]:
         glyph, sure = hand.glyphs[number], float(desk.state.probability[number])
         one = glyph.at if glyph.at >= 0 else -1 - int(glyph.vertices[0])
         ink = tuple(part.tobytes() for part in drawn)
-        rest = (glyph.letter, glyph.confirmed, round(sure, 3), glyph.after != NOBODY, bool(glyph.ligatures))
+        rest = (
+            glyph.letter,
+            glyph.confirmed,
+            round(sure, 3),
+            glyph.after != NOBODY,
+            bool(glyph.ligatures),
+            glyph.kept_out,
+        )
         key = (ink, rest, glyph.line, doubts.get(glyph.letter, 0), bool(glyph.ways))
         known = desk.shown.get((page, one))
         if known is not None and known[0] == key:
@@ -272,15 +294,16 @@ def _letter(
     sheet: ScannedPage, glyph: ScannedGlyph, probability: float, units: Sequence[str], doubts: dict[str, int]
 ) -> Facts:
     uv = sheet.graph.uv[glyph.vertices]
-    verdict = "unnamed" if not glyph.letter else "confirmed" if glyph.confirmed else _verdict(probability)
-    doubtful = verdict not in ("sure", "confirmed")
+    confirmed = "kept_out" if glyph.kept_out else "confirmed"
+    verdict = "unnamed" if not glyph.letter else confirmed if glyph.confirmed else _verdict(probability)
+    doubtful = verdict not in ("sure", confirmed)
     return {
         "letter": glyph.letter,
         "verdict": verdict,
         "probability": round(probability, 3),
         "gain": round((1 - probability) * (1 + 0.1 * (doubts.get(glyph.letter, 1) - 1)), 3) if doubtful else 0.0,
         "line": glyph.line,
-        "word": _word(units, glyph.at),
+        "word": word_at(units, glyph.at),
         "spot": [round(float(at), 1) for at in uv[len(uv) // 2]],
         "box": [round(float(at), 1) for at in (*uv.min(axis=0), *uv.max(axis=0))],
         "linked": glyph.after != NOBODY,
@@ -291,18 +314,6 @@ def _letter(
 
 def _verdict(probability: float) -> str:
     return "sure" if probability >= SURE else "refused" if probability < REFUSED else "doubtful"
-
-
-def _word(units: Sequence[str], at: int) -> str:
-    """The word of a text that a grapheme stands in, "" for one that is not in the text."""
-    if at < 0:
-        return ""
-    first, last = at, at
-    while first and not units[first - 1].isspace():
-        first -= 1
-    while last + 1 < len(units) and not units[last + 1].isspace():
-        last += 1
-    return "".join(units[first : last + 1])
 
 
 def page_tile(name: str, page: int, level: int, column: int, row: int) -> bytes:
@@ -337,10 +348,10 @@ def correct_letters(name: str, revision: str, corrections: bytes, later: bool = 
     InputError
         The hand comes with the program; a correction that cannot be made, or kept: nothing is, then.
     """
-    desk = _changed(name, revision)
-    new = read_corrections(corrections, "the corrections")
-    notes = _made_and_kept(desk, new, new, later=later)
-    desk.undone.clear()
+    with _changed(name, revision) as desk:
+        new = read_corrections(corrections, "the corrections")
+        notes = _made_and_kept(desk, new, new, later=later)
+        desk.undone.clear()
     return {
         **_opened(desk),
         **_told(desk, {one.page for one in new}),
@@ -373,6 +384,7 @@ def _made_and_kept(
     notes = _make(desk, new)
     try:
         desk.log.add(desk.journal.made, step, back)
+        desk.on_disk = _state_of(desk.path)
     except InputError:
         desk.state, desk.steps, desk.journal, desk.behind = before, steps, journal, None
         raise
@@ -428,13 +440,13 @@ def _told(desk: _Desk, pages: set[int]) -> Facts:
 
 def rewind_letters(name: str, revision: str, back: int) -> Facts:
     """Undo so many entries of the journal, or, negative, make them again; else as `correct_letters`."""
-    desk = _changed(name, revision)
     pages: set[int] = set()
-    left = len(desk.journal.entries) - desk.journal.made
-    if back > desk.made or -back > len(desk.undone) + left:
-        raise InputError(f"There is nothing to be {'undone' if back > 0 else 'made again'}.")
-    for _ in range(abs(back)):
-        pages |= _undo(desk) if back > 0 else _redo(desk)
+    with _changed(name, revision) as desk:
+        left = len(desk.journal.entries) - desk.journal.made
+        if back > desk.made or -back > len(desk.undone) + left:
+            raise InputError(f"There is nothing to be {'undone' if back > 0 else 'made again'}.")
+        for _ in range(abs(back)):
+            pages |= _undo(desk) if back > 0 else _redo(desk)
     return {**_opened(desk), **_told(desk, pages or set(range(len(desk.state.hand.pages))))}
 
 
@@ -442,6 +454,7 @@ def _undo(desk: _Desk) -> set[int]:
     if not desk.steps:
         return _rewound(desk, desk.journal.made - 1)
     desk.log.add(desk.journal.made, back=1)
+    desk.on_disk = _state_of(desk.path)
     entry, before = desk.steps.pop()
     desk.undone.append(entry.corrections)
     desk.turn(before)
@@ -475,13 +488,14 @@ def keep_letters(name: str) -> Facts:
     InputError
         It cannot be written; the log keeps the corrections.
     """
-    desk = _desk(name)
-    if desk.steps:
-        try:
-            _recorded(desk, desk.path)
-        except InputError as error:
-            raise InputError(f"{error} The corrections are safe in {desk.log.path.name} beside it.") from error
-    desk.log.forget()
+    with _held(library.scanned_file(name)):
+        desk = _desk(name)
+        if desk.steps:
+            try:
+                _recorded(desk, desk.path)
+            except InputError as error:
+                raise InputError(f"{error} The corrections are safe in {desk.log.path.name} beside it.") from error
+        _forget_log(desk)
     return {"made": desk.made}
 
 
@@ -496,16 +510,14 @@ def _recorded(desk: _Desk, source: Path) -> None:
         atomic.write(desk.path, source.read_bytes())
     desk.steps.clear()
     desk.on_disk = _state_of(desk.path)
-    with desk.path.open("rb+") as stream:
-        os.fsync(stream.fileno())  # before its log goes: a power cut may not take both
 
 
 def begin_learning(name: str, revision: str, copy: str) -> Facts:
     """Put a copy of a hand into a file, for `learn_apart`; how many of its corrections that holds."""
-    desk = _changed(name, revision)
-    keep_letters(name)
-    atomic.write(Path(copy), desk.path.read_bytes())
-    return {"made": desk.made}
+    with _changed(name, revision) as desk:
+        keep_letters(name)
+        atomic.write(Path(copy), desk.path.read_bytes())
+        return {"made": desk.made}
 
 
 def learn_apart(copy: str, listener: Listener = SILENT) -> Facts:
@@ -538,8 +550,12 @@ def take_learnt(name: str, copy: str, made: int) -> Facts:
     InputError
         The file cannot be written: the hand stays as it is.
     """
-    keep_letters(name)
-    desk = _desk(name)
+    with _held(library.scanned_file(name)):
+        keep_letters(name)
+        return _taken(_desk(name), copy, made)
+
+
+def _taken(desk: _Desk, copy: str, made: int) -> Facts:
     learnt = file.journal(Path(copy))
     kept = desk.journal.entries[: desk.journal.made]
     if kept[:made] != learnt.entries[:made]:

@@ -20,7 +20,7 @@ from handout.hand import library
 from handout.inking.device_pixels import Calibrate
 from handout.letters import letter_file as letter_files
 from handout.letters.document import Head
-from handout.merging.fields import Fields, RowManner, counted, doubts
+from handout.merging.fields import Fields, RowManner, counted, doubts, told_repeats
 from handout.merging.sheets import overlaid
 from handout.merging.template import Letter
 from handout.pipeline.declarations import declared
@@ -94,7 +94,7 @@ def read(path: Path, table: TableOptions, options: MergeOptions, listener: Liste
     if letter is not None and with_text:
         raise InputError("--letter and a column for the text are both given: the letter stands in one of them.")
     if letter is not None:
-        letter.check(names.names, names.headers, str(path))
+        names.check(letter, str(path))
     used = names.used(list(letter.names) if letter else [])
     alone = letter is None and not with_text
     if alone or options.with_envelopes or options.window or (letter is not None and "address" in letter.names):
@@ -102,7 +102,7 @@ def read(path: Path, table: TableOptions, options: MergeOptions, listener: Liste
     if not alone:
         asked = [replace(row, warnings=(*row.warnings, *doubts(row, sorted(used)))) for row in rows]
         rows = replace(rows, rows=tuple(asked))
-    rows = _abroad(counted(rows), options.home_country)
+    rows = told_repeats(_abroad(counted(rows), options.home_country), used, once=options.once)
     listener.say(*(f"{path}: {note}." for note in rows.notes))
     return Merge(path, rows, options, letter, head, _sender(options, listener))
 

@@ -468,6 +468,7 @@ class MergeOptions:
     skip_bad: bool = shared(
         False, TABLE, "Make the rows that can be made, though others cannot.", sent=bool, of_batch=False
     )
+    once: bool = shared(False, TABLE, "Of rows that are the same, make only the first.", sent=bool)
     alone: bool = option(False, of_batch=False)
 
 

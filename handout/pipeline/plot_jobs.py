@@ -12,6 +12,7 @@ from handout.plotting.jobs.job import Job
 from handout.plotting.jobs.journal import JobProgress
 from handout.plotting.jobs.parts import named
 from handout.plotting.jobs.places import drawn
+from handout.plotting.jobs.runner import doubt
 
 
 @dataclass(frozen=True)
@@ -22,7 +23,7 @@ class JobState:
         are.
     layers : that have names; part, parts : which is under way or comes next, from 1, of how many.
     stopped : why it ended the last time; runs : when programs took it up.
-    drawn_mm, pen_down_mm : of ink on paper, and in all.
+    drawn_mm, pen_down_mm : of ink on paper, and in all; doubt : what a damaged journal leaves open, in a sentence.
     """
 
     name: str
@@ -40,10 +41,11 @@ class JobState:
     runs: tuple[str, ...]
     drawn_mm: float
     pen_down_mm: float
+    doubt: str = ""
 
     @classmethod
     def of(cls, job: Job) -> JobState:
-        """The state of a job; InputError if its journal is damaged."""
+        """The state of a job; InputError if its journal cannot be read."""
         standing = job.standing()
         return cls(
             name=job.name,
@@ -61,6 +63,7 @@ class JobState:
             runs=standing.runs,
             drawn_mm=round(job.ink if standing.finished else _drawn(job, standing), 1),
             pen_down_mm=round(job.ink, 1),
+            doubt=doubt(job),
         )
 
     @property
@@ -114,6 +117,10 @@ def forget_job(name: str) -> str:
 
 def outlook(job: Job) -> str:
     """What will happen when a job is gone on with."""
+    return f"{_outlook(job)} {doubt(job)}".rstrip()
+
+
+def _outlook(job: Job) -> str:
     standing = job.standing()
     if standing.part >= len(job.parts):
         return f"{called(job)}: goes on with what is written next; {_drawn(job, standing) / 1000:.2f} m are drawn."

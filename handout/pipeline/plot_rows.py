@@ -470,7 +470,7 @@ class PlotterQueue:
         """A job of one sheet, on the disk when this returns; its name."""
         return store.create([drawing], self.profile, self.options, title=title, port=self.address).name
 
-    def follow(self, job: str) -> Outcome:
+    def follow(self, job: str, title: str) -> Outcome:
         """Draw a job, or what is left of it."""
         kept, self._sheets = store.find(job), max(self._sheets, 1)
         if not kept.standing().finished:

@@ -61,8 +61,8 @@ class Proof(Result):
 
     rows : that can be made; failed : number of a row → why it cannot.
     sheets : how many pages of each size, by its name; machine_s : s that a plotter would take, None without one.
-    ink_area : mm² of paper that ink covers; costs : what all that costs; pages : with their
-    pictures.
+    ink_area : mm² of paper that ink covers; costs : what all that costs; pages : with their pictures.
+    columns : how the table was read.
     """
 
     tally: Tally
@@ -77,6 +77,7 @@ class Proof(Result):
     ink_area: float
     costs: Costs
     pages: tuple[ProofPage, ...] = ()
+    columns: Facts = field(default_factory=dict)
 
     def facts(self) -> Facts:
         return {
@@ -88,6 +89,7 @@ class Proof(Result):
             "ink_cm2": round(self.ink_area / 100, 2),
             **({} if self.machine_s is None else {"machine_s": round(self.machine_s, 1)}),
             "cost": self.costs.facts(),
+            "columns": self.columns,
             **({"notes": list(self.notes)} if self.notes else {}),
         }
 
@@ -132,10 +134,9 @@ def proof(
         made.take(row)
     approved = {"seed": pages.seed, "rows": made.good, "facts": merging.approval(pages, options)}
     heading = f"{Path(table).name}, {hand}, seed {pages.seed}"
-    for path in paths:
-        atomic.write(path, _html(made, heading) if path.suffix.lower() == ".html" else _pdf(made, heading))
     record = paths[0].with_suffix(".json")
-    atomic.write(record, json.dumps(approved, ensure_ascii=False, indent=1).encode())
+    shown = ((path, (_html if path.suffix.lower() == ".html" else _pdf)(made, heading)) for path in paths)
+    atomic.write_all([*shown, (record, json.dumps(approved, ensure_ascii=False, indent=1).encode())])
     return Proof(
         pages.account.tally,
         pages.seed,
@@ -150,6 +151,7 @@ def proof(
         made.costs,
         tuple(made.pages),
         notes=tuple(pages.account.dropped),
+        columns={**merged.table.facts()},
     )
 
 

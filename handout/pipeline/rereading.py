@@ -210,7 +210,7 @@ class Rereader:
 
     def __post_init__(self) -> None:
         self._known = _read_before(self.hand, self.own, self.settings)
-        wrong = 1.0 - vet(self.hand).probability
+        wrong = 1.0 - vet(self.hand).plainness
         # so many of an average word's letters are wrong, and those more often of which the vetting thinks less
         usual_length = 4.5
         self._doubt = wrong / max(float(wrong.mean()), 1e-6) * self.settings.wrong / usual_length

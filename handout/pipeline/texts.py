@@ -33,7 +33,7 @@ from handout.sinks import check_outputs as check_outputs
 from handout.values import Drawing, Line, Manuscript, Placed
 from handout.writing.compose import each_page, each_part
 from handout.writing.layout import Layout
-from handout.writing.text import Borrowed
+from handout.writing.text import Borrowed, unseen
 
 if TYPE_CHECKING:
     from handout.hand.drawn import Hand
@@ -304,7 +304,8 @@ def _set(
     if any(letter.doubted for letter in lacking):
         sheets = iter(pages := list(sheets))
         lacking = list(_written(lacking, pages, author))
-    borrowed = [letter_facts(letter) if row is None else {"row": row, **letter_facts(letter)} for letter in lacking]
+    left_out = [*lacking, *unseen(text)]
+    borrowed = [letter_facts(letter) if row is None else {"row": row, **letter_facts(letter)} for letter in left_out]
     return task, (_with(sheet, "borrowed", borrowed) for sheet in sheets) if borrowed else sheets
 
 

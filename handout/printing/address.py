@@ -31,10 +31,16 @@ _STATE_AND_ZIP = re.compile(r"[A-Z]{2} \d{5}(-\d{4})?\Z")
 
 
 def tidy(cell: str) -> str:
-    """A cell without invisible characters, with single spaces; line breaks are kept."""
+    """A cell without what `unseen` finds in it, with single spaces; line breaks are kept."""
     text = re.sub("\r\n|[\r\v\f\u0085\u2028\u2029]", "\n", unicodedata.normalize("NFC", cell))
     text = "".join(c for c in text if c in "\n\t\u200d" or unicodedata.category(c) not in ("Cc", "Cf"))
     return "\n".join(line for line in (" ".join(part.split()) for part in text.split("\n")) if line)
+
+
+def unseen(cell: str) -> list[str]:
+    """The invisible characters of a cell; what joins the parts of an emoji is none."""
+    kept = "\n\t\r\v\f\u0085\u200d"
+    return [f"U+{ord(c):04X}" for c in cell if c not in kept and unicodedata.category(c) in ("Cc", "Cf")]
 
 
 def _first(fields: Fields, role: str) -> str:

@@ -85,14 +85,18 @@ def row(number: int, texts: Sequence[str], columns: Sequence[Column], wanted: st
     return Row(number, lines, (*warnings, *doubts), problem, by_header)
 
 
-def _by_header(columns: Sequence[Column], texts: Sequence[str]) -> dict[str, str]:
-    """Every cell by its header; of several columns of one header each by header and place."""
+def cell_names(columns: Sequence[Column]) -> list[str]:
+    """What the cells of each column are called in `Row.cells`: its header, with its place where others have it too."""
     count = Counter(column.header for column in columns)
-    return {
-        column.header if count[column.header] == 1 else f"{column.header} ({column.number})": text
-        for column, text in zip(columns, texts, strict=False)
-        if column.header
-    }
+    return [
+        column.header if count[column.header] < 2 or not column.header else f"{column.header} ({column.number})"
+        for column in columns
+    ]
+
+
+def _by_header(columns: Sequence[Column], texts: Sequence[str]) -> dict[str, str]:
+    """Every cell by the name of its column."""
+    return {name: text for name, text in zip(cell_names(columns), texts, strict=False) if name}
 
 
 def unaddressed(number: int, texts: Sequence[str], columns: Sequence[Column]) -> Row:
@@ -276,11 +280,11 @@ def notes(
     cells: Sequence[Sequence[str]],
     account: Account,
     numbers: Sequence[int],
-    elsewhere: Collection[str] = (),
+    elsewhere: Collection[int] = (),
 ) -> list[str]:
-    """What has to be said of a table as a whole, each a phrase; `elsewhere` : headers that a letter uses."""
+    """What has to be said of a table as a whole, each a phrase; `elsewhere` : places of columns that a letter uses."""
     phrases = []
-    left = [column for column in columns if column.header not in elsewhere]
+    left = [column for column in columns if column.number not in elsewhere]
     unused = [column.name for column in left if column.role is None and holds(column, cells)]
     if unused:
         phrases.append(f"{'this column is' if len(unused) == 1 else 'these columns are'} not used: {', '.join(unused)}")

@@ -25,6 +25,8 @@ from handout.printing.columns import (
 from handout.printing.rows import Row
 from handout.printing.table_files import Record, Sheet, header_candidates, read_sheet
 
+_MOST_NAMED = 12  # kinds of invisible characters
+
 
 @dataclass(frozen=True)
 class Addresses(Sequence[Row]):
@@ -98,7 +100,7 @@ def read_addresses(
     nameless : bool
         Whether a table without any name may be.
     elsewhere : collection of str
-        Headers of columns that a letter uses.
+        Names, in the cells of rows, of columns that a letter uses.
 
     Raises
     ------
@@ -154,14 +156,26 @@ def _with_header(path: Path, sheet: Sheet, assignments: Sequence[Assignment]) ->
 
 def _header_row(columns_of: Mapping[int, Sequence[Column]], assignments: Sequence[Assignment]) -> int:
     """The header among the rows that may be it, by their numbers; 0 where the user tells columns by their places."""
-    candidates = list(columns_of)
+    candidates = _below_groups(columns_of)
     named = [n for n, row in columns_of.items() if names_any(assignments, [column.header for column in row])]
-    likely = [n for n, row in columns_of.items() if _like_a_header(row)]
+    likely = [n for n in candidates if _like_a_header(columns_of[n])]
     by_place = bool(assignments) and all(assignment.place for assignment in assignments)
     if by_place and not named and likely[:1] != candidates[:1]:
         return 0
     first = candidates[:1] if addressable(columns_of[candidates[0]]) else []
     return (named or first or likely or candidates)[0]
+
+
+def _below_groups(columns_of: Mapping[int, Sequence[Column]]) -> list[int]:
+    """The rows but for those that head groups of the columns that the row below names: they have gaps, and say less."""
+
+    def size(n: int) -> tuple[int, int]:
+        row = columns_of[n]
+        return sum(bool(column.header) for column in row), sum(column.role is not None for column in row)
+
+    heads = {n for n in columns_of if n + 1 in columns_of and _like_a_header(columns_of[n + 1])}
+    heads = {n for n in heads if all(here < below for here, below in zip(size(n), size(n + 1), strict=True))}
+    return [n for n in columns_of if n not in heads]
 
 
 def _like_a_header(row: Sequence[Column]) -> bool:
@@ -192,7 +206,16 @@ def _records_below(table: _Table) -> tuple[list[tuple[int, Record]], list[str]]:
         where = f"below the header in row {table.header}" if table.header else "in it"
         raise TableError(f"{table.path}: there are no addresses {where}.")
     verb = "is" if len(repeated) == 1 else "are"
-    return records, [f"the header comes again in {rows.named(repeated)}, which {verb} skipped"] if repeated else []
+    notes = [f"the header comes again in {rows.named(repeated)}, which {verb} skipped"] if repeated else []
+    return records, [*notes, *_unseen_note(records)]
+
+
+def _unseen_note(records: Sequence[tuple[int, Record]]) -> Iterator[str]:
+    """A note on the invisible characters of some rows, where there are any."""
+    chars = list(dict.fromkeys(char for _, record in records for char in record.unseen))
+    if chars:
+        where = rows.named([n for n, record in records if record.unseen])
+        yield f"what is invisible in {where} is not written: {', '.join(chars[:_MOST_NAMED])}"
 
 
 def _addresses(
@@ -210,8 +233,10 @@ def _addresses(
     if not account.has_names and not nameless and any(row.lines for row in addressed):
         raise TableError(_nameless(table))
     cells, numbers = [record.cells for _, record in records], [row.number for row in addressed]
-    notes = address_rows.notes(table.columns, cells, account, numbers, elsewhere)
-    used, unused = _used_and_unused(table.columns, cells, account, elsewhere)
+    named = zip(table.columns, address_rows.cell_names(table.columns), strict=True)
+    places = {column.number for column, name in named if name in elsewhere}
+    notes = address_rows.notes(table.columns, cells, account, numbers, places)
+    used, unused = _used_and_unused(table.columns, cells, account, places)
     return Addresses(
         tuple(addressed),
         tuple((_called(column), str(column.role or "letter")) for column in used),
@@ -222,14 +247,14 @@ def _addresses(
 
 
 def _used_and_unused(
-    columns: Sequence[Column], cells: Sequence[Sequence[str]], account: Account, elsewhere: Collection[str]
+    columns: Sequence[Column], cells: Sequence[Sequence[str]], account: Account, elsewhere: Collection[int]
 ) -> tuple[list[Column], list[Column]]:
     """The columns of which something is written (or would be, were they not empty), and the others with content."""
     filled = {column.number for column in columns if address_rows.holds(column, cells)}
     used, unused = [], []
     for column in columns:
         empty = column.role and column.number not in filled
-        said = column.role in (LABEL, *SETTINGS) or column.header in elsewhere
+        said = column.role in (LABEL, *SETTINGS) or column.number in elsewhere
         if said or column.number in account.written or empty:
             used.append(column)
         elif column.header or column.number in filled:

@@ -196,11 +196,12 @@ def make_rows(
         todo = remaining(journal, devices, todo.fresh, copies, again)
         left = todo.rows  # worked out once: a table may have 100,000
         chosen = [row for row in chosen if row.problem or row.number in left]
-    checked = Checked(wanted=[row.number for row in chosen if not row.problem])
+    checked = Checked(wanted=[row.number for row in chosen if not row.problem], said=journal.told)
     if options.all_or_none and devices:
         _refuse((check or make)(chosen), len(chosen), listener)
     taken, jobs = _taken(make(chosen), place, copies, checked), tuple[Job, ...]()
     if devices:
+        taken = _without_lost(taken, checked, todo, journal, again)
         jobs = _sender(place)(taken, checked, todo, _makeable(rows), journal, listener)
     else:
         _made(taken, checked, options, len(chosen), listener)
@@ -226,10 +227,10 @@ def _devices(place: Destination) -> list[Device]:
 
 def _taken(
     made: Iterable[PreparedRow], place: Destination, copies: Mapping[int, int], checked: Checked
-) -> Iterator[list[Piece]]:
+) -> Iterator[Sequence[Piece]]:
     """The pieces of every row, when the destination has taken them; of one that cannot be made, none."""
     for row in made:
-        checked.warnings += [f"row {row.number}: {warning}" for warning in row.warnings]
+        checked.warn(row.number, row.warnings)
         if row.problem:
             checked.failed.append(Failed(row.number, row.problem))
             yield []
@@ -237,6 +238,25 @@ def _taken(
         place.take(row.number, row.pages, copies[row.number])
         checked.done.append(row.number)
         yield pieces(row.number, copies[row.number], [page.part for page in row.pages])
+
+
+def _without_lost(
+    taken: Iterable[Sequence[Piece]], checked: Checked, todo: Remaining, journal: Journal, again: Collection[int]
+) -> Iterator[Sequence[Piece]]:
+    """The pieces of rows without the first fresh ones, which may have been sent in lines that are damaged."""
+    fresh = set(todo.fresh)
+    for every in taken:
+        row = every[0].row if every else 0
+        if not journal.lost or row not in fresh:
+            yield every
+        elif row in again:
+            journal.settle()
+            yield every
+        else:
+            todo.unknown.append(Failed(row, journal.doubt(every)))
+            checked.wanted.remove(row)
+            checked.done.remove(row)
+            yield []
 
 
 def _made(
@@ -251,13 +271,13 @@ def _made(
 
 def _refuse(checked: Iterable[PreparedRow], total: int, listener: Listener) -> None:
     """Raise RowsRefused where a row cannot be made."""
-    failed, warnings = list[Failed](), list[str]()
+    found = Checked()
     for number, row in enumerate(checked):
         listener.progress(number, total, "check")
-        warnings += [f"row {row.number}: {warning}" for warning in row.warnings]
-        failed += [Failed(row.number, row.problem)] if row.problem else []
-    if failed:
-        raise RowsRefused(failed, warnings)
+        found.warn(row.number, row.warnings)
+        found.failed += [Failed(row.number, row.problem)] if row.problem else []
+    if found.failed:
+        raise RowsRefused(found.failed, found.warnings)
 
 
 class RowsRefused(InputError):

@@ -60,7 +60,7 @@ class CupsQueue:
     def check(self, ticket: Ticket) -> None:
         """Nothing: CUPS says what it does not like when it is sent."""
 
-    def follow(self, job: str) -> Outcome:
+    def follow(self, job: str, title: str) -> Outcome:
         """Nothing to wait for: CUPS prints by itself what it has taken."""
         return Outcome("waiting")
 
@@ -71,7 +71,7 @@ class CupsQueue:
             # CUPS tells of a job by its title to the person who sent it only
             address = parse_address(f"ipp://{_server()}/printers/{quote(self.name.split('/')[0])}")
             client = Client(Transport(address), wait=self._wait, user=getuser())
-            return earlier_outcome(client, number if number.isdigit() else "", title, earlier)
+            return earlier_outcome(client, number if number[:1].isdigit() else "", title, earlier)
         except PrinterError:
             return Outcome("unknown", "the print system cannot be asked about it")
 
@@ -93,7 +93,7 @@ class CupsQueue:
             done = self._submit(lp_arguments(self.name, pdf, ticket))
         except _TimedOut as error:
             # a job may have been made all the same
-            job = self.outcome("", ticket.title).job
+            job = self.outcome("", ticket.title).job.partition("@")[0]
             if job:
                 return f"{self.name}-{job}"
             raise OutcomeUnknown(f"{error} Whether the page was queued cannot be told.") from error

@@ -1,32 +1,37 @@
-"""Records what became of every page of a batch, as JSON lines, so that an interrupted batch can be resumed.
+"""Records what became of every page of a batch, so that an interrupted batch can be resumed.
 
-Every batch, identified by its table, letter, hand and options, has a file in the user's state folder.  A run first
-writes ``{"begun": "2026-03-01T09:30:00", "run": "4f2a9c", "table": "…", "facts": {…}, "seed": 7}``, a resumed one
-``{"resumed": …, "run": …}``; then a line for each step of each page: ``{"row": 5, "copy": 1, "state": "sending",
+Every batch, identified by its table, letter, hand and options, has a file in the user's state folder: a journal of
+`handout.journal_lines`, each line a JSON object.  A run first writes ``{"begun": "2026-03-01T09:30:00", "run":
+"4f2a9c", "table": "…", "facts": {…}, "seed": 7}``, twice, for without it nothing can be gone on with; a resumed one
+``{"resumed": …, "run": …}``, and ``{"settled": true}`` when every row that may have been lost in damaged lines is said
+to be doubtful; then a line for each step of each page: ``{"row": 5, "copy": 1, "state": "sending",
 "title": "handout 4f2a9c row 5", "device": "epson"}``, ``"sent"`` with the job's name, and ``"completed"``, ``"failed"``
-or ``"doubtful"``.  A page that is no envelope has a ``"part"`` (``"letter 2"``), and a row that has such pages is first
-written with all of its ``"parts"``: from then on it is known what it consists of.  Lines are only added, and each is on
-the disk before the next step; a line cut off by a crash is ignored.
+or ``"doubtful"``.  A page that is no envelope has a ``"part"`` (``"letter 2"``), and a row that has such pages says in
+each line what all its ``"parts"`` are.  Each line is on the disk before the next step.
+
+Every line says of which run it is (``"of"``), and how many pages that has begun so far (``"n"``): where lines are
+damaged, it is known by these of how many pages nothing is known.
 """
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import itertools
 import json
-import os
 import secrets
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Literal, NamedTuple, TextIO
+from typing import Any, Literal, NamedTuple, get_args
 
-from handout import atomic, shipped
+from handout import journal_lines, shipped
 from handout.errors import InputError, reason
-from handout.printing.rows import Row
+from handout.journal_lines import Damage, JournalFile, cannot, seal
+from handout.printing.rows import Row, named
 
 State = Literal["sending", "sent", "completed", "failed", "doubtful"]
 _TABLE, _HAND = "content of the table", "content of the hand's file"
@@ -34,6 +39,7 @@ _TOLD = ("title", "device", "job", "why")
 ENVELOPE = ""  # the part of a row that is its envelope
 BACK = "back"  # and the back of that
 _ALONE = (ENVELOPE,)
+_SHORTEST = 100  # bytes, of the line of a page that is begun: of its least, 123, some may be lost
 
 
 class Piece(NamedTuple):
@@ -46,13 +52,18 @@ class Piece(NamedTuple):
 
 @dataclass(frozen=True)
 class Step:
-    """The last known state of a piece."""
+    """The last known state of a piece; of a printer's job, `job` is the number and the up-time, ``"17@3600"``."""
 
     state: State
     title: str = ""
     device: str = ""
     job: str = ""
     why: str = ""
+
+    @property
+    def number(self) -> str:
+        """What its job is called, without when it was made."""
+        return self.job.partition("@")[0]
 
 
 def _add(steps: dict[Piece, Step], piece: Piece, state: State, more: Mapping[str, str]) -> None:
@@ -105,6 +116,8 @@ class Journal:
 
     run : a random token in the titles of its jobs, which tells them from all others.
     parts : number of a row of which something was sent → what it consists of, in order.
+    damaged : the first line of its file that is, 0 for none; lost : of how many pages at most, that may have been sent,
+    nothing is known for that.
     """
 
     run: str = field(default_factory=lambda: _token())
@@ -113,7 +126,11 @@ class Journal:
     path: Path | None = None
     steps: dict[Piece, Step] = field(default_factory=dict)
     parts: dict[int, tuple[str, ...]] = field(default_factory=dict)
-    _stream: TextIO | None = None
+    damaged: int = 0
+    lost: int = 0
+    begun: int = 0  # pages, in all of its runs
+    of: str = ""  # the run that began the batch
+    _file: JournalFile | None = None
     _head: Mapping[str, Any] | None = None  # written before the first step: a run that sends nothing leaves no trace
     _lock: threading.RLock = field(default_factory=threading.RLock)
 
@@ -132,15 +149,36 @@ class Journal:
         """Add a step of a piece; it is on the disk when this returns."""
         part = {"part": piece.part} if piece.part else {}
         with self._lock:
+            parts = self.parts.get(piece.row, _ALONE)
+            self.begun += state == "sending"
             _add(self.steps, piece, state, more)
-            self._write({"row": piece.row, "copy": piece.copy, **part, "state": state, **more})
+            kept = {} if parts == _ALONE else {"parts": list(parts)}
+            self._write({"row": piece.row, "copy": piece.copy, **part, **kept, "state": state, **more})
 
-    def consists(self, row: int, parts: Sequence[str]) -> None:
-        """Note of what a row consists, before anything of it is sent; of its envelope alone goes without saying."""
+    def doubt(self, pieces: Sequence[Piece]) -> str:
+        """All pieces of a row of which nothing is known may be among those that are lost; why, in a phrase."""
         with self._lock:
-            if self.parts.get(row, _ALONE) != tuple(parts):
-                self._write({"row": row, "parts": list(parts)})
-            self.parts[row] = tuple(parts)
+            self.parts[pieces[0].row] = tuple(dict.fromkeys(piece.part for piece in pieces))
+            for piece in pieces:
+                self.note(piece, "doubtful", why=self.why)
+            self.settle()
+        return self.why
+
+    def settle(self) -> None:
+        """One row more of those that may have been lost is accounted for."""
+        self.lost -= 1
+        if not self.lost:
+            self._write({"settled": True})
+
+    @property
+    def told(self) -> list[str]:
+        """What has to be said of it."""
+        return [f"line {self.damaged} of the journal {self.path} is damaged"] if self.damaged else []
+
+    @property
+    def why(self) -> str:
+        """Why nothing is known of a page."""
+        return f"whether it was sent is not known: its journal is damaged at line {self.damaged}"
 
     def __enter__(self) -> Journal:
         return self
@@ -151,15 +189,21 @@ class Journal:
         # a resumed run is ended even if nothing was left to do
         if self._head is None or (self.resumed and error is None):
             self._write({"ended": "done" if error is None else reason(error)})
-        if self._stream is not None:
-            self._stream.close()
+        if self._file is not None:
+            self._file.close()
 
     def _write(self, entry: Mapping[str, Any]) -> None:
-        if self._stream is not None:
-            entries = [entry] if self._head is None else [self._head, entry]
-            self._stream.write("".join(json.dumps(line) + "\n" for line in entries))
-            self._stream.flush()
-            os.fsync(self._stream.fileno())
+        if self._file is not None:
+            head = [] if self._head is None else [self._head] if self.resumed else [self._head, self._head]
+            before = self.begun - (entry.get("state") == "sending")
+            numbered = [*((line, before) for line in head), (entry, self.begun)]
+            lines = [json.dumps({**line, "of": self.of or self.run, "n": begun}) for line, begun in numbered]
+            try:
+                self._file.add(b"".join(map(seal, lines)))
+                self._file.sync()
+            except OSError as error:
+                assert self.path is not None
+                raise cannot("write", self.path, error) from error
         self._head = None
 
 
@@ -172,16 +216,20 @@ def begin(what: Batch, seed: int, place: Path | None = None, afresh: bool = Fals
         The journal cannot be written, another program is printing this batch, or the last run broke off and this one
         is not `afresh`.
     """
-    path = (place or folder()) / f"{what.key[:24]}.jsonl"
-    before = _read(path)
-    if before is not None and before.ended != "done" and not afresh:
-        raise InputError(
-            f"This batch of {what.table.name} was begun on {_time(before)} and broke off: go on with --resume, or "
-            "print all of it again with --afresh."
-        )
+    path = _path(what, place)
+    file = JournalFile(path, _BUSY)
+    with _closing_if_refused(file):
+        before = _read(file.lines)
+        if before is not None and not before.head:  # nor is it known whose batch it was
+            raise InputError(_not_known(before, what, path))
+        if before is not None and before.ended != "done" and not afresh:
+            raise InputError(
+                f"This batch of {what.table.name} was begun {_time(before)} and broke off: go on with --resume, or "
+                "print all of it again with --afresh."
+            )
     run = _token()
     head = {"begun": _now(), "run": run, "table": str(what.table), "facts": dict(what.facts), "seed": seed}
-    return Journal(run, seed, False, path, {}, {}, _opened(path), head)
+    return Journal(run, seed, False, path, of=run, _file=file, _head=head)
 
 
 def resume(what: Batch, place: Path | None = None) -> Journal:
@@ -192,29 +240,101 @@ def resume(what: Batch, place: Path | None = None) -> Journal:
     InputError
         There is no such run: no batch of this table, or one of other content, hand or options.
     """
-    path = (place or folder()) / f"{what.key[:24]}.jsonl"
-    last = _read(path)
-    if last is None:
+    path = _path(what, place)
+    if not path.exists():
         raise InputError(_nothing_to_resume(what, place or folder()))
+    file = JournalFile(path, _BUSY)
+    with _closing_if_refused(file):
+        last = _read(file.lines)
+        if last is None:
+            raise InputError(_nothing_to_resume(what, place or folder()))
+        if not last.head:
+            raise InputError(_not_known(last, what, path))
     run = _token()
-    seed, steps, parts = last.head["seed"], last.steps, last.parts
-    return Journal(run, seed, True, path, steps, parts, _opened(path), {"resumed": _now(), "run": run})
+    head = {"resumed": _now(), "run": run}
+    known = (last.steps, last.parts, last.damaged, last.lost, last.begun, last.token)
+    return Journal(run, last.head["seed"], True, path, *known, _file=file, _head=head)
+
+
+_BUSY = "This batch is being printed by another program at this moment: wait until it is through."
+
+
+def _path(what: Batch, place: Path | None) -> Path:
+    return (place or folder()) / f"{what.key[:24]}.jsonl"
+
+
+@contextlib.contextmanager
+def _closing_if_refused(file: JournalFile) -> Iterator[None]:
+    try:
+        yield
+    except BaseException:
+        file.close()
+        raise
+
+
+def _not_known(run: Run, what: Batch, path: Path) -> str:
+    """That a run whose beginning is lost cannot be gone on with, and what is known of its rows."""
+    states = {row: {step.state for piece, step in run.steps.items() if piece.row == row} for row in run.parts}
+    done = [row for row, found in sorted(states.items()) if found == {"completed"}]
+    open_ = [row for row, found in sorted(states.items()) if found != {"completed"}]
+    told = [f"all that is known is that {named(done)} came out"] if done else ["of no row is known that it came out"]
+    told += [f"look what became of {named(open_)}"] if open_ else []
+    return (
+        f"The batch of {what.table.name} cannot be gone on with: its journal is damaged at line {run.damaged}, where "
+        f"it said how it was begun; {'; '.join(told)}. Look which sheets are there, and print the others with "
+        f"--rows; to print all of it again, delete {path}."
+    )
 
 
 @dataclass
 class Run:
-    """A run as read from its file; ended : "done", why it ended, or "" where nobody wrote that down."""
+    """A run as read from its file, with its resumptions.
 
+    token : its name; head : how it was begun, empty where that is damaged.
+    ended : "done", why it ended, or "" where nobody wrote that down.
+    damaged, lost, begun : as of a `Journal`.
+    """
+
+    token: str
     head: dict[str, Any]
-    steps: dict[Piece, Step]
-    parts: dict[int, tuple[str, ...]]
+    steps: dict[Piece, Step] = field(default_factory=dict)
+    parts: dict[int, tuple[str, ...]] = field(default_factory=dict)
+    damaged: int = 0
+    lost: int = 0
+    begun: int = 0
     ended: str = ""
+
+    def add(self, entry: Mapping[str, Any], gap: Damage | None) -> None:
+        """What a line says that is none of a beginning; gap : what is damaged before it."""
+        self.damaged = self.damaged or (0 if gap is None else gap.line)
+        state: State | None = entry.get("state")
+        expected = self.begun + (state == "sending")
+        told = int(entry.get("n", expected + _most(gap)))
+        self.lost, self.begun = self.lost + max(told - expected, 0), max(told, expected)
+        if state is None:
+            self.ended = entry.get("ended", "")
+        if "settled" in entry:
+            self.lost = 0
+        if "parts" in entry:
+            self.parts[int(entry["row"])] = tuple(map(str, entry["parts"]))
+        if state is None:
+            return
+        piece = Piece(int(entry["row"]), int(entry["copy"]), str(entry.get("part", ENVELOPE)))
+        known, more = self.steps.get(piece), {name: str(entry[name]) for name in _TOLD if name in entry}
+        under_way = known is not None and known.state in ("sending", "sent", "doubtful")
+        if self.lost and state in ("sent", "completed", "failed") and not under_way:
+            self.lost -= 1  # it is this one whose beginning is lost, with what it was called
+            if state == "sent":
+                state, more["why"] = "doubtful", f"line {self.damaged} of the journal, which said more, is damaged"
+        _add(self.steps, piece, state, more)
+        self.parts.setdefault(piece.row, _ALONE)
+        self.ended = ""
 
 
 def last_run(table: Path, place: Path | None = None) -> Run | None:
     """The newest run of a table in this file, whatever was made of it; None if there was none."""
     paths = sorted((place or folder()).glob("*.jsonl"), key=lambda path: path.stat().st_mtime, reverse=True)
-    runs = (run for path in paths if (run := _read(path)) is not None)
+    runs = (run for path in paths if (run := _read(journal_lines.read(path))) is not None)
     return next((run for run in runs if run.head.get("table") == str(table.resolve())), None)
 
 
@@ -224,63 +344,53 @@ def _token() -> str:
 
 
 def _time(run: Run) -> str:
-    return str(run.head["begun"]).replace("T", " at ")
+    return f"on {run.head['begun']}".replace("T", " at ") if run.head else "at a time that is not known"
 
 
 def _now() -> str:
     return datetime.now().isoformat(timespec="seconds")
 
 
-def _opened(path: Path) -> TextIO:
-    """The file opened for appending and locked against other programs."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        # a line that a crash has cut off is ended here, so that it cannot spoil the next
-        torn = path.exists() and not path.read_bytes().endswith(b"\n") and path.stat().st_size > 0
-        stream = path.open("a", encoding="utf-8")
-        if torn:
-            stream.write("\n")
-    except OSError as error:
-        raise InputError(f"Cannot write the journal {path}: {error.strerror or error}.") from error
-    try:
-        atomic.lock(stream)
-    except OSError as error:
-        stream.close()
-        message = "This batch is being printed by another program at this moment: wait until it is through."
-        raise InputError(message) from error
-    return stream
+def _read(lines: Iterable[str | Damage]) -> Run | None:
+    """The last run in a journal; None if it holds none."""
+    run, gap = None, None
+    for line in lines:
+        entry = None if isinstance(line, Damage) else _entry(line)
+        if entry is None:
+            damage = line if isinstance(line, Damage) else Damage(0, len(line))
+            gap = damage if gap is None else Damage(gap.line, gap.size + damage.size)
+        else:
+            run, gap = _with(run, entry, gap), None
+    return run if gap is None else _with(run, {}, gap)
 
 
-def _entries(path: Path) -> Iterator[dict[str, Any]]:
-    try:
-        data = path.read_bytes()
-    except OSError:
-        return
-    for line in data.split(b"\n"):
-        try:
-            entry = json.loads(line)
-        except ValueError:
-            continue
-        if isinstance(entry, dict):
-            yield entry
-
-
-def _read(path: Path) -> Run | None:
-    """The last run in a file, with its resumptions; None if the file holds none."""
-    run: Run | None = None
-    for entry in _entries(path):
-        if "begun" in entry:
-            run = Run(entry, {}, {})
-        elif run is not None and "state" in entry:
-            piece = Piece(int(entry["row"]), int(entry["copy"]), str(entry.get("part", ENVELOPE)))
-            more = {name: str(entry[name]) for name in _TOLD if name in entry}
-            _add(run.steps, piece, entry["state"], more)
-            run.parts.setdefault(piece.row, _ALONE)
-        elif run is not None and "parts" in entry:
-            run.parts[int(entry["row"])] = tuple(map(str, entry["parts"]))
-        elif run is not None:
-            run.ended = entry.get("ended", "")
+def _with(run: Run | None, entry: dict[str, Any], gap: Damage | None) -> Run:
+    """A run with a line more, or the run that the line begins; gap : what is damaged before it."""
+    token = str(entry.get("run" if "begun" in entry else "of", "" if run is None else run.token))
+    if run is None or run.token != token:
+        run = Run(token, {})
+    if "begun" in entry:
+        run.head, run.damaged = entry, run.damaged or (0 if gap is None else gap.line)
+    else:
+        run.add(entry, gap)
     return run
+
+
+def _entry(line: str) -> dict[str, Any] | None:
+    """What a line says; None where that is nothing of a batch, as in damaged lines that were not sealed."""
+    with contextlib.suppress(ValueError, TypeError):
+        entry = json.loads(line)
+        numbers = [entry.get(name, 0) for name in ("row", "copy", "n")]
+        wanted = {"state": ("row", "copy"), "parts": ("row",), "begun": ("run", "facts", "seed", "table")}
+        whole = all(name not in entry or entry.keys() >= set(more) for name, more in wanted.items())
+        if whole and all(type(each) is int for each in numbers) and entry.get("state", "sent") in get_args(State):
+            return dict(entry)
+    return None
+
+
+def _most(gap: Damage | None) -> int:
+    """How many pages may have been begun in lines that are damaged."""
+    return 0 if gap is None else gap.size // _SHORTEST + 1
 
 
 def _nothing_to_resume(what: Batch, place: Path) -> str:
@@ -289,7 +399,7 @@ def _nothing_to_resume(what: Batch, place: Path) -> str:
     if last is None:
         return f"There is nothing to resume: no batch of {what.table.name} was begun on this computer."
     return (
-        f"The batch of {what.table.name} begun on {_time(last)} cannot be resumed, because "
+        f"The batch of {what.table.name} begun {_time(last)} cannot be resumed, because "
         f"{' and '.join(changes(last.head['facts'], what.facts))}: give the same again, or print with --rows what is "
         "missing."
     )

@@ -176,5 +176,6 @@ def margin_warning(bounds: Bounds, sheet: Page, margins: Margins, title: str) ->
         return f"ink reaches {-have:.1f} mm beyond the {edge} edge of the sheet and will be cut off"
     return (
         f"ink comes within {have:.1f} mm of the {edge} edge of the sheet as it is fed, and {title} cannot print "
-        f"nearer than {need[edge]:g} mm: it may be cut off there"
+        f"nearer than {need[edge]:g} mm: it may be cut off there, so keep it clear by a larger --margin, or by another "
+        f"--feed or --tray"
     )

@@ -153,7 +153,11 @@ class RowMaker:
             pages = tuple(self.prepare(row.number, page) for page in self.write(row))
         except InputError as error:
             return PreparedRow(row.number, warnings=row.warnings, problem=str(error))
-        told = dict.fromkeys(page.warning for page in pages if page.warning)
+        told = dict.fromkeys(
+            f"{page.part or 'envelope'}: {page.warning}" if len(pages) > 1 else page.warning
+            for page in pages
+            if page.warning
+        )
         return PreparedRow(row.number, pages, (*row.warnings, *told))
 
     def each(self, rows: Iterable[Row]) -> Iterator[PreparedRow]:

@@ -74,7 +74,7 @@ class Device(Protocol):
     @property
     def keeps(self) -> bool: ...
 
-    def follow(self, job: str) -> Outcome:
+    def follow(self, job: str, title: str) -> Outcome:
         """Wait until a job is over, or return at once where the queue keeps it and will print it by itself."""
         ...
 
@@ -149,7 +149,7 @@ class _Folder:
     def check(self, ticket: Ticket) -> None:
         """Nothing: a folder takes every sheet."""
 
-    def follow(self, job: str) -> Outcome:
+    def follow(self, job: str, title: str) -> Outcome:
         """It is there."""
         return Outcome("completed")
 

@@ -7,6 +7,7 @@ and what became of a page whose end was not seen is asked of the device by the t
 from __future__ import annotations
 
 import itertools
+import re
 import threading
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -17,7 +18,7 @@ from typing import Protocol
 from handout.errors import HandoutError, PrinterError
 from handout.printing.journal import Journal, Piece, Step
 from handout.printing.queue import Device, Outcome, OutcomeUnknown, Say
-from handout.printing.rows import ranges
+from handout.printing.rows import named, ranges
 
 
 @dataclass(frozen=True)
@@ -92,12 +93,38 @@ SILENT = Listener()
 
 @dataclass
 class Checked:
-    """What has become of rows so far: `wanted` are all that are to be made now, as they stand in the table."""
+    """What has become of rows so far.
+
+    wanted : all that are to be made now, as they stand in the table; said : warnings that are of no row.
+    """
 
     wanted: list[int] = field(default_factory=list)
     done: list[int] = field(default_factory=list)
     failed: list[Failed] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
+    said: list[str] = field(default_factory=list)
+    _warned: dict[str, tuple[list[int], str]] = field(default_factory=dict)
+
+    def warn(self, row: int, phrases: Iterable[str]) -> None:
+        """Keep what has to be said of a row."""
+        for phrase in phrases:
+            key = _LENGTH.sub("", phrase)
+            rows, worst = self._warned.get(key, ([], phrase))
+            rows.append(row)
+            self._warned[key] = rows, min(worst, phrase, key=_length)
+
+    @property
+    def warnings(self) -> list[str]:
+        """What has to be said, each once with the rows that it is of; where lengths differ, the worst is named."""
+        return [*(f"{named(rows)}: {phrase}" for rows, phrase in self._warned.values()), *self.said]
+
+
+_LENGTH = re.compile(r"-?\d+\.\d(?= mm)")
+
+
+def _length(phrase: str) -> float:
+    found = _LENGTH.search(phrase)
+    length = float(found.group()) if found else 0.0
+    return -length if "beyond" in phrase else length
 
 
 @dataclass
@@ -149,10 +176,9 @@ def remaining(
     rows : the rows of the batch, by number; copies : of each row.
     again : rows to make whatever became of them; not those that the device may still make by itself.
     """
-    todo = Remaining()
+    todo = _unbegun(journal, devices, rows, again)
     for row in rows:
         if row not in journal.parts:
-            todo.fresh.append(row)
             continue
         outcomes = {piece: _outcome(journal, devices, piece) for piece in pieces(row, copies[row], journal.parts[row])}
         for piece, outcome in outcomes.items():
@@ -164,6 +190,20 @@ def remaining(
                 todo.unknown.append(Failed(row, f"{piece.part}: {outcome.why}" if piece.part else outcome.why))
         if all(outcome.state == "completed" for outcome in outcomes.values()) and row not in again:
             todo.done.append(row)
+    return todo
+
+
+def _unbegun(journal: Journal, devices: Sequence[Device], rows: Sequence[int], again: Collection[int]) -> Remaining:
+    """The rows of which nothing is known to be sent.
+
+    One device makes rows in their order, so that of these the first may be lost in damaged lines (`batch.make_rows`);
+    of several any.
+    """
+    todo = Remaining(fresh=[row for row in rows if row not in journal.parts])
+    names = {*(device.name for device in devices), *(step.device for step in journal.steps.values())}
+    if journal.lost and len(names) > 1:
+        todo.unknown = [Failed(row, journal.why) for row in todo.fresh if row not in again]
+        todo.fresh = [row for row in todo.fresh if row in again]
     return todo
 
 
@@ -180,14 +220,20 @@ def device_of(step: Step, devices: Sequence[Device]) -> Device | None:
 
 def _outcome(journal: Journal, devices: Sequence[Device], piece: Piece) -> Outcome:
     """Find out what became of a piece, asking the device if need be; "failed" if it was never sent."""
-    step = journal.steps.get(piece)
-    if step is None or step.state == "failed":
-        return Outcome("failed")
-    if step.state == "completed":
-        return Outcome("completed")
-    sent = f"it was sent as job {step.job}" if step.job else "it was being sent when the batch broke off"
+    outcome = _found(journal, devices, piece)
+    if outcome.state == "failed" and journal.lost:  # or begun, or once more, in a line that is damaged
+        journal.note(piece, "doubtful", why=journal.why)
+        return Outcome("unknown", journal.why)
+    return outcome
+
+
+def _found(journal: Journal, devices: Sequence[Device], piece: Piece) -> Outcome:
+    step = journal.steps.get(piece, Step("failed"))
+    if step.state in ("failed", "completed"):
+        return Outcome(step.state)
+    sent = f"it was sent as job {step.number}" if step.job else "it was being sent when the batch broke off"
     if step.state == "doubtful":
-        return Outcome("unknown", f"{sent}, and {step.why}")
+        return Outcome("unknown", f"{sent}, and {step.why}" if step.title else step.why)
     device = device_of(step, devices)
     # a plotter knows of the plots of all; of what is not finished only the device itself can tell
     asked = devices if device is None else [device]
@@ -224,12 +270,12 @@ def send(
     PrintingStopped
         The queue refused a page, or did not print it.
     """
-    run = Run(checked, table, journal, set(todo.fresh))
+    run = Run(checked, table, journal, set(todo.fresh), todo.unknown)
     for piece in (*todo.send, *todo.wait):
         run.left.setdefault(piece.row, set()).add(piece)
-    for job, begun in jobs_of(todo.wait, journal).items():
+    for begun in jobs_of(todo.wait, journal):
         with run.stoppable(pages.queue, begun):
-            follow(pages.queue, journal, begun, job)
+            follow(pages.queue, journal, begun)
         run.gone(begun)
     total = len(checked.wanted)
     sheets = iter(pages.sheets(run.unsent(taken)))
@@ -245,17 +291,19 @@ def send(
     return tuple(run.jobs)
 
 
-def jobs_of(waiting: Iterable[Piece], journal: Journal) -> dict[str, list[Piece]]:
+def jobs_of(waiting: Iterable[Piece], journal: Journal) -> list[list[Piece]]:
     """The pieces of each job that a device has."""
-    jobs: dict[str, list[Piece]] = {}
+    jobs: dict[tuple[str, str], list[Piece]] = {}
     for piece in waiting:
-        jobs.setdefault(journal.steps[piece].job, []).append(piece)
-    return jobs
+        step = journal.steps[piece]
+        jobs.setdefault((step.job, step.title), []).append(piece)
+    return list(jobs.values())
 
 
-def follow(queue: Device, journal: Journal, sheet: Sequence[Piece], job: str) -> None:
+def follow(queue: Device, journal: Journal, sheet: Sequence[Piece]) -> None:
     """Wait for the job of a sheet; PrinterError unless it is completed."""
-    outcome = queue.follow(job)
+    step = journal.steps[sheet[0]]
+    outcome, job = queue.follow(step.job, step.title), step.number
     note_outcome(journal, sheet, outcome)
     if outcome.state == "failed":
         raise PrinterError(f"job {job} was not printed: {outcome.why}.")
@@ -279,7 +327,8 @@ def note_outcome(journal: Journal, sheet: Sequence[Piece], outcome: Outcome) -> 
 class Run:
     """A batch that is being sent.
 
-    table : the rows of its table that can be made, as far as was known; fresh : rows of which nothing was sent before.
+    table : the rows of its table that can be made, as far as was known; fresh : rows of which nothing was sent before;
+    unknown : as of `Remaining`.
     left : of every row what has not gone yet; made : all pieces of the rows that are made; jobs : what has gone.
     """
 
@@ -287,6 +336,7 @@ class Run:
     table: Sequence[int]
     journal: Journal
     fresh: set[int]
+    unknown: Sequence[Failed] = ()
     left: dict[int, set[Piece]] = field(default_factory=dict)
     made: dict[int, Sequence[Piece]] = field(default_factory=dict)
     jobs: list[Job] = field(default_factory=list)
@@ -329,7 +379,7 @@ class Run:
         pages.ready(sheet)
         device, title = pages.queue.name, self.journal.title(sheet[0])
         for row in dict.fromkeys(piece.row for piece in sheet):
-            self.journal.consists(row, list(dict.fromkeys(piece.part for piece in self.made[row])))
+            self.journal.parts[row] = tuple(dict.fromkeys(piece.part for piece in self.made[row]))
         for piece in sheet:
             self.journal.note(piece, "sending", title=title, device=device)
         try:
@@ -343,7 +393,7 @@ class Run:
             self.journal.note(piece, "sent", job=job)
             self.jobs.append(Job(piece.row, job, device))
         self.gone(sheet)
-        follow(pages.queue, self.journal, sheet, job)
+        follow(pages.queue, self.journal, sheet)
 
     @contextmanager
     def stoppable(self, device: Device, sheet: Sequence[Piece] = ()) -> Iterator[None]:
@@ -364,7 +414,8 @@ class Run:
             in_doubt = bool(sheet) and (self.begun.get(sheet[0].row) or self._in_doubt(sheet[0]))
             failed = tuple(Failed(n, str(error) if in_doubt and n == sheet[0].row else "not sent") for n in rest)
             told = (*self.checked.failed, *failed)
-            report = Report(sent, told, (), tuple(self.jobs), tuple(self.checked.warnings))
+            warnings, unknown = tuple(self.checked.warnings), tuple(self.unknown)
+            report = Report(sent, told, (), tuple(self.jobs), warnings, unknown=unknown)
             where = self._where(sheet, rest, "Row")
             message = f"{where}{': ' if where else ''}{error} {self.way_out(sheet, sent, rest)}"
             raise PrintingStopped(message, report, ranges(rest, self.whole)) from error
@@ -416,7 +467,7 @@ class Run:
             kind = "copies" if len({piece.part for piece in every}) == 1 else "sheets"
             return [f"{begun} of {len(every)} {kind} of row {row}"]
         if self._in_doubt(sheet[0]):
-            job = self.journal.steps[sheet[0]].job
+            job = self.journal.steps[sheet[0]].number
             return [f"row {row} was sent as job {job}" if job else f"whether row {row} was sent is not known"]
         return []
 

@@ -155,7 +155,7 @@ def send_to_several(
     PrintingStopped
         Devices stopped, and something is left that the others could not make.
     """
-    run = Run(checked, table, journal, set(todo.fresh))
+    run = Run(checked, table, journal, set(todo.fresh), todo.unknown)
     for piece in (*todo.send, *todo.wait):
         run.left.setdefault(piece.row, set()).add(piece)
     sharing = _Sharing(place, iter(taken), run, listener)
@@ -175,10 +175,11 @@ def send_to_several(
     told = [f"{station.name}: {station.error}" for station in stopped]
     if rest or halted:
         failed = tuple(Failed(number, "not made") for number in rest)
-        report = Report(sent, (*checked.failed, *failed), (), tuple(run.jobs), tuple(checked.warnings))
+        warnings, unknown = tuple(checked.warnings), tuple(todo.unknown)
+        report = Report(sent, (*checked.failed, *failed), (), tuple(run.jobs), warnings, unknown=unknown)
         message = f"{' '.join(told)} {run.way_out((), sent, rest)}"
         raise PrintingStopped(message, report, ranges(rest, run.whole)) from stopped[0].error
-    checked.warnings += [f"{words} The other devices made its rows." for words in told]
+    checked.said += [f"{words} The other devices made its rows." for words in told]
     return tuple(run.jobs)
 
 
@@ -244,9 +245,9 @@ class _Sharing:
         """One device, until nothing is left for it."""
         run = self.run
         try:
-            for job, begun in jobs_of(waiting, run.journal).items():
+            for begun in jobs_of(waiting, run.journal):
                 with self._sending(station, begun):
-                    follow(station.spool.queue, run.journal, begun, job)
+                    follow(station.spool.queue, run.journal, begun)
                     run.gone(begun)
             for sheet in station.spool.sheets(self._pieces(station)):
                 with self._sending(station, sheet):

@@ -11,7 +11,7 @@ import datetime
 import io
 import re
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -48,10 +48,20 @@ _FORMAT_BRACKETS = re.compile(r"\[[^\]]*\]|_.|\*.")
 
 @dataclass(frozen=True)
 class Record:
-    """One row of cells, as they are shown; `lines` are the physical lines it came from, counted from 0."""
+    """One row of cells, as they are shown.
+
+    lines : the physical lines it came from, counted from 0; unseen : invisible characters that are not in the cells.
+    """
 
     cells: list[str]
     lines: range = range(0)
+    unseen: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, texts: Iterable[str], lines: range = range(0)) -> Record:
+        """The record of some cells as the file has them."""
+        own = list(texts)
+        return cls(list(map(_shown_text, own)), lines, tuple(char for text in own for char in address.unseen(text)))
 
     @property
     def filled(self) -> bool:
@@ -145,7 +155,7 @@ def _records(lines: list[str], delimiter: str) -> tuple[list[Record], int]:
         try:
             start = 0
             for cells in reader:
-                records.append(Record([_shown_text(cell) for cell in cells], range(start, reader.line_num)))
+                records.append(Record.of(cells, range(start, reader.line_num)))
                 start = reader.line_num
             return records, 0
         except csv.Error as error:
@@ -190,7 +200,7 @@ def _workbook(path: Path) -> Sheet:
     left, top, right, bottom = _table_area(sheet)
     records = [Record([]) for _ in range(top - 1)]
     places, texts = range(left, right + 1), formulas[sheet.title]
-    records += [Record(_row_cells(path, sheet, texts, n, places)) for n in range(top, bottom + 1)]
+    records += [Record.of(_row_cells(path, sheet, texts, n, places)) for n in range(top, bottom + 1)]
     return Sheet(records, tuple(_workbook_notes(sheet, [other.title for other in full], range(top, bottom + 1))))
 
 
@@ -203,7 +213,7 @@ def _row_cells(path: Path, sheet: Worksheet, formulas: Worksheet, row: int, plac
                 f"{path}: cell {cell.coordinate} of {sheet.title!r} is a formula without a result: open the "
                 "workbook in a spreadsheet program, save it, and try again."
             )
-    return [_shown_text(_shown_value(cell.value, cell.number_format)) for cell in cells]
+    return [_shown_value(cell.value, cell.number_format) for cell in cells]
 
 
 def _check_package(path: Path) -> None:

@@ -284,8 +284,7 @@ def write_drawings(
     for number, path in enumerate(paths):
         part = within(tell, number / len(paths), (number + 1) / len(paths))
         contents += _made(Path(path).suffix.lower(), drawings, look, extra or {}, part)
-    for file, data in zip(files, contents, strict=True):
-        atomic.write(file, data)
+    atomic.write_all(zip(files, contents, strict=True))
     return files
 
 

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from handout import units
 from handout.errors import InputError
+from handout.hand.measures import contradicted_cases
 from handout.hand.page_editor import line_alone
-from handout.hand.places import graphemes
+from handout.hand.places import graphemes, word_at
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
 from handout.progress import Tell, silent, within
 from handout.scanning.foreign_ink import foreign_ink
@@ -54,6 +55,7 @@ class TaggedPage:
     poor : numbers of the written lines whose text seems not to be what is there.
     missing : letters that are in the transcript and were not found.
     fits : how well each aligned line's text explains it, 0–1, by number of the line.
+    cases : numbers of the glyphs that are as large as the other case of their letter (`contradicted_cases`).
     """
 
     page: ScannedPage
@@ -62,6 +64,7 @@ class TaggedPage:
     poor: tuple[int, ...] = ()
     missing: tuple[Missing, ...] = ()
     fits: tuple[tuple[int, float], ...] = ()
+    cases: tuple[int, ...] = ()
 
     __repr__ = one_line
 
@@ -104,9 +107,11 @@ def tag_page(
     letters = letters_within_reach(written.graph, alignment, assignment.letter)
     glyphs, missing = extract_glyphs(page, alignment, exchanged(page, alignment, letters))
     glyphs, cropped = doubt_cropped_glyphs(glyphs, written.graph, written.scan)
-    notes = (*written.notes, *told, *_notes(page, alignment, missing), *cropped)
+    contradicted = contradicted_cases(ScannedHand("", "", (page,), glyphs))
+    cases = tuple(i for i in np.flatnonzero(contradicted).tolist() if glyphs[i].line not in alignment.poor)
+    notes = (*written.notes, *told, *_notes(page, alignment, missing), *_case_notes(page, glyphs, cases), *cropped)
     fits = tuple((line.number, line.fit) for line in alignment.lines)
-    return TaggedPage(page, glyphs, notes, alignment.poor, missing, fits)
+    return TaggedPage(page, glyphs, notes, alignment.poor, missing, fits, cases)
 
 
 def without_foreign_ink(
@@ -249,6 +254,18 @@ def _notes(page: ScannedPage, alignment: Alignment, missing: Sequence[Missing]) 
         names = listed([f"{letter.letter} (line {letter.line + 1})" for letter in missing])
         notes.append(f"{page.source}: not found on the page: {names}.")
     return notes
+
+
+def _case_notes(page: ScannedPage, glyphs: Sequence[ScannedGlyph], cases: Sequence[int]) -> list[str]:
+    """A sentence of the letters whose size says that the transcript has the wrong case."""
+    if not cases:
+        return []
+    text = graphemes(page.transcript)
+    named = [f"{glyphs[i].letter} in “{word_at(text, glyphs[i].at)}” (line {glyphs[i].line + 1})" for i in cases]
+    return [
+        f"{page.source}: by their size these are not of the case that the transcript has: {listed(named)}. Put it "
+        "right where it is wrong, and read the page again; they are not written while others stand."
+    ]
 
 
 def _quoted(text: str) -> str:

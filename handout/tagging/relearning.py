@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from handout.alphabet import SPACE
 from handout.hand.corrections import AnyCorrection, Change, Correction, applied
 from handout.hand.page_editor import line_alone
-from handout.hand.places import graphemes
+from handout.hand.places import graphemes, word_at
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
 from handout.networks import one_thread
 from handout.progress import Tell, silent, within
@@ -133,7 +133,7 @@ def changes(
         units = graphemes(hand.pages[page].transcript)
         spot = hand.pages[page].graph.uv[one.glyph.vertices[len(one.glyph.vertices) // 2]]
         place = (round(float(spot[0]), 1), round(float(spot[1]), 1))
-        found.append(Change(one.glyph.letter, _word(units, at), page, one.glyph.line, place, how))
+        found.append(Change(one.glyph.letter, word_at(units, at), page, one.glyph.line, place, how))
     return tuple(found)
 
 
@@ -167,16 +167,6 @@ def _inks(hand: ScannedHand, unmoved: set[tuple[int, int]]) -> dict[tuple[int, i
         (g.page, g.at): _Ink(g, frozenset((x, y) for x, y in np.rint(uv[g.page][g.vertices] * 16).astype(int).tolist()))
         for g in glyphs
     }
-
-
-def _word(units: Sequence[str], at: int) -> str:
-    """The word of a text that a grapheme stands in."""
-    first, last = at, at
-    while first and not units[first - 1].isspace():
-        first -= 1
-    while last + 1 < len(units) and not units[last + 1].isspace():
-        last += 1
-    return "".join(units[first : last + 1])
 
 
 def realigned(hand: ScannedHand, number: int, *, rng: np.random.Generator, tell: Tell = silent) -> ScannedHand:
@@ -355,7 +345,7 @@ def _glyphs(
 
 def _settled(glyph: ScannedGlyph, fixed: ScannedGlyph | None, cropped: bool) -> ScannedGlyph:
     if fixed is not None and fixed.confirmed:
-        return replace(glyph, confirmed=True, confidence=1.0, place=fixed.place)
+        return replace(glyph, confirmed=True, confidence=1.0, place=fixed.place, kept_out=fixed.kept_out)
     if fixed is not None and not cropped:
         # it stands where it stood: what was learned can speak for it
         return replace(glyph, confidence=max(glyph.confidence, fixed.confidence))

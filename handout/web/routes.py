@@ -21,6 +21,7 @@ from handout.web.workers import State
 
 Handle = Callable[[Studio, Request, Any], Awaitable[Response]]
 _IN_PATH = re.compile(r"{(\w+)(?::\w+)?}")
+_FIELD = re.compile(rb'"(\w+)"\s*:')
 
 
 @dataclass(frozen=True)
@@ -69,12 +70,50 @@ def parsed(data: bytes, kind: Any) -> Any:
     """
     try:
         return msgspec.json.decode(data, type=kind)
-    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
         what, _, where = str(error).partition(" - at `$")
         field = where.rstrip("`").lstrip(".")
+        if isinstance(error, UnicodeDecodeError):
+            what = "it is no UTF-8"
         if "matching regex" in what:
             what = "this is no such name or length"
-        raise HTTPException(422, f"{field}: {what}." if field else f"The request cannot be read: {what}.") from None
+        if "out of range" in what:
+            what = "this number is larger than any that can be computed with"
+        if "[...]" in field:
+            field = field.replace("[...]", f".{_refused_key(data, kind, field)}", 1)
+        if field:
+            raise HTTPException(422, f"{field}: {what}.") from None
+        raise HTTPException(422, f"The request cannot be read{_after(data, str(error))}: {what}.") from None
+
+
+def _after(data: bytes, error: str) -> str:
+    """Behind which field a request that is no JSON cannot be read, as far as that is known."""
+    try:
+        data.decode()
+        broken = re.search(r"\(byte (\d+)\)", error)
+        end = int(broken[1]) if broken else len(data)
+    except UnicodeDecodeError as fault:
+        end = fault.start
+    fields = _FIELD.findall(data[:end])
+    return f" behind the field {fields[-1].decode()}" if fields else ""
+
+
+def _refused_key(data: bytes, kind: Any, field: str) -> str:
+    """Which key of a mapping, whose place in a body is `field` up to "[...]", has the value that is refused."""
+    *outer, name = field.partition("[...]")[0].split(".")
+    levels = [msgspec.json.decode(data, type=dict[str, msgspec.Raw])]
+    for place in (*outer, name):
+        levels.append(msgspec.json.decode(levels[-1][place], type=dict[str, msgspec.Raw]))
+    mapping = levels.pop()
+    for key, value in mapping.items():
+        body: dict[str, Any] = {key: value}
+        for level, place in zip(reversed(levels), (name, *reversed(outer)), strict=True):
+            body = {**level, place: body}
+        try:
+            msgspec.json.decode(msgspec.json.encode(body), type=kind)
+        except msgspec.MsgspecError:
+            return key
+    return "…"
 
 
 def json_answer(facts: Any, code: int = 200) -> Response:

@@ -20,11 +20,12 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
 
 from handout import atomic
-from handout.errors import InputError, no_room
+from handout.errors import InputError, at_border
 from handout.web import batches, calibration, hands, jobs, letters, styles, tasks, writing
 from handout.web.guard import Guard
 from handout.web.routes import Way, json_answer, openapi
 from handout.web.studio import Studio
+from handout.web.workers import bare
 
 TABLES = (
     *(tasks.ROUTES, writing.ROUTES, hands.ROUTES, letters.ROUTES, styles.ROUTES),
@@ -73,12 +74,12 @@ async def _fault(request: Request, error: Exception) -> Response:
         return JSONResponse({"error": "That is a fault of this program."}, 500)
     usual = {404: "There is nothing here.", 405: "That is not done here."}
     sentence = error.detail if error.detail not in ("Not Found", "Method Not Allowed") else usual[error.status_code]
-    return JSONResponse({"error": sentence}, error.status_code, error.headers)
+    return JSONResponse({"error": bare(sentence)}, error.status_code, error.headers)
 
 
 async def _full_disk(request: Request, error: OSError) -> Response:
     """A full disk as a sentence; other errors of files are faults."""
-    if sentence := no_room(error):
+    if sentence := at_border(error):
         return JSONResponse({"error": sentence}, 507)
     raise error
 

@@ -23,7 +23,7 @@ from typing import Any, BinaryIO
 
 import msgspec
 
-from handout.errors import HandoutError, no_room
+from handout.errors import HandoutError, at_border
 
 LENGTH = 4  # bytes of a frame's length
 HALTS = 30.0  # s that a machine has to stop in good order, its pen lifted; set by eye
@@ -100,8 +100,8 @@ class _Desk:
                 self._tell("cancelled")
             except Exception as error:
                 own = str(error) if isinstance(error, HandoutError) else ""
-                if own or no_room(error):
-                    self._tell("refused", error=f"{own} {no_room(error)}".strip(), reason=type(error).__name__)
+                if own or at_border(error):
+                    self._tell("refused", error=f"{own} {at_border(error)}".strip(), reason=type(error).__name__)
                     continue
                 traceback.print_exc()
                 fault = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__

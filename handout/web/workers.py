@@ -21,6 +21,8 @@ from typing import Any, Literal
 
 import msgspec
 
+import handout
+from handout import shipped
 from handout.web.worker import HALTS, LENGTH, Call
 
 State = Literal["waiting", "running", "done", "refused", "failed", "cancelled"]
@@ -194,7 +196,11 @@ class _Process:
 
 def bare(sentence: str) -> str:
     """A sentence in which files of the server's own are called by their names, without their folders."""
-    return re.sub(rf"{re.escape(tempfile.gettempdir())}[/\\](?:[\w.-]+[/\\])*", "", sentence)
+    package = Path(handout.__file__).parent
+    own = [shipped.own_folder("config"), shipped.own_folder("data"), shipped.own_folder("state"), package.parent]
+    places = {str(place) for folder in (Path(tempfile.gettempdir()), *own) for place in (folder, folder.resolve())}
+    roots = "|".join(re.escape(place) for place in sorted(places, key=len, reverse=True))
+    return re.sub(rf"(?:{roots})[/\\](?:[\w.-]+[/\\])*", "", sentence)
 
 
 def _send(process: asyncio.subprocess.Process, message: tuple[int, Call | str | None]) -> None:

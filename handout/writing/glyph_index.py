@@ -101,10 +101,13 @@ def intrinsic_cost(hand: ScannedHand, bodies: Sequence[Indices]) -> Array:
 
 @lru_cache(maxsize=4)
 def doubt(hand: ScannedHand) -> Array:
-    """(n,) float ≥ 0: what glyphs cost that are perhaps not what they are called, or that only their author reads."""
+    """(n,) float ≥ 0: what glyphs cost that do not look what they are called, or that only their author reads.
+
+    That a person confirmed a glyph takes nothing from it.
+    """
     own = np.arange(len(hand.glyphs)) < hand.own
     odd = misread(hand.author or hand)
-    cost = WEIGHTS.doubtful * (1 - vet(hand).probability)
+    cost = WEIGHTS.doubtful * (1 - vet(hand).plainness)
     cost[own] += WEIGHTS.lent * odd[: hand.own]
     return readonly(cost, len(hand.glyphs))
 
@@ -133,8 +136,9 @@ def blots(hand: ScannedHand) -> Array:
 
 
 def better_lent(hand: ScannedHand, letter: str) -> bool:
-    """Whether all glyphs of a letter are more doubtful than a lent one would be strange."""
-    return float(doubt(hand)[hand.of(letter)].min(initial=np.inf)) > WEIGHTS.lent
+    """Whether all glyphs of a letter are more doubtful than a lent one would be strange; none that is confirmed is."""
+    numbers = [n for n in hand.of(letter).tolist() if not hand.glyphs[n].confirmed]
+    return len(numbers) == len(hand.of(letter)) and float(doubt(hand)[numbers].min(initial=np.inf)) > WEIGHTS.lent
 
 
 class TransitionCosts:
@@ -334,7 +338,7 @@ _PLACES = 8  # along a ligature, at which two are compared
 class GlyphIndex:
     """The glyphs of a hand with all that choosing among them needs.
 
-    letters : (n) letter of each glyph; "" for one without a name.
+    letters : (n) letter of each glyph; "" for one without a name, or one that is kept out.
     places : (n,) int: its place in its word, index in `hand.places.PLACES`.
     before, after : (n,) int: the glyphs beside it in its word, −1 for none.
     exits, entries : (n, k, 8, 2) float: places along each ligature to the glyph after, and from the one before, over
@@ -465,7 +469,7 @@ def index_glyphs(hand: ScannedHand) -> GlyphIndex:
     exits, entries = _ligatures(hand)
     return GlyphIndex(
         hand,
-        tuple(glyph.letter for glyph in glyphs),
+        tuple("" if glyph.kept_out else glyph.letter for glyph in glyphs),
         readonly_indices([PLACES.index(glyph.place) for glyph in glyphs], count),
         readonly_indices([glyph.before for glyph in glyphs], count),
         readonly_indices([glyph.after for glyph in glyphs], count),

@@ -6,8 +6,9 @@ First the characters that a pen writes alike, and what may stand for one that a 
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import accumulate, groupby, zip_longest
 
 import regex
 
@@ -16,16 +17,12 @@ from handout.hand.diacritics import decomposed, recomposed
 from handout.hand.places import graphemes
 from handout.hand.protocol import Repertoire
 
+# what says where a line may break and which way letters run: it leaves no ink, and pages here run from left to right
+_INVISIBLE = regex.compile(r"[\u00ad\u034f\u061c\u180e\u200b-\u200f\u202a-\u202e\u2060-\u2064\u2066-\u206f\ufeff]")
 # Characters that look the same when written by hand; "" is not written at all
 SAME = str.maketrans(
     {
         "\t": "    ",
-        "\u00ad": "",
-        "\u200b": "",
-        "\u200c": "",
-        "\u200d": "",
-        "\u2060": "",
-        "\ufeff": "",
         "\u2010": "-",
         "\u2011": "-",
         "\u2012": "–",
@@ -123,8 +120,11 @@ SIMILAR = {
     "☐": "[]",
 }
 # pictures and signs that a text can do without
-PICTURE = regex.compile(r"\A\P{L}*[\p{Extended_Pictographic}\p{Emoji_Modifier}\p{Regional_Indicator}\u20e3]")
-
+_PICTURE = regex.compile(r"\A\P{L}*[\p{Extended_Pictographic}\p{Emoji_Modifier}\p{Regional_Indicator}\u20e3]")
+# the letters of another alphabet, in which a name may stand a second time
+_FOREIGN = regex.compile(r"\A(?=\p{L})\P{Latin}")
+_CLOSING, _OPENING, _BRACKETS = frozenset(".,;:!?…)]»”’"), frozenset("([«“„‘"), frozenset("()[]/·,;.")
+_NAMES = 2  # words with capitals beside a name in another alphabet that surely are that name, and no salutation
 
 _MOST_NAMED = 20  # characters that a complaint lists
 _FEW = 40  # letters of a hand that can be told one by one
@@ -164,7 +164,7 @@ class Borrowed:
 
 def normalise(text: str) -> str:
     """Text in NFC, with one kind of newline and of space, and look-alikes as the hands have them."""
-    text = unicodedata.normalize("NFC", NEWLINES.sub("\n", text))
+    text = unicodedata.normalize("NFC", NEWLINES.sub("\n", _INVISIBLE.sub("", text)))
     return unicodedata.normalize("NFC", text.translate(SAME).translate(SPACES))
 
 
@@ -213,7 +213,8 @@ def spell(text: str, hand: Repertoire, *, fallback: bool = False) -> Iterator[Le
     ----------
     fallback : bool
         Accept borrowed forms: an accent that the hand lacks is left out, a letter is taken from the other case, and a
-        picture (an emoji) is not written; `borrowed` tells what.
+        picture (an emoji), or a name in another alphabet beside the same in this one, is not written; `borrowed`
+        tells what.
 
     Raises
     ------
@@ -224,24 +225,91 @@ def spell(text: str, hand: Repertoire, *, fallback: bool = False) -> Iterator[Le
     """
     units = graphemes(text)
     forms = {unit: _form(unit, hand, 0, fallback) for unit in units if not unit.isspace()}
-    missing = {unit for unit, form in forms.items() if not form and not (fallback and PICTURE.match(unit))}
+    omitted = _omitted(units, forms)
+    needed = {unit for at, unit in enumerate(units) if at not in omitted and not unit.isspace()}
+    missing = {unit for unit in (needed if fallback else forms) if not forms[unit]}
     if missing:
-        raise MissingCharacters(_complaint(_places(units, missing), hand, fallback))
-    if not any(forms.values()):
+        raise MissingCharacters(_complaint(_places(units, missing), hand, fallback, missing - needed))
+    if not needed:
         which = "the text holds nothing but what is left out" if forms else "the text is empty"
         raise InputError(f"There is nothing to write: {which}.")
-    return _spelt(units, hand, fallback)
+    return _spelt(units, hand, omitted, fallback)
 
 
-def _spelt(units: Sequence[str], hand: Repertoire, fallback: bool) -> Iterator[Letter | str]:
-    spaced, omitted = True, False
-    for at, unit in enumerate(units):
-        written = [unit] if unit.isspace() else _form(unit, hand, at, fallback)
-        if not written:
-            omitted = True
-        elif not (omitted and spaced and unit == " "):  # what is left out between two spaces takes one along
-            spaced, omitted = unit.isspace(), False
-            yield from written
+def may_omit(grapheme: str) -> bool:
+    """Whether a text may do without a grapheme, where similar forms are accepted and there is none."""
+    return bool(_PICTURE.match(grapheme) or _FOREIGN.match(grapheme))
+
+
+def unseen(text: str) -> list[Borrowed]:
+    """The invisible characters of a text, which no hand writes, and where, graphemes of the normalised text from 0.
+
+    What joins the parts of an emoji is of that emoji.
+    """
+    places: dict[str, list[int]] = {}
+    pieces = _INVISIBLE.split(text)
+    starts = accumulate(len(graphemes(normalise(piece))) for piece in pieces)
+    for piece, char, at in zip(pieces, _INVISIBLE.findall(text), starts, strict=False):
+        if char != "\u200d" or not _PICTURE.match(piece.rstrip("\ufe0f")[-1:]):
+            places.setdefault(_name(char), []).append(at)
+    return [Borrowed(name, LEFT_OUT, False, tuple(where)) for name, where in places.items()]
+
+
+def _omitted(units: Sequence[str], forms: Mapping[str, Sequence[Letter]]) -> set[int]:
+    """The places of what no form is there for and a text can do without, with the brackets around it."""
+    omitted = {at for at, unit in enumerate(units) if not forms.get(unit, unit) and _PICTURE.match(unit)}
+    parted = groupby(range(len(units)), lambda at: units[at].isspace())
+    words = [list(places) for spaces, places in parted if not spaces]
+    foreign = [_is_foreign([units[at] for at in word], forms) for word in words]
+    for number, word in enumerate(words):
+        if foreign[number] and _is_named_beside(units, words, foreign, number):
+            omitted.update(_in_brackets(units, word))
+    return omitted
+
+
+def _in_brackets(units: Sequence[str], word: Sequence[int]) -> range:
+    """The places of a word without the signs at its ends, but with the brackets that it stands in."""
+    letters = [at for at in word if units[at] not in _BRACKETS]
+    begin, end = letters[0], letters[-1] + 1
+    bracketed = word[0] < begin and end <= word[-1] and units[begin - 1] + units[end] in ("()", "[]")
+    return range(begin - bracketed, end + bracketed)
+
+
+def _is_foreign(word: Sequence[str], forms: Mapping[str, Sequence[Letter]]) -> bool:
+    """Whether a word is of letters of another alphabet, none of which the hand has."""
+    letters = [unit for unit in word if unit not in _BRACKETS]
+    return bool(letters) and all(_FOREIGN.match(unit) and not forms[unit] for unit in letters)
+
+
+def _is_named_beside(
+    units: Sequence[str], words: Sequence[Sequence[int]], foreign: Sequence[bool], number: int
+) -> bool:
+    """Whether words with capitals stand in the same line right beside a foreign one, enough of them to be a name."""
+    for way in (-1, 1):
+        count, at = 0, number
+        while 0 <= (then := at + way) < len(words):
+            between = units[words[min(at, then)][-1] + 1 : words[max(at, then)][0]]
+            if "\n" in between or not (foreign[then] or units[words[then][0]][0].isupper()):
+                break
+            count, at = count + (not foreign[then]), then
+        if count >= _NAMES:
+            return True
+    return False
+
+
+def _spelt(units: Sequence[str], hand: Repertoire, omitted: set[int], fallback: bool) -> Iterator[Letter | str]:
+    """The letters, without what is left out and the space that only parted it from the rest."""
+    kept = [at for at in range(len(units)) if at not in omitted]
+    last = "\n"
+    for at, following in zip_longest(kept, kept[1:]):
+        after = "\n" if following is None else units[following]
+        gone = units[at] == " " and (at - 1 in omitted or at + 1 in omitted)
+        if gone and (
+            last.isspace() or last in _OPENING or (at + 1 in omitted and (after.isspace() or after in _CLOSING))
+        ):
+            continue
+        last = units[at]
+        yield from [last] if last.isspace() else _form(last, hand, at, fallback)
 
 
 def _form(grapheme: str, hand: Repertoire, at: int, fallback: bool) -> Sequence[Letter]:
@@ -312,7 +380,7 @@ def _plain(grapheme: str) -> str:
     return unicodedata.normalize("NFKC", grapheme).translate(SAME)
 
 
-def _complaint(missing: dict[str, list[str]], hand: Repertoire, fallback: bool) -> str:
+def _complaint(missing: dict[str, list[str]], hand: Repertoire, fallback: bool, spared: Collection[str]) -> str:
     named = [
         f"{_name(grapheme)} ({'; '.join(places[:3])}{f' and {len(places) - 3} more' if len(places) > 3 else ''})"
         for grapheme, places in list(missing.items())[:_MOST_NAMED]
@@ -324,7 +392,7 @@ def _complaint(missing: dict[str, list[str]], hand: Repertoire, fallback: bool) 
         which = (
             f", which can supply {'all' if len(names) == len(missing) else ' '.join(names)} of them" if names else ""
         )
-        pictures = [grapheme for grapheme in missing if PICTURE.match(grapheme)]
+        pictures = [grapheme for grapheme in missing if grapheme in spared]
         ways = [f"accept similar forms{which}"] if len(pictures) < len(missing) else []
         ways += [f"leave {'it' if len(missing) == 1 else _pictures(pictures, missing)} out"] if pictures else []
         way_out += f", or --fallback to {' and '.join(ways)}"

@@ -14,7 +14,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m handout_lab.ipp", description=Faults.__doc__)
     parser.add_argument("folder", type=Path, help="receives what is printed")
     parser.add_argument("--port", type=int, default=8632)
-    jobs = ("busy", "empty_at", "jam_at", "hold_at", "lie_at", "lost_at", "torn_at", "unanswered_at")
+    jobs = ("busy", "empty_at", "jam_at", "hold_at", "lie_at", "lost_at", "torn_at", "restart_at", "unanswered_at")
     for name in (*jobs, "fail_at", "fail_for"):
         parser.add_argument(f"--{name.replace('_', '-')}", type=int, default=getattr(Faults, name))
     parser.add_argument("--fail-as", choices=FAILURES, default=Faults.fail_as)

@@ -49,6 +49,7 @@ class Faults:
     lie_at: int = 0  # the job that jams and yet is called completed
     lost_at: int = 0  # the job in whose document the connection breaks before the printer knows of it
     torn_at: int = 0  # the same, and the printer keeps the beginning
+    restart_at: int = 0  # the job at which it is switched off and on (see `restart`)
     unanswered_at: int = 0  # the job that is taken and printed, with the connection broken before the answer
     fail_at: int = 0  # the request, of whatever kind, from which requests fail
     fail_for: int = 1  # how many in a row
@@ -78,6 +79,7 @@ class SimulatedJob:
     reasons: tuple[str, ...] = ("job-printing",)
     since: float = 0.0
     stage: str = "whole"  # of its document: "lacking", "whole"
+    created: int = 1  # s of the printer's up-time
 
 
 class SimulatedPrinter:
@@ -85,7 +87,7 @@ class SimulatedPrinter:
 
     Without the context it can be asked by `answer` alone.
 
-    jobs : everything that it was given, in order; printed : what came out of it.
+    jobs : everything that it was given since it was switched on, in order; printed : what came out of it.
     """
 
     def __init__(
@@ -105,7 +107,7 @@ class SimulatedPrinter:
         self.printed: list[SimulatedJob] = []
         self.received = 0  # pages that were sent and not refused as busy, broken ones included
         self.requests = 0  # of every kind
-        self._clock = clock
+        self._clock, self._on = clock, clock()
         self._folder, self._path, self._stopped = folder, path, 0.0
         self._reasons: tuple[str, ...] = ("none",)
         self._lock = threading.RLock()
@@ -135,6 +137,13 @@ class SimulatedPrinter:
         """Fill the tray and take out what has jammed: what waits goes on."""
         with self._lock:
             self.faults, self._reasons = replace(self.faults, empty_at=0), ("none",)
+
+    def restart(self, foreign: int = 0, state: JobState = JobState.COMPLETED) -> None:
+        """Switch it off and on: it forgets its jobs and numbers anew; so many of other people come before ours."""
+        with self._lock:
+            self._on, self.jobs, self._reasons = self._clock(), [], ("none",)
+            for number in range(1, foreign + 1):
+                self.jobs.append(SimulatedJob(number, f"Invoice {number}", "application/pdf", (), b"", state))
 
     def break_now(self, request: Message) -> Callable[[int], int] | None:
         """For a print request whose connection is to break: bytes of the document announced → bytes still read."""
@@ -229,7 +238,8 @@ class SimulatedPrinter:
     def _new_job(self, request: Message) -> SimulatedJob:
         attributes = next((group.attributes for group in request.groups if group.tag == Tag.JOB), ())
         name, kind = (str(_first(request, key, "")) for key in ("job-name", "document-format"))
-        job = SimulatedJob(len(self.jobs) + 1, name, kind, attributes, b"", since=self._clock())
+        up = int(self._clock() - self._on) + 1
+        job = SimulatedJob(len(self.jobs) + 1, name, kind, attributes, b"", since=self._clock(), created=up)
         self.jobs.append(job)
         return job
 
@@ -242,6 +252,10 @@ class SimulatedPrinter:
             if job.state.over or job.state == JobState.HELD or job.stage == "lacking":
                 continue
             waited, f = self._clock() - job.since, self.faults
+            if job.number == f.restart_at:
+                self.faults = replace(f, restart_at=0)
+                self.restart(job.number)
+                return
             if job.number == f.hold_at:
                 job.state, job.reasons = JobState.HELD, ("job-hold-until-specified",)
             elif self._reasons != ("none",):
@@ -330,6 +344,7 @@ class SimulatedPrinter:
                 attribute("printer-name", Tag.NAME, "Simulated"),
                 attribute("printer-state", Tag.ENUM, state),
                 attribute("printer-state-reasons", Tag.KEYWORD, *self._reasons),
+                attribute("printer-up-time", Tag.INTEGER, int(self._clock() - self._on) + 1),
                 attribute("printer-is-accepting-jobs", Tag.BOOLEAN, True),
                 attribute("ipp-versions-supported", Tag.KEYWORD, *(("1.1",) if self.faults.old else ("1.1", "2.0"))),
                 attribute(
@@ -359,6 +374,7 @@ def _job_group(job: SimulatedJob) -> Group:
             attribute("job-name", Tag.NAME, job.name),
             attribute("job-state", Tag.ENUM, job.state),
             attribute("job-state-reasons", Tag.KEYWORD, *job.reasons),
+            attribute("time-at-creation", Tag.INTEGER, job.created),
         ),
     )
 

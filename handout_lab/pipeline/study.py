@@ -138,7 +138,7 @@ def make(output: str | Path, options: StudyOptions = StudyOptions(), *, listener
         atomic.write(work / ABOUT, (json.dumps(about, ensure_ascii=False, indent=1) + "\n").encode())
         if folder.exists():
             folder.rmdir()
-        work.rename(folder)
+        atomic.move_folder(work, folder)
     return result
 
 

@@ -72,3 +72,17 @@ def test_letters_of_one_source_are_told_of_together():
     assert (
         sentence == " Lent to the hand: ə (e in its place, 2 times). Lent to the hand, of house-print: G, M (3 times)."
     )
+
+
+def test_what_is_invisible_is_told_once(call):
+    Path("t.csv").write_text("name,street,city\nAnna\u200e,Weg\u00ad 1,Ulm\nBen\u202e,Weg 2,Ulm\n", encoding="utf-8")
+    Path("t.md").write_text("Dear\u200b Ann,\n\n\u2066hello\u2069\n", encoding="utf-8")
+    out, err = call("write", "a\u200bb", "-o", "a.svg", "--json", *SEED)
+    assert borrowed(out) == [{"letter": "U+200B", "from": "left out", "own": False, "count": 1, "at": [1]}]
+    assert err.count("U+200B") == 1
+    out, err = call("write", "t.md", "-o", "a.svg", "--json", *SEED)
+    assert [note.partition(": ")[0] for note in json.loads(out)["notes"]] == ["t.md, line 1", "t.md, line 3"]
+    assert err.count("U+200B") == 1 and err.count("U+2066, U+2069") == 1
+    out, err = call("print", "t.csv", "--dry-run", "e.svg", "--json", *SEED)
+    note = "what is invisible in rows 2-3 is not written: U+200E, U+00AD, U+202E"
+    assert json.loads(out)["columns"]["notes"] == [note] and err.count(note) == 1

@@ -300,3 +300,38 @@ def test_devices_probe_and_ports(call, monkeypatch):
     assert json.loads(call("devices", "list", "--ports", "--json")[0])["ports"][0]["usb"] == "04d8:fd92"
     monkeypatch.setattr(list_ports, "comports", lambda: [])
     assert "No serial port was found" in call("devices", "list", "--ports")[1]
+
+
+def test_what_is_nested_too_deeply_is_refused_in_a_sentence(call):
+    Path("deep.toml").write_text("a=" + "[" * 3000, encoding="utf-8")
+    Path("deep.md").write_text("**" * 500 + "a" + "**" * 500, encoding="utf-8")
+    Path("head.md").write_text("+++\na=" + "[" * 3000 + "\n+++\nHello", encoding="utf-8")
+    Path("deep.json").write_text("[" * 100_000, encoding="utf-8")
+    Path("table.csv").write_text("Name,Street,City\nAnn,Way 1,Ulm\n", encoding="utf-8")
+    for command in (
+        ("write", "deep.md"), ("write", "head.md"), ("write", "hi", "--hand", "deep.toml"),
+        ("write", "hi", "--style", "deep.toml"), ("--config", "deep.toml", "write", "hi"),
+        ("strokes", "show", "deep.json"),
+        ("print", "table.csv", "--dry-run", "--printer", "deep.toml"), ("restyle", "deep.json"),
+    ):  # fmt: skip
+        _, err = call(*command, "out.svg" if command[0] == "print" else "-oout.svg", code=2)
+        assert len(err.splitlines()) == 1 or "Usage" in err
+        assert not Path("out.svg").exists()
+
+
+def test_what_no_reader_expects_to_be_nested_is_a_sentence_too(call, monkeypatch):
+    def deeper(*_, **__):
+        return deeper()
+
+    monkeypatch.setattr("handout.pipeline.letters.write_source", deeper)
+    assert "nested too deeply" in call("write", "hi", "-o", "out.svg", code=2)[1]
+
+
+def test_messages_quote_no_more_than_a_screen_shows(call):
+    long = "x" * 50_000
+    Path("long.md").write_text(f"[a]{{.{long}}}", encoding="utf-8")
+    Path("link.md").write_text(f"[a](http://{long})", encoding="utf-8")
+    for command in (("long.md",), ("hi", "--page", long), ("hi", "--seed", long), ("hi", "--ink", f"{long} " * 9)):
+        _, err = call("write", *command, "-o", "out.svg", code=2)
+        assert len(err) < 3500 and "characters more" in err
+    assert len(call("write", "link.md", "-o", "out.svg")[1]) < 1000

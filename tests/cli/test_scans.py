@@ -29,7 +29,11 @@ def test_read_and_check(call, small_scan, told):
     )  # fmt: skip
     facts = json.loads(out)
     assert (facts["name"], facts["title"], facts["files"]) == ("mine", "My hand", ["mine.hand"])
-    assert facts["glyphs"] == 44 and facts["found"][0]["missing"] == [] and facts["pages"][0]["lines"] == 3
+    assert (
+        facts["glyphs"] == 44
+        and facts["found"][0]["missing"] == facts["found"][0]["other_case"] == []
+        and facts["pages"][0]["lines"] == 3
+    )
     assert "3 lines found" in err and "Wrote mine.hand: 44 letters" in err
     shares, stages = zip(*told, strict=True)
     assert list(shares) == sorted(shares) and shares[0] == 0 and 0.9 < shares[-1] <= 1 and len(shares) > 6

@@ -9,13 +9,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from handout.errors import InputError
+from handout.completion.completed_hand import complete_hand
+from handout.errors import InputError, MissingCharacters
 from handout.hand import corrections as made_by
+from handout.hand import file
 from handout.hand.corrections import (
     Confirm,
     Corrections,
     Cut,
+    Entry,
     Join,
+    KeepOut,
     Label,
     Link,
     Merge,
@@ -31,7 +35,10 @@ from handout.hand.corrections import (
 from handout.hand.ligatures import LigatureFinder
 from handout.hand.page_editor import along
 from handout.hand.scanned import NOBODY
+from handout.hand.vetting import vet
+from handout.tagging import relearning
 from handout.values import LineGraph
+from handout.writing.glyph_index import better_lent, doubt, index_glyphs
 
 
 def apply(hand, corrections):
@@ -267,6 +274,47 @@ def test_confirmed_letters_are_sure(small_hand):
     ):
         with pytest.raises(InputError, match=says):
             strictly(small_hand, wrong)
+
+
+def test_a_letter_that_is_right_may_be_kept_out_of_what_is_written(small_hand, tmp_path):
+    v, path = word(small_hand, "even")[1], tmp_path / "a.hand"
+    spot = at(small_hand, v)
+    hand = strictly(small_hand, KeepOut(page=0, at=spot, text="v"))
+    assert hand.glyphs[v].confirmed and hand.glyphs[v].kept_out and v not in hand.of("v").tolist()
+    assert hand.letters.get("v", 0) == small_hand.letters["v"] - 1
+    index = index_glyphs(hand)
+    assert v not in index.of("v").tolist() and hand.glyphs[v].letter == "v"
+    file.save(small_hand, path)
+    entry = Entry((KeepOut(page=0, at=spot),))
+    file.record(path, path, small_hand, hand, entry)
+    assert file.load(path).glyphs[v].kept_out and file.journal(path).entries == (entry,)
+    file.rewind(path, path, 0)
+    assert not file.load(path).glyphs[v].kept_out and not file.load(path).glyphs[v].confirmed
+    file.rewind(path, path, 1)
+    kept = file.load(path)
+    again = strictly(kept, KeepOut(page=0, at=spot, out=False))
+    file.record(path, path, kept, again, Entry((KeepOut(page=0, at=spot, out=False),)))
+    assert file.load(path).glyphs[v].confirmed and not file.load(path).glyphs[v].kept_out
+    # another name is another letter, which nobody kept out; without any left the hand lacks it
+    assert not strictly(hand, Label(page=0, at=spot, text="e")).glyphs[v].kept_out
+    others = [KeepOut(page=0, at=at(hand, n)) for n in small_hand.of("v").tolist()]
+    with pytest.raises(MissingCharacters, match="v"):
+        complete_hand(strictly(small_hand, *others), "even")
+    taught = relearning.correct(small_hand, [KeepOut(page=0, at=spot)]).hand
+    assert [g.letter for g in taught.glyphs if g.kept_out] == ["v"]
+
+
+def test_that_a_letter_is_confirmed_makes_it_no_likelier_to_be_written(small_hand):
+    """It is refused no longer, and costs what it did."""
+    odd, letter, glyphs = int(small_hand.of("e")[0]), "h", list(small_hand.glyphs)
+    glyphs[odd] = replace(glyphs[odd], letter=letter, confidence=1.0)  # an odd one of its letter
+    before = replace(small_hand, glyphs=tuple(glyphs))
+    after = apply(before, [Confirm(page=0, at=at(before, odd))])
+    assert vet(before).refused[odd] and vet(after).verdict(odd) == "sure"
+    assert doubt(after)[odd] == pytest.approx(doubt(before)[odd], abs=1e-6) and doubt(after)[odd] > 5
+    assert odd not in index_glyphs(before).all_candidates(letter, "middle").numbers
+    assert odd in index_glyphs(after).all_candidates(letter, "middle").numbers
+    assert not better_lent(apply(before.only([odd]), [Confirm(page=0, at=at(before, odd))]), letter)
 
 
 def test_a_name_takes_its_letter_of_the_transcript(small_hand):

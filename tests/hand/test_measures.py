@@ -1,9 +1,11 @@
 """What a scanned hand measures."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from handout.hand import measures
+from handout.hand import file, library, measures
 from handout.hand.letter_classes import FULL_ASCENDERS
 
 
@@ -22,3 +24,17 @@ def test_joins_are_counted_within_words(small_hand):
     assert joins.joined == sum(bool(glyph.ligatures) for glyph in small_hand.glyphs)
     assert 0 < joins.share <= 1
     assert measures.Joins(0, 0).share == 0
+
+
+def test_letters_of_the_other_case_are_told_by_their_size():
+    """On pages of a hand that had no part in setting the bounds: .93 of those planted, and hardly a right one."""
+    hand = file.load(library.scanned_file("house-print-fountain"))
+    cased = [i for i, glyph in enumerate(hand.glyphs) if glyph.letter and glyph.letter.lower() in "ckopsuvwxz"]
+    assert measures.contradicted_cases(hand)[cased].mean() < 0.005
+    planted, glyphs = cased[::13], list(hand.glyphs)
+    for i in planted:
+        glyphs[i] = replace(glyphs[i], letter=glyphs[i].letter.swapcase())
+    found = measures.contradicted_cases(replace(hand, glyphs=tuple(glyphs)))
+    assert found[planted].mean() > 0.92
+    assert found[np.setdiff1d(cased, planted)].mean() < 0.01
+    assert not np.delete(found, cased).any()

@@ -1,6 +1,8 @@
 """Letter files: what Markdown becomes, and one sentence with the line for what is wrong."""
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from handout.errors import InputError
 from handout.letters import load
@@ -104,3 +106,54 @@ def test_what_is_wrong_is_one_sentence_with_its_line(text, line, words):
 def test_nothing_and_too_much_are_refused(text, words):
     with pytest.raises(InputError, match=words):
         load(text, "x.md")
+
+
+# every construct that letters know, each with nothing in it too
+_WORDS = (
+    "", "", "a", "two words", "*", "**", "_", "~~", "[]", "[]{.wavy}", "[x]{.double}", "[x]{ink=red size=1.2}",
+    "*[]{}*", "**b**", "*i*{.wavy}", "~~[]~~", "[](x)", "[a](b)", "[a][b]", "{.right}", "\\", "\\{", "&nbsp;",
+    "<!-- c -->", "|", "  \n", "\n", "\u200b", "\ufeff", "\x00", "![](none.png)", "`c`", "{{ x }}", "<b>",
+)  # fmt: skip
+_BLOCKS = (
+    "", "#", "##  ", "# # #", "-", "- ", "1.", "999999999. x", "*", "***", "---", "===", "| |",
+    "| a | b |\n|---|---|\n| 1 | |", "| |\n|--|",
+    "|a|\n|:-:|\n||", ">", ">>>", "> #", "> | |\n> |--|\n> ", ":::", "::: date\n:::", "::: ps\n\n:::",
+    "::: signature\n:::", "::: signature x\n#\n:::", "::: address\n#\n:::", "{.date}", "{.page}\n***", "{.right}\n#",
+    "{size=0.9}\n| a |\n|-|\n| |", "```\n```", "    code", "<div>", "[a]: b", "[a]: <>\n[a]", "---\n---", "+++\n+++",
+    "a\n===",
+)  # fmt: skip
+_INLINE = st.lists(st.sampled_from(_WORDS), max_size=5).map("".join)
+_ROW = st.lists(_INLINE.map(lambda text: text.replace("\n", " ")), max_size=4).map(lambda row: f"|{'|'.join(row)}|")
+_TABLE = st.lists(_ROW, min_size=1, max_size=4).map(
+    lambda rows: "\n".join([rows[0], "|" + "---|" * max(rows[0].count("|") - 1, 1), *rows[1:]])
+)
+_BLOCK = st.tuples(
+    st.sampled_from(["", "", "> ", "- ", "1. ", "# ", "{.right}\n", "::: date\n"]),
+    st.one_of(_INLINE, _TABLE, st.sampled_from(_BLOCKS)),
+).map("".join)
+
+
+@settings(max_examples=300)
+@given(st.lists(_BLOCK, min_size=1, max_size=4), st.sampled_from(["\n", "\n\n"]))
+def test_any_letter_is_read_or_refused_in_a_sentence(blocks, between):
+    try:
+        letter = load(between.join(blocks), "x.md", None)
+    except InputError as error:
+        assert str(error).startswith("x.md")
+    else:
+        assert letter.blocks
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["| a | b |\n|---|---|\n| 1 | |", "| a | b |\n|---|---|\n| 1 |", "| | b |\n|---|---|", "x\n\n#", "x []{.wavy}",
+     "> | x |\n> |--|\n> "],
+)  # fmt: skip
+def test_what_is_empty_is_written_as_nothing(text):
+    assert "".join(load(text).text.split()) in ("ab1", "b", "x")
+
+
+@pytest.mark.parametrize("text", ["#", "[]{.wavy}", "| |\n|--|", "<!-- only a note -->", "> "])
+def test_a_letter_of_nothing_but_empty_blocks_is_refused(text):
+    with pytest.raises(InputError, match="nothing to write"):
+        load(text)

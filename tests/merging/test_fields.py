@@ -3,7 +3,8 @@
 import pytest
 
 from handout.errors import InputError
-from handout.merging.fields import Fields, RowManner, counted, doubts
+from handout.merging.fields import Fields, RowManner, counted, doubts, told_repeats
+from handout.merging.template import Letter
 from handout.printing.address_table import read_addresses, read_rows
 from handout.printing.column_names import identifier
 
@@ -66,3 +67,34 @@ def test_a_setting_is_no_part_of_the_address(path):
 def test_a_role_that_there_is_not_names_the_settings_too(path):
     with pytest.raises(InputError, match=r"hnd.* did you mean hand"):
         read_rows(path, ["hnd=Schrift"])
+
+
+def test_two_columns_of_one_name_are_told_apart_by_their_places(tmp_path):
+    path = tmp_path / "two.csv"
+    path.write_text("Name,Street,City,Gift,Gift,Copies,Copies\nAnn,Way 1,Ulm,jam,,3,\n", encoding="utf-8")
+    rows = read_addresses(path, ("6=copies",))
+    fields = Fields(rows.columns)
+    with pytest.raises(InputError, match=r"l.txt, line 1: two.csv has 2 columns called 'gift'.*gift_4.*gift_5"):
+        fields.check(Letter("Thanks for {{ gift }}", "l.txt"), "two.csv")
+    fields.check(
+        letter := Letter("Thanks for {{ gift_4 }} and {{ row['Gift (5)']|default('all') }}", "l.txt"), "two.csv"
+    )
+    assert letter.fill(fields.values(rows[0]), rows[0].cells) == "Thanks for jam and all"
+    assert counted(rows)[0].copies == 3
+
+
+@pytest.mark.parametrize("once", [True, False])
+def test_rows_that_are_the_same_are_told_and_may_be_made_once(tmp_path, once):
+    path = tmp_path / "again.csv"
+    path.write_text(
+        "No,Name,Street,City,Gift\n1,Ann,Way 1,Ulm,jam\n2,Ben,Way 2,Ulm,\n3,ann , Way  1,Ulm,jam\n4,Ann,Way 1,Ulm,tea\n"
+    )
+    for rows, used, same in (
+        (read_addresses(path), (), "rows 2, 4 and 5"),
+        (read_addresses(path), ("Gift",), "rows 2 and 4"),
+    ):
+        found = told_repeats(rows, used, once=once)
+        assert same in found.notes[-1] and ("--once" in found.notes[-1]) is not once
+        again = {int(n) for n in same.replace(",", "").split() if n.isdecimal()} - {2} if once else set()
+        assert [row.number for row in found] == [n for n in (2, 3, 4, 5) if n not in again]
+    assert told_repeats(read_rows(path), (), once=once).notes == read_rows(path).notes

@@ -226,13 +226,13 @@ def test_places_do_not_pile_up_behind_a_slow_disk(tmp_path, monkeypatch):
         held.free.set()
         kept.sync()
         assert kept.certain == kept.standing
-    assert path.read_bytes().count(b"drawn") < 5 and read(path)[0].place == Place(1, 4999 / 7)
+    assert path.read_bytes().count(b"drawn") < 5 and read(path).place == Place(1, 4999 / 7)
 
 
 def test_a_disk_that_takes_a_part_of_a_line_is_given_the_rest(tmp_path):
     path = tmp_path / "journal"
     with Journal(path) as kept:
-        real = kept._file
+        real = kept._file._file
 
         class Bit:
             def write(self, data):
@@ -241,11 +241,11 @@ def test_a_disk_that_takes_a_part_of_a_line_is_given_the_rest(tmp_path):
             def __getattr__(self, name):
                 return getattr(real, name)
 
-        kept._file = Bit()
+        kept._file._file = Bit()
         kept.begin(0)
         kept.drawn(Place(2, 1.0))
         kept.sync()
-    assert read(path)[0].place == Place(2, 1.0)
+    assert read(path).place == Place(2, 1.0)
 
 
 def test_the_judge_sees_a_rest_that_is_there():

@@ -11,12 +11,13 @@ from handout import profiles
 from handout.errors import InputError, PrinterError
 from handout.page_sizes import page
 from handout.pipeline.printing import UNCALIBRATED
+from handout.printing import media
 from handout.printing.address_table import read_addresses
 from handout.printing.batch import RowsRefused
 from handout.printing.queue import SimulatedQueue
-from handout.printing.sending import PrintingStopped
+from handout.printing.sending import Checked, PrintingStopped
 from handout.profiles import Length, Margins, Printer
-from handout.values import Drawing
+from handout.values import Drawing, Page
 
 ROOT = Path(__file__).resolve().parents[2]
 DL = page("DL")
@@ -170,6 +171,33 @@ def test_ink_where_the_printer_cannot_reach_is_a_warning(tmp_path):
     assert len(report.warnings) == 1
     assert report.warnings[0].startswith("row 2: ink comes within") and "leading edge" in report.warnings[0]
     assert "Narrow cannot print nearer than 100 mm" in report.warnings[0]
+
+
+def test_what_is_true_of_many_rows_is_said_once(tmp_path):
+    reach = Length(100)
+    near = Printer(kind="printer", title="Narrow", dpi=72, margins=Margins(top=reach), file=True)
+    report = run(rows(4, r3={"warnings": ("check the accents",)}), near, out=tmp_path / "a.pdf")
+    told, accents = report.warnings
+    assert told.startswith("rows 2-5: ink comes within") and "by a larger --margin, or by another --feed" in told
+    assert accents == "row 3: check the accents"
+
+
+def test_of_rows_that_differ_the_worst_length_is_said():
+    checked = Checked()
+    for row, length in ((2, 9.4), (3, 10.9), (5, 9.9)):
+        checked.warn(
+            row, [f"ink comes within {length} mm of the edge, not 20 mm", f"ink reaches {length} mm beyond it"]
+        )
+    assert checked.warnings == [
+        "rows 2-3,5: ink comes within 9.4 mm of the edge, not 20 mm",
+        "rows 2-3,5: ink reaches 10.9 mm beyond it",
+    ]
+
+
+def test_a_card_is_not_held_to_the_margins_of_an_envelope():
+    profile = profiles.find("epson", "printer")
+    card, envelope = Page(148.0, 105.0), page("DL")
+    assert media.printer_for(card, profile).margins.bottom == 3 < media.printer_for(envelope, profile).margins.bottom
 
 
 def test_warnings_of_the_table_are_passed_on(tmp_path):

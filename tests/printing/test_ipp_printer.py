@@ -60,7 +60,7 @@ def test_a_page_arrives_byte_for_byte_with_its_sheet_and_tray(page, tmp_path):
         queue, said, _ = connected(printer)
         queue.check(DL)
         job = queue.send(page, DL)
-        assert queue.follow(job) == Outcome("completed") == queue.outcome(job, DL.title)
+        assert queue.follow(job, DL.title) == Outcome("completed") == queue.outcome(job, DL.title)
         (kept,) = printer.printed
         assert kept.document == DOCUMENT and (tmp_path / "out" / "job-001.pdf").read_bytes() == DOCUMENT
         assert kept.name == DL.title and kept.format == "application/pdf"
@@ -115,7 +115,7 @@ def test_an_old_printer_is_told_the_name_of_the_sheet():
 def test_a_printer_of_version_1_1_is_spoken_to_in_it(page):
     with SimulatedPrinter(faults=Faults(old=True)) as printer:
         queue, _, _ = connected(printer)
-        assert queue.follow(queue.send(page, DL)) == Outcome("completed")
+        assert queue.follow(queue.send(page, DL), DL.title) == Outcome("completed")
 
 
 def test_a_busy_printer_is_asked_again_ever_less_often(page):
@@ -146,7 +146,7 @@ def test_an_empty_tray_is_told_and_waited_for(page):
             printer.clear()
 
         threading.Thread(target=fill, daemon=True).start()
-        assert queue.follow(job) == Outcome("completed")
+        assert queue.follow(job, DL.title) == Outcome("completed")
         assert said == ["Job 1 waits: the tray is empty."]
         assert [kept.document for kept in printer.printed] == [DOCUMENT]
 
@@ -155,7 +155,7 @@ def test_a_job_that_the_printer_gives_up_has_failed(page):
     with SimulatedPrinter(faults=Faults(jam_at=1)) as printer:
         queue, _, _ = connected(printer)
         job = queue.send(page, DL)
-        assert queue.follow(job) == Outcome("failed", "the printer gave it up, the paper has jammed")
+        assert queue.follow(job, DL.title) == Outcome("failed", "the printer gave it up, the paper has jammed")
         assert printer.printed == []
 
 
@@ -163,13 +163,15 @@ def test_a_job_that_is_held_is_left_to_the_user(page):
     with SimulatedPrinter(faults=Faults(hold_at=1)) as printer:
         queue, _, _ = connected(printer)
         job = queue.send(page, DL)
-        assert queue.follow(job) == Outcome("waiting", "it is held at the printer: it is held until a given time")
+        assert queue.follow(job, DL.title) == Outcome(
+            "waiting", "it is held at the printer: it is held until a given time"
+        )
 
 
 def test_a_printer_that_lies_is_not_believed(page):
     with SimulatedPrinter(faults=Faults(lie_at=1)) as printer:
         queue, _, _ = connected(printer)
-        outcome = queue.follow(queue.send(page, DL))
+        outcome = queue.follow(queue.send(page, DL), DL.title)
         assert outcome.state == "unknown" and "jammed" in outcome.why and printer.printed == []
 
 
@@ -189,7 +191,7 @@ def test_a_page_that_is_lost_on_the_way_is_sent_again(page, fault):
     with SimulatedPrinter(faults=Faults(**{fault: 1})) as printer:
         queue, said, _ = connected(printer)
         job = queue.send(page, DL)
-        assert queue.follow(job) == Outcome("completed")
+        assert queue.follow(job, DL.title) == Outcome("completed")
         assert [kept.document for kept in printer.printed] == [DOCUMENT * 40]
         assert len(said) == 1 and "sending it again" in said[0]
 
@@ -198,7 +200,7 @@ def test_a_page_whose_answer_is_lost_is_not_sent_twice(page):
     with SimulatedPrinter(faults=Faults(unanswered_at=1)) as printer:
         queue, said, _ = connected(printer)
         job = queue.send(page, DL)
-        assert job == "1" and queue.follow(job) == Outcome("completed")
+        assert job.startswith("1@") and queue.follow(job, DL.title) == Outcome("completed")
         assert len(printer.printed) == 1 and said == []
 
 
@@ -219,7 +221,7 @@ def test_a_printer_that_is_gone_after_taking_a_page_is_unknown(page):
 def test_a_slow_printer_is_waited_for_and_a_silent_one_is_not(page):
     with SimulatedPrinter(faults=Faults(slow=0.3)) as printer:
         queue, _, _ = connected(printer)
-        assert queue.follow(queue.send(page, DL)) == Outcome("completed")
+        assert queue.follow(queue.send(page, DL), DL.title) == Outcome("completed")
         printer.faults = Faults(slow=600)  # however long this test itself is kept waiting
         with pytest.raises(TransportError, match=r"has not answered for 0\.1 s"):
             connected(printer, timeout=0.1)
@@ -230,7 +232,7 @@ def test_a_silent_printer_while_a_job_is_followed(page):
         queue, said, waits = connected(printer)
         job = queue.send(page, DL)
     with pytest.raises(OutcomeUnknown, match="What became of job 1 cannot be told"):
-        queue.follow(job)
+        queue.follow(job, DL.title)
     assert sum(waits.seconds) >= 60 and len(said) == 1 and "Asking again" in said[0]
 
 
@@ -252,14 +254,14 @@ def test_a_job_that_is_out_cannot_be_cancelled(page):
     with SimulatedPrinter() as printer:
         queue, _, _ = connected(printer)
         job = queue.send(page, DL)
-        queue.follow(job)
+        queue.follow(job, DL.title)
         assert queue.cancel(job, DL.title) == Outcome("completed")
 
 
 def test_what_the_printer_has_forgotten_is_unknown(page):
     with SimulatedPrinter(faults=Faults(forgetful=True)) as printer:
         queue, _, _ = connected(printer)
-        assert queue.follow(queue.send(page, DL)).state == "unknown"
+        assert queue.follow(queue.send(page, DL), DL.title).state == "unknown"
         assert queue.outcome("", "handout abc row 3").state == "unknown"
 
 
@@ -267,8 +269,52 @@ def test_a_number_that_now_belongs_to_another_job_is_unknown(page):
     with SimulatedPrinter() as printer:
         queue, _, _ = connected(printer)
         job = queue.send(page, DL)
-        queue.follow(job)
+        queue.follow(job, DL.title)
         assert queue.outcome(job, "handout old row 9").state == "unknown"
+
+
+def test_a_page_that_a_restart_took_is_not_done_because_a_strangers_job_of_its_number_is(page):
+    with SimulatedPrinter(faults=Faults(restart_at=1)) as printer:
+        queue, _, _ = connected(printer)
+        job = queue.send(page, DL)
+        assert queue.follow(job, DL.title).state == "unknown" and printer.printed == []
+        assert printer.jobs[0].name == "Invoice 1" and printer.jobs[0].state == JobState.COMPLETED
+        assert queue.outcome(job, DL.title).state == "unknown"
+
+
+@pytest.mark.parametrize("simple", [False, True])
+def test_a_job_is_its_number_its_name_and_when_it_was_made(page, simple):
+    now = [100.0]
+    with SimulatedPrinter(faults=Faults(simple=simple, printing=0), clock=lambda: now[0]) as printer:
+        queue, _, _ = connected(printer)
+        now[0] += 50
+        job = queue.send(page, DL)
+        assert job == "1@51" and queue.follow(job, DL.title) == Outcome("completed")
+        printer.jobs[0].name = ""  # a printer may keep names to itself: the time still tells
+        assert queue.outcome(job, DL.title) == queue.follow(job, DL.title) == Outcome("completed")
+        assert queue.outcome("1@52", DL.title).state == queue.follow("1@52", DL.title).state == "unknown"
+        printer.jobs[0].created = 0  # and times, which it may set to this when it is switched on
+        assert queue.outcome(job, DL.title).state == "unknown"
+        printer.jobs[0].name = DL.title
+        assert queue.outcome(job, DL.title) == Outcome("completed")
+
+
+def test_ctrl_c_does_not_cancel_a_strangers_job(page):
+    with SimulatedPrinter(faults=Faults(printing=60)) as printer:
+        queue, _, _ = connected(printer)
+        job = queue.send(page, DL)
+        printer.restart(3, JobState.HELD)
+        assert queue.cancel(job, DL.title).state == "unknown"
+        assert [job.state for job in printer.jobs] == [JobState.HELD] * 3
+
+
+def test_a_page_that_breaks_off_at_a_restart_is_not_taken_for_a_strangers(page):
+    with SimulatedPrinter(faults=Faults(unanswered_at=1)) as printer:
+        queue, _, _ = connected(printer)
+        accept = printer._accept
+        printer._accept = lambda *given: (accept(*given), printer.restart(1))[0]
+        with pytest.raises(OutcomeUnknown):
+            queue.send(page, DL)
 
 
 @pytest.mark.parametrize(

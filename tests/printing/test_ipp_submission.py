@@ -208,7 +208,7 @@ def test_a_printer_that_fails_for_good_after_taking_a_page_is_not_said_to_have_n
     printer, clock = simulated()
     seen = failing(printer, Operation.GET_JOB_ATTRIBUTES)
     one_row(tmp_path, hand, printer, clock)
-    at = seen.index(Operation.GET_JOB_ATTRIBUTES) + 1
+    at = seen.index(Operation.GET_JOB_ATTRIBUTES, seen.index(Operation.SEND_DOCUMENT)) + 1
     printer, clock = simulated(fail_at=at, fail_for=10**6, fail_as=failure)
     with pytest.raises(PrintingStopped, match=r"Row 2 was sent as job 1; go on with .*--resume") as caught:
         one_row(tmp_path, hand, printer, clock)
@@ -246,8 +246,8 @@ def test_over_the_network_a_500_after_the_page_was_taken(tmp_path):
             )
             job = queue.send(path, PAGE)
             while not printer.printed:
-                queue.follow(job)
-            assert queue.follow(job) == Outcome("completed") and len(printer.printed) == 1
+                queue.follow(job, PAGE.title)
+            assert queue.follow(job, PAGE.title) == Outcome("completed") and len(printer.printed) == 1
             assert [kept.document for kept in printer.jobs] == [path.read_bytes()]
 
 
@@ -292,7 +292,7 @@ def test_an_older_job_that_is_still_listed_proves_that_a_newer_one_never_came(tm
     path.write_bytes(b"%PDF")
     printer, clock = simulated()
     queue = queue_of(printer, clock)
-    queue.follow(queue.send(path, PAGE))
+    queue.follow(queue.send(path, PAGE), PAGE.title)
     assert queue.outcome("", "handout a1b2c3 row 3", {PAGE.title}) == Outcome("failed", "it did not arrive")
     assert queue.outcome("", "handout a1b2c3 row 3", {"handout ffffff row 2"}).state == "unknown"
 

@@ -11,6 +11,8 @@ from doubles import block, print_all, rows, rule
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks import damages
+from handout import atomic, journal_lines
 from handout.errors import InputError
 from handout.page_sizes import page
 from handout.printing import journal
@@ -65,18 +67,20 @@ def resume(what, tmp_path):
 
 def entries(tmp_path):
     (path,) = (tmp_path / "state").glob("*.jsonl")
-    return [json.loads(line) for line in path.read_text().splitlines()]
+    return [json.loads(text) for text in journal_lines.read(path)]
 
 
 def test_every_step_is_in_the_journal(what, tmp_path):
     with SimulatedPrinter() as printer:
         report = run(begin(what, tmp_path), queue_of(printer), 2)
-    first, *steps, last = entries(tmp_path)
+    first, second, *steps, last = entries(tmp_path)
+    assert first == second and {step["of"] for step in steps} == {first["run"]}
+    assert [step["n"] for step in steps] == [1, 1, 1, 2, 2, 2]
     assert first["seed"] == 7 and first["run"] and "table.csv" in first["table"]
     assert [(s["row"], s["state"]) for s in steps] == [
         (n, state) for n in (2, 3) for state in ("sending", "sent", "completed")
     ]
-    assert last == {"ended": "done"} and report.rows == (2, 3)
+    assert last["ended"] == "done" and report.rows == (2, 3)
     assert printer.jobs[0].name == f"handout {first['run']} row 2"
 
 
@@ -137,7 +141,7 @@ def killed_at(monkeypatch, step):
 
     with monkeypatch.context() as patched:
         patched.setattr(journal.Journal, "_write", dying)
-        patched.setattr(journal.Journal, "__exit__", lambda self, *_: self._stream.close())
+        patched.setattr(journal.Journal, "__exit__", lambda self, *_: self._file.close())
         with pytest.raises(Dies):
             yield
 
@@ -174,7 +178,9 @@ def test_what_nobody_knows_is_left_to_the_user(what, tmp_path):
         queue = queue_of(printer)
         follow = queue.follow
         # the cable is pulled while the second envelope is printed, and the printer is switched off and on again
-        queue.follow = lambda job: follow(job) if job == "1" else (_ for _ in ()).throw(OutcomeUnknown("Gone."))
+        queue.follow = lambda job, title: (
+            follow(job, title) if job.startswith("1@") else (_ for _ in ()).throw(OutcomeUnknown("Gone."))
+        )
         with pytest.raises(PrintingStopped, match="Row 3: Gone"):
             run(begin(what, tmp_path), queue, 3)
     with SimulatedPrinter() as printer:
@@ -187,6 +193,18 @@ def test_what_nobody_knows_is_left_to_the_user(what, tmp_path):
         assert printed(printer) == [4, 3] and report.unknown == () and report.exit_code == 0
     with pytest.raises(InputError, match=r"--again .* --resume"):
         print_all(rows(3), rule, PLAIN, DL, ink=block, queue=FolderQueue(tmp_path / "f"), again="3")
+
+
+def test_a_printer_that_is_switched_off_and_on_in_the_middle_loses_no_page_silently(what, tmp_path):
+    with SimulatedPrinter(faults=Faults(restart_at=3)) as printer:
+        with pytest.raises(PrintingStopped, match=r"Row 4: what became of job 3 cannot be told: the printer does not"):
+            run(begin(what, tmp_path), queue_of(printer))
+        assert printed(printer) == [2, 3] and printer.jobs[2].state == JobState.COMPLETED
+        report = run(resume(what, tmp_path), queue_of(printer))
+        assert printed(printer) == [2, 3, 5, 6, 7] and report.before == (2, 3)
+        assert [one.row for one in report.unknown] == [4] and report.exit_code == 4
+        assert run(resume(what, tmp_path), queue_of(printer), again="4").exit_code == 0
+        assert printed(printer) == [2, 3, 5, 6, 7, 4]
 
 
 def test_a_lie_is_left_to_the_user_even_when_the_jam_is_gone(what, tmp_path):
@@ -305,6 +323,130 @@ def test_two_programs_do_not_print_one_batch(what, tmp_path):
     assert resume(what, tmp_path).steps.keys() == {(2, 1, "")}
 
 
+def test_the_journal_is_read_when_it_is_locked(what, tmp_path, monkeypatch):
+    def other_first(stream):
+        """Another program has the batch just before this one, and is through with it."""
+        monkeypatch.setattr(atomic, "lock", lock)
+        run(others(), SimulatedQueue(tmp_path / "other"))
+        lock(stream)
+
+    lock, others = atomic.lock, lambda: begin(what, tmp_path, afresh=True)
+    monkeypatch.setattr(atomic, "lock", other_first)
+    with pytest.raises(PrintingStopped), SimulatedPrinter(faults=Faults(jam_at=2)) as printer:
+        run(begin(what, tmp_path), queue_of(printer))
+    others = lambda: resume(what, tmp_path)  # noqa: E731
+    monkeypatch.setattr(atomic, "lock", other_first)
+    report = run(resume(what, tmp_path), SimulatedQueue(tmp_path / "own"))
+    assert report.jobs == () and report.before == (2, 3, 4, 5, 6, 7)
+
+    def breaks_off():
+        kept = begin(what, tmp_path, afresh=True)
+        kept.note(journal.Piece(2, 1), "sending", title="t")
+        return kept
+
+    def dies_first(stream):
+        monkeypatch.setattr(atomic, "lock", lock)
+        breaks_off()._file.close()
+        lock(stream)
+
+    monkeypatch.setattr(atomic, "lock", dies_first)
+    with pytest.raises(InputError, match="broke off"):
+        begin(what, tmp_path)
+
+
+def changed(tmp_path, line, old, new):
+    """The journal with a line, from 0 or from the end, damaged."""
+    (path,) = (tmp_path / "state").glob("*.jsonl")
+    lines = path.read_bytes().splitlines(keepends=True)
+    assert old in lines[line]
+    lines[line] = lines[line].replace(old, new)
+    path.write_bytes(b"".join(lines))
+
+
+def broken_off(what, tmp_path, at=4):
+    """Of six rows three came out, the fourth jammed; what the printer remembers."""
+    queue = SimulatedQueue(tmp_path / "out", jam_at=at)
+    with pytest.raises(PrintingStopped):
+        run(begin(what, tmp_path), queue)
+
+
+def gone_on(what, tmp_path, **given):
+    report = run(resume(what, tmp_path), SimulatedQueue(tmp_path / "out", go_on=True), **given)
+    log = (tmp_path / "out" / "jobs.jsonl").read_text().splitlines()
+    return report, [int(json.loads(entry)["title"].split()[-1]) for entry in log]
+
+
+@pytest.mark.parametrize("step", range(1, 12))
+def test_where_nothing_is_damaged_nothing_is_lost(what, tmp_path, monkeypatch, step):
+    queue = SimulatedQueue(tmp_path / "out")
+    for _ in range(3):
+        with killed_at(monkeypatch, step):
+            run(
+                resume(what, tmp_path) if (tmp_path / "out" / "jobs.jsonl").exists() else begin(what, tmp_path),
+                queue,
+                40,
+            )
+        with resume(what, tmp_path) as kept:
+            assert kept.lost == kept.damaged == 0
+            assert kept.begun >= len(kept.steps)
+
+
+def test_a_flipped_row_number_leaves_no_row_out(what, tmp_path):
+    broken_off(what, tmp_path)
+    changed(tmp_path, 4, b'"row": 2', b'"row": 6')  # which would be done, then, and never be made
+    report, rows_made = gone_on(what, tmp_path)
+    assert rows_made == [2, 3, 4, 5, 6, 7] and report.unknown == () and report.exit_code == 0
+    assert [warning for warning in report.warnings if "line 5 of the journal" in warning]
+
+
+def test_a_flipped_key_is_no_traceback_and_a_lost_beginning_is_known_from_what_follows(what, tmp_path):
+    broken_off(what, tmp_path)
+    changed(tmp_path, 2, b'"copy"', b'"copz"')
+    changed(tmp_path, 0, b'"begun"', b'"cegun"')
+    report, rows_made = gone_on(what, tmp_path)
+    # of row 2 it is known that it came out, and the printer of no line is that of another
+    assert rows_made == [2, 3, 4, 5, 6, 7] and report.unknown == () and report.before == (2, 3, 4)
+
+
+def test_a_row_that_may_have_been_sent_in_a_damaged_line_is_named(what, tmp_path, monkeypatch):
+    queue = SimulatedQueue(tmp_path / "out")
+    with killed_at(monkeypatch, 7):  # of the third row it is noted that it is being sent
+        run(begin(what, tmp_path), queue)
+    changed(tmp_path, -1, b"sending", b"sendjng")
+    report, rows_made = gone_on(what, tmp_path)
+    unknown = [row.row for row in report.unknown]
+    assert unknown == [4, 5] and rows_made == [2, 3, 4, 6, 7] and report.exit_code == 4
+    assert "whether it was sent is not known: its journal is damaged at line 9" in report.unknown[0].reason
+    report, rows_made = gone_on(what, tmp_path, again="5")  # who has looked
+    assert rows_made == [2, 3, 4, 6, 7, 5] and [row.row for row in report.unknown] == [4]
+
+
+def test_where_the_beginning_is_lost_what_is_known_is_said_and_nothing_is_made(what, tmp_path):
+    broken_off(what, tmp_path)
+    for line in (0, 1):
+        changed(tmp_path, line, b'"begun"', b'"cegun"')
+    for again in (lambda: resume(what, tmp_path), lambda: begin(what, tmp_path, afresh=True)):
+        with pytest.raises(
+            InputError, match=r"damaged at line 1, .* rows 2-4 came out; look what became of row 5\. .*--rows"
+        ):
+            again()
+
+
+def test_a_journal_that_an_older_program_did_not_seal_is_gone_on_with(what, tmp_path):
+    broken_off(what, tmp_path)
+    (path,) = (tmp_path / "state").glob("*.jsonl")
+    old = [{key: entry[key] for key in entry if key not in ("of", "n")} for entry in entries(tmp_path)[1:]]
+    path.write_text("".join(json.dumps(entry) + "\n" for entry in old) + '{"row": 6, "co')
+    report, rows_made = gone_on(what, tmp_path)
+    assert rows_made == [2, 3, 4, 5, 6, 7] and report.before == (2, 3, 4) and report.warnings == ()
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_no_damaged_journal_loses_or_repeats_a_row_silently(seed):
+    assert damages.batch_journal(seed) in ("right", "named", "refused")
+    assert damages.plot_journal(seed) in ("right", "right, told")
+
+
 @pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(st.data())
@@ -321,13 +463,13 @@ def test_a_journal_that_was_cut_off_is_read_up_to_there(tmp_path_factory, data):
     kept = begin(what, folder)
     for row, state in steps:
         kept.note(journal.Piece(row, 1), state, **({"title": f"t{row}"} if state == "sending" else {}))
-    kept._stream.close()
+    kept._file.close()
     whole = kept.path.read_bytes()
-    first = whole.index(b"\n") + 1
+    first = whole.index(b"\n", whole.index(b"\n") + 1) + 1
     cut = first + round(data.draw(st.integers(0, 1000)) / 1000 * (len(whole) - first))
     kept.path.write_bytes(whole[:cut])
     # a line whose only loss is its end is still whole
-    lines = [line for line in whole[first:cut].split(b"\n") if line.endswith(b"}")]
+    lines = [line[9:] for line in whole[first:cut].split(b"\n") if line.endswith(b"}")]
     found = resume(what, folder)
     expected = {}
     for line in lines:
@@ -335,7 +477,7 @@ def test_a_journal_that_was_cut_off_is_read_up_to_there(tmp_path_factory, data):
         expected[entry["row"], entry["copy"], ""] = entry["state"]
     assert {piece: step.state for piece, step in found.steps.items()} == expected
     found.note(journal.Piece(9, 1), "completed")
-    found._stream.close()
+    found._file.close()
     assert resume(what, folder).steps[9, 1, ""].state == "completed"
 
 
@@ -358,7 +500,9 @@ def test_cups_is_asked_what_became_of_a_job(print_system):
         outcomes = [queue.outcome(f"envelopes-{n}", f"job {n}").state for n in (1, 2, 3, 4)]
         assert outcomes == ["completed", "failed", "waiting", "unknown"]
         assert queue.outcome("envelopes-1", "job 9").state == "unknown"
-        assert queue.outcome("", "job 1") == Outcome("completed", job="1")
+        assert queue.outcome("", "job 1") == Outcome("completed", job="1@1")
+        assert queue.outcome("1@1", "job 1") == Outcome("completed")
+        assert queue.outcome("1@7", "job 1").state == "unknown"
     assert queue.outcome("envelopes-1", "job 1") == Outcome("unknown", "the print system cannot be asked about it")
 
 

@@ -89,7 +89,7 @@ def test_printers_by_name(print_system):
 def test_a_queue_is_driven_by_the_profile_of_its_name(print_system):
     (print_system.folder / "queues").write_text("epson\n")
     found = printers.resolve("epson")
-    assert found.queue == "epson" and found.margins.bottom == 20
+    assert found.queue == "epson" and found.envelope.margins.bottom == 20
 
 
 def test_a_profile_in_a_file_of_the_users_own(print_system, tmp_path):

@@ -170,3 +170,14 @@ def test_any_bytes_are_rows_or_a_table_error(tmp_path_factory, data, before):
         return
     assert rows and all(bool(row.lines) != bool(row.problem) for row in rows)
     assert all(line and "\n" not in line for row in rows for line in row.lines)
+
+
+@pytest.mark.parametrize(
+    "above",
+    ["Guest,,Address,\n", "Guest,,Address\n", "Address\n", "A wedding,,,\n,,,\nGuest,,Address,\n", "Persons,,Home,\n"],
+)
+def test_heads_of_groups_above_the_header_are_no_header(tmp_path, above):
+    text = f"{above}Name,Gift,Street,City\nAnn,jam,Way 1,Ulm\nBen,tea,Way 2,Bonn\n"
+    rows = read_addresses(table(tmp_path, text))
+    assert [row.lines for row in rows] == [("Ann", "Way 1", "Ulm"), ("Ben", "Way 2", "Bonn")]
+    assert rows[0].cells["Gift"] == "jam" and "above the header" in rows.notes[0]

@@ -100,3 +100,12 @@ def test_packed_files_that_are_no_workbooks(tmp_path):
     path.write_bytes(path.read_bytes()[:900])
     with pytest.raises(TableError, match="damaged"):
         read_addresses(path)
+
+
+def test_heads_of_groups_are_read_as_in_csv(tmp_path):
+    book = openpyxl.Workbook()
+    for cells in (("Guest", None, "Address", None), ("Name", "Gift", "Street", "City"), ("Ann", "jam", "Way 1", "Ulm")):
+        book.active.append(cells)
+    book.active.merge_cells("A1:B1")
+    book.save(tmp_path / "t.xlsx")
+    assert [row.lines for row in read_addresses(tmp_path / "t.xlsx")] == [("Ann", "Way 1", "Ulm")]

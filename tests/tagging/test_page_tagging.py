@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from handout.errors import InputError
+from handout.hand.vetting import vet
 from handout.scanning.scan import Scan
 from handout.scanning.text_lines import find_text_lines
 from handout.scanning.written_page import read_page
@@ -13,6 +14,7 @@ from handout.tagging import page_tagging
 from handout.tagging.alignment import align
 from handout.tagging.glyph_extraction import scanned_page
 from handout.tagging.page_tagging import hand_of_pages, tag_page, with_transcript_lines
+from handout.writing.glyph_index import index_glyphs
 
 
 def test_letters_lie_where_they_were_written(small_page):
@@ -83,6 +85,23 @@ def test_what_is_not_there_is_listed(small_page, monkeypatch):
 
 
 @pytest.mark.slow
+def test_a_transcript_of_the_wrong_case_is_said_and_its_letters_are_not_written(small_page):
+    wrong = small_page.written.replace("minute hens", "minute henS", 1)
+    assert wrong != small_page.written and small_page.made.cases == ()
+    made = tag_page(small_page.read, wrong, rng=np.random.default_rng(1), method="segments-once")
+    assert [made.glyphs[i].letter for i in made.cases] == ["S"]
+    assert any("not of the case that the transcript has: S in “henS” (line 2)" in note for note in made.notes)
+    assert vet(hand_of_pages("small", [made])).refused[list(made.cases)].all()
+    # a large s inside words is the same fault, seen from the other side
+    glyphs, tall = (
+        list(small_page.made.glyphs),
+        next(i for i, g in enumerate(small_page.made.glyphs) if g.letter == "l"),
+    )
+    glyphs[tall] = replace(glyphs[tall], letter="s")
+    index = index_glyphs(hand_of_pages("small", [replace(small_page.made, glyphs=tuple(glyphs))]))
+    assert tall not in index.all_candidates("s", "middle").numbers and len(index.all_candidates("s", "middle").numbers)
+
+
 def test_struck_out_words_are_no_letters(small_page):
     text = small_page.written.replace("minute", "~~minute~~")
     made = tag_page(small_page.read, text, rng=np.random.default_rng(1), method="segments-once")

@@ -1,5 +1,8 @@
 """Letters of a hand corrected one after another, as the page Letters does it, and what two windows do to each other."""
 
+import os
+import subprocess
+import sys
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -11,6 +14,8 @@ import pytest
 from handout import atomic
 from handout.errors import InputError
 from handout.hand import file
+from handout.hand.corrections import apply
+from handout.pipeline import kept_hands
 from handout.pipeline import letter_desk as desk
 from handout.pipeline.page_tiles import TILE
 from handout.tagging import relearning
@@ -61,6 +66,19 @@ def test_corrections_are_kept_at_once_and_turned_back(hand):
         desk.rewind_letters(hand, again["revision"], -1)
 
 
+def test_a_letter_is_kept_out_written_again_and_turned_back(hand):
+    spot = letters(hand)[3]["spot"]
+    made(hand, {"do": "keep_out", "at": spot})
+    assert letters(hand)[3]["verdict"] == "kept_out" and desk.keep_letters(hand)["made"] == 1
+    assert file.load(Path(hand)).glyphs[3].kept_out
+    made(hand, {"do": "keep_out", "at": spot, "out": False})
+    assert letters(hand)[3]["verdict"] == "confirmed"
+    back = desk.rewind_letters(hand, desk.open_letters(hand)["revision"], 1)
+    assert letters(hand)[3]["verdict"] == "kept_out"
+    desk.rewind_letters(hand, back["revision"], 1)
+    assert letters(hand)[3]["verdict"] not in ("kept_out", "confirmed")
+
+
 def test_a_letter_is_cut_and_joined_again(hand):
     before = letters(hand)
     wide = max(before, key=lambda one: one["box"][2] - one["box"][0])
@@ -92,6 +110,87 @@ def test_two_windows_do_not_write_over_each_other(hand):
     other = msgspec.json.encode([{"do": "confirm", "page": 0, "at": spot}])
     desk.correct_letters(hand, now, other, later=True)
     assert desk.align_letters(hand, now)["told"]["0"]["letters"] == letters(hand)
+
+
+EDITS = """
+import sys
+from handout.pipeline.kept_hands import edit_hand
+edit_hand(sys.argv[1], sys.argv[2], learning=False)
+"""
+STUDIO = """
+import sys
+from pathlib import Path
+from handout.pipeline import letter_desk as desk
+for kept in (False, True):
+    while True:
+        try:
+            revision = desk.open_letters(sys.argv[1])["revision"]
+            desk.correct_letters(sys.argv[1], revision, Path(sys.argv[2 + kept]).read_bytes())
+            break
+        except desk.StaleHand:
+            pass
+    if kept:
+        desk.keep_letters(sys.argv[1])
+"""
+
+
+def test_eight_programs_at_once_lose_no_correction(hand, tmp_path):
+    spots, files = [one["spot"] for one in letters(hand)[:12]], []
+    before = file.load(Path(hand))
+    for number, spot in enumerate(spots):
+        files.append(tmp_path / f"{number}.json")
+        files[-1].write_bytes(msgspec.json.encode([{"do": "confirm", "page": 0, "at": spot}]))
+    wait = "import sys; from handout.pipeline import kept_hands, letter_desk; letter_desk._PATIENCE = 300.0\n"
+    wait += "print(flush=True); sys.stdin.readline()\n"
+    works = [(EDITS, files[:1]), (EDITS, files[1:2]), (EDITS, files[2:3]), (EDITS, files[3:4])]
+    works += [(STUDIO, files[first : first + 2]) for first in (4, 6, 8, 10)]
+    running = [
+        subprocess.Popen(
+            [sys.executable, "-c", wait + code, hand, *given], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+        )
+        for code, given in works
+    ]
+    for one in running:
+        one.stdout.readline()
+    for one in running:
+        one.stdin.write(b"go\n")
+        one.stdin.flush()
+    for one in running:
+        one.communicate()
+        assert one.returncode == 0
+    desk._DESKS.clear()
+    desk.open_letters(hand)
+    desk.keep_letters(hand)
+    journal, now = file.journal(Path(hand)), file.load(Path(hand))
+    assert sorted(one.at for one in journal.corrections) == sorted(map(tuple, spots)) and journal.made == 12
+    assert [one["verdict"] for one in letters(hand)].count("confirmed") == 12
+    told = apply(before, journal.corrections)
+    assert [glyph.confirmed for glyph in now.glyphs] == [glyph.confirmed for glyph in told.glyphs]
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(["mine.hand", *(path.name for path in files)])
+
+
+def test_a_hand_that_another_program_changes_is_not_waited_for_without_a_word(hand, monkeypatch):
+    state, spot, said = desk.open_letters(hand), letters(hand)[0]["spot"], []
+    code = "import sys; from pathlib import Path; from handout import atomic\n"
+    code += "with atomic.held(Path(sys.argv[1])): print(flush=True); sys.stdin.readline()"
+    monkeypatch.setattr(desk, "_PATIENCE", 0.0)
+    with subprocess.Popen(
+        [sys.executable, "-c", code, hand], stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0
+    ) as other:
+        other.stdout.readline()
+        with pytest.raises(InputError, match=r"mine\.hand is being changed by another program: wait until"):
+            desk.correct_letters(
+                hand, state["revision"], msgspec.json.encode([{"do": "confirm", "page": 0, "at": spot}])
+            )
+        assert desk.open_letters(hand) == state
+
+        def say(sentence):
+            said.append(sentence)
+            other.stdin.write(b"go\n")
+
+        with pytest.raises(InputError, match="nothing to be undone"):
+            kept_hands.undo_edits(hand, 1, listener=SimpleNamespace(say=say))
+    assert said == ["Another program is changing mine.hand: waiting until it is through."]
 
 
 def test_what_cannot_be_corrected_changes_nothing(hand):
@@ -262,7 +361,7 @@ def test_a_kill_while_what_was_learned_is_taken_loses_no_correction(hand, tmp_pa
 
         return touching
 
-    for owner, name in ((atomic, "write"), (desk.PendingLog, "add"), (desk.PendingLog, "forget"), (desk.os, "fsync")):
+    for owner, name in ((atomic, "write"), (desk.PendingLog, "add"), (desk.PendingLog, "forget"), (os, "fsync")):
         monkeypatch.setattr(owner, name, counted(getattr(owner, name)))
     with pytest.raises(Killed):
         desk.take_learnt(hand, copy, begun["made"])

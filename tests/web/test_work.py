@@ -1,8 +1,11 @@
 """What the studio does for a program: texts and hands become files, in other processes, which may fail and be ended."""
 
 import io
+import re
 import struct
+import tempfile
 import time
+import zipfile
 import zlib
 
 import pytest
@@ -142,3 +145,68 @@ def test_the_ink_of_a_word_is_found_on_its_line(small_hand):
     ten, hens = word_box(line, "ten"), word_box(line, "hens")
     assert 4 < ten[0] < ten[2] < hens[0] < hens[2] < 86 and ten[1] < line.baseline <= ten[3] + 1
     assert word_box(line, "fox") is None
+
+
+def _bomb(name):
+    """A small file that unpacks to far more than is taken."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as package:
+        package.writestr(name, b"")
+        package.writestr("xl/worksheets/sheet1.xml", bytes(201_000_000))
+    return stream.getvalue()
+
+
+def test_no_refusal_of_a_broken_upload_tells_a_path_of_the_server(program, small_hand_file, monkeypatch, tmp_path):
+    """What is copied into the user's own folders before it is read, too."""
+    monkeypatch.setattr(tempfile, "tempdir", str(program.studio.folder().parent))  # own folders of tests lie elsewhere
+    hand = small_hand_file.read_bytes()
+    kinds = {
+        "empty": b"",
+        "noise": bytes(range(256)) * 8,
+        "cut": hand[: len(hand) // 2],
+        "bomb": _bomb("xl/workbook.xml"),
+    }
+    seen = []
+    for kind, data in kinds.items():
+        for suffix in (".png", ".tif", ".pdf", ".hand", ".csv", ".xlsx"):
+            upload = program.sent(f"my-{kind}{suffix}", data)
+            if suffix == ".hand":
+                answer = program.post("/api/hands/given", json={"name": f"given-{kind}", "upload": upload})
+            elif suffix in (".csv", ".xlsx"):
+                answer = program.post("/api/batches", json={"text": "Dear {{ name }}", "table": upload})
+            else:
+                asked = {"name": "new", "scans": [upload], "texts": ["a b"]}
+                answer = program.post("/api/hands", json=asked)
+                asked = {"printer": "simulated", "uploads": [upload]}
+                seen.append(program.post("/api/calibration/scans", json=asked).text)
+            assert answer.status_code == 422 and f"my-{kind}{suffix}" in answer.json()["error"], answer.text
+            seen.append(answer.text)
+            program.delete(f"/api/uploads/{upload}")
+    for path in ("hands/nope/letters", "styles/nope", "plots/nope", "batches/nope", "hands/nope/file"):
+        answer = program.get(f"/api/{path}")
+        assert answer.status_code in (404, 422)
+        seen.append(answer.text)
+    leaks = [said for said in seen if re.search(r"/(tmp|var|home|root|usr)/|\.py\b|Traceback", said)]
+    assert leaks == [] and len(seen) > 30
+
+
+@pytest.mark.parametrize(
+    ("path", "body", "says"),
+    [
+        ("write", b'{"text": "a", "dpi": 1e999}', "dpi: this number is larger than any that can be computed with"),
+        ("write", b'{"text": "a", "rewritten": [[1, 1e999]]}', "rewritten[0][1]: this number is larger"),
+        ("write", b'{"text": "a", "dpi": NaN}', "behind the field dpi: JSON is malformed"),
+        ("write", b'{"text": "a", "margin": "\xff"}', "behind the field margin: it is no UTF-8"),
+        ("write", b'{"text": "a", "mar', "behind the field text: Input data was truncated"),
+        ("styles", b'{"style": {"name": "a", "values": {"b.c": 1, "d.e": 1e999}}}', "style.values.d.e: this number"),
+        ("movements", b'{"style": {"name": "a"}, "plan": {"targets": [[1e999, 0]]}}', "targets[0]"),
+        (
+            "hands/given",
+            b'{"name": "a", "upload": "aaaaaaaaaaaaaaaaaaaaaa"}',
+            "aaaaaaaaaaaaaaaaaaaaaa that was to be used",
+        ),
+    ],
+)
+def test_a_refused_number_or_text_is_named(program, path, body, says):
+    answer = program.post(f"/api/{path}", content=body)
+    assert answer.status_code == 422 and says in answer.json()["error"], answer.text

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from handout.errors import InputError, MissingCharacters
 from handout.hand.library import load
 from handout.writing.drawn_forms import runs
-from handout.writing.text import Letter, normalise, spell
+from handout.writing.text import Letter, normalise, spell, spelt, unseen
 
 HAND = load("house-joined").repertoire
 
@@ -72,3 +72,35 @@ def test_any_text_is_spelt_or_refused_in_one_sentence(text):
         assert len(str(error)) > 10
     else:
         assert all(isinstance(x, str) or x.base in HAND.letters for x in letters)
+
+
+@pytest.mark.parametrize(
+    ("typed", "written"),
+    [
+        ("Marjorie 🦊, hello", "Marjorie, hello"),
+        ("(🦊 you) 🦊!", "(you)!"),
+        ("🦊 a 🦊 🦊 b 🦊\nc", "a b\nc"),
+        ("Yuki Tanaka 田中", "Yuki Tanaka"),
+        ("Dear Yuki Tanaka (田中), hi", "Dear Yuki Tanaka, hi"),
+        ("田中 様 Yuki Tanaka", "Yuki Tanaka"),
+    ],
+)
+def test_what_is_left_out_takes_its_space_along(typed, written):
+    tokens = spell(normalise(typed), HAND, fallback=True)
+    assert "".join(token if isinstance(token, str) else spelt(token) for token in tokens) == written
+    with pytest.raises(MissingCharacters, match=r"leave (it|them) out"):
+        spell(normalise(typed), HAND)
+
+
+@pytest.mark.parametrize("typed", ["Dear 田中, hi", "田中", "Yuki Tanaka\n田中", "Meet at 東京 Station"])
+def test_a_name_that_nothing_else_names_is_not_left_out(typed):
+    with pytest.raises(MissingCharacters):
+        spell(normalise(typed), HAND, fallback=True)
+
+
+def test_invisible_characters_are_dropped_and_told():
+    text = "a\u200eb\u202e c\u00ad\u200b 👩\u200d👧 d\u200b"
+    assert not any(char in normalise(text) for char in "\u200e\u202e\u00ad\u200b\u200d")
+    assert [(each.letter, each.at) for each in unseen(text)] == [
+        ("U+200E", (1,)), ("U+202E", (2,)), ("U+00AD", (4,)), ("U+200B", (4, 9)),
+    ]  # fmt: skip

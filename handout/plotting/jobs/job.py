@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 import msgspec
 
+from handout import atomic
 from handout.errors import InputError
 from handout.plotting.driving.overlap import OVERLAP
 from handout.plotting.jobs import journal, pages
@@ -103,7 +104,7 @@ class Job:
 
     def standing(self) -> JobProgress:
         """How far it has come."""
-        return journal.read(self.folder / JOURNAL)[0]
+        return journal.read(self.folder / JOURNAL)
 
     def open(self) -> Journal:
         """Its journal, locked against other programs."""
@@ -148,7 +149,7 @@ class Job:
             told=self.told if self.whole else (),
             inputs=self.inputs,
         )
-        pages.write(self.folder / FACTS, msgspec.json.encode(facts))
+        atomic.write(self.folder / FACTS, msgspec.json.encode(facts))
 
 
 def load(path: Path) -> Job:

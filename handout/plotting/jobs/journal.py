@@ -1,6 +1,6 @@
 """Records how far a plot has come, so that it can be resumed after a pulled cable, a crash or a power cut.
 
-A file of short lines, only ever added to, each with a check sum of its own (CRC-32) in front::
+A journal of `handout.journal_lines`::
 
     5d3ae2f1 run 2026-03-01T09:30:00            a program took the job up
     1c0f55b0 part 0                             the person has done what was asked; the part begins
@@ -17,7 +17,12 @@ A file of short lines, only ever added to, each with a check sum of its own (CRC
 
 A place on the drawing stays true whatever becomes of the program and of the way it plans.  A line is written as soon
 as something is certain; `secure` makes sure that all lines survive a power cut too, and only then may the driver rely
-on them.  A power cut leaves a torn end at most: that is cut off.  Damage before the end is not what a power cut does.
+on them.
+
+Where lines are damaged, which no power cut does, only what they said is lost: whatever line after them names a place
+says where the job stands.  A word that something came over wrong may have been among them, so what was not proven
+before them is drawn again.  If nothing after them names a place, the job stands at least where the lines before them
+say; what was drawn since is `uncertain`, and a person has to look.
 
 A disk may take a second for one line (a memory card, a disk that is busy).  So a thread of its own writes, and whoever
 draws goes on: `drawn` and `doubt` never wait.  Of places that wait to be written only the last of
@@ -27,20 +32,22 @@ either kind is kept.
 from __future__ import annotations
 
 import contextlib
-import os
+import functools
 import threading
-import zlib
+from collections.abc import Iterable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 from types import TracebackType
 
-from handout import atomic
-from handout.errors import InputError, reason
+from handout import journal_lines
+from handout.errors import reason
+from handout.journal_lines import Damage, JournalFile, seal
 from handout.plotting.jobs.places import START, Place
 
 _DRAWN, _UNPROVEN = "drawn", "unproven"
+_PLACES = {"part", _DRAWN, "complete", "finished"}  # lines that say where a job stands, whatever was before them
 
 
 @dataclass(frozen=True)
@@ -53,6 +60,7 @@ class JobProgress:
         proven : what of it is certainly right; doubtful : whether what lies behind `place` may be drawn wrong.
     finished : all parts are complete; stopped : why it ended the last time, "" if that is not known.
     runs : when programs took it up.
+    damaged : the first line of the journal that is, 0 for none; uncertain : whether more may be drawn than is known.
     """
 
     part: int = 0
@@ -64,40 +72,27 @@ class JobProgress:
     finished: bool = False
     stopped: str = ""
     runs: tuple[str, ...] = ()
+    damaged: int = 0
+    uncertain: bool = False
 
 
-def read(path: Path) -> tuple[JobProgress, int]:
-    """How far a job has come, and how many bytes of its journal are whole.
-
-    Raises
-    ------
-    InputError
-        It cannot be read, or is damaged before its end.
-    """
-    try:
-        data = path.read_bytes() if path.exists() else b""
-    except OSError as error:
-        raise _cannot("read", path, error) from error
-    standing, whole, start = JobProgress(), 0, 0
-    for number, line in enumerate(data.splitlines(keepends=True), 1):
-        start += len(line)
-        after = _after(standing, line)
-        if after is None:
-            continue
-        if whole != start - len(line):
-            raise InputError(
-                f"The journal {path} is damaged before line {number}: what is drawn is not certain. Take out the "
-                "damaged lines if you know that no ink is missing, or plot the job anew."
-            )
-        standing, whole = after, start
-    return standing, whole
+def read(path: Path) -> JobProgress:
+    """How far a job has come; InputError if its journal cannot be read."""
+    return _standing(journal_lines.read(path))
 
 
-def _after(standing: JobProgress, line: bytes) -> JobProgress | None:
-    """The standing after a line; None if the line is damaged or torn."""
-    if not line.endswith(b"\n") or line[8:9] != b" " or line[:8] != _sum(line[9:-1]):
-        return None
-    word, _, rest = line[9:-1].decode("utf-8", "replace").partition(" ")
+def _standing(lines: Iterable[str | Damage]) -> JobProgress:
+    return functools.reduce(_after, lines, JobProgress())
+
+
+def _after(standing: JobProgress, line: str | Damage) -> JobProgress:
+    """The standing after a line."""
+    if isinstance(line, Damage):
+        first = standing.damaged or line.line
+        return replace(standing, place=standing.proven, damaged=first, uncertain=not standing.finished)
+    word, _, rest = line.partition(" ")
+    if word in _PLACES:
+        standing = replace(standing, uncertain=False)
     if word == "run":
         return replace(standing, runs=(*standing.runs, rest), stopped="")
     if word == "part":
@@ -107,6 +102,8 @@ def _after(standing: JobProgress, line: bytes) -> JobProgress | None:
         return replace(standing, opened=True)
     if word == _DRAWN:
         number, stroke, time, *unproven = rest.split()
+        if int(number) != standing.part:  # that it began was said in a line that is damaged
+            standing = replace(standing, opened=False, place=START, proven=START)
         place = Place(int(stroke), float(time))
         proven, place = (standing.proven, place) if unproven else (place, max(place, standing.place))
         return replace(standing, part=int(number), begun=True, place=place, proven=proven, doubtful=False)
@@ -117,14 +114,6 @@ def _after(standing: JobProgress, line: bytes) -> JobProgress | None:
     if word == "stopped":
         return replace(standing, stopped=rest)
     return replace(standing, finished=True) if word == "finished" else standing
-
-
-def _cannot(what: str, path: Path, error: OSError) -> InputError:
-    return InputError(f"Cannot {what} the journal {path}: {error.strerror or error}.")
-
-
-def _sum(text: bytes) -> bytes:
-    return b"%08x" % zlib.crc32(text)
 
 
 def disk() -> Executor:
@@ -144,29 +133,17 @@ class Journal:
     Raises
     ------
     InputError
-        It cannot be read or written, is damaged, or another program has it open.  What cannot be written in the thread
+        It cannot be read or written, or another program has it open.  What cannot be written in the thread
         is raised by whatever is called next.
     """
 
     def __init__(self, path: Path) -> None:
         self.path, self.syncs = path, 0
-        try:
-            self._file = path.open("ab", buffering=0)
-        except OSError as error:
-            raise _cannot("write", path, error) from error
-        try:
-            atomic.lock(self._file)
-            self.standing, whole = read(path)
-            self._file.truncate(whole)
-        except OSError as error:
-            self._file.close()
-            raise InputError(f"The job {path.parent.name} is being plotted by another program.") from error
-        except InputError:
-            self._file.close()
-            raise
+        self._file = JournalFile(path, f"The job {path.parent.name} is being plotted by another program.")
+        self.standing = _standing(self._file.lines)
         self.certain = self.standing
         self._disk, self._lock = disk(), threading.Lock()
-        self._waiting: list[bytes] = []  # lines that are not written; of places at most two
+        self._waiting: list[str] = []  # lines that are not written; of places at most two
         self._asked: Future[None] | None = None  # the thread will write these lines
         self._failed: OSError | None = None
         try:
@@ -218,30 +195,26 @@ class Journal:
 
     def _write(self, text: str) -> None:
         self._check()
-        line = " ".join(text.split()).encode("utf-8", "replace")
-        whole = _sum(line) + b" " + line + b"\n"
+        line = " ".join(text.split())
         with self._lock:
-            self._waiting = [*_behind(self._waiting, whole), whole]
-            after = _after(self.standing, whole)
-            assert after is not None
-            self.standing = after
+            self._waiting = [*_behind(self._waiting, line), line]
+            self.standing = _after(self.standing, line)
         if self._asked is None or self._asked.done():
             self._asked = self._disk.submit(self._put, False)
 
     def _check(self) -> None:
         if self._failed is not None:
-            raise _cannot("write", self.path, self._failed) from self._failed
+            raise journal_lines.cannot("write", self.path, self._failed) from self._failed
 
     def _put(self, sync: bool) -> None:
         """Write the waiting lines and flush them to the disk (in the thread)."""
         self._check()
         with self._lock:
-            lines, self._waiting, standing = b"".join(self._waiting), [], self.standing
+            lines, self._waiting, standing = self._waiting, [], self.standing
         try:
-            while lines:  # a disk that fills up takes a part
-                lines = lines[self._file.write(lines) or 0 :]
+            self._file.add(b"".join(map(seal, lines)))
             if sync and self.certain is not standing:
-                os.fsync(self._file.fileno())
+                self._file.sync()
                 self.certain = standing
                 self.syncs += 1
         except OSError as error:
@@ -268,7 +241,7 @@ class Journal:
         self._disk.shutdown()
 
 
-def _behind(waiting: list[bytes], line: bytes) -> list[bytes]:
+def _behind(waiting: list[str], line: str) -> list[str]:
     """The waiting lines without those that a new line of this kind replaces: places of the same kind at the end."""
     if not (kind := _kind(line)):
         return waiting
@@ -278,7 +251,7 @@ def _behind(waiting: list[bytes], line: bytes) -> list[bytes]:
     return waiting[:many] + [line for line in waiting[many:] if _kind(line) != kind]  # a later place says it all
 
 
-def _kind(line: bytes) -> str:
+def _kind(line: str) -> str:
     """The kind of place that a line holds; "" if none."""
-    words = line[9:].decode("utf-8", "replace").split()
+    words = line.split()
     return "" if words[0] != _DRAWN else words[-1] if words[-1] == _UNPROVEN else _DRAWN

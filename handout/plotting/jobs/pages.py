@@ -6,17 +6,16 @@ a page is there when that is.  Each file is there whole or not at all, whenever 
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import gzip
 import itertools
-import os
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
 
+from handout import atomic
 from handout.errors import InputError
 from handout.plotting import bed
 from handout.plotting.jobs.parts import Layer, Layers, arranged, survey
@@ -64,7 +63,7 @@ def keep(page: NewPage, folder: Path, number: int, profile: Plotter, layers: Lay
         for stroke in page.drawing.strokes:
             bed.check(placed.to_machine(stroke.xy), profile)
     drawing = laid_out(page.drawing, profile, layers, order)
-    write(_drawing(folder, number), gzip.compress(to_json(drawing), 1))
+    atomic.write(_drawing(folder, number), gzip.compress(to_json(drawing), 1))
     moved = {"pen_up": drawing.pen_up, "duration": drawing.duration} if order == "travel" else {}
     details = {name: moved.get(name, value) for name, value in page.told.items()}
     return Record(survey(drawing, layers), page.share, details)
@@ -88,7 +87,7 @@ def laid_out(drawing: Drawing, profile: Plotter, layers: Layers, order: Order) -
 
 def enter(record: Record, folder: Path, number: int) -> None:
     """Write the record of a page whose drawing is written; from now on the page exists."""
-    write(_record(folder, number), msgspec.json.encode(record))
+    atomic.write(_record(folder, number), msgspec.json.encode(record))
 
 
 def records(folder: Path) -> list[Record]:
@@ -137,33 +136,8 @@ def drop(folder: Path) -> None:
 
 def tidy(folder: Path) -> None:
     """Delete what an interrupted write left."""
-    for path in folder.glob(".*.new-*"):
+    for path in folder.glob(".*"):
         path.unlink(missing_ok=True)
-
-
-def write(path: Path, data: bytes) -> None:
-    """Write a file atomically; it survives a power cut once its name does (`sync_folder`)."""
-    part = path.with_name(f".{path.name}.new-{os.getpid()}")
-    try:
-        with part.open("wb") as stream:
-            stream.write(data)
-            stream.flush()
-            os.fsync(stream.fileno())
-        part.replace(path)
-    except BaseException:
-        part.unlink(missing_ok=True)
-        raise
-
-
-def sync_folder(path: Path) -> None:
-    """Make the names in a folder survive a power cut."""
-    # systems that cannot open folders have no need of it
-    with contextlib.suppress(OSError):
-        handle = os.open(path, os.O_RDONLY)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)
 
 
 def _drawing(folder: Path, number: int) -> Path:

@@ -114,6 +114,7 @@ def run_job(
     with job.open() as journal:
         run = _Run(job, journal, supply, person, progress, plotted, log or (lambda _: None), options.reached)
         at_zero = options.at_zero
+        run.ask_to_look()
         while not run.is_done():
             try:
                 with contextlib.closing(open_port()) as port:
@@ -124,6 +125,22 @@ def run_job(
                     raise
         store.drop_drawings(job.folder.parent)
     return run.reports
+
+
+def doubt(job: Job) -> str:
+    """What a damaged journal leaves open, and the ways out, in a sentence; "" where it says all."""
+    standing = job.standing()
+    if not standing.uncertain:
+        return f"Its journal is damaged, but what follows line {standing.damaged} says all." if standing.damaged else ""
+    number = standing.part
+    part = job.parts[number] if number < len(job.parts) else None
+    sheet = f"sheet {part.copy * job.pages + part.page + 1}" if part is not None else "the next sheet"
+    where = f"of {sheet} what lies behind stroke {standing.place.stroke + 1}" if standing.begun else sheet
+    return (
+        f"The journal of {job.name} is damaged at line {standing.damaged}: all before {where} is drawn, and whether "
+        f"more is, is not known, so that it may be drawn twice. Look at the paper, and put in {sheet} as it lay; or "
+        f"stop here and plot it anew, or the part that is missing, with handout plot --again {job.name}."
+    )
 
 
 class _Run:
@@ -145,6 +162,11 @@ class _Run:
         self.reports: list[Report] = []
         self.controller: Controller
         self._warned = False
+
+    def ask_to_look(self) -> None:
+        """Where the journal does not say all that was drawn, somebody has to look."""
+        if self.journal.standing.uncertain:
+            self.person.do(doubt(self.job).rstrip("."))
 
     def is_done(self) -> bool:
         """Whether nothing is left; a part whose strokes are all drawn counts as complete."""

@@ -21,7 +21,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from handout import shipped
+from handout import atomic, shipped
 from handout.errors import InputError
 from handout.plotting.jobs import pages
 from handout.plotting.jobs.job import JOURNAL, Job, Options, load
@@ -99,8 +99,7 @@ def begin(
         if job.whole and not job.parts:
             raise InputError("There are no strokes: there is nothing to plot.")
         job.write()
-        pages.write(work / JOURNAL, b"")
-        pages.sync_folder(work)
+        atomic.write(work / JOURNAL, b"")
         prune(base)
         return _named(job, base)
 
@@ -115,20 +114,14 @@ def add(job: Job, number: int, page: NewPage) -> None:
     DoesNotFit
         The page has strokes outside the bed.
     """
-    try:
-        record = pages.keep(page, job.folder, number, job.profile, job.options.layers, job.options.order)
-        pages.sync_folder(job.folder)  # the record never outlives the drawing
-        pages.enter(record, job.folder, number)
-        pages.sync_folder(job.folder)
-    except OSError as error:
-        raise InputError(f"Cannot keep the job in {job.folder}: {error.strerror or error}.") from error
+    record = pages.keep(page, job.folder, number, job.profile, job.options.layers, job.options.order)
+    pages.enter(record, job.folder, number)  # after the drawing is on the disk: it never outlives that
 
 
 def complete(job: Job) -> None:
     """Complete a job whose pages are all made: drop what they were made from."""
     records = pages.records(job.folder)
     dataclasses.replace(job, inputs=None).with_pages(records).write()
-    pages.sync_folder(job.folder)
 
 
 @contextlib.contextmanager
@@ -160,12 +153,11 @@ def free_name(work: Path, base: Path) -> Path:
         target = base / f"{day}-{number}"
         if not target.exists():
             try:
-                work.rename(target)
+                atomic.move_folder(work, target)
             except OSError as error:
                 if error.errno in (errno.EEXIST, errno.ENOTEMPTY):  # another program was quicker
                     continue
                 raise
-            pages.sync_folder(base)
             return target
     raise InputError(f"{base} is full of jobs: delete some.")
 
@@ -247,8 +239,9 @@ def _by_use(place: Path | None) -> list[Job]:
 
 def _is_finished(job: Job) -> bool:
     try:
-        return job.standing().finished
-    except InputError:  # a damaged journal may be mended
+        standing = job.standing()
+        return standing.finished and not standing.damaged
+    except InputError:  # a journal that cannot be read now may be later
         return False
 
 

@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import NamedTuple
 
 from handout.errors import PrinterError
 from handout.printing.ipp.message import Attribute, Group, Message, Tag, Value, attribute, decode, encode
@@ -18,7 +19,7 @@ from handout.printing.ipp.status import DOUBTFUL, RETRYABLE, JobState, Status, p
 from handout.printing.ipp.transport import Transport, TransportError
 
 _USER = "handout"  # nobody's name is told to the printer; the same one every time, so that a job may be cancelled
-_JOB_ATTRIBUTES = ("job-id", "job-name", "job-state", "job-state-reasons")
+_JOB_ATTRIBUTES = ("job-id", "job-name", "job-state", "job-state-reasons", "time-at-creation")
 
 Say = Callable[[str], object]
 
@@ -81,14 +82,47 @@ class Refused(PrinterError):
         self.code = code
 
 
+class JobReference(NamedTuple):
+    """What tells a job from all others: number, name, and when it was made, s of the printer's up-time, 0: not known.
+
+    A number alone does not: a printer that is switched off and on hands its numbers out anew, and to others too.
+    """
+
+    number: int
+    name: str
+    created: int = 0
+
+    @classmethod
+    def read(cls, job: str, name: str) -> JobReference:
+        """A job as a journal has it: ``"17@3600"``, or ``"17"`` where the printer does not tell when."""
+        number, _, created = job.partition("@")
+        return cls(int(number), name, int(created or 0))
+
+    def __str__(self) -> str:
+        return f"{self.number}@{self.created}" if self.created else str(self.number)
+
+
 @dataclass(frozen=True)
 class JobStatus:
-    """A job as the printer tells of it: its number there, name, state, and the reasons for the state."""
+    """A job as the printer tells of it: number, name, state, the reasons for that, and when it was made (`created`)."""
 
     number: int
     name: str
     state: JobState
     reasons: tuple[str, ...]
+    created: int = 0
+
+    @property
+    def reference(self) -> JobReference:
+        """It, told from all others."""
+        return JobReference(self.number, self.name, self.created)
+
+    def is_of(self, job: JobReference, sure: bool) -> bool:
+        """Whether this is that job; `sure` : what the printer keeps to itself does not count for it."""
+        told = self.created > 0 and job.created > 0
+        if self.name not in ("", job.name) or (told and self.created != job.created):
+            return False
+        return bool(self.name) or told or not sure
 
     @property
     def lacking(self) -> bool:
@@ -187,16 +221,19 @@ class Client:
             raise TransportError(f"{self.uri} took a page without giving its job a number.", handed_over=True)
         return number[0].value
 
-    def job(self, number: int) -> JobStatus | None:
-        """What became of a job (Get-Job-Attributes); None where the printer does not know it (any longer)."""
+    def job(self, job: JobReference, sure: bool = False) -> JobStatus | None:
+        """What became of a job (Get-Job-Attributes); None where the printer does not know it (any longer).
+
+        sure : whether it has to be told by its name or time that it is this one, not only nothing else.
+        """
         wanted = attribute("requested-attributes", Tag.KEYWORD, *_JOB_ATTRIBUTES)
         try:
-            answer = self._ask(Operation.GET_JOB_ATTRIBUTES, (_number(number), wanted))
+            answer = self._ask(Operation.GET_JOB_ATTRIBUTES, (_number(job.number), wanted))
         except Refused as error:
             if error.code in (Status.NOT_FOUND, Status.GONE):
                 return None
             raise
-        return next(iter(_jobs(answer)), None)
+        return next((status for status in _jobs(answer) if status.is_of(job, sure)), None)
 
     def find(self, name: str) -> Search:
         """The newest job of that name (Get-Jobs), among those that wait and those that are over.
@@ -226,23 +263,23 @@ class Client:
             if error.code not in (Status.NOT_POSSIBLE, Status.NOT_FOUND):
                 raise
 
-    def cancel_and_wait(self, number: int) -> JobStatus | None:
-        """Cancel a job and wait until it has ended; its last status, None where the printer forgets it at once.
+    def cancel_and_wait(self, job: JobReference) -> JobStatus | None:
+        """Cancel a job that is there and wait until it has ended; its last status, None where the printer forgets it.
 
         Raises
         ------
         PrinterError
             It does not end, or the printer does not answer.
         """
-        self.cancel(number)
+        self.cancel(job.number)
         waited = 0.0
         while waited < _STOPPING:
-            status = self.job(number)
+            status = self.job(job)
             if status is None or status.state.over:
                 return status
             self._wait(_POLL)
             waited += _POLL
-        raise PrinterError(f"{self.uri} does not stop job {number}: cancel it at the printer.")
+        raise PrinterError(f"{self.uri} does not stop job {job.number}: cancel it at the printer.")
 
     def _ask(
         self, operation: Operation, about: tuple[Attribute, ...], job: tuple[Attribute, ...] = (), document: bytes = b""
@@ -319,7 +356,8 @@ def _jobs(answer: Message) -> list[JobStatus]:
             code = _int(job.all("job-state"))
             state = JobState(code) if code in set(JobState) else JobState.PENDING
             reasons = tuple(str(value.value) for value in job.all("job-state-reasons"))
-            jobs.append(JobStatus(_int(job.all("job-id")), text(job.all("job-name")), state, reasons))
+            created = max(_int(job.all("time-at-creation")), 0)  # RFC 8011 §5.3.14: none of before it was switched on
+            jobs.append(JobStatus(_int(job.all("job-id")), text(job.all("job-name")), state, reasons, created))
     return jobs
 
 

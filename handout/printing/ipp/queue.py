@@ -9,7 +9,7 @@ from pathlib import Path
 
 from handout.errors import InputError, PrinterError
 from handout.printing.documents import MIME
-from handout.printing.ipp.client import Client, JobStatus
+from handout.printing.ipp.client import Client, JobReference, JobStatus
 from handout.printing.ipp.request import Request
 from handout.printing.ipp.status import JobState, blocks_output, jammed, reason_phrase
 from handout.printing.ipp.submission import PAUSES, Submission
@@ -77,7 +77,7 @@ class IppQueue:
         self._submission = Submission(self._client, self._capabilities, self._request(ticket), self._say, self._wait)
         return str(self._submission.run(page.read_bytes()))
 
-    def follow(self, job: str) -> Outcome:
+    def follow(self, job: str, title: str) -> Outcome:
         """Wait until a job is over or held, saying what keeps the printer from it.
 
         Raises
@@ -86,21 +86,22 @@ class IppQueue:
             The printer has not answered for a minute, or could not for ten.
         """
         complaint, silence, pause = "", 0.0, _POLL
+        wanted = JobReference.read(job, title)
         while True:
             try:
-                status = self._client.job(int(job))
+                status = self._client.job(wanted)
                 if status is None or status.state.over or _is_held(status):
                     return outcome_of(self._client, status)
                 latest, silence = self._complaint(status), 0.0
             except PrinterError as error:
                 if silence >= _PATIENCE or (isinstance(error, TransportError) and error.retryable):
-                    raise OutcomeUnknown(f"{error} What became of job {job} cannot be told.") from error
+                    raise OutcomeUnknown(f"{error} What became of job {wanted.number} cannot be told.") from error
                 if not silence:
                     self._say(f"{error} Asking again for a minute.")
                 silence += pause
                 latest = complaint
             if latest and latest != complaint:
-                self._say(f"Job {job} waits: {latest}.")
+                self._say(f"Job {wanted.number} waits: {latest}.")
             complaint = latest
             self._wait(pause)
             pause = min(pause * _SLOWER, _SLOWEST_POLL)
@@ -114,11 +115,12 @@ class IppQueue:
         try:
             if not job:
                 self._wait(PAUSES[0])  # what had been sent of it may still be on its way
-            status = self._client.job(int(job)) if job else self._client.find(title).job
+            sought = JobReference.read(job, title) if job else None
+            status = self._client.job(sought, sure=True) if sought else self._client.find(title).job
             if status is None and not job and not (self._submission and self._submission.gone):
                 return Outcome("failed", "it did not arrive")
             if status is not None and not status.state.over:
-                status = self._client.cancel_and_wait(status.number)
+                status = self._client.cancel_and_wait(status.reference)
             return outcome_of(self._client, status)
         except PrinterError as error:
             return Outcome("unknown", str(error).rstrip("."))
@@ -140,9 +142,7 @@ class IppQueue:
 
 
 def earlier_outcome(client: Client, job: str, title: str, earlier: Collection[str]) -> Outcome:
-    """Ask about an earlier job by its number, or by its title where `job` is empty.
-
-    The title has to agree, because a printer may number anew when it is switched on.
+    """Ask about an earlier job by its number, name and time, or by its title where `job` is empty.
 
     Parameters
     ----------
@@ -151,16 +151,15 @@ def earlier_outcome(client: Client, job: str, title: str, earlier: Collection[st
     """
     number = ""
     if job:
-        status = client.job(int(job))
-        status = status if status is not None and status.name == title else None
+        status = client.job(JobReference.read(job, title), sure=True)
     else:
         search = client.find(title)
         status = search.job
         if status is None and search.over & set(earlier):
             return Outcome("failed", "it did not arrive")
-        number = str(status.number) if status is not None else ""
+        number = str(status.reference) if status is not None else ""
     if status is not None and status.lacking:  # whoever was sending the page has gone
-        status = client.cancel_and_wait(status.number)
+        status = client.cancel_and_wait(status.reference)
         if status is None:
             return Outcome("failed", "its page did not arrive whole")
     return replace(outcome_of(client, status), job=number)

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from handout.errors import PrinterError
-from handout.printing.ipp.client import Client, Operation, Refused, Search
+from handout.printing.ipp.client import Client, JobReference, Operation, Refused, Search
 from handout.printing.ipp.request import Capabilities, Request
 from handout.printing.ipp.status import DOUBTFUL, JobState, Status
 from handout.printing.ipp.transport import TransportError
@@ -38,11 +38,11 @@ class Submission:
         self._client, self._capabilities, self._request = client, capabilities, request
         self._say, self._wait = say, wait
         self._in_steps = capabilities.operations >= _STEPS
-        self._number: int | None = None  # of the job that has been begun
+        self._job: JobReference | None = None  # that has been begun
         self.gone = False
 
-    def run(self, document: bytes) -> int:
-        """Hand the page over; the number of the job that has it.
+    def run(self, document: bytes) -> JobReference:
+        """Hand the page over; the job that has it.
 
         Raises
         ------
@@ -58,33 +58,42 @@ class Submission:
             except (TransportError, Refused) as failure:
                 error = _as_doubtful(failure)
             waited = error.retryable and backoff.pause(f"{error} Waiting for it.", error.after)
-            number = self._number_if_taken(error)
-            if number is not None:
-                return number
+            job = self._job_if_taken(error)
+            if job is not None:
+                return job
             attempts += not waited
             if attempts == _ATTEMPTS or (error.retryable and not waited):
                 raise PrinterError(f"{error} The page did not arrive{_in(attempts)}.") from error
             if not waited:
                 self._say(f"{error} The page did not arrive; sending it again.")
 
-    def _attempt(self, document: bytes) -> int:
-        self._number, self.gone = None, not self._in_steps
+    def _attempt(self, document: bytes) -> JobReference:
+        self._job, self.gone = None, not self._in_steps
         if not self._in_steps:
-            return self._client.print(self._request, self._capabilities, document)
-        self._number = self._client.create(self._request, self._capabilities)
+            return self._reference(self._client.print(self._request, self._capabilities, document))
+        self._job = self._reference(self._client.create(self._request, self._capabilities))
         self.gone = True
-        self._client.send(self._number, self._request, document)
-        return self._number
+        self._client.send(self._job.number, self._request, document)
+        return self._job
 
-    def _number_if_taken(self, error: TransportError) -> int | None:
-        """The number of the job that has the page; None if the page is not going to be printed.
+    def _reference(self, number: int) -> JobReference:
+        """A job that was just made, with when it was made, if the printer tells."""
+        job = JobReference(number, self._request.title)
+        try:
+            status = self._client.job(job)
+        except PrinterError:
+            return job
+        return job if status is None else job._replace(created=status.created)
+
+    def _job_if_taken(self, error: TransportError) -> JobReference | None:
+        """The job that has the page; None if the page is not going to be printed.
 
         What arrived in part is stopped.
         """
         search = self._search(error)
         job = search.job
-        if job is None and self._number is not None:
-            job = self._client.job(self._number)  # a printer may keep the names of jobs to itself
+        if job is None and self._job is not None:
+            job = self._client.job(self._job)  # a printer may keep the names of jobs to itself
         if job is None:
             refused = error.retryable and not self._in_steps
             if not self.gone or not error.handed_over or refused or self._remembers_jobs(search):
@@ -96,9 +105,9 @@ class Submission:
         if job.state in (JobState.CANCELED, JobState.ABORTED):
             return None
         if self.gone and error.handed_over and not job.lacking:
-            return job.number
-        ended = self._client.cancel_and_wait(job.number)
-        return job.number if ended is not None and ended.state == JobState.COMPLETED else None
+            return job.reference
+        ended = self._client.cancel_and_wait(job.reference)
+        return job.reference if ended is not None and ended.state == JobState.COMPLETED else None
 
     def _search(self, error: TransportError) -> Search:
         for pause in PAUSES:

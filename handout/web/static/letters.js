@@ -4,7 +4,7 @@ import { blob, fileOf, request, task } from './api.js';
 import { choice, field, h, s, say } from './dom.js';
 import { apart, middle, stage, strokesOf } from './stage.js';
 
-const VERDICTS = { sure: 'sure', doubtful: 'doubtful', refused: 'probably wrong', unnamed: 'without a name', confirmed: 'confirmed' };
+const VERDICTS = { sure: 'sure', doubtful: 'doubtful', refused: 'probably wrong', unnamed: 'without a name', confirmed: 'confirmed', kept_out: 'confirmed, and not written' };
 const NEAR = 12; // x-heights that fit into the shorter side of the view when a letter is looked at
 const LEARN_FIRST = 3, LEARN_AFTER = 12, QUIET = 8000; // corrections, the first time and then, and ms without one, after which the page is learned from
 const KEYS = matchMedia('(hover: hover)').matches;
@@ -67,7 +67,7 @@ export async function show(main, shared, [name, number = '0']) {
     if (!letter) return;
     title.textContent = letter.letter || '?';
     input.value = letter.letter;
-    const sure = letter.verdict === 'confirmed' || letter.verdict === 'unnamed' ? '' : ` (${Math.round(letter.probability * 100)} %)`;
+    const sure = ['confirmed', 'kept_out', 'unnamed'].includes(letter.verdict) ? '' : ` (${Math.round(letter.probability * 100)} %)`;
     about.textContent = `${VERDICTS[letter.verdict]}${sure}; ${letter.word ? `in “${letter.word}”, ` : ''}line ${letter.line + 1}${letter.joined ? ', joined to the next' : letter.linked ? ', next to another' : ''}${letter.ordered ? ', strokes told' : ''}`;
     tell();
   }
@@ -78,6 +78,7 @@ export async function show(main, shared, [name, number = '0']) {
     pages.options[page].textContent = `${page + 1}: ${count} doubtful of ${letters.length}`;
     undo.disabled = !facts.made; redo.disabled = facts.made >= facts.entries;
     link.firstChild.textContent = here()?.joined ? 'Unlink' : 'Link';
+    unwritten.firstChild.textContent = here()?.verdict === 'kept_out' ? 'Write it again' : 'Do not write';
     kept.textContent = facts.trouble || (pending ? 'Keeping …' : facts.made ? `${facts.made} ${facts.made === 1 ? 'correction is' : 'corrections are'} kept.` : '');
   }
 
@@ -173,6 +174,13 @@ export async function show(main, shared, [name, number = '0']) {
     correct({ do: 'confirm', at: here().spot });
     letters[at] = { ...here(), verdict: 'confirmed', probability: 1, gain: 0 };
     nextDoubt();
+  }
+  function keepOut() {
+    if (!here()?.letter) { refusal.textContent = 'This has no name yet: type its letter.'; return; }
+    const out = here().verdict !== 'kept_out';
+    correct({ do: 'keep_out', at: here().spot, out });
+    letters[at] = { ...here(), verdict: out ? 'kept_out' : 'confirmed', probability: 1, gain: 0 };
+    if (out) nextDoubt(); else choose(at);
   }
   function label(text) {
     if (!text.trim() || !here()) return;
@@ -324,15 +332,15 @@ export async function show(main, shared, [name, number = '0']) {
   }
 
   const key = (text) => h('kbd', {}, text);
-  const act = (text, keys, work) => h('button', { type: 'button', onclick: () => { work(); view.svg.focus(); } }, h('span', {}, text), key(keys));
+  const act = (text, keys, work, title) => h('button', { type: 'button', ...(title && { title }), onclick: () => { work(); view.svg.focus(); } }, h('span', {}, text), key(keys));
   const small = (text, work) => h('button', { type: 'button', onclick: () => { work(); view.svg.focus(); } }, text);
   const undo = act('Undo', 'Ctrl+Z', () => back(1)), redo = act('Redo', 'Ctrl+Y', () => back(-1));
-  const link = act('Link', 'Alt+L', linkNext);
+  const link = act('Link', 'Alt+L', linkNext), unwritten = act('Do not write', 'Alt+N', keepOut, 'It is this letter, but do not write this one: others of its name are written in its place.');
   const tools = new Map([
     ['cut', act('Cut', 'Alt+C', beginCut)], ['outline', act('Outline', 'Alt+O', beginOutline)], ['strokes', act('Strokes', 'Alt+S', beginStrokes)], ['write', act('Redraw', 'Alt+W', beginWriting)],
     ['paper', act('Paint paper', 'Alt+P', () => beginPaint('paper'))], ['ink', act('Paint ink', 'Alt+I', () => beginPaint('ink'))], ['printed', act('Printed rule', 'Alt+R', beginPrinted)], ['base', act('Baseline', 'Alt+B', beginBase)],
   ]);
-  const BY_CODE = { KeyC: beginCut, KeyJ: joinNext, KeyL: linkNext, KeyO: beginOutline, KeyS: beginStrokes, KeyW: beginWriting, KeyP: () => beginPaint('paper'), KeyI: () => beginPaint('ink'), KeyR: beginPrinted, KeyB: beginBase };
+  const BY_CODE = { KeyC: beginCut, KeyJ: joinNext, KeyL: linkNext, KeyN: keepOut, KeyO: beginOutline, KeyS: beginStrokes, KeyW: beginWriting, KeyP: () => beginPaint('paper'), KeyI: () => beginPaint('ink'), KeyR: beginPrinted, KeyB: beginBase };
 
   function modal(pressedKey, event) {
     const arrow = pressedKey.startsWith('Arrow');
@@ -423,7 +431,7 @@ export async function show(main, shared, [name, number = '0']) {
       h('div', { class: 'tools' }, hint, more, h('span', { class: 'joined push' }, h('button', { type: 'button', class: 'icon', 'aria-label': 'Larger', onclick: () => view.zoom(0.7) }, '+'), h('button', { type: 'button', class: 'icon', 'aria-label': 'Smaller', onclick: () => view.zoom(1.4) }, '−'))),
       view.svg),
     h('aside', { class: 'side', 'aria-label': 'The letter' }, left, h('div', {}, title, about), refusal, naming,
-      h('div', { class: 'keys' }, act('Confirm', 'Enter', confirmLetter), act('Next', '↓', nextDoubt), undo, redo, act('Join', 'Alt+J', joinNext), link, tools.get('cut'), tools.get('outline'), act('No letter', 'Del', removeLetter), tools.get('strokes'), tools.get('write'), tools.get('base')),
+      h('div', { class: 'keys' }, act('Confirm', 'Enter', confirmLetter, 'It is this letter, in name and extent. It is written no more often for that.'), unwritten, act('Next', '↓', nextDoubt), undo, redo, act('Join', 'Alt+J', joinNext), link, tools.get('cut'), tools.get('outline'), act('No letter', 'Del', removeLetter), tools.get('strokes'), tools.get('write'), tools.get('base')),
       h('details', {}, h('summary', {}, 'Ink and paper'), h('div', { class: 'keys' }, tools.get('paper'), tools.get('ink'), tools.get('printed')), field('Width of the brush', brush)),
       kept, learn, work, trying, chooser(hands, name), field('Page', pages))));
   view.letters(letters);

@@ -1,0 +1,24 @@
+"""Batches of the studio: what two windows do to one."""
+
+import pytest
+
+from handout import atomic
+from handout.errors import InputError
+from handout.pipeline import batch_desk
+from handout.pipeline.batch_desk import BatchPlan
+from handout.pipeline.options import MergeOptions, PictureOptions, TableOptions, WritingOptions
+
+
+def test_a_batch_is_made_by_one_window_at_a_time(tmp_path, monkeypatch):
+    monkeypatch.setattr(batch_desk, "folder", lambda: tmp_path / "batches")
+    table = tmp_path / "people.csv"
+    table.write_text("name,street,city\nAda,Weg 1,Ulm\n")
+    writing = WritingOptions(hand="house-print", seed=1)
+    plan = BatchPlan("one", "printer", writing, PictureOptions(), TableOptions(), MergeOptions(), "DL", "simulated")
+    name = batch_desk.keep_batch(table, "", False, plan)["batch"]
+    with (tmp_path / "batches" / name / "batch.json").open("rb+") as other:
+        atomic.lock(other)
+        with pytest.raises(InputError, match=f"The batch {name} is being made by another program"):
+            batch_desk.make_batch(name, (), False, listener=None)
+    with pytest.raises(InputError, match="was not approved"):
+        batch_desk.make_batch(name, (), False, listener=None)
