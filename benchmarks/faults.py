@@ -31,6 +31,7 @@ import itertools
 import multiprocessing
 import os
 import tempfile
+import threading
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -42,7 +43,7 @@ import msgspec
 import numpy as np
 
 import handout
-from handout import profiles
+from handout import profiles, signals
 from handout.errors import DeviceError
 from handout.plotting import plan
 from handout.plotting.dialects import dialect
@@ -52,7 +53,7 @@ from handout.plotting.jobs.job import Options as JobOptions
 from handout.plotting.planning.hooking import without_pots
 from handout.profiles import Hooks, Length, Plotter
 from handout.simulated.plotter import NetworkedPlotter, SimulatedPlotter
-from handout.simulated.plotter.options import BYTE_FAULTS, Faults
+from handout.simulated.plotter.options import ANSWER_FAULTS, BYTE_FAULTS, Faults
 from handout.simulated.plotter.options import Options as Simulated
 from handout.simulated.plotter.port import Clock
 from handout.values import Drawing
@@ -139,6 +140,11 @@ FAULTS = (
     "lost-byte", "flipped-byte", "doubled-byte", "small-buffer", "late", "lost-ok", "resend-loop", "error",
     "alarm", "reset", "jam", "unplugged", "power-cut", "ctrl-c", "ctrl-c twice", "crash",
 )  # fmt: skip
+# further ones: what is damaged on the way back, a person at the machine and at the keyboard, another program
+MORE_FAULTS = (
+    "changed-byte", "lost-answer", "flipped-answer", "changed-answer", "hold", "stall", "ctrl-c storm", "other zero",
+    "trickle",
+)  # fmt: skip
 
 NETWORK_FAULTS = (*FAULTS, "stall")
 # no byte is damaged on the way to Moonraker, and what it answers is not lost: the network sees to that
@@ -146,9 +152,17 @@ KLIPPER_FAULTS = (
     "late", "error", "alarm", "reset", "lost-board", "jam", "unplugged", "power-cut", "ctrl-c", "ctrl-c twice", "crash",
     "stall",
 )  # fmt: skip
-DAMAGES = ("lost-byte", "flipped-byte", "doubled-byte")
+DAMAGES = ("lost-byte", "flipped-byte", "doubled-byte", "changed-byte")
 RUNS, NETWORK_RUNS, NEWEST_RUNS, HOOKED_RUNS, KLIPPER_RUNS = 720, 136, 128, 224, 240
 SHORT = "i"
+# another program counts from where the pen stands, and moves it
+_OTHER_ZERO = {
+    "grbl": (b"G92X0Y0\n", b"G1X30Y-20F3000\n"),
+    "marlin": (b"G92 X0 Y0\n", b"G1 X3 Y-2 F3000\n"),
+    "ebb": (b"CS\r", b"SM,2000,2400,1200\r"),
+    "hpgl": (b"PU;PR400,400;PA;",),
+    "klipper": (),
+}
 SHORTLY = (MACHINES[0], MACHINES[5], MACHINES[8], MACHINES[12])
 _STEPS = 0.2  # mm by which a place may be known too early: steps, and points of what is compared
 
@@ -172,7 +186,11 @@ class Desk(SimulatedPlotter):
 
     calls : reads and writes so far; interrupts : at which of them Ctrl-C is pressed; crash : at which the computer
         dies; crashed : it has, and its disk keeps nothing more.
+    trickles : what it says comes byte by byte.
     """
+
+    trickles = False
+    _rest = b""
 
     def __init__(self, profile: Plotter, options: Simulated, clock: Clock | None = None) -> None:
         self.calls, self.interrupts, self.crash, self.crashed = 0, set[int](), -1, False
@@ -185,7 +203,16 @@ class Desk(SimulatedPlotter):
 
     def read(self, timeout: float) -> bytes:
         self._count()
-        return super().read(timeout)
+        if not self.trickles:
+            return super().read(timeout)
+        said = self._rest or super().read(timeout)
+        self._rest = said[1:]
+        return said[:1]
+
+    def replug(self, seconds: float = 60.0) -> None:
+        """What it had said is lost."""
+        self._rest = b""
+        super().replug(seconds)
 
     def _count(self) -> None:
         self.calls += 1
@@ -195,7 +222,7 @@ class Desk(SimulatedPlotter):
             self.crashed = True
             raise Crash
         if self.calls in self.interrupts:
-            raise KeyboardInterrupt
+            signals.interrupt(threading.get_ident())
 
 
 class NetworkedDesk(Desk, NetworkedPlotter):
@@ -311,10 +338,14 @@ def disturbed(machine: Machine, fault: str, seed: int, whole: Drawing, extent: E
     options: dict[str, Any] = dict(machine.options)
     interrupts: set[int] = set()
     crash = -1
-    if fault in ("ctrl-c", "ctrl-c twice"):
+    if fault in ("ctrl-c", "ctrl-c twice", "ctrl-c storm", "other zero", "trickle"):
         first = int(rng.integers(0, extent.calls)) + 1
-        interrupts = {first} if fault == "ctrl-c" else {first, first + int(rng.integers(1, 12))}
-        run.where = f"calls {sorted(interrupts)}"
+        interrupts = {first}
+        if fault == "ctrl-c twice":
+            interrupts.add(first + int(rng.integers(1, 12)))
+        elif fault == "ctrl-c storm":
+            interrupts = set(range(first, first + int(rng.integers(20, 200))))
+        run.where = f"calls {sorted(interrupts)[:3]}"
     elif fault == "crash":
         crash = int(rng.integers(0, extent.calls))
         run.where = f"call {crash}"
@@ -323,14 +354,19 @@ def disturbed(machine: Machine, fault: str, seed: int, whole: Drawing, extent: E
         run.where = f"buffer {options['buffer']}"
     else:
         options["fault"] = fault
-        if fault in BYTE_FAULTS and rng.random() < 0.8:
+        if fault in ANSWER_FAULTS:
+            options |= {"at": int(rng.integers(0, extent.said)), "bit": int(rng.integers(0, 8))}
+            options["value"] = int(rng.integers(0, 256))
+            run.where = f"byte {options['at']} of what it says, bit {options['bit']}, as {options['value']}"
+        elif fault in BYTE_FAULTS and rng.random() < 0.8:
             options["at"], options["bit"] = int(rng.integers(0, extent.bytes)), int(rng.integers(0, 8))
+            options["value"] = int(rng.integers(0, 256))
             run.where = f"byte {options['at']}, bit {options['bit']}"
         else:
             options["after"] = int(rng.integers(0, extent.lines))
             run.where = f"after {options['after']}"
     plotter = desk(machine, Simulated(**options))
-    plotter.interrupts, plotter.crash = interrupts, crash
+    plotter.interrupts, plotter.crash, plotter.trickles = interrupts, crash, fault == "trickle"
     perform(run, plotter, whole)
     return run
 
@@ -386,7 +422,14 @@ def mend(run: Run, plotter: Desk) -> None:
     """What a person does before going on: puts back the plug, or switches the machine off and on."""
     fault = run.fault
     tries = run.seed % 2 == 0 and len(run.stops) == 1  # whether it goes without
-    if fault in ("power-cut", "jam") or (fault in ("alarm", "error", "resend-loop") and not tries):
+    if fault == "ctrl-c storm":  # until the program has ended
+        plotter.interrupts.clear()
+    if fault == "other zero":
+        plotter.replug(_WAITS)
+        for line in _OTHER_ZERO[profile_of(run.machine).dialect]:
+            plotter.write(line)
+            plotter.read(5.0)
+    if fault in ("power-cut", "jam", "hold") or (fault in ("alarm", "error", "resend-loop") and not tries):
         plotter.power_on()
     else:
         plotter.replug(_WAITS)
@@ -475,7 +518,7 @@ def told(runs: Sequence[Run]) -> None:
         by_dialect, lambda run: (spoils(run), profile_of(run.machine).dialect)
     ):
         of_dialect = list(group)
-        for fault in (*NETWORK_FAULTS, "lost-board"):
+        for fault in (*dict.fromkeys((*NETWORK_FAULTS, "lost-board", *MORE_FAULTS)),):
             if some := [run for run in of_dialect if run.fault == fault]:
                 tell(f"{language:<7} {fault}", some, spoilt)
 

@@ -31,6 +31,7 @@ GROUND = {
     "atomic",
     "journal_lines",
     "shipped",
+    "signals",
     "profiles",
     "markers",
     "markup",

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from handout import __version__
-from handout.cli import signals, streams
+from handout import __version__, signals
+from handout.cli import streams
 from handout.errors import HandoutError, at_border, shortened
 
 if TYPE_CHECKING:

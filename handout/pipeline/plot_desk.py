@@ -31,8 +31,8 @@ from handout.plotting.jobs import pages
 from handout.plotting.jobs.job import Job
 from handout.plotting.jobs.places import Place
 from handout.printing.cups import queues
-from handout.printing.several import interrupt
 from handout.profiles import Plotter
+from handout.signals import interrupt
 from handout.sinks.svg import to_svg
 from handout.values import Page
 

@@ -19,7 +19,7 @@ from handout.plotting.dialects import DIALECTS, dialect
 from handout.plotting.greetings import Clues, Firmware, Fitting, narrowed, recognise
 from handout.plotting.moonraker_ports import is_moonraker, open_moonraker
 from handout.plotting.network_ports import is_network, open_network
-from handout.plotting.ports import Port, SerialDevice, SerialPort, serial_devices
+from handout.plotting.ports import Port, SerialDevice, SerialPort, TimedReader, serial_devices
 from handout.profiles import Plotter
 
 _MOMENT = 0.25  # s
@@ -89,10 +89,9 @@ def ask(port: Port, dialects: Sequence[str], wakes: float = _WAKES) -> Answer | 
 
     wakes : s it is given to start; what it says by itself is listened to.
     """
-    data, waited = b"", 0.0
-    while waited < wakes and not (b"Grbl" in data and b"\n" in data):
-        more = port.read(_MOMENT)
-        data, waited = data + more, waited + (0.0 if more else _MOMENT)
+    data, reader = b"", TimedReader(port)
+    while reader.time < wakes and not (b"Grbl" in data and b"\n" in data):
+        data += reader.read(_MOMENT)
         if len(data) > 100_000:
             return None
     for name in (name for name in DIALECTS if name in dialects):
@@ -116,13 +115,11 @@ def _first_words(data: bytes) -> bytes:
 
 def _listen(port: Port) -> bytes:
     """The bytes of an answer, which ends with a moment of silence."""
-    data, waited = b"", 0.0
-    while waited < _ANSWERS and len(data) < 100_000:
-        more = port.read(_MOMENT)
-        data += more
+    data, reader = b"", TimedReader(port)
+    while reader.time < _ANSWERS and len(data) < 100_000:
+        data += (more := reader.read(_MOMENT))
         if data and not more:
             break
-        waited += 0.0 if more else _MOMENT
     return data
 
 

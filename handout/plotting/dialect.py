@@ -56,6 +56,7 @@ class Controller(Protocol):
     patience : s that it may stand on hold, or wait for somebody to press its button, until that is taken for an end
         (DeviceHeld); infinite unless it is set.
     spoilt : whether a command has come over wrong behind those; told by `halt`, after a break of any kind.
+    since : when what it has said last had certainly not come in yet, s by the port's clock.
     queued : moves it has in hand, as last heard; None as long as it has not said.
     listener : called whenever it has said how far it is.
     silent : why its answers do not tell when it executed what; "" if they do.
@@ -73,6 +74,10 @@ class Controller(Protocol):
 
     @property
     def proven(self) -> int:
+        """See above."""
+
+    @property
+    def since(self) -> float:
         """See above."""
 
     def send(self, data: bytes) -> None:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import contextlib
 import errno
 import re
+import time
 from abc import abstractmethod
-from typing import Any, NamedTuple, Protocol
+from collections.abc import Callable
+from typing import Any, NamedTuple, Protocol, cast
 
 from handout.errors import PortError
 from handout.plotting.bed import Placement
@@ -51,6 +53,33 @@ class InstrumentedPort(Port):
     @abstractmethod
     def executed(self) -> Drawing:
         """What the pen has drawn on the sheet, with the times at which it was executed."""
+
+
+def clock_of(port: Port) -> Callable[[], float]:
+    """The clock by which a port lives, s: its own where it has one (it is simulated), else this computer's."""
+    return (lambda: cast(InstrumentedPort, port).time) if hasattr(port, "time") else time.monotonic
+
+
+class TimedReader:
+    """Reads from a port and counts the time that passes while it does.
+
+    Attributes
+    ----------
+    time : s so far. A read that returns nothing has waited for its whole time; for any other the clock is asked.
+    since : s by the port's clock, when the last bytes had certainly not come in yet: the beginning of the read before.
+    """
+
+    def __init__(self, port: Port) -> None:
+        self.port, self.time = port, 0.0
+        self._clock = clock_of(port)
+        self.since = self._begun = self._clock()
+
+    def read(self, timeout: float) -> bytes:
+        """What has come in; waits up to `timeout` s for a first byte."""
+        self.since, self._begun = self._begun, self._clock()
+        data = self.port.read(timeout)
+        self.time += self._clock() - self._begun if data else timeout
+        return data
 
 
 class SerialPort:

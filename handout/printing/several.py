@@ -8,7 +8,6 @@ which it has begun nothing, and what it has begun waits until it goes on.
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import math
 import threading
 import time
@@ -37,6 +36,7 @@ from handout.printing.sending import (
     follow,
     jobs_of,
 )
+from handout.signals import interrupt
 
 Makes = Literal["rows", "letters", "envelopes"]
 _GLANCE = 0.05  # s between two looks whether all devices have ended
@@ -361,8 +361,3 @@ class _Sharing:
             if not any(self.run.is_begun(piece) for piece in mine):
                 self._open[station.makes].append(held)
         station.held, station.own = [], deque()
-
-
-def interrupt(thread: int) -> None:
-    """Raise KeyboardInterrupt in a thread, as Ctrl-C does in the first: it lifts its pen, or cancels its job."""
-    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(KeyboardInterrupt))

@@ -2,6 +2,7 @@
 
 import dataclasses
 import re
+import signal
 from concurrent.futures import Future
 
 import msgspec
@@ -106,6 +107,45 @@ def test_an_interrupt_stops_the_machine_and_lifts_the_pen(profile, share):
     assert fidelity.compare(DRAWING, port.executed()).deviation < 0.1 and again.lines > 100
 
 
+class Impatient:
+    """Somebody who presses Ctrl-C when the pen is down, and again and again: at every look and word from then on."""
+
+    def __init__(self, port):
+        self.port, self.pressed = port, 0
+
+    def _press(self):
+        if self.pressed or (self.port.pen_is_down and len(self.port.paper.trace) > 300):
+            self.pressed += 1
+            signal.raise_signal(signal.SIGINT)
+
+    def write(self, data):
+        self._press()
+        self.port.write(data)
+
+    def read(self, timeout):
+        self._press()
+        return self.port.read(timeout)
+
+    def close(self):
+        self.port.close()
+
+
+@pytest.mark.parametrize("name", ["simulated", "grbl-z", "marlin-servo", "axidraw-v3", "hp-7475a", "klipper-servo"])
+def test_lifting_the_pen_is_not_cut_short(name, monkeypatch):
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored behind a shell's &
+    profile = profiles.find(name, "plotter")
+    port, words = Impatient(open_port("sim:", profile)), []
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            run(plan(DRAWING, profile), port, profile, log=words.append)
+    finally:
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+        signal.signal(signal.SIGINT, before)
+    port.port.read(2.0)
+    assert port.pressed > 5 and not port.port.pen_is_down
+    assert not any("could not be lifted" in word for word in words)
+
+
 def test_an_error_of_ours_lifts_the_pen_too():
     def fail(done, left):
         if done > 0.5:
@@ -197,6 +237,58 @@ def test_a_locked_machine_is_unlocked_with_a_word():
     words = []
     run(plan(SHORT, PROFILE), port, PROFILE, log=words.append)
     assert len(words) == 1 and "unlocked ($X)" in words[0]
+
+
+@pytest.mark.parametrize("name", ["simulated", "marlin-servo", "axidraw-v3", "hp-7475a", "klipper-servo"])
+def test_what_comes_byte_by_byte_takes_the_time_that_it_takes(name):
+    class Trickling:
+        def __init__(self, port):
+            self.port, self.rest = port, b""
+
+        @property
+        def time(self):
+            return self.port.time
+
+        def write(self, data):
+            self.port.write(data)
+
+        def read(self, timeout):
+            said = self.rest or self.port.read(timeout)
+            self.rest = said[1:]
+            return said[:1]
+
+        def close(self):
+            self.port.close()
+
+    profile = profiles.find(name, "plotter")
+    port, made, words, usual = open_port("sim:", profile), plan(SHORT, profile), [], []
+    run(made, whole := open_port("sim:", profile), profile, log=usual.append)
+    port.lay(SHORT.page, made.placement)
+    run(made, Trickling(port), profile, log=words.append)
+    assert fidelity.compare(SHORT, port.executed()).deviation < 0.1 and words == usual
+    assert port.executed_s == pytest.approx(whole.executed_s, rel=0.05)
+
+
+@pytest.mark.parametrize("name", ["simulated", "marlin-servo", "axidraw-v3", "hp-7475a", "klipper-servo"])
+def test_who_never_stops_talking_is_listened_to_for_a_time(name):
+    class Babbling:
+        time = 0.0
+
+        def write(self, data):
+            pass
+
+        def read(self, timeout):
+            self.time += min(timeout, 0.1)
+            assert self.time < 400.0, "it is listened to for ever"
+            return b"echo: lorem ipsum 1,2,3\n"
+
+        def close(self):
+            pass
+
+    profile, port = profiles.find(name, "plotter"), Babbling()
+    with pytest.raises(DeviceSilent, match=r"Something answers, but not as|Moonraker"):
+        run(plan(SHORT, profile), port, profile)
+    assert port.time < 60.0
 
 
 def test_nobody_there():

@@ -4,6 +4,7 @@ import dataclasses
 import math
 
 import msgspec
+import numpy as np
 import pytest
 from clocks import Clock
 from cursive import page
@@ -13,7 +14,7 @@ from benchmarks.live import rests
 from handout import profiles
 from handout.plotting import plan, run
 from handout.plotting.dialects import dialect
-from handout.plotting.driving import plot_report
+from handout.plotting.driving import fidelity, plot_report
 from handout.plotting.driving.observation import Observer
 from handout.profiles import Acceleration
 from handout.simulated.plotter import SimulatedPlotter
@@ -78,6 +79,35 @@ def test_rests_are_found_where_they_are(name, every, away):
     _, measured = ebb.in_time(report.plan.intended(), report.observation.executed)
     _, correlation = ebb.in_time(report.plan.intended(), plotter.executed())
     assert correlation < 0.97 and measured == pytest.approx(correlation, abs=0.15)
+
+
+class Late(SimulatedPlotter):
+    """A host that hears some answers late, since its processor is busy, but never lets the queue run dry."""
+
+    rng, mean = None, 0.0
+
+    def read(self, timeout):
+        said = super().read(timeout)
+        if said and self.rng.random() < 0.2:
+            self._clock.sleep(min(self.rng.exponential(self.mean), 0.08))
+        return said
+
+
+@pytest.mark.parametrize(("name", "mean"), [("simulated", 0.03), ("grbl-z", 0.03), ("axidraw-v3", 0.005)])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_answers_that_are_heard_late_are_no_rests(name, mean, seed):
+    drawing = page(seed=seed, words=2)
+    plotter = Late(profile_of(name), Options(), Clock())
+    plotter.rng, plotter.mean = np.random.default_rng(seed), mean
+    report = run(plan(drawing, plotter.profile, speed=0.5), plotter, plotter.profile)
+    meant, told = report.plan.intended(), report.observation
+    assert rests(meant, plotter.executed()) == [] and told.rests == ()
+    true = fidelity.timed(meant, plotter.executed())
+    assert told.least_correlation - 0.005 < true < told.correlation + 0.005
+    assert told.stretched == pytest.approx(fidelity.stretched(meant, plotter.executed()), abs=0.01)
+    doubt = f"(r {told.least_correlation:.2f} to {told.correlation:.2f})"
+    exact = told.correlation - told.least_correlation < 0.005
+    assert (doubt in plot_report.sentence([report])) != exact
 
 
 @pytest.mark.parametrize("share", [1.0, 1.3, 2.0])

@@ -139,6 +139,70 @@ def test_a_plotter_of_vectors_finds_its_zero_by_itself(tmp_path, fault):
     assert person.asked == []
 
 
+# moves of another program, which has counted from a zero of its own before
+ELSEWHERE = {
+    "simulated": (b"G92X0Y0\n", b"G1X70Y-40F3000\n"),
+    "grbl-z": (b"G92X0Y0\n", b"G1X70Y-40F3000\n"),
+    "marlin-servo": (b"G92 X0 Y0\n", b"G1 X-37 Y-190 F3000\n"),
+    "axidraw-v3": (b"CS\r", b"SM,4000,8000,4000\r"),
+}
+
+
+@pytest.mark.parametrize("name", ELSEWHERE)
+def test_a_place_where_the_plot_has_not_led_is_not_believed(tmp_path, name):
+    profile = msgspec.structs.replace(profiles.find(name, "plotter"), homing=False)
+    plotter, words = SimulatedPlotter(profile), []
+    job, person = made(tmp_path, profile), Somebody(plotter)
+    with pytest.raises(KeyboardInterrupt):
+        runner.run_job(job, lambda: plotter, person, progress=Stop(0.4))
+    plotter.replug()
+    for line in ELSEWHERE[name]:
+        plotter.write(line)
+        plotter.read(5.0)
+    runner.run_job(job, again(plotter), person, log=words.append)
+    judged(plotter, 1)
+    assert len(person.asked) == 1 and any("where this plot has not led it" in word for word in words)
+
+
+@pytest.mark.parametrize("name", ["simulated", "marlin-servo"])
+def test_homing_forgets_what_another_program_counts_from(tmp_path, name):
+    profile = msgspec.structs.replace(profiles.find(name, "plotter"), homing=True)
+    plotter = SimulatedPlotter(profile)
+    job, person = made(tmp_path, profile), Somebody(plotter)
+    with pytest.raises(KeyboardInterrupt):
+        runner.run_job(job, lambda: plotter, person, progress=Stop(0.4))
+    plotter.replug()
+    for line in ELSEWHERE[name]:
+        plotter.write(line)
+        plotter.read(5.0)
+    runner.run_job(job, again(plotter), person)
+    judged(plotter, 1)
+    assert person.asked == []
+
+
+@pytest.mark.parametrize("profile", [PROFILE, profiles.find("axidraw-v3", "plotter")], ids=lambda p: p.name)
+def test_on_its_way_back_to_zero_a_plotter_is_believed(tmp_path, profile):
+    plotter, person, words = SimulatedPlotter(profile), Somebody(), []
+    job = made(tmp_path, profile)
+    with pytest.raises(KeyboardInterrupt):
+        runner.run_job(job, lambda: plotter, person, progress=Stop(0.4))
+    read, there = plotter.read, np.array(plotter.paper.at[:2], dtype=float)
+
+    def interrupted(timeout):
+        if 0.2 < np.hypot(*plotter.paper.at[:2]) / np.hypot(*there) < 0.8:
+            plotter.read = read
+            raise KeyboardInterrupt
+        return read(timeout)
+
+    plotter.read = interrupted
+    with pytest.raises(KeyboardInterrupt):
+        runner.run_job(job, again(plotter), person)
+    assert plotter.read == read and plotter.at_rest, "it has been stopped"
+    runner.run_job(job, again(plotter), person, log=words.append)
+    judged(plotter, 1, exact=True)
+    assert person.asked == [] and any("kept its place" in word for word in words)
+
+
 @pytest.mark.slow
 def test_again_and_again(tmp_path):
     plotter, person = SimulatedPlotter(PROFILE), Somebody()

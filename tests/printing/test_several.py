@@ -18,7 +18,8 @@ from handout.printing.prepared import PreparedPage, PreparedRow
 from handout.printing.queue import Outcome, OutcomeUnknown
 from handout.printing.rows import Row
 from handout.printing.sending import PrintingStopped
-from handout.printing.several import Several, interrupt
+from handout.printing.several import Several
+from handout.signals import interrupt
 from handout.values import Page
 
 PARTS = ("letter 1", ENVELOPE)

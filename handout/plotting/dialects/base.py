@@ -11,9 +11,10 @@ from typing import Any, ClassVar, Generic, TypeVar
 import msgspec
 import numpy as np
 
-from handout.errors import DeviceSilent
+from handout import signals
+from handout.errors import DeviceError, DeviceSilent
 from handout.plotting.dialect import Controller, Log, StateReport, ignore_report
-from handout.plotting.ports import Port
+from handout.plotting.ports import Port, TimedReader
 from handout.profiles import Limits, Plotter
 from handout.values import Array
 
@@ -49,19 +50,35 @@ class Conversation(ABC, Generic[Reply]):
         self.port, self.timeout, self.log, self._reply = port, timeout, log, reply
         self.patience = math.inf
         self._partial = b""
+        self._reader = TimedReader(port)
+
+    @property
+    def time(self) -> float:
+        """How long it has been listened to so far, s by the port's clock."""
+        return self._reader.time
+
+    @property
+    def since(self) -> float:
+        """When what it has said last had certainly not come in yet, s by the port's clock."""
+        return self._reader.since
+
+    def read(self, patience: float) -> bytes:
+        """The bytes that come in within `patience` s, as soon as there are any."""
+        return self._reader.read(patience)
 
     def replies(self, patience: float) -> list[Reply]:
-        """What the controller says within `patience` s; returns with the first complete lines, or with none."""
-        *complete, self._partial = self.line_end.split(self._partial + self.port.read(patience))
-        return [self._reply(line) for line in complete if line.strip()]
+        """What the controller says within `patience` s; returns with the first complete lines, or with none then."""
+        end = self.time + patience
+        while True:
+            *complete, self._partial = self.line_end.split(self._partial + self.read(max(end - self.time, 0.0)))
+            if (lines := [line for line in complete if line.strip()]) or self.time >= end:
+                return [self._reply(line) for line in lines]
 
     def listen(self, patience: float, glance: float = GLANCE) -> Iterator[list[Reply]]:
-        """The replies of one glance after the other ([] for none), until the silence adds up to `patience` s."""
-        waited = 0.0
-        while waited < patience:
-            replies = self.replies(glance)
-            yield replies
-            waited += 0.0 if replies else glance
+        """The replies of one glance after the other ([] for none), until `patience` s have passed."""
+        end = self.time + patience
+        while self.time < end:
+            yield self.replies(min(glance, end - self.time))
 
     @abstractmethod
     def ask(self, data: bytes) -> object:
@@ -109,6 +126,7 @@ class BaseController(Controller):
 
     conversation: Conversation[Any]
     silent = ""
+    hurry: ClassVar[float]  # s to wait for an answer when something has gone wrong already
 
     def __init__(self, profile: Plotter, log: Log) -> None:
         self.profile, self.log = profile, log
@@ -122,6 +140,11 @@ class BaseController(Controller):
     def proven(self) -> int:
         """How many commands were executed when the machine was last found right."""
         return self._proven
+
+    @property
+    def since(self) -> float:
+        """When it was listened to before, s by the port's clock."""
+        return self.conversation.since
 
     @property
     def patience(self) -> float:
@@ -141,9 +164,18 @@ class BaseController(Controller):
         for line in lines:
             self.conversation.ask(line)
 
-    def _hurry(self, seconds: float) -> None:
-        """Shorten the time-out after something has gone wrong, s."""
-        self.conversation.timeout = min(self.conversation.timeout, seconds)
+    def halt(self) -> None:
+        """Stop and lift the pen; a signal that comes while it is lifted acts afterwards."""
+        with signals.deferred():
+            self.conversation.timeout = min(self.conversation.timeout, self.hurry)
+            try:
+                self._stop_and_lift()
+            except DeviceError:
+                self._pen_not_lifted()
+
+    @abstractmethod
+    def _stop_and_lift(self) -> None:
+        """Stop as soon as the protocol allows, and lift the pen; signals are deferred."""
 
     def _pen_not_lifted(self) -> None:
         self.log("The pen could not be lifted and may stand on the paper: lift it by hand.")

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import msgspec
 import numpy as np
 
+from handout import signals
 from handout.errors import DeviceError, DeviceGarbled
 from handout.plotting import bed
 from handout.plotting.dialect import Controller, StateReport
@@ -22,7 +23,7 @@ from handout.plotting.planning import hooking
 from handout.plotting.planning.plan import Plan
 from handout.plotting.planning.planner import plan as replan
 from handout.plotting.planning.toolpath import DRAW
-from handout.plotting.ports import InstrumentedPort, Port
+from handout.plotting.ports import InstrumentedPort, Port, clock_of
 from handout.profiles import Plotter
 from handout.values import Array
 
@@ -100,14 +101,11 @@ def run(
     """Plot a plan from the machine's zero, on a fresh sheet; see `draw`, and `Monitor` for the other parameters."""
     controller = connect(port, profile, log)
     bed.check(plan.toolpath.points[:, :2], controller.profile)
-    try:
+    with halting(controller):
         if profile.homing:
             controller.home()
         elif profile.bed.zero == "here":
             controller.zero()
-    except BaseException:
-        controller.halt()
-        raise
     try:
         monitor = Monitor(progress=progress, watch=watch, secure=secure, overlap=overlap, log=log)
         return draw(plan, controller, port, profile, monitor)
@@ -120,10 +118,25 @@ def park(controller: Controller) -> None:
     """Go back to zero after a stop that was asked for, if the machine knows the way; a further interrupt ends that."""
     with contextlib.suppress(DeviceError, KeyboardInterrupt):
         if controller.position() is not None:
-            try:
+            with halting(controller):
                 controller.go(0.0, 0.0)
-            except KeyboardInterrupt:
-                controller.halt()
+
+
+@contextlib.contextmanager
+def halting(controller: Controller, harmless: tuple[type[Exception], ...] = ()) -> Iterator[None]:
+    """Whatever breaks off what is done meanwhile, the machine is stopped and its pen lifted; no signal cuts that short.
+
+    harmless : errors that are raised before anything moves.
+    """
+    with signals.deferred():
+        try:
+            with signals.heeded():
+                yield
+        except harmless:
+            raise
+        except BaseException:  # an interrupt above all, but whatever it is: the pen must not stay on the paper
+            controller.halt()
+            raise
 
 
 def connect(port: Port, profile: Plotter, log: Callable[[str], None]) -> Controller:
@@ -164,21 +177,17 @@ def draw(
         _warn_of_the_sheet(plan, monitor)
         if instrumented is not None:
             instrumented.lay(plan.drawing.page, plan.placement)
-    stream = _Stream(plan, controller, monitor, instrumented)
+    stream = _Stream(plan, controller, monitor, port, instrumented)
     before = time.monotonic() if instrumented is None else instrumented.executed_s
     try:
-        with _few_garbage():
+        with halting(controller), _few_garbage():
             stream.run()
-    except DeviceError as error:
-        controller.halt()
-        stream.note()
+    except BaseException as error:
+        stream.note()  # what had come to rest by then; or less than before, where it says that something was damaged
+        if not isinstance(error, DeviceError):
+            raise
         kind = DeviceGarbled if controller.spoilt else type(error)
         raise kind(f"{error} {stream.under_way()}".strip()) from error
-    except BaseException:  # an interrupt above all, but whatever it is: the pen must not stay on the paper
-        with contextlib.suppress(KeyboardInterrupt):  # whoever presses once more has been heard
-            controller.halt()
-        stream.note()  # what had come to rest by then; or less than before, where it says that something was damaged
-        raise
     return _report(stream, instrumented, before, fresh)
 
 
@@ -216,11 +225,11 @@ class _Stream:
     """A program under way."""
 
     def __init__(
-        self, plan: Plan, controller: Controller, monitor: Monitor, instrumented: InstrumentedPort | None
+        self, plan: Plan, controller: Controller, monitor: Monitor, port: Port, instrumented: InstrumentedPort | None
     ) -> None:
         self.plan, self.controller, self.monitor = plan, controller, monitor
         self.commands = list(dialect(plan.profile.dialect).program(plan.blocks, controller.profile))
-        self._clock = time.monotonic if instrumented is None else lambda: instrumented.time
+        self._clock = clock_of(port)
         stands = instrumented is not None and not instrumented.keeps_real_time
         self.guard = OverlapGuard(
             plan, self.commands, monitor.secure, monitor.overlap, None if stands else self._clock, monitor.log
@@ -280,7 +289,8 @@ class _Stream:
 
     def _listen(self, report: StateReport) -> None:
         """Note what it says when it says it: by the time that a command is sent it may be old."""
-        self.observer.note(self._clock(), report.executed - self._before, report.place)
+        machine, first = self.controller, self._before
+        self.observer.note(self._clock(), report.executed - first, report.place, machine.since, machine.sent - first)
         if report.queued is not None:
             self._watch_queue(report.queued, report.taken - self._before)
 

@@ -1,13 +1,14 @@
 """Works out from a machine's answers what it did with a plan: when it was where, and where the pen rested.
 
-Each answer says that at a time t (this computer's clock) the machine had carried out the plan up to the plan's time p.
-An answer is never heard before it is true, so p was reached at t or earlier.  A machine is never faster than its plan,
-so it takes at least p' − p from p to a later p'.  Its delay at p is therefore at most the least t' − p' of this answer
-and all later ones, which makes late answers harmless.  Where the delay grows within a stroke, time was lost: a rest if
-it grows much at once, slow going if it grows a little everywhere.
+Each answer has come in between two moments: when this computer had listened last before, and when it was heard (its
+clock, s).  It says between which two of the plan's times the machine was.  So the machine's delay on its plan is known
+between two bounds, which are far apart where this computer was late.  A machine is never faster than its plan: its
+delay does not shrink, and a later answer's upper bound holds for all before it.
 
-Not seen are rests shorter than `Observation.least_s`, and those before the first or after the last answer of a stroke;
-two rests between the same two answers count as one.
+Time was lost only where the bounds leave no other way: the delay is taken to grow no more and no sooner than it must.
+That is a rest if it grows much at once, slow going if it grows a little everywhere.  How far the upper bound is above
+it at the end of a stroke is what may have been lost unnoticed: `Observation.least_s`.  Not seen either are rests before
+the first or after the last answer of a stroke; two rests between the same two answers count as one.
 
 Source: own method.
 """
@@ -33,9 +34,21 @@ _UNUSUAL = 6.0  # times the usual loss make a rest
 _FINE = 17  # samples of a move between which its place is interpolated
 _NEAR = 0.03  # mm by which a reported place may be off: steps, and rounded digits
 _GAIN = 0.005  # s that a machine may gain on its plan between two answers
+# a loss of so much of a rest belongs to the rest so few answers before it: a machine has to start anew after one
+_JOINED, _BESIDE = 0.25, 2
 _MANY = 3  # answers within strokes: with fewer nothing can be said
 
 Place = tuple[float, float]
+
+
+class _Answer(NamedTuple):
+    """What `Observer.note` was told."""
+
+    since: float
+    time: float
+    executed: int
+    sent: int
+    place: Place | None = None
 
 
 class Rest(NamedTuple):
@@ -58,8 +71,10 @@ class Observation:
 
     unknown : why nothing can be said; then the fields below are empty.
     rests : within strokes, in order.
-    least_s : shorter rests may have been missed, s; every_s : median time between two answers in a stroke, s.
-    correlation : of executed with planned speeds at the same times; None if no stroke is long enough.
+    least_s : shorter rests may have been missed, or are not certain, s; every_s : median time between two answers in a
+        stroke, s.
+    correlation : of executed with planned speeds at the same times; None if no stroke is long enough;
+        least_correlation : the same if as much time was lost as the answers allow.
     stretched : duration of the strokes over their planned duration.
     executed : the predicted strokes with the observed delays; None if nothing was observed.
     """
@@ -69,6 +84,7 @@ class Observation:
     least_s: float = REST
     every_s: float = 0.0
     correlation: float | None = None
+    least_correlation: float | None = None
     stretched: float = 1.0
     executed: Drawing | None = None
 
@@ -89,16 +105,22 @@ class Observer:
     def __init__(self, plan: Plan, commands: Sequence[Command]) -> None:
         self.plan = plan
         self._done = np.array([0, *(command.done for command in commands)])
-        self._times: list[float] = []
-        self._executed: list[int] = []
-        self._places: list[Place] = []
+        self._answers: list[_Answer] = []
 
-    def note(self, time: float, executed: int, place: Place | None) -> None:
-        """Add an answer: its time, s, the number of commands certainly executed by then, and the reported place, mm."""
+    def note(
+        self, time: float, executed: int, place: Place | None, since: float | None = None, sent: int | None = None
+    ) -> None:
+        """Add an answer.
+
+        Parameters
+        ----------
+        time, since : s, when it was heard, and when it had certainly not come in yet; None: it was heard at once.
+        executed, sent : commands certainly executed by then, and all that can have been; None: no more than those.
+        place : that is reported, machine coordinates, mm.
+        """
         if executed > 0:
-            self._times.append(time)
-            self._executed.append(executed)
-            self._places.append(place or (np.nan, np.nan))
+            answer = _Answer(time if since is None else since, time, executed, executed if sent is None else sent)
+            self._answers.append(answer._replace(place=place))
 
     def observation(self, unknown: str = "") -> Observation:
         """Evaluate the answers at the end of a plot.
@@ -107,30 +129,41 @@ class Observer:
         """
         if unknown:
             return Observation(unknown)
-        time = np.array(self._times)
-        if not (len(time) and self.plan.toolpath.draws.any()):
+        plan, toolpath = self.plan, self.plan.toolpath
+        if not (self._answers and toolpath.draws.any()):
             return Observation("The strokes are too short for the plotter's answers.")
-        stroke, reached = self._reached()
+        since, time = (np.array([getattr(answer, name) for answer in self._answers]) for name in ("since", "time"))
+        stroke, low, high = self._reached()
         drawn = stroke >= 0
         if np.count_nonzero(drawn) < _MANY:
             return Observation("The strokes are too short for the plotter's answers.")
-        delays, apart, lost = dict[int, tuple[Array, Array]](), list[Array](), list[Array]()
+        delays, bounds = dict[int, tuple[Array, Array]](), dict[int, tuple[Array, Array]]()
+        apart, lost, unsure = list[Array](), list[Array](), 0.0
         for number in np.unique(stroke[drawn]).tolist():
             within = np.flatnonzero(stroke == number)
             at = np.arange(within[0], _next(stroke, within[-1]))  # answers up to the next stroke bound the delay too
-            delay = np.minimum.accumulate((time[at] - reached[at])[::-1])[::-1][within - within[0]]
-            delays[number] = reached[within], delay - delay[0]
+            most = np.minimum.accumulate((time[at] - low[at])[::-1])[::-1][within - within[0]]
+            drawn_rows = np.flatnonzero(toolpath.draws & (toolpath.stroke == number))
+            end = float(plan.starts[drawn_rows[-1]] + plan.motion.duration[drawn_rows[-1]])
+            # what may lie behind the stroke tells nothing of a loss within it
+            least = np.where(high[within] <= end + 1e-9, since[within] - high[within], -np.inf)
+            delay = _least_delay(least, most)
+            where = np.maximum.accumulate(0.5 * (low + high)[within])
+            delays[number], bounds[number] = (where, delay - delay[0]), (where, most - most[0])
+            unsure = max(unsure, float(most[-1] - delay[-1]))
             apart.append(np.diff(time[within]))
             lost.append(np.diff(delay))
         usual = float(np.percentile(np.append(np.concatenate(lost), 0.0), _USUAL))
-        least = max(REST, _UNUSUAL * usual)
-        rests = [rest for number, delay in delays.items() for rest in self._rests(number, *delay, least)]
+        shortest = max(REST, _UNUSUAL * usual, unsure)
+        rests = [rest for number, delay in delays.items() for rest in self._rests(number, *delay, shortest)]
         every, intended, executed = np.concatenate(apart), self.plan.intended(), self._drawing(delays)
+        correlation, other = (fidelity.timed(intended, one) for one in (executed, self._drawing(bounds)))
         return Observation(
             rests=tuple(rests),
-            least_s=least,
+            least_s=shortest,
             every_s=float(np.median(every)) if every.size else 0.0,
-            correlation=fidelity.timed(intended, executed),
+            correlation=correlation,
+            least_correlation=None if correlation is None or other is None else min(correlation, other),
             stretched=fidelity.stretched(intended, executed),
             executed=executed,
         )
@@ -143,83 +176,72 @@ class Observer:
         words = self.plan.drawing.about.get("words") or []
         text = str(words[word]) if 0 <= word < len(words) else ""
         rests: list[Rest] = []
-        last = -2
-        for at in np.flatnonzero(lost > 0.5 * least).tolist():
-            if rests and at == last + 1:
-                rests[-1] = rests[-1]._replace(seconds=rests[-1].seconds + float(lost[at]))
+        last = -_BESIDE - 1
+        for at in np.flatnonzero(lost > _JOINED * least).tolist():
+            if rests and at <= last + _BESIDE:
+                more = float(delay[at + 1] - delay[last + 1])
+                rests[-1] = rests[-1]._replace(seconds=rests[-1].seconds + more)
             else:
                 rests.append(Rest(number, word, text, max(float(where[at + 1]) - begin, 0.0), float(lost[at])))
             last = at
         return [rest for rest in rests if rest.seconds > least]
 
-    def _reached(self) -> tuple[NDArray[np.intp], Array]:
-        """For every answer the stroke being drawn, −1 for none, and the time of the plan that had been reached, s."""
+    def _reached(self) -> tuple[NDArray[np.intp], Array, Array]:
+        """For every answer the stroke being drawn, −1 for none, and the plan's times between which it was, s."""
         plan, toolpath = self.plan, self.plan.toolpath
         rows = np.array([row if block is None else -1 for block, row in toolpath.instructions])
-        block = self._done[np.array(self._executed, dtype=np.intp)]
+        executed, sent = (np.array([getattr(one, name) for one in self._answers]) for name in ("executed", "sent"))
+        block, ahead = self._done[executed], self._done[np.minimum(sent, len(self._done) - 1)]
         inside = block < len(rows)
-        block = np.minimum(block, len(rows) - 1)
-        row = np.where(inside, rows[block], -1)
+        row = np.where(inside, rows[np.minimum(block, len(rows) - 1)], -1)
         stroke = np.where((row >= 0) & toolpath.draws[row], toolpath.stroke[row], -1)
-        reached = np.where(inside, plan.begins[block], plan.duration)
-        reached[row >= 0] = plan.starts[row[row >= 0]]
-        behind, ahead = _along(toolpath)
+        begins = np.append(plan.begins, plan.duration)
+        low = np.where(row >= 0, plan.starts[row], begins[np.minimum(block, len(rows))])
+        high = np.maximum(begins[np.minimum(ahead, len(rows))], low)
+        behind, left = _along(toolpath)
+        delay, before = -np.inf, -1  # that it has at least, of the stroke of the answer before
         for at in np.flatnonzero(stroke >= 0).tolist():
-            if not np.isnan(self._places[at][0]):
-                same = at > 0 and stroke[at - 1] == stroke[at]
-                planned = self._times[at] - (self._times[at - 1] - reached[at - 1]) if same else -np.inf
-                move, gone, reached[at] = self._furthest(int(row[at]), np.array(self._places[at]), planned + _GAIN)
-                if ahead[move] - gone <= _NEAR:  # it has stopped to lift the pen
+            answer = self._answers[at]
+            delay, before = delay if stroke[at] == before else -np.inf, int(stroke[at])
+            if answer.place is not None:
+                most = min(float(high[at]), answer.time - delay) + _GAIN
+                (move, gone), *ends = self._passes(behind, int(row[at]), np.array(answer.place), most)
+                low[at], high[at] = ends
+                if toolpath.stroke[move] != before or not toolpath.draws[move] or left[move] - gone <= _NEAR:
+                    # it may be past the stroke, or has stopped to lift the pen
                     stroke[at] = -1
-                elif same:
-                    reached[at] = self._soonest(behind, move, gone, planned)
-        return stroke, np.maximum.accumulate(reached)
+            delay = max(delay, answer.since - float(high[at]))
+        low = np.maximum.accumulate(low)
+        return stroke, low, np.maximum(low, high)
 
-    def _soonest(self, behind: Array, row: int, gone: float, planned: float) -> float:
-        """Of the plan's times at which the pen is near a place, the one nearest to `planned`, s.
+    def _passes(self, behind: Array, row: int, place: Array, most: float) -> tuple[tuple[int, float], float, float]:
+        """The plan's times, no later than `most`, between which the pen may be at a place.
 
-        A place is known to some hundredths of a millimetre, which a slow pen takes long to cross.
+        Lines cross and retrace themselves, and the lifted pen crosses them; and a place is known to some hundredths of
+        a millimetre, which a slow pen takes long to cross.
 
-        behind : (n + 1,) mm, length of the path before each move; row, gone : the place.
-        """
-        toolpath = self.plan.toolpath
-        same = np.flatnonzero(toolpath.stroke == toolpath.stroke[row])
-        first, last = behind[same[0]], behind[same[-1] + 1]
-        near = np.clip(behind[row] + gone + np.array([-_NEAR, _NEAR]), first, last)
-        rows = np.clip(np.searchsorted(behind, near, side="right") - 1, same[0], same[-1])
-        low, high = (
-            float(self.plan.starts[at]) + self._since(int(at), float(come - behind[at]))
-            for at, come in zip(rows, near, strict=True)
-        )
-        return min(max(planned, low), high)
-
-    def _furthest(self, row: int, place: Array, most: float) -> tuple[int, float, float]:
-        """The latest of the plan's times, no later than `most`, at which the pen is at a place.
-
-        Lines cross and retrace themselves; since a machine is never faster than its plan, the last move that passes
-        the place in time is the right one.
-
-        row : the first move that may have been under way.
+        behind : (n + 1,) mm, length of the path before each move; row : the first that may have been under way.
 
         Returns
         -------
         tuple
-            The move, how far it has come, mm, and the time, s.
+            The last move that passes the place in time and how far it has come then, mm; the times, s.
         """
         plan, toolpath = self.plan, self.plan.toolpath
-        many = int(np.argmax(np.append(toolpath.stroke[row:] != toolpath.stroke[row], True)))
-        rows = np.arange(row, row + max(int(np.searchsorted(plan.starts[row : row + many], most)), 1))
+        rows = np.arange(row, max(int(np.searchsorted(plan.starts[: len(toolpath.kind)], most)), row + 1))
         begin, end = toolpath.points[rows, :2], toolpath.points[rows + 1, :2]
         length = np.maximum(np.hypot(*(end - begin).T), 1e-9)
         gone = np.clip(((place - begin) * (end - begin)).sum(axis=1) / length, 0.0, length)
         off = np.hypot(*(begin + (gone / length)[:, None] * (end - begin) - place).T)
-        latest = (row, 0.0, float(plan.starts[row]))
-        for at in [0, *np.flatnonzero(off <= _NEAR).tolist()]:
-            move, come = int(rows[at]), float(gone[at])
-            time = float(plan.starts[move]) + self._since(move, come)
-            if time <= most or at == 0:
-                latest = move, come, time
-        return latest
+        near = [(int(rows[at]), float(gone[at])) for at in np.flatnonzero(off <= _NEAR)] or [(row, 0.0)]
+        near = [at for at in near if float(plan.starts[at[0]]) + self._since(*at) <= most] or near[:1]
+        span = behind[row], behind[rows[-1] + 1]
+        times = []
+        for (move, come), way in ((near[0], -_NEAR), (near[-1], _NEAR)):
+            along = float(np.clip(behind[move] + come + way, *span))
+            move = int(np.clip(np.searchsorted(behind, along, side="right") - 1, row, rows[-1]))
+            times.append(float(plan.starts[move]) + self._since(move, along - float(behind[move])))
+        return near[-1], times[0], times[1]
 
     def _since(self, row: int, gone: float) -> float:
         """Time from the beginning of a move until it has gone so far, s."""
@@ -233,6 +255,18 @@ class Observer:
             stroke = strokes[number]
             strokes[number] = replace(stroke, t=stroke.t + np.interp(stroke.t, where, delay))
         return replace(predicted, strokes=tuple(strokes))
+
+
+def _least_delay(least: Array, most: Array) -> Array:
+    """(n,) s, a delay that never shrinks, between bounds, and grows no more and no sooner than it must; but where it
+    has grown by a rest, by as much as it may have, for answers are seldom late."""
+    delay, beside = most.copy(), 0
+    for at in range(1, len(most)):
+        must = min(max(delay[at - 1], least[at]), most[at])
+        grown = must - delay[at - 1]
+        beside = _BESIDE if grown > (_JOINED * REST if beside > 0 else REST) else beside - 1
+        delay[at] = most[at] if grown > 0.0 and beside > 0 else must
+    return delay
 
 
 def _along(toolpath: Toolpath) -> tuple[Array, Array]:

@@ -20,6 +20,7 @@ from handout.values import Array, Drawing, Stroke
 
 _WINDOW = 0.5  # s over which time is compared with time; over less, a pen that hardly moves tells nothing
 _NAMED = 12  # words that are named
+_DOUBT = 0.005  # of a correlation that is told with its bounds
 _NOTED = 1.03  # a stretch beyond this is told with its place
 
 Row = dict[str, Any]
@@ -146,10 +147,8 @@ def sentence(reports: Sequence[Report]) -> str:
     if not figures["measured"]:
         return f"Whether the pen rested is not known: {figures['unknown']}"
     least = max(report.observation.least_s for report in reports)
-    fits = [report.observation.correlation for report in reports if report.observation.correlation is not None]
-    speeds = f"speeds as meant (r {min(fits):.3f}), " if fits else ""
     time = max(report.observation.stretched for report in reports)
-    measured = f"Measured: {speeds}strokes in {time:.3f} of their time;"
+    measured = f"Measured: {_speeds(reports)}strokes in {time:.3f} of their time;"
     if not figures["rests"]:
         return f"{measured} the pen never rested on the paper for longer than {least:.2f} s."
     words = dict.fromkeys(rest.text for report in reports for rest in report.observation.rests if rest.text)
@@ -157,6 +156,17 @@ def sentence(reports: Sequence[Report]) -> str:
     named = [*words][:_NAMED] + ([f"{len(words) - _NAMED} more"] if len(words) > _NAMED else [])
     where = f", in: {', '.join(named)}" if words else ""
     return f"{measured} the pen rested {times}, {figures['rested_s']:.2f} s in all{where}."
+
+
+def _speeds(reports: Sequence[Report]) -> str:
+    """How well the speeds were kept; with its bounds where answers were heard too late to tell it exactly."""
+    seen = [report.observation for report in reports]
+    r = [one.correlation for one in seen if one.correlation is not None]
+    least = [one.least_correlation for one in seen if one.least_correlation is not None]
+    if not r or not least:
+        return ""
+    span = f"{min(r):.3f}" if min(r) - min(least) < _DOUBT else f"{min(least):.2f} to {min(r):.2f}"
+    return f"speeds as meant (r {span}), "
 
 
 def stretches(intended: Drawing, executed: Drawing) -> list[Row]:

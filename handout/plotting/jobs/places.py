@@ -139,7 +139,8 @@ def found(
     certain : what is certainly drawn.
     at : (2,) float, mm on the page.
     reach : mm of ink that it can have drawn behind that.
-    zero : (2,) float, mm on the page, from where it may have come to begin behind that place.
+    zero : (2,) float, mm on the page, from where it may have come to begin behind that place, or where it may have been
+        going from there.
     detours : (n, 2) float, mm on the page: where the lifted pen may go between two strokes.
 
     Notes
@@ -180,10 +181,14 @@ def _ways(
             yield Place(number, float(stroke.t[at])), stroke.xy[at], stroke.xy[at + 1], float(stroke.t[at + 1])
             reach -= float(np.hypot(*(stroke.xy[at + 1] - stroke.xy[at])))
             if reach < 0:
-                return
+                break
+        if reach < 0:
+            break
         if len(stroke.t) == 1:
             yield Place(number), stroke.xy[0], stroke.xy[0], np.inf
         before = stroke.xy[-1]
+    if zero is not None and (done := drawn(drawing, certain).strokes):  # it may have been on its way back
+        yield from _travels(certain, done[-1].xy[-1], zero, detours)
 
 
 def _travels(

@@ -23,7 +23,7 @@ from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, InputError
 from handout.plotting import bed
 from handout.plotting.dialect import BUTTON_LOOK, ButtonPressed, Controller
 from handout.plotting.dialects import dialect
-from handout.plotting.driving.driver import Monitor, Progress, Report, connect, draw, park
+from handout.plotting.driving.driver import Monitor, Progress, Report, connect, draw, halting, park
 from handout.plotting.jobs import store
 from handout.plotting.jobs.job import Job, load
 from handout.plotting.jobs.journal import Journal
@@ -38,6 +38,7 @@ from handout.values import Drawing
 
 _ZERO = 0.02  # mm; a machine that says it stands in its zero may just have been switched on
 _REACH = 1.1  # ink on the drawing's path for ink in straight pieces
+_FARTHER = 20.0  # times that reach at most, where a disk was slow; set by eye: some words
 _WRITTEN = 1.0  # mm of ink between two lines of the journal
 
 
@@ -256,7 +257,8 @@ class _Run:
             if self.controller.position() is None:
                 self._find_zero(self.controller, at_zero=False)
             else:
-                self.controller.go(0.0, 0.0)
+                with halting(self.controller):
+                    self.controller.go(0.0, 0.0)
 
     def _warn(self) -> None:
         """Say that a page will be missing as soon as that is known."""
@@ -271,15 +273,17 @@ class _Run:
         resumed = standing.begun or standing.part > 0
         knows = resumed and not at_zero and self._look(controller)
         if profile.homing:
-            if knows:
-                controller.go(0.0, 0.0)  # which lifts the pen, wherever it was left
-            controller.home()
+            with halting(controller):
+                if knows:
+                    controller.go(0.0, 0.0)  # which lifts the pen, wherever it was left
+                controller.home()
         elif knows:
             self.log(
                 "The plotter has kept its place: it goes back to its zero with the pen lifted, and on from there. If "
                 "it was moved by hand, stop it now and use --at-zero."
             )
-            controller.go(0.0, 0.0)
+            with halting(controller):
+                controller.go(0.0, 0.0)
         elif resumed or profile.bed.zero == "here":
             if resumed and not at_zero:
                 corner = bed.CORNERS[profile.bed.origin]
@@ -289,20 +293,36 @@ class _Run:
             controller.zero()
 
     def _look(self, controller: Controller) -> bool:
-        """Whether the machine still knows its place; if so, take what it has drawn from there."""
-        at = controller.position()
+        """Whether the machine still knows its place; if so, take what it has drawn from there.
+
+        Its word alone does not tell that: another program may have counted from another zero since.  So the place must
+        lie on the way of the plot: behind what is drawn, or from there to zero.  Where a command came over wrong it has
+        left that way, and what is proven is gone back to.
+        """
+        standing, at = self.journal.standing, controller.position()
         if at is None or max(map(abs, at)) < _ZERO:
             return False
-        if self.journal.standing.begun and not self.journal.standing.doubtful:
-            whole = self.job.drawing(self.journal.standing.part)
-            to_page = bed.place(whole.page, self.job.profile).to_page
-            xy, zero = to_page(np.array([at, (0.0, 0.0)]))
-            detours = [to_page(way) for way in hooking.detours(self.job.profile)]
-            held = dialect(self.job.profile.dialect).in_hand * float(self.job.profile.limits.draw_speed)
-            reach = _REACH * max(self.job.options.overlap, held) + _WRITTEN
-            place = found(whole, self.journal.standing.place, xy, reach, zero, detours)
-            if place is not None:
-                self.journal.drawn(place)
+        if standing.doubtful:
+            return True
+        begun = standing.begun or standing.part == 0
+        whole = self.job.drawing(standing.part if begun else standing.part - 1)
+        to_page = bed.place(whole.page, self.job.profile).to_page
+        xy, zero = to_page(np.array([at, (0.0, 0.0)]))
+        detours = [to_page(way) for way in hooking.detours(self.job.profile)]
+        held = dialect(self.job.profile.dialect).in_hand * float(self.job.profile.limits.draw_speed)
+        reach = _REACH * max(self.job.options.overlap, held) + _WRITTEN
+        drawn = standing.place if begun else Place(len(whole.strokes))
+        place = found(whole, drawn, xy, reach, zero, detours)
+        if place is not None and standing.begun:
+            self.journal.drawn(place)
+        # farther on its way, where a slow disk let it be sent more: its zero is known, what is drawn is not
+        elif place is None and found(whole, drawn, xy, _FARTHER * reach, zero, detours) is None:
+            x, y = xy
+            self.log(
+                f"The plotter says that its pen is at {x:.1f}, {y:.1f} mm of the page, where this plot has not led it: "
+                "that is not believed."
+            )
+            return False
         return True
 
     def _draw(self, number: int, controller: Controller, port: Port, fresh: bool) -> None:
@@ -318,15 +338,13 @@ class _Run:
         keeper = _Keeper(journal, whole, left, planned)
         try:
             report = draw(planned, controller, port, job.profile, self._monitor(number, planned, keeper), fresh=fresh)
-        except DeviceError as error:
+        except BaseException as error:
             keeper.write()
-            if isinstance(error, DeviceGarbled):
+            if isinstance(error, DeviceGarbled) or controller.spoilt:
                 journal.doubt()
-            raise
-        except BaseException:  # the machine was stopped in good order
-            keeper.write()
-            with contextlib.suppress(DeviceError):
-                self._look(controller)
+            elif not isinstance(error, DeviceError):  # the machine was stopped in good order
+                with contextlib.suppress(DeviceError):
+                    self._look(controller)
             raise
         if self.plotted is not None:
             self.plotted(report, port)

@@ -6,9 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from handout.errors import DeviceAlarm, DeviceError, DoesNotFit
+from handout.errors import DeviceAlarm, DoesNotFit, InputError
 from handout.plotting import bed
 from handout.plotting.dialect import Controller
+from handout.plotting.driving.driver import halting
 
 Place = tuple[float, float]
 _ZERO = 0.02  # mm; a machine that says it stands in its zero may just have been switched on
@@ -54,9 +55,6 @@ def jog(controller: Controller, dx: float, dy: float) -> None:
 
 def moved(controller: Controller, move: Callable[[Controller], None]) -> Place | None:
     """Do something; where it stands then, mm, None if it does not know.  Whatever goes wrong, the pen is lifted."""
-    try:
+    with halting(controller, harmless=(InputError,)):
         move(controller)
-    except (KeyboardInterrupt, DeviceError):
-        controller.halt()
-        raise
     return controller.position()

@@ -19,7 +19,7 @@ from handout.errors import InputError
 from handout.plotting import bed, pen_lift
 from handout.plotting.dialect import Controller, Log
 from handout.plotting.dialects import dialect
-from handout.plotting.driving.driver import Monitor, draw
+from handout.plotting.driving.driver import Monitor, draw, halting
 from handout.plotting.planning.planner import plan
 from handout.plotting.ports import Port
 from handout.plotting.setup.panels import line
@@ -126,7 +126,7 @@ class Bench:
     def working(self) -> Iterator[None]:
         """Homes; whatever happens, the pen is lifted in the end."""
         controller = self.controller
-        try:
+        with halting(controller):
             if controller.profile.homing:
                 controller.home()
             elif controller.profile.bed.zero == "here":
@@ -134,9 +134,6 @@ class Bench:
             self.go(self.pen.up)
             yield
             self.go(self.pen.up)
-        except BaseException:
-            controller.halt()
-            raise
 
     def go(self, value: float) -> None:
         """The pen goes to a value or a height."""

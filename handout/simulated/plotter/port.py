@@ -7,16 +7,13 @@ the meantime is worked out when it is written to or read from, at the moments at
 
 from __future__ import annotations
 
-import contextlib
 import math
-import signal
-import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
-from types import FrameType
 from typing import Any, Protocol
 
+from handout import signals
 from handout.errors import PortError
 from handout.plotting.bed import Placement, place
 from handout.plotting.ports import InstrumentedPort
@@ -30,26 +27,6 @@ from handout.values import Drawing, Page
 _Z_STEPS = 250.0  # of a Z axis; no profile says how fine it is, this is GRBL's default ($102)
 _STALL = 3.0  # s; less than any machine's time-out, as a radio that loses its network for a moment
 _HANDS = 5.0  # s a person takes to push the carriage somewhere
-
-
-@contextlib.contextmanager
-def _unaware() -> Iterator[None]:
-    """Ctrl-C and the other signals that unwind a program come when a step is done: a machine hears nothing of them."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    came: list[tuple[int, FrameType | None]] = []
-    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    usual = {number: handler for number, handler in handlers.items() if callable(handler)}
-    for each in usual:
-        signal.signal(each, lambda number, frame: came.append((number, frame)))
-    try:
-        yield
-    finally:
-        for each, handler in usual.items():
-            signal.signal(each, handler)
-        for number, frame in came[:1]:
-            usual[signal.Signals(number)](number, frame)
 
 
 class Clock(Protocol):
@@ -215,7 +192,7 @@ class SimulatedPlotter(InstrumentedPort):
 
     def _advance(self, until: float, heard: bool = True) -> None:
         """Let time pass until `until`, or only until something has been answered if that is `heard`."""
-        with _unaware():
+        with signals.deferred():  # a machine hears nothing of them: its step is done first
             self._run(until, heard)
 
     def _run(self, until: float, heard: bool) -> None:

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import threading
 
 import msgspec
 import numpy as np
@@ -10,7 +11,7 @@ from cursive import page
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from handout import profiles
+from handout import profiles, signals
 from handout.errors import DeviceAlarm, DeviceError
 from handout.plotting import open_port, plan, run
 from handout.plotting.dialects import dialect
@@ -117,7 +118,7 @@ class Eavesdropper:
 
     def read(self, timeout):
         if self.every and b"!" in self.written:
-            raise KeyboardInterrupt
+            signals.interrupt(threading.get_ident())
         return self.port.read(timeout)
 
     def close(self):
@@ -156,6 +157,7 @@ def test_a_second_interrupt_resets_at_once():
         run(plan(DRAWING, SERVO), port, SERVO)
     after = [data for data in port.written[port.written.index(b"!") :] if data != b"?"]
     assert after[:2] == [b"!", b"\x18"]
+    assert not port.port.pen_is_down
 
 
 @pytest.mark.parametrize("zero", ["kept", "here"])

@@ -147,7 +147,7 @@ def test_an_interrupt_does_not_reach_into_the_machine(monkeypatch):
 @pytest.mark.usefixtures("heard")
 def test_a_machine_that_was_cut_off_within_is_lost(monkeypatch):
     port = awake("")
-    monkeypatch.setattr("handout.simulated.plotter.port._unaware", contextlib.nullcontext)  # as in another thread
+    monkeypatch.setattr("handout.signals.deferred", contextlib.nullcontext)  # as in another thread
     execute = port.firmware.execute
     interrupted(port, monkeypatch)
     assert port.firmware.execute != execute

@@ -7,7 +7,7 @@ from collections import deque
 
 import numpy as np
 
-from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceSilent
+from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent
 from handout.plotting.dialect import BUTTON_LOOK, ButtonPressed, Log, StateReport
 from handout.plotting.dialects.base import BaseController, distance_to_lines
 from handout.plotting.dialects.ebb import protocol
@@ -31,7 +31,6 @@ _ASTRAY = 2  # steps by which a board may count otherwise than was worked out fo
 _WRONG = 0.1  # mm by which it may do so between two looks
 _LOWER, _LIFT = b"SP,0", b"SP,1"
 _BESIDE = 0.2  # mm; a command need not lead quite straight
-_HURRY = 1.0  # s to wait for an answer when something has gone wrong already
 
 
 class EbbController(BaseController):
@@ -42,6 +41,7 @@ class EbbController(BaseController):
     """
 
     conversation: EbbConversation
+    hurry = 1.0
 
     def __init__(self, port: Port, profile: Plotter, log: Log) -> None:
         super().__init__(profile, log)
@@ -288,26 +288,21 @@ class EbbController(BaseController):
         """``EM,0,0``."""
         self._forget()
 
-    def halt(self) -> None:
-        """Stop, and lift the pen."""
+    def _stop_and_lift(self) -> None:
         conversation, self._stopped = self.conversation, True
-        self._hurry(_HURRY)
         stop = b"ES\r" if self.version >= STOP else b""
-        try:
-            conversation.port.write(b"".join([stop, *protocol.lifted(self.profile.pen), b"V\r"]))
-            self._wait_for_about(
-                conversation.timeout + sum(asked.seconds for asked in conversation.open) + self.profile.pen.up_time
-            )
-            conversation.open.clear()
-            self._pens.clear()
-            with contextlib.suppress(DeviceAlarm):
-                conversation.settle()
-                if conversation.struck:
-                    self._forget()
-                elif self.version >= POSITION:
-                    self.spoilt = self._is_astray()
-        except DeviceError:
-            self._pen_not_lifted()
+        conversation.port.write(b"".join([stop, *protocol.lifted(self.profile.pen), b"V\r"]))
+        self._wait_for_about(
+            conversation.timeout + sum(asked.seconds for asked in conversation.open) + self.profile.pen.up_time
+        )
+        conversation.open.clear()
+        self._pens.clear()
+        with contextlib.suppress(DeviceAlarm):
+            conversation.settle()
+            if conversation.struck:
+                self._forget()
+            elif self.version >= POSITION:
+                self.spoilt = self._is_astray()
 
     def _is_astray(self) -> bool:
         """Whether it has stopped away from the paths of all commands that may have been under way."""
@@ -325,7 +320,7 @@ class EbbController(BaseController):
 
     def _wait_for_about(self, patience: float) -> None:
         """Pass over all answers until the one to V."""
-        for replies in self.conversation.listen(patience, _HURRY / 4):
+        for replies in self.conversation.listen(patience):
             if any(isinstance(reply, About) for reply in replies):
                 return
         raise DeviceSilent("The plotter does not answer any more.")

@@ -84,11 +84,11 @@ class EbbConversation(Conversation[Reply]):
 
     def hear(self) -> None:
         """Wait for the next answers and act on them."""
-        waited, most, glance = 0.0, self.allowance, self.glance
-        while waited < most:
+        most, glance = self.allowance, self.glance
+        end = self.time + most
+        while self.time < end:
             if self.heed(glance):
                 return
-            waited += glance
         raise unanswered(f"{most:.0f}")
 
     def heed(self, patience: float) -> bool:
@@ -155,20 +155,20 @@ class EbbConversation(Conversation[Reply]):
         """Find out the firmware; the profile with it.  DeviceSilent: nothing answers, or something that is no EBB."""
         about = self._introduction(profile)
         self.version, self.uniform = about.version, about.uniform
-        while self.replies(min(GLANCE, 0.05)):
+        end = self.time + profile.port.timeout
+        while self.replies(min(GLANCE, 0.05)) and self.time < end:
             pass  # answers to what was sent by whoever spoke to it before
         return msgspec.structs.replace(profile, firmware=str(about.version))
 
     def _introduction(self, profile: Plotter) -> About:
-        garbage, waited = False, 0.0
-        while waited < profile.port.timeout:
+        garbage, end = False, self.time + profile.port.timeout
+        while self.time < end:
             self.port.write(b"V\r")  # ends, and spoils, whatever was begun before a cable was pulled
             for _ in range(4):
                 replies = self.replies(GLANCE)
                 if abouts := [reply for reply in replies if isinstance(reply, About)]:
                     return abouts[0]
                 garbage |= bool(replies)
-                waited += 0.0 if replies else GLANCE
         if garbage:
             raise DeviceSilent(
                 "Something answers, but not as an EBB does: check the port, and the dialect in the profile."
@@ -187,14 +187,14 @@ class EbbConversation(Conversation[Reply]):
             for _ in range(3):
                 self.ask(REST)
             return
-        waited = 0.0
+        begun, most = self.time, self.allowance
         while self.ask(b"QM\r")[:1] != (0,):
-            if waited > self.allowance:
+            if (waited := self.time - begun) > most:
                 raise DeviceGarbled(
                     f"The plotter is still busy {waited:.0f} s after its last command, which was to take less: a "
                     f"command came over wrong. {_GARBLED}"
                 )
-            waited += 0.0 if self.heed(_MOMENT) else _MOMENT
+            self.heed(_MOMENT)
 
     def ask_power(self) -> None:
         """See that the motors have power."""

@@ -90,9 +90,8 @@ def _wake(conversation: GrblConversation, profile: Plotter) -> bool:
 
     On a network a greeting may be for the one who has connected.
     """
-    waited, garbage = 0.0, False
-    while waited < profile.port.start_up:
-        replies = conversation.replies(GLANCE)
+    garbage = False
+    for replies in conversation.listen(profile.port.start_up):
         if any(isinstance(reply, Banner) for reply in replies):
             conversation.hear_out()
             return not getattr(conversation.port, "greets", False)
@@ -100,7 +99,6 @@ def _wake(conversation: GrblConversation, profile: Plotter) -> bool:
             _let_finish(conversation, states[-1])
             return False
         garbage |= bool(replies)
-        waited += GLANCE
         conversation.port.write(protocol.STATUS)
     conversation.reset(profile.port.timeout, garbage)
     return True
@@ -108,7 +106,7 @@ def _wake(conversation: GrblConversation, profile: Plotter) -> bool:
 
 def _let_finish(conversation: GrblConversation, status: Status) -> None:
     """Let it finish what it was left doing, for a reset would lose its place."""
-    waited, announced = 0.0, False
+    end, announced = conversation.time + _FINISHES, False
     while status.state not in ("Idle", "Alarm"):
         if status.state in (*protocol.HELD, "Sleep"):  # from which only a reset wakes it
             conversation.reset(conversation.timeout)
@@ -116,8 +114,7 @@ def _let_finish(conversation: GrblConversation, status: Status) -> None:
         if not announced:
             conversation.log("The plotter is still busy with what it was sent before; waiting until it stands.")
             announced = True
-        waited += GLANCE
-        if waited > _FINISHES:
+        if conversation.time > end:
             raise DeviceSilent(f"The plotter did not come to rest within {_FINISHES:g} s: stop it, and start again.")
         conversation.port.write(protocol.STATUS)
         for reply in conversation.attend():

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 from collections import deque
 from collections.abc import Sequence
 
-from handout.errors import DeviceError, DeviceGarbled, DeviceSilent
+from handout import signals
+from handout.errors import DeviceGarbled, DeviceSilent
 from handout.plotting.dialect import Log, StateReport
 from handout.plotting.dialects.base import BaseController
 from handout.plotting.dialects.grbl import connection, protocol
@@ -22,13 +22,14 @@ _AHEAD_OF_KIN = 12  # of its relatives; grblHAL has ten segments
 _OFTEN = 8  # commands between two questions for its state
 _SOON = 0.05  # s without a word after which it is asked, if the plot has to wait for it
 _MOMENT = 0.02  # s between two looks at a machine that brakes
-_HURRY = 1.0  # s to wait for an answer when something has gone wrong already
+_BRAKES = 10.0  # s that a machine may take to come to a stand
 
 
 class GrblController(BaseController):
     """A GRBL machine; the docstrings of `dialect.Controller` say what its methods do."""
 
     conversation: GrblConversation
+    hurry = 1.0
 
     def __init__(self, port: Port, profile: Plotter, log: Log) -> None:
         self.conversation, machine, self.info = connection.connect(port, profile, log)
@@ -140,11 +141,15 @@ class GrblController(BaseController):
         self._read_offsets()
 
     def home(self) -> None:
-        """``$H``; a servo is lifted before, since it may have been left on the paper (a Z axis is homed first)."""
+        """``$H``, and no passing offset of another program (``G92.1``), which homing leaves as it is.
+
+        A servo is lifted before, since it may have been left on the paper (a Z axis is homed first).
+        """
         if self.profile.pen.lift != "z":
             self._unlock()
             self._ask_all([*protocol.MODES, *protocol.pen(False, self.profile.pen)])
         self.conversation.home()
+        self.conversation.ask(b"G92.1\n")
         self._read_offsets()
 
     def _read_offsets(self) -> None:
@@ -183,30 +188,19 @@ class GrblController(BaseController):
         self._knows = False
         self.conversation.ask(protocol.SLEEP)
 
-    def halt(self) -> None:
+    def _stop_and_lift(self) -> None:
         """Hold, wait until it stands, reset, lift.  A second interrupt resets at once."""
-        conversation = self.conversation
-        conversation.stopping = True
-        with contextlib.suppress(KeyboardInterrupt):  # the third: let it be
-            try:
-                self._hurry(_HURRY)
-                place = self._hold()
-                self._lift(place)
-            except KeyboardInterrupt:
-                self._give_up()
-            except DeviceError:
-                self._leave_pen()
-
-    def _give_up(self) -> None:
-        self._knows = False
+        self.conversation.stopping = True
         try:
-            self._lift(None)
-        except DeviceError:
-            self._leave_pen()
+            with signals.heeded():
+                place = self._hold()
+        except KeyboardInterrupt:
+            place, self._knows = None, False
+        self._lift(place)
 
-    def _leave_pen(self) -> None:
+    def _pen_not_lifted(self) -> None:
         self._knows = False
-        self._pen_not_lifted()
+        super()._pen_not_lifted()
 
     def _hold(self) -> Place | None:
         """Brake, wait until the machine stands, and return its place, which a reset in motion would lose."""
@@ -214,7 +208,8 @@ class GrblController(BaseController):
         conversation.port.write(protocol.HOLD)
         conversation.forget()
         try:
-            for _ in range(200):
+            end = conversation.time + _BRAKES
+            while conversation.time < end:
                 conversation.port.write(protocol.STATUS)
                 for reply in conversation.attend():
                     if not isinstance(reply, Status) or reply.state == "Run" or reply.detail == "1":
@@ -239,7 +234,7 @@ class GrblController(BaseController):
     def _lift(self, place: Place | None) -> None:
         """Reset it, which empties its queue, lift the pen, and set its coordinates again if its place is known."""
         conversation = self.conversation
-        conversation.reset(_HURRY)
+        conversation.reset(self.hurry)
         self._unlock()
         offset = self._offset
         self.info.note(conversation.ask(b"$#\n"))
@@ -249,7 +244,7 @@ class GrblController(BaseController):
         lift = protocol.pen(False, self.profile.pen)
         self._ask_all([*protocol.MODES, *again, *lift, *mark, *protocol.closing()])
         if not self._knows:  # the way of a pen on a Z axis leaves a mark too
-            conversation.reset(_HURRY)
+            conversation.reset(self.hurry)
         if again:
             self._offset = offset
         self._tracking = None

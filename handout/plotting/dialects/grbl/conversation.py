@@ -20,7 +20,7 @@ from handout.plotting.ports import Port
 
 _LONGEST = 600.0  # s that it may take over one line that is asked alone
 _HOMING = 180.0  # s a machine may take to find its switches
-_REPORTS = 200  # answers that are listened to for another
+_LISTENS = 50.0  # s that answers are listened to for another
 
 
 class Sent(NamedTuple):
@@ -114,16 +114,17 @@ class GrblConversation(Conversation[Reply]):
 
         Raises DeviceSilent if it does not even answer that.
         """
-        quiet, glance = 0.0, min(glance, self.timeout / 2)
-        while quiet < self.timeout:
-            if replies := self.replies(glance):
+        begun, glance = self.time, min(glance, self.timeout / 2)
+        while self.time < begun + self.timeout:
+            before = self.time
+            replies = self.replies(glance)
+            self._waited += self.time - before
+            self._stood += self.time - before
+            if replies:
                 for reply in replies:
                     if isinstance(reply, Status) and not self.stopping:
                         self._check_hold(reply)
                 return replies
-            quiet += glance
-            self._waited += glance
-            self._stood += glance
             self._asked = True
             self.port.write(protocol.STATUS)
         raise unanswered(f"{self.timeout:g}")
@@ -193,7 +194,8 @@ class GrblConversation(Conversation[Reply]):
     def status(self) -> Status:
         """The answer to ``?``."""
         self.port.write(protocol.STATUS)
-        for _ in range(_REPORTS):
+        end = self.time + _LISTENS
+        while self.time < end:
             for reply in self.attend():
                 if isinstance(reply, Status):
                     return reply
@@ -219,8 +221,7 @@ class GrblConversation(Conversation[Reply]):
     def hear_out(self) -> None:
         """Listen until it is silent, or only reports, as some do by themselves."""
         reports = 0
-        for _ in range(_REPORTS):
-            replies = self.replies(GLANCE)
+        for replies in self.listen(_LISTENS):
             reports = reports + 1 if _only_reports(replies) else 0
             if not replies or reports == 2:
                 return

@@ -16,7 +16,7 @@ from collections import deque
 import msgspec
 import numpy as np
 
-from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceSilent, InputError
+from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent, InputError
 from handout.plotting import bed
 from handout.plotting.dialect import Log
 from handout.plotting.dialects.base import BaseController
@@ -29,7 +29,6 @@ _FITS = 60  # bytes that the smallest buffer can take when it is empty
 _PARTS = 4  # of what is on its way, the part that is worth going on for
 _RESERVE = 128  # bytes of the buffer that stay free, for plotters that count their room too high
 _MOMENT = 0.05  # s between two questions when nothing has changed
-_HURRY = 3.0  # s to wait for an answer when something has gone wrong already
 _LAST_LINE = 2.0  # s that the last line may take
 _LONGEST = 15.0  # s that one instruction may take, at the least velocity
 _CHECKED = 16  # questions for room between two for errors of the line
@@ -62,6 +61,7 @@ class HpglController(BaseController):
     """
 
     conversation: HpglConversation
+    hurry = 3.0
     silent = "An HP-GL plotter says how much it has read, not what it has drawn of that."
 
     def __init__(self, port: Port, profile: Plotter, log: Log) -> None:
@@ -84,7 +84,7 @@ class HpglController(BaseController):
         """
         conversation = self.conversation
         self.port.write(protocol.LISTEN + protocol.MARKED)
-        self.port.read(_MOMENT)  # what it says by itself when it is switched on
+        conversation.read(_MOMENT)  # what it says by itself when it is switched on
         conversation.check_state()
         self.drop()
         self.size = int(conversation.ask(protocol.SIZE)[0])
@@ -155,10 +155,12 @@ class HpglController(BaseController):
 
     def _rest(self) -> None:
         """Wait a moment when nothing has changed, and see whether somebody holds it."""
-        self.port.read(_MOMENT)
+        before = self.conversation.time
+        self.conversation.read(_MOMENT)
         self.conversation.check_state()
-        self._still = 0.0 if self.conversation.held else self._still + _MOMENT
-        self.conversation.pass_time(_MOMENT)
+        passed = self.conversation.time - before
+        self._still = 0.0 if self.conversation.held else self._still + passed
+        self.conversation.pass_time(passed)
         if self._still > self._patience + _LONGEST:
             raise DeviceSilent(
                 f"The plotter answers but has not drawn for {self._still:.0f} s: is its paper loaded, is it remote?"
@@ -180,22 +182,19 @@ class HpglController(BaseController):
         per_mm = self.profile.limits.steps_per_mm
         return x / per_mm, y / per_mm
 
-    def halt(self) -> None:
+    def _stop_and_lift(self) -> None:
         """Drop what waits in its buffer and lift the pen; the vector under way is drawn to its end."""
-        self._hurry(_HURRY)
-        try:
-            with contextlib.suppress(DeviceSilent):
-                self.drop()
-            self.port.write(protocol.PEN_UP)
-            if not self._place(self._patience)[2]:
-                wrong = self.conversation.ask(protocol.ERROR) != (0,)
-                self.spoilt = wrong and not self.conversation.restarted  # which leaves half an instruction
-                if self.conversation.restarted:
-                    self.port.write(protocol.START)  # whoever asks next is to hear of it too
-                return
-        except DeviceError:
-            pass
-        self._pen_not_lifted()
+        self.conversation.patience = min(self.conversation.patience, self.hurry)  # on hold its pen is lifted
+        with contextlib.suppress(DeviceSilent):
+            self.drop()
+        self.port.write(protocol.PEN_UP)
+        if self._place(self._patience)[2]:
+            self._pen_not_lifted()
+            return
+        wrong = self.conversation.ask(protocol.ERROR) != (0,)
+        self.spoilt = wrong and not self.conversation.restarted  # which leaves half an instruction
+        if self.conversation.restarted:
+            self.port.write(protocol.START)  # whoever asks next is to hear of it too
 
     def home(self) -> None:
         """A plotter knows its zero from the moment its paper is loaded."""

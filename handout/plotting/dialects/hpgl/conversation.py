@@ -17,7 +17,7 @@ from handout.plotting.dialects.hpgl import protocol
 from handout.plotting.ports import Port
 
 _MOMENT = 0.05  # s between two moments in which old answers are listened for
-_DREGS = 40  # moments in which old answers are listened for
+_DREGS = 2.0  # s that old answers are listened for at most
 _ANSWER = 80  # bytes that no answer has
 _NO_PLOTTER = "Something answers, but not as an HP-GL plotter does: check baud, parity and dialect in the profile."
 STARTED = "The plotter was switched off and on in between: load its paper as it was, and check its power."
@@ -47,21 +47,20 @@ class HpglConversation(Conversation[bytes]):
     def hear(self, question: bytes, patience: float = 0.0) -> bytes:
         """Ask, and wait for the answer, without its end."""
         self.port.write(question)
-        waited, patience = 0.0, patience or self.timeout
+        begun, patience = self.time, patience or self.timeout
         while not (end := _END.search(self._partial)):
+            waited = self.time - begun
             if len(self._partial) > _ANSWER or (waited > patience and self._partial):
                 raise DeviceSilent(_NO_PLOTTER)
             if waited > patience and question.startswith(b"O") and self._is_held():
                 self.pass_time(waited)
-                waited = 0.0
+                begun = self.time
             elif waited > patience:
                 raise DeviceSilent(
                     f"The plotter has not answered for {patience:g} s: check its cable and its power, that it listens "
                     "to this port, and its baud rate."
                 )
-            fresh = self.port.read(GLANCE)
-            self._partial = (self._partial + fresh).lstrip(b"\r\n")
-            waited += 0.0 if fresh else GLANCE
+            self._partial = (self._partial + self.read(GLANCE)).lstrip(b"\r\n")
         answer, self._partial = self._partial[: end.start()], self._partial[end.end() :].lstrip(b"\r\n")
         if self._marked and end.group() == b"\r":
             self.restarted, self._marked = True, False
@@ -72,10 +71,9 @@ class HpglConversation(Conversation[bytes]):
     def _is_held(self) -> bool:
         """Whether it is on hold; the answer that it still owes may come before that to this question."""
         self.port.write(protocol.STATE)
-        waited = 0.0
-        while waited < self.timeout:
-            fresh = self.port.read(GLANCE)
-            self._partial, waited = self._partial + fresh, waited + (0.0 if fresh else GLANCE)
+        end = self.time + self.timeout
+        while self.time < end:
+            self._partial += self.read(GLANCE)
             if match := _STATE.search(self._partial):
                 self._partial = self._partial[: match.start()] + self._partial[match.end() :]
                 self._note_hold(bool(int(match.group(1)) & protocol.VIEWING))
@@ -115,7 +113,7 @@ class HpglConversation(Conversation[bytes]):
 
     def forget(self) -> None:
         """Discard answers to earlier questions."""
-        for _ in range(_DREGS):
-            if not self.port.read(_MOMENT):
-                break
+        end = self.time + _DREGS
+        while self.read(_MOMENT) and self.time < end:
+            pass
         self._partial = b""

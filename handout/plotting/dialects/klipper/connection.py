@@ -67,11 +67,12 @@ def restart(conversation: MoonrakerConversation) -> None:
 
 def _wait_until_ready(conversation: MoonrakerConversation, goes: float = 0.0) -> None:
     """Wait until it has started; it may say for `goes` s that it is shut down, before it begins."""
-    for number in range(math.ceil(_STARTS / _LOOK)):
+    begun = conversation.time
+    while conversation.time < begun + _STARTS:
         state, why = conversation.state()
         if state == "ready":
             return
-        if state in ("error", "shutdown") and number * _LOOK >= goes:
+        if state in ("error", "shutdown") and conversation.time >= begun + goes:
             break
         goes *= state == "shutdown"
         for replies in conversation.listen(_LOOK, _LOOK):

@@ -16,7 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceSilent
+from handout import signals
+from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent
 from handout.plotting.dialect import Log, StateReport
 from handout.plotting.dialects.base import BaseController, distance_to_lines
 from handout.plotting.dialects.gcode import number
@@ -31,7 +32,6 @@ _MOMENT = 0.1  # s between two questions how far it is; it works its place out f
 _NEAR = 0.02  # mm; what rounding to three digits makes of a place on the way
 _FAR = 0.1  # mm from the way at which something is wrong
 _PROOF = 15.0  # s in which a board must be heard of, or Klipper would have shut down
-_HURRY = 5.0  # s to wait for an answer when something has gone wrong already
 
 Place = tuple[float, float]
 
@@ -81,6 +81,7 @@ class KlipperController(BaseController):
     """A Klipper machine; the docstrings of `dialect.Controller` say what its methods do."""
 
     conversation: MoonrakerConversation
+    hurry = 5.0
     silent = "Klipper says where it is four times a second, too seldom for a rest."
 
     def __init__(self, port: Port, profile: Plotter, log: Log) -> None:
@@ -205,11 +206,11 @@ class KlipperController(BaseController):
         One that comes back after Klipper has given it up answers too.
         """
         switches = self.conversation.result("printer.query_endstops.status", patience=_PROOF)
-        told, waited = self.conversation.status(), 0.0
+        told, end = self.conversation.status(), self.conversation.time + _PROOF
         if isinstance(switches, dict) and switches:  # a machine without any asks no board
             self._proof.proven = self.executed
         while self.proven < self.executed:
-            if (waited := waited + _MOMENT) > _PROOF:
+            if self.conversation.time > end:
                 raise DeviceSilent("Klipper has not heard of its board for some time: look at its cable.")
             for replies in self.conversation.listen(_MOMENT, _MOMENT):
                 del replies
@@ -262,33 +263,34 @@ class KlipperController(BaseController):
         self._do([protocol.RELEASE])
 
     def halt(self) -> None:
+        """As of any; what Klipper had in hand when it fell is lost."""
+        super().halt()
+        self.spoilt |= self.conversation.fallen and self.proven < self.executed
+
+    def _stop_and_lift(self) -> None:
         """Send nothing more, let it finish the two seconds that it has in hand, and lift the pen.
 
         Klipper has no hold for what is streamed to it.  Whoever interrupts a second time has it shut down at once.
         """
-        conversation, self._batch = self.conversation, []
-        self._hurry(_HURRY)
-        try:
-            if conversation.fallen:
-                raise DeviceAlarm("Klipper has stopped.")
-            if self._runs_out():
-                self._do([*protocol.MODES[:2], *protocol.pen(False, self.profile.pen)])
-        except DeviceError:
-            self._pen_not_lifted()
-        self.spoilt |= conversation.fallen and self.proven < self.executed
+        self._batch = []
+        if self.conversation.fallen:
+            raise DeviceAlarm("Klipper has stopped.")
+        if self._runs_out():
+            self._do([*protocol.MODES[:2], *protocol.pen(False, self.profile.pen)])
 
     def _runs_out(self) -> bool:
         """Let it finish, and count what it has drawn; False if somebody interrupts again, and it is shut down."""
         refused = False
         try:
             self.log("The plotter finishes what it has in hand, about two seconds; interrupt again to stop it dead.")
-            try:
-                self.conversation.finish_script()
-            except DeviceAlarm:
-                refused = True
-                if self.conversation.fallen:
-                    raise
-            self.conversation.ask(protocol.STANDING)
+            with signals.heeded():
+                try:
+                    self.conversation.finish_script()
+                except DeviceAlarm:
+                    refused = True
+                    if self.conversation.fallen:
+                        raise
+                self.conversation.ask(protocol.STANDING)
         except KeyboardInterrupt:
             self._stop_dead()
             return False

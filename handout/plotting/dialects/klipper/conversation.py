@@ -20,7 +20,6 @@ from handout.plotting.ports import Port
 _AGAIN = 1.0  # s without a word after which a question counts as lost
 _LONGEST = 600.0  # s that one script may take
 _UNKNOWN = re.compile(r'Unknown command:\s*"([^"\s]+)')
-_FORGOTTEN = 40  # times in a row that a question may be asked for one answer
 
 
 class MoonrakerConversation(Conversation[Reply]):
@@ -64,10 +63,10 @@ class MoonrakerConversation(Conversation[Reply]):
 
     def hear(self, patience: float) -> list[Status]:
         """Heed what is said within `patience` s; what it says of itself.  One that is silent is asked how it is."""
-        glance = min(patience, self.glance)
-        replies = self.replies(glance)
+        begun = self.time
+        replies = self.replies(min(patience, self.glance))
         if not replies:
-            self._quiet += glance
+            self._quiet += self.time - begun
             if self._quiet > self.timeout:
                 raise unanswered(f"{self._quiet:g}")
             if self._quiet - self._asked >= _AGAIN:
@@ -126,8 +125,8 @@ class MoonrakerConversation(Conversation[Reply]):
 
     def status(self) -> Status:
         """How Klipper is."""
-        self._question = 0
-        for _ in range(_FORGOTTEN):
+        self._question, end = 0, self.time + 2 * self.timeout  # it may say other things first
+        while self.time < end:
             self.ask_status()
             if told := self.hear(self.glance):
                 return told[-1]
@@ -135,12 +134,10 @@ class MoonrakerConversation(Conversation[Reply]):
 
     def finish_script(self) -> list[Status]:
         """Wait until the script under way is answered; what it says of itself meanwhile."""
-        told, waited = list[Status](), 0.0
+        told, begun = list[Status](), self.time
         while self.script:
-            heard = self.hear(self.glance)
-            told += heard
-            waited += 0.0 if heard else self.glance
-            if waited > _LONGEST:
+            told += self.hear(self.glance)
+            if (waited := self.time - begun) > _LONGEST:
                 raise DeviceSilent(f"Klipper has been busy with one line for {waited:.0f} s: look at its page.")
         return told
 

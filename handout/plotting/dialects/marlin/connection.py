@@ -16,7 +16,6 @@ from handout.profiles import Acceleration, Length, Plotter, Speed
 # Numbers begin where no command has its own: a damaged N before 112 must not make M112.
 _FIRST = 10_000
 _TRY = 1.0  # s to wait for the answer to one attempt
-_TICK = 0.002  # s
 _LONGER = 15  # bytes by which a line that draws is longer than one that asks
 _QUICK = 0.6  # share of the time of a segment in which a line has to be answered if lines are to be sent one by one
 _SLOW = 2.5  # times of a segment in which even several lines under way are too few
@@ -65,15 +64,14 @@ def _greeting(conversation: MarlinConversation, start_up: float) -> list[Reply]:
 
 def number(conversation: MarlinConversation, patience: float, before: Sequence[Reply] = ()) -> list[Reply]:
     """Set the number of the next line; returns all replies."""
-    waited, replies = 0.0, list[Reply]()
-    while waited < patience:
+    end, replies = conversation.time + patience, list[Reply]()
+    while conversation.time < end:
         conversation.port.write(b"\n" + protocol.framed(_FIRST, protocol.NUMBER))
         answer = _answer(conversation, _TRY)
         replies += answer
         if any(isinstance(reply, Ok) for reply in answer) and not _damaged(answer):
             conversation.start(_FIRST)
             return replies
-        waited += _TRY
     garbage = any(isinstance(reply, protocol.Note | protocol.Error) for reply in [*before, *replies])
     raise never_answered("Marlin", patience, garbage)
 
@@ -85,7 +83,8 @@ def _damaged(answer: list[Reply]) -> bool:
 def _answer(conversation: MarlinConversation, patience: float) -> list[Reply]:
     """All replies from the first, within `patience` s, to a silence."""
     answer = conversation.replies(patience)
-    while replies := conversation.replies(GLANCE) if answer else []:
+    end = conversation.time + patience
+    while replies := conversation.replies(GLANCE) if answer and conversation.time < end else []:
         answer += replies
     return answer
 
@@ -108,18 +107,16 @@ def _check_numbers(conversation: MarlinConversation, log: Log) -> None:
 
 
 def _round_trip(conversation: MarlinConversation, profile: Plotter) -> float:
-    """How long it takes from a line to the answer to it, s; counted by waiting, so that simulated time counts too."""
+    """How long it takes from a line to the answer to it, s by the port's clock."""
     least = _TRY
     for _ in range(3):
-        waited = 0.0
+        begun = conversation.time
         conversation.send(protocol.STANDING, 0)
-        while conversation.under_way and waited < _TRY:
-            replies = conversation.replies(_TICK)
-            waited += 0.0 if replies else _TICK
-            for reply in replies:
+        while conversation.under_way and conversation.time < begun + _TRY:
+            for reply in conversation.replies(_TRY):
                 conversation.take(reply)
+        least = min(least, conversation.time - begun)
         conversation.drain()
-        least = min(least, waited)
     return least + _LONGER * 10 / profile.port.baud
 
 

@@ -7,7 +7,8 @@ import re
 from collections import deque
 from typing import NamedTuple
 
-from handout.errors import DeviceError, DeviceSilent
+from handout import signals
+from handout.errors import DeviceSilent
 from handout.plotting.dialect import Log, StateReport
 from handout.plotting.dialects.base import BaseController
 from handout.plotting.dialects.marlin import connection, protocol
@@ -18,7 +19,6 @@ from handout.plotting.ports import Port
 from handout.profiles import Plotter
 
 _HOMING = 180.0  # s a machine may take to find its switches, even one that does not say that it is busy
-_HURRY = 2.0  # s to wait for an answer when something has gone wrong already; it speaks every 2 s when it is busy
 _MOMENT = 0.05  # s between two questions how much room it has
 _DROPS = 1.05  # s after M410 in which it takes no moves
 _NOTICED = 1.0  # s of motion to come that a person who stops it is told of
@@ -105,6 +105,7 @@ class MarlinController(BaseController):
     """A Marlin machine; the docstrings of `dialect.Controller` say what its methods do."""
 
     conversation: MarlinConversation
+    hurry = 2.0  # it speaks every 2 s when it is busy
 
     def __init__(self, port: Port, profile: Plotter, log: Log) -> None:
         super().__init__(profile, log)
@@ -171,7 +172,7 @@ class MarlinController(BaseController):
                 return reply.x, reply.y
         return None
 
-    def halt(self) -> None:
+    def _stop_and_lift(self) -> None:
         """Send nothing more, let it finish the little that it has in hand, and lift the pen.
 
         Marlin has no feed hold, and its quick stop (M410) forgets the moves in its planner but not the commands behind
@@ -179,15 +180,11 @@ class MarlinController(BaseController):
         acts when it is received (EMERGENCY_PARSER) or when it is read.
         """
         conversation = self.conversation
-        self._hurry(_HURRY)
         conversation.go_on()
-        try:
-            self._come_to_rest()
-            self._ask_all([*protocol.MODES[:2], *protocol.pen(False, self.profile.pen), *protocol.closing()])
-            if self._dead:
-                conversation.ask(protocol.HERE)  # one that stands in its zero is not believed to know where it is
-        except DeviceError:
-            self._pen_not_lifted()
+        self._come_to_rest()
+        self._ask_all([*protocol.MODES[:2], *protocol.pen(False, self.profile.pen), *protocol.closing()])
+        if self._dead:
+            conversation.ask(protocol.HERE)  # one that stands in its zero is not believed to know where it is
 
     def _come_to_rest(self) -> None:
         conversation = self.conversation
@@ -205,7 +202,8 @@ class MarlinController(BaseController):
         if (left := self._planner_queue.seconds) > _NOTICED:
             self.log(f"The plotter finishes what it has in hand, about {left:.0f} s; interrupt again to stop it dead.")
         try:
-            self.conversation.ask(protocol.STANDING)
+            with signals.heeded():
+                self.conversation.ask(protocol.STANDING)
         except KeyboardInterrupt:
             when = "at once" if "EMERGENCY_PARSER" in self.able else "as soon as it reads that"
             self.log(f"The plotter is stopped dead, {when}; it no longer knows where it is.")

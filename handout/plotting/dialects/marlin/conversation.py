@@ -156,10 +156,11 @@ class MarlinConversation(Conversation[Reply]):
 
     def hear(self) -> None:
         """Hear what it says next.  A controller that says nothing is asked; DeviceSilent if it is silent still."""
-        glance = self.glance
+        glance, begun = self.glance, self.time
         while not (replies := self.replies(glance)):
-            self._quiet += glance
-            self._wait(glance)
+            passed, begun = self.time - begun, self.time
+            self._quiet += passed
+            self._wait(passed)
             if self._questions_answered():
                 self._up_to(self._last, Ok())
                 return
@@ -176,6 +177,7 @@ class MarlinConversation(Conversation[Reply]):
                 self.take(reply)
             replies = self.replies(_SETTLE) if self._settling else []
         self._settling = False
+        self._wait(self.time - begun)
 
     def _questions_answered(self) -> bool:
         """Whether only questions for its place are open and one was answered: then all were, since it is silent.

@@ -1,0 +1,163 @@
+"""Signals that end a command: Ctrl-C, SIGTERM and SIGHUP all unwind it, so that nothing is left half done.
+
+What must not be cut short runs within `deferred`: signals that come meanwhile are noted and act at its end.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from types import FrameType
+from typing import Any
+
+INTERRUPTED = 130  # the exit code of shells for a program that Ctrl-C ended: 128 + SIGINT
+_OF_SIGNALS = 128  # what a shell adds to the number of the signal that ended a program
+
+
+class Stopped(KeyboardInterrupt):
+    """A signal asked the program to stop; it is handled as Ctrl-C is, so the same clean-up runs.
+
+    code : with which the command ends.
+    """
+
+    def __init__(self, number: int) -> None:
+        super().__init__(signal.Signals(number).name)
+        self.code = _OF_SIGNALS + number
+
+
+@dataclass
+class _Deferral:
+    """Of one thread. acts : whether a signal acts at once; noted : those that came while none did."""
+
+    acts: bool = True
+    noted: list[Callable[[], object]] = field(default_factory=list)
+
+    def take(self, act: Callable[[], object]) -> None:
+        """Act on a signal now or later. Whatever unwinds the thread is not disturbed by the next signal."""
+        if self.acts:
+            self.acts = False
+            act()
+            self.acts = True
+        else:
+            self.noted.append(act)
+
+    def catch_up(self) -> None:
+        """Act on the first signal that was noted: one is enough to end a command."""
+        if self.acts and self.noted:
+            first, self.noted = self.noted[0], []
+            self.take(first)
+
+
+_deferrals: dict[int, _Deferral] = {}  # by thread
+
+
+@contextlib.contextmanager
+def deferred() -> Iterator[None]:
+    """Signals that come meanwhile act when this ends: Ctrl-C, those of `orderly`, and `interrupt` of this thread."""
+    me = threading.get_ident()
+    if inner := _deferrals.get(me):
+        before, inner.acts = inner.acts, False
+        try:
+            yield
+        finally:
+            inner.acts = before
+            inner.catch_up()
+        return
+    deferral = _deferrals[me] = _Deferral(acts=False)
+    usual = _note_signals(deferral) if threading.current_thread() is threading.main_thread() else {}
+    try:
+        yield
+    finally:
+        del _deferrals[me]
+        for number, handler in reversed(usual.items()):  # Ctrl-C last: from then on it acts by itself
+            signal.signal(number, handler)
+        deferral.acts = True
+        deferral.catch_up()
+
+
+def _note_signals(deferral: _Deferral) -> dict[int, Any]:
+    """Have a deferral take all signals that have a handler in Python; the handlers."""
+    numbers = [
+        number for name in ("SIGINT", "SIGTERM", "SIGHUP") if (number := getattr(signal, name, None)) is not None
+    ]
+    usual: dict[int, Any] = {number: handler for number in numbers if callable(handler := signal.getsignal(number))}
+
+    def note(number: int, frame: FrameType | None) -> None:
+        deferral.take(lambda: usual[number](number, frame))
+
+    for number in usual:
+        signal.signal(number, note)
+    return usual
+
+
+@contextlib.contextmanager
+def heeded() -> Iterator[None]:
+    """Within `deferred`: signals act at once again, those that were noted too."""
+    deferral = _deferrals.get(threading.get_ident())
+    if deferral is None:
+        yield
+        return
+    before, deferral.acts = deferral.acts, True
+    try:
+        deferral.catch_up()
+        yield
+    finally:
+        deferral.acts = before
+
+
+def interrupt(thread: int) -> None:
+    """Raise KeyboardInterrupt in another thread, as Ctrl-C does in the first: it lifts its pen, or cancels its job."""
+    if deferral := _deferrals.get(thread):
+        if not deferral.acts:
+            deferral.noted.append(_raise)
+            return
+        deferral.acts = False  # the next one waits until this one has been heeded
+    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(KeyboardInterrupt))
+
+
+def _raise() -> None:
+    raise KeyboardInterrupt
+
+
+@contextlib.contextmanager
+def orderly() -> Iterator[None]:
+    """SIGTERM (a service manager, a shutdown, `kill`) and SIGHUP (the terminal is gone) raise `Stopped` meanwhile."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    numbers = [number for name in ("SIGTERM", "SIGHUP") if (number := getattr(signal, name, None)) is not None]
+    # who ignores a signal, as `nohup` does, goes on ignoring it
+    before = {number: signal.getsignal(number) for number in numbers}
+    handlers = {number: handler for number, handler in before.items() if handler is signal.SIG_DFL}
+    for number in handlers:
+        signal.signal(number, _stop)
+    try:
+        yield
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+
+
+def ignore() -> None:
+    """Hear no more signals while the last words are said, nor Ctrl-C until the program has ended: a traceback else."""
+    if threading.current_thread() is threading.main_thread():
+        for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+            if (number := getattr(signal, name, None)) is not None:
+                signal.signal(number, signal.SIG_IGN)
+
+
+def _stop(number: int, _frame: FrameType | None) -> None:
+    raise Stopped(number)
+
+
+def last_words(stop: BaseException) -> tuple[str, int]:
+    """The last sentence, and the exit code."""
+    cause = stop.__cause__ or stop.__context__ or stop
+    stopped = next((error for error in (stop, cause) if isinstance(error, Stopped)), None)
+    notes = list(dict.fromkeys(note for error in (cause, stop) for note in getattr(error, "__notes__", [])))
+    sentence = "Interrupted." if stopped is None else f"Stopped by {stopped}."
+    return " ".join([sentence, *notes]), INTERRUPTED if stopped is None else stopped.code
