@@ -159,10 +159,10 @@ def write(
     paths = [Path(name) for name in outputs]
     machines = programs.Programs(device, paths)
     check_outputs(paths, extra := machines.sinks)
-    wanted = wanted_in(paths)
+    drawing, wanted = within(listener.progress, 0.0, _WRITTEN), wanted_in(paths)
     document = open_document(Source(source) if isinstance(source, str) else source, writing, sheet, picture)
     task = document.task
-    pages = document.draw(wanted, tell=within(listener.progress, 0.0, _WRITTEN))
+    pages = document.draw(wanted, tell=drawing)
     drawn = pages.drawings
     files = write_drawings(drawn, paths, task.look, extra=extra, tell=within(listener.progress, _WRITTEN, 1.0))
     notes = (*document.notes, *not_followed(task, wanted >= INK), *_unshown(task, drawn, paths))
