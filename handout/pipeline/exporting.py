@@ -8,15 +8,13 @@ from pathlib import Path
 
 from handout.errors import InputError
 from handout.pipeline.inputs import Source
-from handout.pipeline.letters import draw_letter, prepare_letter
 from handout.pipeline.options import SheetOptions, WritingOptions
 from handout.pipeline.plot_request import ExportOptions
 from handout.pipeline.programs import SUFFIXES, Programs
-from handout.pipeline.results import Fact, Facts, Result, Tally
-from handout.pipeline.svg_texts import described, with_texts
-from handout.pipeline.writing import STROKES, draw_pages, prepare, style_notes
+from handout.pipeline.results import Facts, Result, Tally
+from handout.pipeline.texts import STROKES, style_notes
+from handout.pipeline.writing import asked, one_pen, open_document
 from handout.sinks import check_outputs, write_drawings
-from handout.values import Manuscript
 
 
 @dataclass(frozen=True)
@@ -35,8 +33,7 @@ class Exported(Result):
 
     def facts(self) -> Facts:
         devices = {name: round(seconds, 2) for name, seconds in self.seconds.items()}
-        notes: Facts = {"notes": list(self.notes)} if self.notes else {}
-        notes |= {"drawing": self.drawing} if self.drawing else {}
+        notes: Facts = {**self.drawing, **({"notes": list(self.notes)} if self.notes else {})}
         if self.hooks_s:
             notes |= {"dips": self.dips, "hooks_s": {name: round(s, 2) for name, s in self.hooks_s.items()}}
         return {**self.tally.facts(self.seed, self.hand, self.files), "devices": devices, **notes}
@@ -65,27 +62,16 @@ def export(
     """
     check_suffixes(outputs)
     paths = [Path(name) for name in outputs]
-    letter = None if source.letter is None else prepare_letter(source.letter, writing, sheet, given=source.given)
-    task = prepare(writing, sheet) if letter is None else letter.main
+    document = open_document(source, writing, sheet)
+    task = document.task
     programs = Programs(
         options.device, paths, fast=task.fast, fit=writing.fit, order=options.order, hooks=options.hooks
     )
     check_outputs(paths, programs.sinks)
-    drawn, asked = tuple[str, ...](), dict[str, Fact]()
-    if letter is not None:
-        pages, drawings = draw_letter(letter, wanted=STROKES)
-    elif source.drawing is None:
-        pages, drawings = draw_pages(source.text, task, wanted=STROKES)
-    else:
-        source, told = with_texts(source, task)
-        assert source.drawing is not None
-        sentence, asked = described(source.text, source.drawing)
-        pages, drawings = [source.manuscript or Manuscript((), source.drawing.page, 0.0)], [source.drawing]
-        drawn = (sentence, *told)
-    files = write_drawings(drawings, paths, extra=programs.sinks)
+    pages = document.draw(STROKES)
+    files = write_drawings(pages.drawings, paths, extra=programs.sinks)
     even = programs.pressed_evenly() if task.pose.pose is not None else []
-    notes = (*even, *style_notes(task, drawings)) if source.drawing is None else drawn
-    notes = notes if letter is None else (*letter.notes(apart=False), *notes)
-    tally = Tally.of(pages, drawings)
-    times = programs.seconds, programs.dips, programs.hooks_s
-    return Exported(tally, task.seed, task.hand.name, tuple(files), *times, asked, notes=notes)
+    sentences, drawing = asked(document)
+    notes = (*sentences, *document.notes, *one_pen(document), *even, *style_notes(task, pages.drawings))
+    told = programs.seconds, programs.dips, programs.hooks_s
+    return Exported(pages.tally, task.seed, task.hand.name, tuple(files), *told, drawing, notes=notes)

@@ -13,7 +13,7 @@ from handout.pipeline.results import SILENT, Listener
 
 if TYPE_CHECKING:
     from handout.letters import Letter
-    from handout.values import Drawing, Manuscript
+    from handout.values import Drawing
 
 _MOST_TEXT = 2_000_000  # bytes; a longer file is surely not meant to be written by hand
 _MOST_PIXELS = 50_000_000  # of a picture in a letter that was sent: more than any camera's print on a page shows
@@ -28,7 +28,6 @@ class Source:
     """What is to be written: a text, or the drawing or the letter file that it named.
 
     text : the text; of a drawing the name of its file.
-    manuscript : what `svg_texts` has written of a drawing's texts.
     given : options that win over the head of a letter, see `pipeline.letters.prepare_letter`.
     """
 
@@ -36,7 +35,6 @@ class Source:
     drawing: Drawing | None = None
     letter: Letter | None = None
     given: frozenset[str] | None = None
-    manuscript: Manuscript | None = None
 
 
 def read_source(

@@ -11,9 +11,8 @@ import numpy as np
 
 from handout import units
 from handout.errors import InputError
-from handout.pipeline.inputs import Source
 from handout.pipeline.results import Facts
-from handout.pipeline.writing import STROKES, WritingTask, draw, set_parts, title
+from handout.pipeline.texts import STROKES, WritingTask, draw, set_parts, title
 from handout.sources.svg.document import Text
 from handout.values import TURNS, Array, Drawing, Manuscript, Page, Stroke
 from handout.writing.layout import FOOT_ABOVE_RULE, Layout, Ruling
@@ -26,17 +25,16 @@ _MOST_NAMED = 12  # colours or layers of a drawing in a sentence
 _PAUSE = 0.1  # s between a text and what is drawn before and behind it
 
 
-def with_texts(source: Source, task: WritingTask) -> tuple[Source, tuple[str, ...]]:
-    """A drawing with its texts written by the hand of a task, and sentences on what was written and what was not.
+def with_texts(name: str, drawing: Drawing, task: WritingTask) -> tuple[Drawing, Manuscript | None, tuple[str, ...]]:
+    """A drawing with its texts written by the hand of a task, their writing, and sentences on what was written or not.
 
     A text whose letters the hand lacks, that is too small or too large to be written, or goes over the edge of the
     sheet, is left out and named.
     """
-    drawing = source.drawing
-    if drawing is None or "texts" not in drawing.about:
-        return source, ()
+    if "texts" not in drawing.about:
+        return drawing, None, ()
     texts: tuple[Text, ...] = drawing.about["texts"]
-    about = {name: value for name, value in drawing.about.items() if name != "texts"}
+    about = {key: value for key, value in drawing.about.items() if key != "texts"}
     written, left = _tried(texts, task)
     placed = _placed(texts, written)
     for number, group in tuple(placed.items()):
@@ -44,13 +42,13 @@ def with_texts(source: Source, task: WritingTask) -> tuple[Source, tuple[str, ..
             left[title(texts[number].text)] = "it would go over the edge of the sheet: move it, or make it smaller"
             del placed[number], written[number]
     strokes = _in_order(drawing.strokes, texts, placed)
-    notes = [f"{units.count(len(written), 'text')} of {source.text} written in {task.hand.name}."] if written else []
-    notes += [f"Left out of {source.text}, the text {text!r}: {why}." for text, why in left.items()]
+    notes = [f"{units.count(len(written), 'text')} of {name} written in {task.hand.name}."] if written else []
+    notes += [f"Left out of {name}, the text {text!r}: {why}." for text, why in left.items()]
     if not strokes:
-        raise InputError(f"{source.text}: there is nothing to draw. {' '.join(notes)}")
+        raise InputError(f"{name}: there is nothing to draw. {' '.join(notes)}")
     drawing = replace(drawing, strokes=strokes, about=about, timed=drawing.timed or not drawing.strokes)
     whole = _together([manuscript for _, manuscript in written.values()], drawing.page)
-    return replace(source, drawing=drawing, manuscript=whole), tuple(notes)
+    return drawing, whole, tuple(notes)
 
 
 def _goes_over(page: Page, strokes: Sequence[Stroke]) -> bool:
