@@ -12,7 +12,6 @@ from handout.pipeline import programs
 from handout.pipeline.inputs import Source, sent_source
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
-from handout.pipeline.svg_texts import described, with_texts
 from handout.pipeline.texts import INK, STROKES, Pages, TextDocument, WritingTask, not_followed, prepare, style_notes
 from handout.progress import Tell, silent, within
 from handout.sinks import OF_INK, check_outputs, losses, write_drawings
@@ -98,6 +97,8 @@ def open_document(
     notes = [f"{' and '.join(asked)}: a drawing is taken as it is; handout restyle moves it anew."] if asked else []
     plain = replace(writing, style=None, prime=None, temperature=None, pose=None)
     task = prepare(plain, sheet, picture, lined=False)
+    from handout.pipeline.svg_texts import with_texts
+
     drawing, manuscript, told = with_texts(source.text, source.drawing, task)
     return DrawingDocument(source.text, drawing, task, manuscript, (*notes, *told))
 
@@ -106,6 +107,8 @@ def asked(document: Document, fit: Callable[[Drawing], Drawing] | None = None) -
     """What a drawing asks for, see `svg_texts.described`, and of others nothing; `fit` : shrinks it onto a bed."""
     if not isinstance(document, DrawingDocument):
         return [], {}
+    from handout.pipeline.svg_texts import described
+
     sentence, facts = described(document.name, document.drawing if fit is None else fit(document.drawing))
     return [sentence], {"drawing": facts}
 
