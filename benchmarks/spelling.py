@@ -104,7 +104,7 @@ def without(part: str) -> Iterator[None]:
 
 
 def _unvetted(hand: ScannedHand) -> Vetting:
-    return Vetting(np.ones(len(hand.glyphs)))
+    return Vetting(*2 * [np.ones(len(hand.glyphs))])
 
 
 def main() -> None:

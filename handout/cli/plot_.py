@@ -133,7 +133,7 @@ def command(
     if mode.show_travel and not mode.dry_run:
         raise InputError("--show-travel is seen in a preview: give it with --dry-run preview.svg.")
     from handout.pipeline.inputs import read_source
-    from handout.pipeline.writing import check_outputs
+    from handout.sinks import check_outputs
 
     check_outputs(mode.dry_run)
     source = read_source(text, mode.file, console, options.given())

@@ -51,20 +51,11 @@ def command(
     handout write letter.md -o letter.pdf -o letter.svg
     """
     from handout.pipeline.inputs import written_source
+    from handout.pipeline.writing import write
 
     source = written_source(text, file, console, options.given())
     with console.working():
-        if source.letter is None:
-            from handout.pipeline.writing import write
-
-            result = write(source.text, output, writing, sheet, picture, device=device, listener=console)
-        else:
-            from handout.pipeline.letters import write_letter
-
-            given = source.given
-            result = write_letter(
-                source.letter, output, writing, sheet, picture, given=given, device=device, listener=console
-            )
+        result = write(source, output, writing, sheet, picture, device=device, listener=console)
     console.report(
         result,
         f"Wrote {sentences.names(result.files)}: {units.count(result.tally.lines, 'line')} on "

@@ -6,8 +6,8 @@ here knows click or a terminal.  Files:
     options.py    what a caller may ask for, as frozen dataclasses: WritingOptions, SheetOptions, PictureOptions …;
                   declarations.py says how an option is declared
     results.py    what a call gives back: results that turn into JSON, and the notes that are told to the user
-    writing.py    `write`, and its parts for the other verbs: prepare the task, set its pages, draw them
-    letters.py    `write_letter`, and its parts: a letter file and its pages; signatures.py keeps signatures
+    writing.py    `write`, and the documents that it writes; texts.py prepares, sets and draws a text
+    letters.py    a letter file and its pages; signatures.py keeps signatures
     hands.py      `read`, a hand from scans or recorded pens; kept_hands.py what is done with hands that there are
     letter_desk.py   the letters of a scanned hand, corrected one after another
     choices.py    what may be chosen by name

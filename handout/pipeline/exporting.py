@@ -8,14 +8,13 @@ from pathlib import Path
 
 from handout.errors import InputError
 from handout.pipeline.inputs import Source
-from handout.pipeline.letters import draw_letter, prepare_letter
 from handout.pipeline.options import SheetOptions, WritingOptions
 from handout.pipeline.plot_request import ExportOptions
 from handout.pipeline.programs import SUFFIXES, Programs
 from handout.pipeline.results import Facts, Result, Tally
-from handout.pipeline.writing import STROKES, draw_pages, prepare, style_notes
+from handout.pipeline.texts import STROKES, style_notes
+from handout.pipeline.writing import one_pen, open_document
 from handout.sinks import check_outputs, write_drawings
-from handout.values import Manuscript
 
 
 @dataclass(frozen=True)
@@ -62,22 +61,15 @@ def export(
     """
     check_suffixes(outputs)
     paths = [Path(name) for name in outputs]
-    letter = None if source.letter is None else prepare_letter(source.letter, writing, sheet, given=source.given)
-    task = prepare(writing, sheet) if letter is None else letter.main
+    document = open_document(source, writing, sheet)
+    task = document.task
     programs = Programs(
         options.device, paths, fast=task.fast, fit=writing.fit, order=options.order, hooks=options.hooks
     )
     check_outputs(paths, programs.sinks)
-    if letter is not None:
-        pages, drawings = draw_letter(letter, wanted=STROKES)
-    elif source.drawing is None:
-        pages, drawings = draw_pages(source.text, task, wanted=STROKES)
-    else:
-        pages, drawings = [Manuscript((), source.drawing.page, 0.0)], [source.drawing]
-    files = write_drawings(drawings, paths, extra=programs.sinks)
+    pages = document.draw(STROKES)
+    files = write_drawings(pages.drawings, paths, extra=programs.sinks)
     even = programs.pressed_evenly() if task.pose.pose is not None else []
-    notes = (*even, *style_notes(task, drawings)) if source.drawing is None else ()
-    notes = notes if letter is None else (*letter.notes(apart=False), *notes)
-    tally = Tally.of(pages, drawings)
+    notes = (*document.notes, *one_pen(document), *even, *style_notes(task, pages.drawings))
     told = programs.seconds, programs.dips, programs.hooks_s
-    return Exported(tally, task.seed, task.hand.name, tuple(files), *told, notes=notes)
+    return Exported(pages.tally, task.seed, task.hand.name, tuple(files), *told, notes=notes)

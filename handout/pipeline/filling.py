@@ -17,11 +17,11 @@ from handout.pdf_forms import filled, printed_rules
 from handout.pdf_forms.answers import Answers
 from handout.pdf_forms.entries import SETTINGS, Entry, Filler, page_manuscript
 from handout.pdf_forms.fields import Box, Field, Form, read_form
-from handout.pipeline import plotting, programs, writing
+from handout.pipeline import plotting, programs, texts
 from handout.pipeline.options import FillOptions, PictureOptions, SheetOptions, WritingOptions
 from handout.pipeline.plot_request import AttendanceOptions, Operator
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
-from handout.pipeline.writing import INK, STROKES, WritingTask
+from handout.pipeline.texts import INK, STROKES, WritingTask
 from handout.printing.rows import Row, select
 from handout.printing.table_files import read_sheet
 from handout.scanning.pdf_pages import drawn_page
@@ -226,7 +226,7 @@ class _Work:
         if not entries:
             return []
         try:
-            sheets = writing.try_parts([entry.text for entry in entries], layouts, self.task, answers.row)
+            sheets = texts.try_parts([entry.text for entry in entries], layouts, self.task, answers.row)
         except MissingCharacters:
             return [phrase for entry in entries if (phrase := self._unwritable(entry))]
         too_long: dict[str, str] = {}
@@ -243,7 +243,7 @@ class _Work:
         """Which letters of an answer the hand lacks; "" for none."""
         assert entry.layout is not None
         try:
-            writing.try_parts([entry.text], [entry.layout], self.task, 0)
+            texts.try_parts([entry.text], [entry.layout], self.task, 0)
         except MissingCharacters as error:
             return f"{entry.field}: {str(error).rstrip('.')}"
         return ""
@@ -255,7 +255,7 @@ class _Work:
         layouts = [entry.layout for entry in parts if entry.layout is not None]
         task, settings = self.task, dict[int, Manuscript]()
         if parts:
-            task, sheets = writing.set_parts([entry.text for entry in parts], layouts, task, answers.row)
+            task, sheets = texts.set_parts([entry.text for entry in parts], layouts, task, answers.row)
             settings = {id(entry): sheet.manuscript for entry, sheet in zip(parts, sheets, strict=True)}
         drawings, tally = dict[int, Drawing](), Tally()
         for number in dict.fromkeys(entry.page for entry in entries):
@@ -264,7 +264,7 @@ class _Work:
             page, jitter = self.form.pages[number], task.layout.jitter
             manuscript = page_manuscript(page, here, task.hand, self.filling.mark, jitter, rng)
             about = {"title": self.form.path.name, "row": answers.row, "page_number": number + 1}
-            drawings[number] = writing.draw(manuscript, task, rng, about, wanted)
+            drawings[number] = texts.draw(manuscript, task, rng, about, wanted)
             tally += Tally.of([manuscript], [drawings[number]])
         return _Pages(drawings, tally, len(entries))
 
@@ -284,8 +284,8 @@ def _prepared(
         raise InputError("--paper: the paper is the form; leave --paper out, or give --writing-only for none.")
     read = read_form(form)
     forms, problems = _answers(read, table, filling)
-    task = writing.prepare(writing_options, SheetOptions("A4", "0mm"), picture)
-    notes = (*_notes(read), *writing.not_followed(task, picture, ink_shown=True))
+    task = texts.prepare(writing_options, SheetOptions("A4", "0mm"), picture)
+    notes = (*_notes(read), *texts.not_followed(task, ink_shown=True))
     work = _Work(read, forms, task, filling, notes)
     for number, answers in enumerate(forms):
         listener.progress(0.3 * number / len(forms), f"checking {number + 1}/{len(forms)}")

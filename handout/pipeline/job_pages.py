@@ -20,16 +20,17 @@ from typing import Any
 from handout.errors import HandoutError, InputError
 from handout.hand.library import path
 from handout.pipeline.declarations import declared
-from handout.pipeline.letters import LetterTask, draw_letter
 from handout.pipeline.options import SheetOptions, WritingOptions
 from handout.pipeline.results import Tally
-from handout.pipeline.writing import STROKES, WritingTask, draw, prepare, program, set_pages, title
+from handout.pipeline.texts import STROKES, TextDocument, WritingTask, draw, prepare, program, title
+from handout.pipeline.writing import Document
 from handout.plotting import fit_to_bed
 from handout.plotting.jobs import pages, store
 from handout.plotting.jobs.job import Job, load
 from handout.plotting.jobs.page_producer import ProducerProcess
 from handout.plotting.jobs.pages import NewPage
 from handout.profiles import Plotter
+from handout.values import Drawing, Manuscript
 from handout.writing.layout import Ruling
 from handout.writing.pages import Sheet
 
@@ -91,8 +92,8 @@ def _digest(*files: Path | None) -> str:
     return hashlib.sha256(b"".join(file.read_bytes() for file in files if file is not None)).hexdigest()
 
 
-def made(text: str, task: WritingTask, profile: Plotter, fit: bool, shares: Sequence[float]) -> Iterator[NewPage]:
-    """The pages of a text behind those that are kept, each made when it is asked for.
+def made(document: Document, profile: Plotter, fit: bool, shares: Sequence[float] = ()) -> Iterator[NewPage]:
+    """The pages of a document behind those that are kept; of a text each is made when it is asked for.
 
     Parameters
     ----------
@@ -104,30 +105,30 @@ def made(text: str, task: WritingTask, profile: Plotter, fit: bool, shares: Sequ
     InputError, MissingCharacters, DoesNotFit
         The text cannot be written; or not with the pages that are kept.
     """
-    about = {"title": title(text)}
-    task, sheets = set_pages(text, task)
+    for number, (manuscript, drawing, share) in enumerate(_each(document, shares), 1):
+        tally = Tally.of([manuscript], [drawing])
+        if len(shares) + number > 1:
+            tally = dataclasses.replace(tally, borrowed=[])  # which is told of once for all pages
+        yield NewPage(fit_to_bed(drawing, profile) if fit else drawing, share, dataclasses.asdict(tally))
+
+
+def _each(document: Document, shares: Sequence[float]) -> Iterator[tuple[Manuscript, Drawing, float]]:
+    """Each page behind those that are kept, with the share of the document that it ends with."""
+    if not isinstance(document, TextDocument):
+        pages = document.draw(STROKES)
+        for number, (manuscript, drawing) in enumerate(zip(pages.manuscripts, pages.drawings, strict=True), 1):
+            yield manuscript, drawing, number / len(pages.drawings)
+        return
+    about = {"title": title(document.text)}
+    task, sheets = document.set()
     for number, sheet in enumerate(sheets, 1):
-        share = _share(sheet, text)
+        share = _share(sheet, document.text)
         if number <= len(shares):
             if share != shares[number - 1]:
                 raise InputError(f"Page {number} of the job does not end where it would end now: plot the text anew.")
             continue
         drawing = draw(sheet.manuscript, task, sheet.rng, {**about, "page_number": number}, STROKES)
-        tally = Tally.of([sheet.manuscript], [drawing])
-        if number > 1:
-            tally = dataclasses.replace(tally, borrowed=[])  # which is told of once for all pages
-        yield NewPage(fit_to_bed(drawing, profile) if fit else drawing, share, dataclasses.asdict(tally))
-
-
-def of_letter(task: LetterTask, profile: Plotter, fit: bool) -> Iterator[NewPage]:
-    """The pages of a letter, all made at once; `fit` and errors as those of `made`."""
-    manuscripts, drawings = draw_letter(task, wanted=STROKES)
-    for number, (page, drawing) in enumerate(zip(manuscripts, drawings, strict=True), 1):
-        tally = Tally.of([page], [drawing])
-        if number > 1:
-            tally = dataclasses.replace(tally, borrowed=[])
-        share = number / len(drawings)
-        yield NewPage(fit_to_bed(drawing, profile) if fit else drawing, share, dataclasses.asdict(tally))
+        yield sheet.manuscript, drawing, share
 
 
 def _share(sheet: Sheet, text: str) -> float:
@@ -166,7 +167,8 @@ def complete(folder: Path) -> Iterator[int]:
     shares = [record.share for record in pages.records(folder)]
     if job.share < 1.0:
         task = _again(job.inputs, job.pages)
-        rest = made(job.inputs["text"], task, job.profile, job.inputs["options"]["fit"], shares)
+        document = TextDocument(job.inputs["text"], task)
+        rest = made(document, job.profile, job.inputs["options"]["fit"], shares)
         for number, page in enumerate(rest, len(shares)):
             store.add(job, number, page)
             yield number + 1

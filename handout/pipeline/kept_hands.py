@@ -24,7 +24,7 @@ from handout.hand.drawn import Hand
 from handout.hand.learnt import known
 from handout.hand.pending import PendingLog
 from handout.hand.report import LEAST as LEAST
-from handout.pipeline import writing
+from handout.pipeline import texts
 from handout.pipeline.inputs import hand_path
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions, seed_of
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
@@ -497,13 +497,13 @@ def _show_drawn(
     from handout.writing.specimen import specimen
 
     check_outputs(outputs)
-    task = writing.prepare(replace(writing_options, hand=name), SheetOptions("A4"), picture)
+    task = texts.prepare(replace(writing_options, hand=name), SheetOptions("A4"), picture, lined=False)
     hand = task.hand
     assert hand.pages is None
     text = _SPECIMEN.format(name=hand.name, title=hand.title)
     rng = np.random.default_rng(task.seed)
     sheet = specimen(hand, text, rng, width=_SPECIMEN_WIDTH, x_height=_ENLARGED * task.layout.x_height)
-    drawing = writing.draw(sheet, task, rng, {"title": f"Specimen of {hand.name}"})
+    drawing = texts.draw(sheet, task, rng, {"title": f"Specimen of {hand.name}"})
     look = replace(task.look, pen=replace(task.look.pen, width=_ENLARGED * task.look.pen.width))
     files = write_drawings([drawing], outputs, look)
     listed = _listed(hand)
@@ -537,7 +537,7 @@ def _choices(
     completed, letters = complete_hand(hand, text, fallback=writing_options.fallback, seed=seed)
     assert completed.pages is not None
     hand = completed
-    borrowed = [writing.letter_facts(letter) for letter in letters]
+    borrowed = [texts.letter_facts(letter) for letter in letters]
     explained = explain(hand, text, np.random.default_rng([seed]), writing_options.jitter)
     why = reasons(hand, explained)
     facts: Facts = {"hand": hand.name, "text": text, "seed": seed, "why": why}

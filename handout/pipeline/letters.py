@@ -26,16 +26,13 @@ from handout.letters.runs import Runs, WriterOptions, lines_of, runs_of, written
 from handout.letters.setting import LetterPage, set_letter
 from handout.motion.timing import time_in_air
 from handout.page_sizes import margins
-from handout.pipeline import programs
-from handout.pipeline import writing as texts
-from handout.pipeline.inputs import sent_source
+from handout.pipeline import texts
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
-from handout.pipeline.results import SILENT, Facts, Listener, Tally
+from handout.pipeline.results import Facts
 from handout.pipeline.signatures import find_signature, placed_signature, size
-from handout.pipeline.writing import INK, STROKES, WritingTask, Written, check_outputs, draw, letter_facts, prepare
-from handout.progress import Tell, silent, within
-from handout.sinks import OF_INK, losses, write_drawings
-from handout.values import Drawing, Line, Manuscript, Raster, Stroke
+from handout.pipeline.texts import INK, Pages, WritingTask, draw, letter_facts, prepare
+from handout.progress import Tell, silent
+from handout.values import Drawing, Line, Raster, Stroke
 from handout.writing.choosing import Rewrites
 from handout.writing.layout import Layout
 from handout.writing.text import LEFT_OUT
@@ -47,15 +44,15 @@ if TYPE_CHECKING:
     from handout.writing.text import Borrowed
 
 _PDF_DPI = 300.0  # pixels an inch of a letterhead in PDF, as PNG files have
-_SET, _WRITTEN = 0.5, 0.35  # of the work: setting a letter, and writing it before it is drawn; as of a text
+_SET = 0.5  # of the work on a letter before it is drawn, as of a text
 Options = TypeVar("Options", WritingOptions, SheetOptions, PictureOptions)
 _PAGE = 250  # characters: no page of a letter holds fewer, but for its pictures
 _FILES = ("hand", "paper", "pen")  # of these, such as may name a file beside the letter
 
 
 @dataclass(frozen=True)
-class LetterTask:
-    """A letter with its options, checked.
+class LetterDocument:
+    """A letter with its options, checked (a `pipeline.writing.Document`).
 
     tasks : of each of its hands by the names in the letter, "" for that of the letter.
     first, following : layouts of the first page and the others.
@@ -65,6 +62,7 @@ class LetterTask:
     tasks: Mapping[str, WritingTask]
     first: Layout
     following: Layout
+    timed: bool = True
 
     def background(self, page: int) -> Path | None:
         """What lies behind the writing of a page, from 1, in previews."""
@@ -73,19 +71,48 @@ class LetterTask:
         name = head.background if own is None else own
         return None if name in (None, "none") else self.letter.folder / str(name)
 
-    def notes(self, *, apart: bool = True) -> tuple[str, ...]:
-        """What the user is told: what of the source is not written, and of inks that one pen draws, not `apart`."""
-        letter = self.letter
-        inks = {span.manner.ink for paragraph in letter.paragraphs for span in paragraph.spans} - {""}
-        if apart or not inks:
-            return letter.dropped
-        also = f"{letter.name} is in {', '.join(sorted(inks))}, too: --layers colour stops for another pen."
-        return (*letter.dropped, also)
+    @property
+    def name(self) -> str:
+        """Of its file."""
+        return self.letter.name
 
     @property
-    def main(self) -> WritingTask:
-        """That of the letter's own hand."""
-        return self.tasks[""]
+    def notes(self) -> tuple[str, ...]:
+        """What of the source is not written."""
+        return self.letter.dropped
+
+    @property
+    def inks(self) -> tuple[str, ...]:
+        """The inks that it names besides its own."""
+        spans = (span for paragraph in self.letter.paragraphs for span in paragraph.spans)
+        return tuple(sorted({span.manner.ink for span in spans} - {""}))
+
+    @property
+    def task(self) -> WritingTask:
+        """That of the letter's own hand; in a letter its scanned ink follows the ink that is asked for."""
+        main = self.tasks[""]
+        return replace(main, picture=replace(main.picture, ink=None))
+
+    def draw(self, wanted: frozenset[str] = INK, row: int | None = None, tell: Tell = silent) -> Pages:
+        """The pages of the letter, as those of a text; see `TextDocument.draw`.
+
+        Raises
+        ------
+        InputError, MissingCharacters, DoesNotFit
+            The message has the line of the letter.
+        """
+        tell(0.0, "setting the letter")
+        hands, pages = _set(self, row)
+        about = {"title": texts.title(self.letter.text), "pages": len(pages)} | ({} if row is None else {"row": row})
+        drawings = []
+        for number, page in enumerate(pages, 1):
+            tell(_SET + (1 - _SET) * (number - 1) / len(pages), f"writing {number}/{len(pages)}")
+            drawings.append(_drawn(page, self, hands, {**about, "page_number": number}, wanted))
+        return Pages([page.whole for page in pages], drawings, partial(_word_places, self, pages))
+
+    def check(self, row: int | None = None) -> None:
+        """Set the pages and draw none; raises as `draw` does."""
+        _set(self, row)
 
 
 def prepare_letter(
@@ -94,7 +121,7 @@ def prepare_letter(
     sheet: SheetOptions = SheetOptions(),
     picture: PictureOptions = PictureOptions(),
     given: Collection[str] | None = None,
-) -> LetterTask:
+) -> LetterDocument:
     """Check a letter's head and the options, and load its hands.
 
     Parameters
@@ -114,12 +141,10 @@ def prepare_letter(
     )
     tasks = {"": prepare(writing, sheet, picture)}
     writing = replace(writing, seed=tasks[""].seed)
-    if picture.paper != "none":
-        tasks[""] = texts.on_lined_paper(tasks[""], writing, sheet, picture)
     for name in letter.hands:
         if name:
             try:
-                tasks[name] = prepare(replace(writing, hand=_beside(letter, name)), sheet, picture)
+                tasks[name] = prepare(replace(writing, hand=_beside(letter, name)), sheet, picture, lined=False)
             except InputError as error:
                 spans = (span for paragraph in letter.paragraphs for span in paragraph.spans)
                 line = next(span.line for span in spans if span.manner.hand == name)
@@ -129,7 +154,7 @@ def prepare_letter(
         replace(layout, margin=margins(text, layout.page)) if text is not None and own_margins else layout
         for text in (head.first.margin, head.following.margin)
     )
-    task = LetterTask(letter, tasks, first, following)
+    task = LetterDocument(letter, tasks, first, following)
     for page in (1, 2):
         if (background := task.background(page)) is not None and not background.is_file():
             raise letter.wrong(1, f"there is no background {background}.")
@@ -160,34 +185,7 @@ def _beside(letter: Letter, name: str) -> str:
     return str(path) if Path(name).suffix and path.is_file() else name
 
 
-def draw_letter(
-    task: LetterTask, row: int | None = None, wanted: frozenset[str] = INK, tell: Tell = silent
-) -> tuple[list[Manuscript], list[Drawing]]:
-    """The pages of a letter as manuscripts and as drawings; see `pipeline.writing.draw_pages`.
-
-    Raises
-    ------
-    InputError, MissingCharacters, DoesNotFit
-        The message has the line of the letter.
-    """
-    pages, drawings = _drawn_pages(task, row, wanted, tell)
-    return [page.whole for page in pages], drawings
-
-
-def _drawn_pages(
-    task: LetterTask, row: int | None, wanted: frozenset[str], tell: Tell
-) -> tuple[list[LetterPage], list[Drawing]]:
-    tell(0.0, "setting the letter")
-    hands, pages = _set(task, row)
-    about = {"title": texts.title(task.letter.text), "pages": len(pages)} | ({} if row is None else {"row": row})
-    drawings = []
-    for number, page in enumerate(pages, 1):
-        tell(_SET + (1 - _SET) * (number - 1) / len(pages), f"writing {number}/{len(pages)}")
-        drawings.append(_drawn(page, task, hands, {**about, "page_number": number}, wanted))
-    return pages, drawings
-
-
-def _word_places(task: LetterTask, pages: Sequence[LetterPage]) -> tuple[Facts, ...]:
+def _word_places(task: LetterDocument, pages: Sequence[LetterPage]) -> tuple[Facts, ...]:
     """Of every word where it is, as of a text; `at` is its place in what all hands write, see `_first_places`."""
     first, found = _first_places(runs_of(task.letter, _page_numbers(task.letter)), task.tasks), dict[int, Facts]()
     for number, page in enumerate(pages, 1):
@@ -199,14 +197,9 @@ def _word_places(task: LetterTask, pages: Sequence[LetterPage]) -> tuple[Facts, 
     return tuple(found[at] for at in sorted(found))
 
 
-def check_letter(task: LetterTask, row: int | None = None) -> None:
-    """Set the pages of a letter and draw none; raises as `draw_letter` does."""
-    _set(task, row)
-
-
-def _set(task: LetterTask, row: int | None) -> tuple[Mapping[str, Hand | ScannedHand], list[LetterPage]]:
+def _set(task: LetterDocument, row: int | None) -> tuple[Mapping[str, Hand | ScannedHand], list[LetterPage]]:
     """The pages of a letter, with what `Manuscript.about` says of them, and its hands with all letters they need."""
-    letter, main = task.letter, task.main
+    letter, main = task.letter, task.task
     runs = runs_of(letter, _page_numbers(letter))
     key = [main.seed] if row is None else [main.seed, row]
     supplied = {name: _supplied(name, runs, task) for name in task.tasks}
@@ -222,14 +215,8 @@ def _set(task: LetterTask, row: int | None) -> tuple[Mapping[str, Hand | Scanned
     pages = set_letter(setting, lines_of(runs, writers), [*key, len(writers)])
     doubts = [doubt for name, reader in readers.items() for doubt in _doubts(name, reader, pages)]
     texts.refuse_doubts([doubt for doubt, _ in doubts], main)
-    lent = [
-        letter_facts(each)
-        for name, (_, lacking) in supplied.items()
-        for each in _written(lacking, name, pages, task.tasks[name].hand)
-    ]
-    borrowed = lent if row is None else [{"row": row, **facts} for facts in lent]
-    told = [{**doubt.facts(), "box": texts.word_box(line, doubt.word)} for doubt, line in doubts]
-    return hands, [_told(page, number, told, borrowed) for number, page in enumerate(pages, 1)]
+    lacked = {name: lacking for name, (_, lacking) in supplied.items()}
+    return hands, _told(pages, task, row, doubts, lacked)
 
 
 def _page_numbers(letter: Letter) -> int:
@@ -245,16 +232,16 @@ def _first_places(runs: Runs, hands: Iterable[str]) -> dict[str, int]:
     return dict(zip(hands, accumulate([0, *lengths]), strict=False))
 
 
-def _writer_options(task: LetterTask, name: str, first: int) -> WriterOptions:
+def _writer_options(task: LetterDocument, name: str, first: int) -> WriterOptions:
     """How a hand writes; `first` : see `_first_places`."""
-    main, own = task.main, task.tasks[name].layout.x_height
+    main, own = task.task, task.tasks[name].layout.x_height
     rewrites = Rewrites(tuple((at - first, times) for at, times in main.layout.rewritten))
     return WriterOptions(own, main.layout.x_height, main.layout.jitter, main.fallback, main.slips, rewrites)
 
 
-def _supplied(name: str, runs: Runs, task: LetterTask) -> tuple[Hand | ScannedHand, Sequence[Borrowed]]:
+def _supplied(name: str, runs: Runs, task: LetterDocument) -> tuple[Hand | ScannedHand, Sequence[Borrowed]]:
     """A hand with the letters of its runs, and what was supplied; see `complete_hand`."""
-    hand, main = task.tasks[name].hand, task.main
+    hand, main = task.tasks[name].hand, task.task
     if not runs.of(name):
         return hand, []
     with _located(name, runs):
@@ -301,11 +288,27 @@ def _doubts(name: str, reader: Rereader | None, pages: Sequence[LetterPage]) -> 
             yield Doubt(word.text, *place, word.verdict.reads_as, 1.0 - word.wrong), line
 
 
-def _told(page: LetterPage, number: int, doubts: Sequence[Facts], borrowed: Sequence[Facts]) -> LetterPage:
-    """A page with what is told of its words and letters."""
-    here = [doubt for doubt in doubts if doubt["page"] == number]
-    more = {**({"borrowed": list(borrowed)} if borrowed else {}), **({"doubtful": here} if here else {})}
-    return replace(page, whole=replace(page.whole, about={**page.whole.about, **more}))
+def _told(
+    pages: Sequence[LetterPage],
+    task: LetterDocument,
+    row: int | None,
+    doubts: Sequence[tuple[Doubt, Line]],
+    lacked: Mapping[str, Sequence[Borrowed]],
+) -> list[LetterPage]:
+    """The pages with what is told of their words, and of letters that hands lacked, by the hands' names."""
+    told = [{**doubt.facts(), "box": texts.word_box(line, doubt.word)} for doubt, line in doubts]
+    lent = [
+        ({} if row is None else {"row": row}) | letter_facts(each)
+        for name, lacking in lacked.items()
+        for each in _written(lacking, name, pages, task.tasks[name].hand)
+    ]
+    borrowed: dict[str, Any] = {"borrowed": lent} if lent else {}
+    found = []
+    for number, page in enumerate(pages, 1):
+        here = [doubt for doubt in told if doubt["page"] == number]
+        more = {**borrowed, **({"doubtful": here} if here else {})}
+        found.append(replace(page, whole=replace(page.whole, about={**page.whole.about, **more})))
+    return found
 
 
 def _written(
@@ -358,7 +361,7 @@ def _sizes(letter: Letter) -> dict[str | Path, tuple[float, float]]:
 
 def _drawn(
     page: LetterPage,
-    task: LetterTask,
+    task: LetterDocument,
     hands: Mapping[str, Hand | ScannedHand],
     about: Mapping[str, Any],
     wanted: frozenset[str],
@@ -373,12 +376,12 @@ def _drawn(
         return drawing
     inked = np.array([layer.bounds for layer in layers if layer.bounds is not None])
     bounds = (*inked[:, :2].min(axis=0).tolist(), *inked[:, 2:].max(axis=0).tolist()) if len(inked) else None
-    return replace(drawing, ink=partial(_mixed, layers, task.main), inked=bounds)
+    return replace(drawing, ink=partial(_mixed, layers, task.task), inked=bounds)
 
 
 def _layers(
     page: LetterPage,
-    task: LetterTask,
+    task: LetterDocument,
     hands: Mapping[str, Hand | ScannedHand],
     about: Mapping[str, Any],
     wanted: frozenset[str],
@@ -392,14 +395,14 @@ def _layers(
         yield _inked(drawing, ink, own) if ink else drawing
     for place in page.signatures:
         signature = find_signature(str(place.source), task.letter.folder)
-        own = replace(task.main, hand=signature, pen_hand=None)
+        own = replace(task.task, hand=signature, pen_hand=None)
         manuscript = placed_signature(signature, place, page.whole.page)
         drawing = draw(manuscript, own, page.rng.spawn(1)[0], about, wanted)
         yield _inked(drawing, place.ink, own) if place.ink else drawing
 
 
 def _beneath(
-    task: LetterTask, page: LetterPage, number: int
+    task: LetterDocument, page: LetterPage, number: int
 ) -> Callable[[NDArray[np.uint8], float], NDArray[np.uint8]] | None:
     """What previews of a page show under its ink: the letterhead, and pictures."""
     background, sheet = task.background(number), page.whole.page
@@ -476,75 +479,3 @@ def _in_order(layers: Sequence[Drawing], x_height: float) -> tuple[Stroke, ...]:
         ordered.append(replace(stroke, t=stroke.t - stroke.t[0] + clock))
         clock, before = float(ordered[-1].t[-1]), (layer, at)
     return tuple(ordered)
-
-
-def write_letter(
-    letter: Letter,
-    outputs: Sequence[str | Path],
-    writing: WritingOptions = WritingOptions(),
-    sheet: SheetOptions = SheetOptions(),
-    picture: PictureOptions = PictureOptions(),
-    *,
-    given: Collection[str] | None = None,
-    device: str | None = None,
-    listener: Listener = SILENT,
-) -> Written:
-    """Write a letter to files, as `pipeline.writing.write` does a text; `given` as in `prepare_letter`.
-
-    Raises
-    ------
-    InputError, MissingCharacters, DoesNotFit
-        The message has the line of the letter; nothing is written then.
-    """
-    task = partial(prepare_letter, letter, writing, sheet, picture, given)
-    asked = replace(_headed(letter, picture, given), ink=None)  # which scanned ink follows here
-    return _write(task, outputs, asked, device, listener)[0]
-
-
-def _write(
-    prepared: Callable[[], LetterTask],
-    outputs: Sequence[str | Path],
-    asked: PictureOptions,
-    device: str | None,
-    listener: Listener,
-) -> tuple[Written, LetterTask, list[LetterPage]]:
-    """A letter in files, and its pages; asked : what it is to look like."""
-    paths = [Path(name) for name in outputs]
-    extra = programs.Programs(device, paths).sinks
-    check_outputs(paths, extra)
-    task = prepared()
-    wanted = frozenset[str]().union(*(INK if path.suffix.lower() in OF_INK else STROKES for path in paths))
-    pages, drawings = _drawn_pages(task, None, wanted, within(listener.progress, 0.0, _WRITTEN))
-    files = write_drawings(drawings, paths, task.main.look, extra=extra, tell=within(listener.progress, _WRITTEN, 1.0))
-    notes = (*task.notes(), *texts.not_followed(task.main, asked, wanted >= INK), *task.main.given_notes)
-    notes = (*notes, *texts.style_notes(task.main, drawings), *_unshown(drawings, paths), *losses(paths, drawings))
-    tally = Tally.of([page.whole for page in pages], drawings)
-    return texts.written(tally, task.main, files, notes), task, pages
-
-
-def _unshown(drawings: Sequence[Drawing], paths: Sequence[Path]) -> list[str]:
-    """A note on files that leave room for pictures and show none."""
-    others = sorted({path.suffix for path in paths if path.suffix.lower() != ".png"})
-    if not others or all(drawing.beneath is None for drawing in drawings):
-        return []
-    return [f"{' and '.join(others)} files leave the pictures and the background out, which PNG files show."]
-
-
-def write_sent(
-    text: str,
-    letter: bool,
-    outputs: Sequence[str | Path],
-    options: tuple[WritingOptions, SheetOptions, PictureOptions],
-    *,
-    device: str | None = None,
-    pictures: Path | None = None,
-    listener: Listener = SILENT,
-) -> Written:
-    """The same for what was sent from elsewhere, see `inputs.sent_source`, with where each word is."""
-    source = sent_source(text, letter, pictures)
-    if source.letter is None:
-        return texts.write(text, outputs, *options, device=device, places=True, listener=listener)
-    prepared = partial(prepare_letter, source.letter, *options, source.given)
-    asked = replace(_headed(source.letter, options[2], source.given), ink=None)
-    result, task, pages = _write(prepared, outputs, asked, device, listener)
-    return replace(result, words=_word_places(task, pages))

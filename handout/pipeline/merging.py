@@ -23,13 +23,13 @@ from handout.letters.document import Head
 from handout.merging.fields import Fields, RowManner, counted, doubts, told_repeats
 from handout.merging.sheets import overlaid
 from handout.merging.template import Letter
-from handout.pipeline import writing
 from handout.pipeline.declarations import declared
 from handout.pipeline.inputs import LETTERS, decoded, is_file
-from handout.pipeline.letters import LetterTask, check_letter, draw_letter, prepare_letter
+from handout.pipeline.letters import LetterDocument, prepare_letter
 from handout.pipeline.options import MergeOptions, PictureOptions, SheetOptions, TableOptions, WritingOptions
 from handout.pipeline.results import Listener, Tally
-from handout.pipeline.writing import INK, WritingTask, program
+from handout.pipeline.texts import INK, TextDocument, WritingTask, prepare, program
+from handout.pipeline.writing import Document
 from handout.printing import countries, envelope, journal
 from handout.printing.address_table import Addresses, read_addresses, read_rows
 from handout.printing.journal import BACK, ENVELOPE, Batch, Journal
@@ -339,7 +339,7 @@ class RowPages:
         """How rows are written that say nothing of themselves, be it letters or envelopes."""
         if self.merge.head is None:
             return self.task(self.merge.with_letters, RowManner())
-        return self._letter_file("a", RowManner()).main
+        return self._letter_file("a", RowManner()).task
 
     def __call__(self, row: Row) -> list[BatchPage]:
         """The pages of a row: its letter, its envelope, the back of that.
@@ -369,12 +369,10 @@ class RowPages:
             options = replace(self.writing, hand=manner.hand or self.writing.hand)
             picture = replace(self.picture, pen=manner.pen or self.picture.pen)
             if of_letter:
-                task = writing.prepare(options, self.sheet, picture)
-                if picture.paper != "none":
-                    task = writing.on_lined_paper(task, options, self.sheet, picture)
+                task = prepare(options, self.sheet, picture)
             else:
                 edge = SheetOptions(f"{self.envelope_page.width}x{self.envelope_page.height}mm", "0mm", 1)
-                task = writing.prepare(replace(options, slips=0.0), edge, replace(picture, paper="none"))
+                task = prepare(replace(options, slips=0.0), edge, replace(picture, paper="none"))
             self._tasks[key] = task
         return self._tasks[key]
 
@@ -391,7 +389,7 @@ class RowPages:
         text, window, read = self.text(row, manner), None, None
         if self.merge.head is not None:
             read = self._letter_file(text, manner)
-        task = self.task(True, manner) if read is None else read.main
+        task = self.task(True, manner) if read is None else read.task
         if self.merge.options.window:
             window = _window(self.merge.options.window, task.layout.page)
             _check_address(row)
@@ -408,7 +406,7 @@ class RowPages:
         drawings[0] = overlaid(first, task.layout.page) if len(first) > 1 else first[0]
         return [self._page(f"letter {n}", drawing, task, manner) for n, drawing in enumerate(drawings, 1)]
 
-    def _letter_file(self, text: str, manner: RowManner) -> LetterTask:
+    def _letter_file(self, text: str, manner: RowManner) -> LetterDocument:
         """The letter file of a row, with its hands and layouts."""
         path, given = Path(str(self.merge.options.letter)), self.merge.options.given
         alone = self.merge.options.alone
@@ -420,15 +418,12 @@ class RowPages:
         own = {name for name in ("hand", "pen") if getattr(manner, name)}
         return prepare_letter(letter, options, self.sheet, picture, None if given is None else given | own)
 
-    def _drawn(self, read: LetterTask, window: envelope.Window | None, row: Row) -> list[Drawing]:
+    def _drawn(self, read: LetterDocument, window: envelope.Window | None, row: Row) -> list[Drawing]:
         """The pages of a letter file."""
         if window is not None:
             top, right, bottom, left = read.first.margin
             read = replace(read, first=replace(read.first, margin=(max(top, window.below), right, bottom, left)))
-        if not self.draws:
-            check_letter(read, row.number)
-            return [Drawing((), read.main.layout.page)]
-        return self._counted(*draw_letter(read, row.number, self.wanted), row, read.main.layout)
+        return self._pages_of(read, row, read.task.layout)
 
     def _envelope(self, row: Row, manner: RowManner) -> list[BatchPage]:
         _check_address(row)
@@ -460,19 +455,17 @@ class RowPages:
             layout = replace(layout, align=wanted.align, jitter=wanted.jitter, line_spacing=spacing)
             task = replace(task, pages=1)
         task = replace(task, seed=self.seed + other)
-        if not self.draws:
-            writing.check_text(text, task, layout, row.number)
-            return [Drawing((), (layout or task.layout).page)]
-        drawn = writing.draw_pages(text, task, layout, row.number, self.wanted)
-        return self._counted(*drawn, row, layout or task.layout)
+        return self._pages_of(TextDocument(text, task, layout), row, layout or task.layout)
 
-    def _counted(
-        self, pages: Sequence[Manuscript], drawings: Sequence[Drawing], row: Row, layout: Layout
-    ) -> list[Drawing]:
-        """Pages that were written, counted; what is to be looked at is noted."""
-        self.account.findings.setdefault(row.number, []).extend(_findings(pages, layout))
-        self.account.tally += Tally.of(pages, drawings)
-        return list(drawings)
+    def _pages_of(self, document: Document, row: Row, layout: Layout) -> list[Drawing]:
+        """The pages of a document, counted; what is to be looked at is noted."""
+        if not self.draws:
+            document.check(row.number)
+            return [Drawing((), layout.page)]
+        pages = document.draw(self.wanted, row.number)
+        self.account.findings.setdefault(row.number, []).extend(_findings(pages.manuscripts, layout))
+        self.account.tally += pages.tally
+        return list(pages.drawings)
 
     def _page(self, part: str, drawing: Drawing, task: WritingTask, manner: RowManner) -> BatchPage:
         from handout.inking import pens

@@ -37,7 +37,7 @@ from handout.pipeline.plotting import (
 )
 from handout.pipeline.printing import Printed, make_all
 from handout.pipeline.results import SILENT, Facts, Listener
-from handout.pipeline.writing import STROKES
+from handout.pipeline.texts import STROKES
 from handout.plotting import bed, plan
 from handout.plotting.driving import plot_report
 from handout.plotting.driving.driver import Report, connect

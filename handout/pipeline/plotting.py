@@ -20,14 +20,14 @@ from handout import atomic, profiles, units
 from handout.errors import DeviceError, InputError
 from handout.pipeline import job_pages
 from handout.pipeline.inputs import Source
-from handout.pipeline.letters import LetterTask, draw_letter, prepare_letter
 from handout.pipeline.lined_paper import page_name
 from handout.pipeline.options import Length, millimetres
 from handout.pipeline.plot_jobs import JobState, called, outlook
 from handout.pipeline.plot_request import AttendanceOptions, Operator, PartOptions, PlotOptions, PlotRequest
 from handout.pipeline.programs import hooked, pressed_evenly
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
-from handout.pipeline.writing import STROKES, WritingTask, draw_pages, on_lined_paper, prepare, style_notes, written
+from handout.pipeline.texts import STROKES, TextDocument, style_notes
+from handout.pipeline.writing import Document, one_pen, open_document, written
 from handout.plotting import fit_to_bed, open_port, plan
 from handout.plotting.connections import is_simulated as is_simulated
 from handout.plotting.connections import surroundings
@@ -46,7 +46,7 @@ from handout.plotting.ports import Port
 from handout.plotting.setup.pen_heights import replaced
 from handout.profiles import Plotter
 from handout.sinks import Look, check_outputs, write_drawings
-from handout.values import Drawing, Manuscript
+from handout.values import Drawing
 
 # s that a plotter may stand on hold where nobody is asked: long enough for somebody at the machine to look at the pen
 _UNWATCHED = 120.0
@@ -171,35 +171,30 @@ def plot(
     request = PlotRequest(Source(request)) if isinstance(request, str) else request
     account = ReportFile(attendance.report)
     profile = asked_machine(request.plotting, port)
-    letter = _letter(request)
-    task = _task(request) if letter is None else letter.main
-    options = _job_options(request, task, profile)
+    document = open_document(request.source, request.writing, request.sheet, request.picture)
+    options = job_options(request.plotting, profile, document.task.fast, document.timed)
     connected = port_to(port, profile)
     try:
-        job = _begun(request, letter or task, profile, options, port, listener)
+        job = _begun(request, document, profile, options, port, listener)
     except BaseException:
         connected.close()
         raise
     listener.say(f"{profile.title}: {_amount(job)}, job {job.name}.")
-    told = () if letter is None else letter.notes(apart=options.layers == "colour")
-    notes = (*told, *_notes(task, profile))
+    notes = _notes(document, profile, options)
     listener.note(*notes)  # before the sheet is laid in
     reports = _run(job, port, attendance, account, operator or Unattended(port, listener), connected)
     job = load(job.folder)
     tally = sum((Tally(**counts) for counts in job.told), Tally())
-    result = written(tally, task, (), notes)
-    return Plotted(job, tuple(reports), result.facts(), tally, task.seed, notes=notes)
+    result = written(tally, document.task, (), notes)
+    return Plotted(job, tuple(reports), result.facts(), tally, document.task.seed, notes=notes)
 
 
 def keep(request: PlotRequest, port: str | None = None) -> tuple[Job, tuple[str, ...]]:
     """A plot as a job that is begun with `resume`, and what the user is told of it; `port` : see `preview`."""
     profile = asked_machine(request.plotting, port)
-    letter = _letter(request)
-    task = _task(request) if letter is None else letter.main
-    options = _job_options(request, task, profile)
-    job = _begun(request, letter or task, profile, options, port or "", SILENT)
-    told = () if letter is None else letter.notes(apart=options.layers == "colour")
-    return job, (*told, *_notes(task, profile))
+    document = open_document(request.source, request.writing, request.sheet, request.picture)
+    options = job_options(request.plotting, profile, document.task.fast, document.timed)
+    return _begun(request, document, profile, options, port or "", SILENT), _notes(document, profile, options)
 
 
 def preview(
@@ -216,32 +211,21 @@ def preview(
     check_outputs(paths)
     account = ReportFile(report)
     profile = asked_machine(request.plotting, port)
-    letter = _letter(request)
-    task = _task(request) if letter is None else letter.main
-    pages, drawings = _all_pages(request, letter or task, listener)
+    document = open_document(request.source, request.writing, request.sheet, request.picture)
+    task, options = document.task, job_options(request.plotting, profile, document.task.fast, document.timed)
+    pages = document.draw(STROKES, tell=listener.progress)
+    drawings = pages.drawings
     if request.writing.fit:
         drawings = [fit_to_bed(drawing, profile) for drawing in drawings]
-    shown, plans = _shown(drawings, request.part, profile, _job_options(request, task, profile), listener)
-    told = () if letter is None else letter.notes(apart=request.plotting.layers == "colour")
+    shown, plans = _shown(drawings, request.part, profile, options, listener)
     besides = said([planned.drawing for planned in plans], profile)
-    notes = (*told, *_notes(task, profile), *style_notes(task, drawings), *besides)
+    notes = (*_notes(document, profile, options), *style_notes(task, drawings), *besides)
     listener.note(*notes)
     look = dataclasses.replace(task.look, show_travel=show_travel)
     files = write_drawings(shown, paths, look)
     account.planned(plans)
-    result = written(Tally.of(pages, [planned.drawing for planned in plans]), task, files, notes)
+    result = written(Tally.of(pages.manuscripts, [planned.drawing for planned in plans]), task, files, notes)
     return _previewed(plans, result.facts(), result.files, result.tally, task.seed, notes)
-
-
-def _all_pages(
-    request: PlotRequest, task: WritingTask | LetterTask, listener: Listener
-) -> tuple[Sequence[Manuscript], Sequence[Drawing]]:
-    """What a request writes, or the drawing that it has."""
-    if isinstance(task, LetterTask):
-        return draw_letter(task, wanted=STROKES, tell=listener.progress)
-    if request.source.drawing is None:
-        return draw_pages(request.source.text, task, wanted=STROKES, tell=listener.progress)
-    return [_unwritten(request.source.drawing)], [request.source.drawing]
 
 
 def with_hooks(planned: Plan) -> Drawing:
@@ -250,10 +234,11 @@ def with_hooks(planned: Plan) -> Drawing:
     return dataclasses.replace(drawing, about={**drawing.about, "hooks": ways}) if ways else drawing
 
 
-def _notes(task: WritingTask, profile: Plotter) -> tuple[str, ...]:
-    """What is said of a plot: of its paper, and that a pose does not press the pen."""
-    even = None if task.pose.pose is None else pressed_evenly(profile)
-    return (*task.given_notes, even) if even else task.given_notes
+def _notes(document: Document, profile: Plotter, options: Options) -> tuple[str, ...]:
+    """What is said of a plot: of its source, its inks, its paper, and that a pose does not press the pen."""
+    even = None if document.task.pose.pose is None else pressed_evenly(profile)
+    inks = [] if options.layers == "colour" else one_pen(document)
+    return (*document.notes, *inks, *document.task.given_notes, *([even] if even else []))
 
 
 def resume(
@@ -340,28 +325,6 @@ def asked_machine(plotting: PlotOptions, port: str | None) -> Plotter:
     return hooked(profile, plotting.hooks)
 
 
-def _task(request: PlotRequest) -> WritingTask:
-    """The options of writing, checked; a text goes on the lines of its paper."""
-    task = prepare(request.writing, request.sheet, request.picture)
-    if request.source.drawing is not None or request.picture.paper == "none":
-        return task
-    return on_lined_paper(task, request.writing, request.sheet, request.picture)
-
-
-def _letter(request: PlotRequest) -> LetterTask | None:
-    """The letter with its options, checked, where a letter file is plotted."""
-    source = request.source
-    if source.letter is None:
-        return None
-    return prepare_letter(source.letter, request.writing, request.sheet, request.picture, source.given)
-
-
-def _job_options(request: PlotRequest, task: WritingTask, profile: Plotter) -> Options:
-    """How the job of a request is to be drawn."""
-    drawing = request.source.drawing
-    return job_options(request.plotting, profile, task.fast, drawing is None or drawing.timed)
-
-
 def job_options(plotting: PlotOptions, profile: Plotter, fast: bool, timed: bool = True) -> Options:
     """How a job is to be drawn; `timed` : whether the times of its strokes mean anything."""
     usual = usual_overlap(profile, fast or not timed)
@@ -391,30 +354,19 @@ def port_to(port: str, profile: Plotter) -> Port:
 
 
 def _begun(
-    request: PlotRequest,
-    task: WritingTask | LetterTask,
-    profile: Plotter,
-    options: Options,
-    port: str,
-    listener: Listener,
+    request: PlotRequest, document: Document, profile: Plotter, options: Options, port: str, listener: Listener
 ) -> Job:
-    """The job, with the first page of a text and what the others are made from, or with the drawing, the letter, or the
-    part that is asked for; the listener hears which."""
+    """The job, with the first page of a text and what the others are made from, or with all pages, or the part of them
+    that is asked for; the listener hears which."""
     source, writing, rest = request.source, request.writing, None
-    if isinstance(task, LetterTask):
-        pages = list(job_pages.of_letter(task, profile, writing.fit))
-    elif source.drawing is not None:
-        drawing = fit_to_bed(source.drawing, profile) if writing.fit else source.drawing
-        tally = Tally.of([_unwritten(source.drawing)], [source.drawing])
-        pages = [NewPage(drawing, 1.0, dataclasses.asdict(tally))]
-    else:
-        produced = job_pages.made(source.text, task, profile, writing.fit, [])
-        pages = [next(produced)]
-        if pages[0].share < 1.0 and isinstance(writing.hand, str) and not request.part:
-            page = page_name(request.sheet, request.picture)
-            rest = job_pages.inputs(source.text, task, writing, request.sheet, page)
-        else:  # a hand that is in memory alone cannot be found again
-            pages += produced
+    produced = job_pages.made(document, profile, writing.fit)
+    pages = [next(produced)]
+    more = isinstance(document, TextDocument) and pages[0].share < 1.0 and not request.part
+    if more and isinstance(writing.hand, str):
+        page = page_name(request.sheet, request.picture)
+        rest = job_pages.inputs(source.text, document.task, writing, request.sheet, page)
+    else:  # a hand that is in memory alone cannot be found again
+        pages += produced
     if request.part:
         pages = _part(pages, request.part, profile, options, listener)
     return store.begin(pages, profile, options, rest, title=" ".join(source.text.split())[:40], port=port)
@@ -537,11 +489,6 @@ def _previewed(
     times = sum(planned.duration for planned in plans), stretched(plans)
     dips, hooks_s = sum(planned.dips for planned in plans), sum(planned.hooked for planned in plans)
     return Previewed(facts, tuple(files), *times, tally, seed, dips, hooks_s, notes=tuple(notes))
-
-
-def _unwritten(drawing: Drawing) -> Manuscript:
-    """A page without writing, for what counts words and lines."""
-    return Manuscript((), drawing.page, 0.0)
 
 
 def _amount(job: Job) -> str:

@@ -14,7 +14,7 @@ from handout.calibrating import calibrated_ink
 from handout.calibrating.calibrated_ink import CalibratedInk
 from handout.calibrating.store import Calibration
 from handout.errors import InputError
-from handout.pipeline import merging, row_work, workers, writing
+from handout.pipeline import merging, row_work, workers
 from handout.pipeline.merging import Account, RowPages
 from handout.pipeline.options import (
     MergeOptions,
@@ -27,7 +27,7 @@ from handout.pipeline.options import (
     seed_of,
 )
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
-from handout.pipeline.writing import WritingTask
+from handout.pipeline.texts import WritingTask, not_followed
 from handout.printing import envelope, media, printers
 from handout.printing.batch import SIMULATED, BatchOptions, Way, chosen_rows, destinations, make_rows
 from handout.printing.batch import RowsRefused as RowsRefused
@@ -128,7 +128,7 @@ def print_(
     fed = partial(_fed, profile, apart[0] if apart else profile, printing, merged.with_letters)
     pages.seed, pages.margins = seed_of(writing_options.seed), partial(_margins, fed)
     task = pages.look()
-    notes = writing.not_followed(task, picture, ink_shown=True)
+    notes = not_followed(task, ink_shown=True)
     listener.note(*notes)
     pages.seed = merging.approved_seed(pages, printing)
     record = _journal(printing, pages)

@@ -23,7 +23,7 @@ from handout.errors import HandoutError, InputError
 from handout.hand import library
 from handout.networks import one_thread
 from handout.pipeline.merging import Account, RowPages
-from handout.pipeline.writing import program
+from handout.pipeline.texts import program
 from handout.printing.prepared import Prepare, PreparedRow, RowMaker
 from handout.printing.rows import Row
 

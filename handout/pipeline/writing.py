@@ -1,100 +1,108 @@
-"""A text in a hand, on pages, in files: the options are checked, the hand is completed, the text is set and drawn."""
+"""What is written (a text, a letter file, a drawing) as one kind of thing, and the verb `write`, which makes files."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import partial
-from itertools import groupby
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Protocol
 
-import numpy as np
-
-from handout import __version__, units
-from handout.errors import DoesNotFit, InputError
-from handout.hand import library
-from handout.hand.places import graphemes
-from handout.inking.papers import PAPERS
 from handout.inking.pen import is_brush
-from handout.page_sizes import margins, page
 from handout.pipeline import programs
-from handout.pipeline.options import (
-    PictureOptions,
-    PoseOptions,
-    SheetOptions,
-    StyleOptions,
-    WritingOptions,
-    millimetres,
-    pace,
-    seed_of,
-)
+from handout.pipeline.inputs import Source, sent_source
+from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
+from handout.pipeline.texts import INK, STROKES, Pages, TextDocument, WritingTask, not_followed, prepare, style_notes
 from handout.progress import Tell, silent, within
-from handout.sinks import OF_INK, Look, losses, write_drawings
-from handout.sinks import check_outputs as check_outputs
-from handout.values import Drawing, Line, Manuscript, Placed
-from handout.writing.compose import each_page, each_part
-from handout.writing.layout import Layout
-from handout.writing.text import Borrowed, unseen
-
-if TYPE_CHECKING:
-    from handout.hand.drawn import Hand
-    from handout.hand.scanned import ScannedHand
-    from handout.motion.styles.style import Style
-    from handout.pipeline.lined_paper import LinedPaper
-    from handout.pipeline.rereading import Doubt
-    from handout.writing.pages import Sheet
+from handout.sinks import OF_INK, check_outputs, losses, write_drawings
+from handout.values import Drawing, Manuscript
 
 _WRITTEN = 0.35  # of the work on a page, when its strokes are known and it is yet to be drawn; measured, for PNG
-_SET = 0.5  # of the work on a text before it is drawn, when its letters are on their pages; measured
-_HURRIED = 2.5  # pace of --speed fast in a file, set by eye; a plotter goes as fast as it can instead
-_MOST_NAMED = 12  # words that a refusal lists
-# what a page in a scanned hand may be wanted as; a drawn hand has strokes only
-INK, STROKES = frozenset({"ink"}), frozenset({"strokes"})
+
+
+class Document(Protocol):
+    """A source with its options, checked."""
+
+    @property
+    def name(self) -> str:
+        """What it is called: the name of its file, or the beginning of its text."""
+
+    @property
+    def task(self) -> WritingTask:
+        """How it is written; of a letter file by its own hand."""
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the user is told of it: what of the source is not written."""
+
+    @property
+    def inks(self) -> tuple[str, ...]:
+        """The inks that it names besides its own."""
+
+    @property
+    def timed(self) -> bool:
+        """Whether the times of its strokes mean anything."""
+
+    def draw(self, wanted: frozenset[str] = INK, row: int | None = None, tell: Tell = silent) -> Pages:
+        """Its pages; see `TextDocument.draw`."""
+
+    def check(self, row: int | None = None) -> None:
+        """Raise as `draw` would, without drawing."""
 
 
 @dataclass(frozen=True)
-class WritingTask:
-    """The options of a piece of writing, checked, with the hand and the layout that they mean.
+class DrawingDocument:
+    """A drawing, which is taken as it is."""
 
-    fast : whether a plotter goes as fast as it can; `speed` is a factor then.
-    slips : words in 100 that are begun wrongly.
-    pen_hand : the scanned hand whose pen a scanned hand is written with, if not its own.
-    traced : whether a scanned hand is written with a pen that is no scanned hand's, along its recovered pen paths.
-    coloured : whether a colour of the ink was given, which the strokes of a scanned hand then have.
-    look : of pictures, with the lines of the paper where they are written on.
-    paper : the lined paper that is written on.
-    strict : whether words that read as others are an error.
-    pose : how the pen is held.
-    style : the handstyle in which the strokes are moved through.
-    untaken : that the hand's file lacks corrections, if it does.
-    """
-
-    hand: Hand | ScannedHand
-    layout: Layout
-    look: Look
-    seed: int
-    kinematics: str
-    speed: float
-    fast: bool
-    pages: int | None
-    fallback: bool
-    slips: float = 0.0
-    pen_hand: ScannedHand | None = None
-    traced: bool = False
-    coloured: bool = False
-    paper: LinedPaper | None = None
-    strict: bool = False
-    pose: PoseOptions = field(default_factory=PoseOptions)
-    style: Style | None = None
-
-    untaken: tuple[str, ...] = ()
+    name: str
+    drawing: Drawing
+    task: WritingTask
+    notes: tuple[str, ...] = ()
+    inks: tuple[str, ...] = ()
 
     @property
-    def given_notes(self) -> tuple[str, ...]:
-        """What the user is told of the hand's file and of the lined paper."""
-        return self.untaken if self.paper is None else (*self.untaken, *self.paper.notes)
+    def timed(self) -> bool:
+        """See `Document`, as for the rest."""
+        return self.drawing.timed
+
+    def draw(self, wanted: frozenset[str] = INK, row: int | None = None, tell: Tell = silent) -> Pages:
+        """See there: a page without writing, for what counts words and lines."""
+        return Pages([Manuscript((), self.drawing.page, 0.0)], [self.drawing])
+
+    def check(self, row: int | None = None) -> None:
+        """See there."""
+
+
+def open_document(
+    source: Source,
+    writing: WritingOptions = WritingOptions(),
+    sheet: SheetOptions = SheetOptions(),
+    picture: PictureOptions = PictureOptions(),
+) -> Document:
+    """A source with its options.
+
+    Raises
+    ------
+    InputError
+        An option is wrong, or a hand is missing.
+    """
+    if source.letter is not None:
+        from handout.pipeline.letters import prepare_letter
+
+        return prepare_letter(source.letter, writing, sheet, picture, source.given)
+    if source.drawing is None:
+        return TextDocument(source.text, prepare(writing, sheet, picture))
+    asked = [f"--{name}" for name in ("style", "pose") if getattr(writing, name) is not None]
+    notes = [f"{' and '.join(asked)}: a drawing is taken as it is; handout restyle moves it anew."] if asked else []
+    plain = replace(writing, style=None, prime=None, temperature=None, pose=None)
+    task = prepare(plain, sheet, picture, lined=False)
+    return DrawingDocument(source.text, source.drawing, task, tuple(notes))
+
+
+def one_pen(document: Document) -> list[str]:
+    """The note that a machine with one pen draws several inks, where the document has them."""
+    named = ", ".join(document.inks)
+    return [f"{document.name} is in {named}, too: --layers colour stops for another pen."] if named else []
 
 
 @dataclass(frozen=True)
@@ -123,7 +131,7 @@ class Written(Result):
 
 
 def write(
-    text: str,
+    source: str | Source,
     outputs: Sequence[str | Path],
     writing: WritingOptions = WritingOptions(),
     sheet: SheetOptions = SheetOptions(),
@@ -133,10 +141,11 @@ def write(
     places: bool = False,
     listener: Listener = SILENT,
 ) -> Written:
-    """Write a text to files.
+    """Write a text or a letter to files.
 
     Parameters
     ----------
+    source : a text, or what `inputs.written_source` read.
     outputs : names of files, whose suffixes say the format: .svg .png .pdf .eps .dxf .inkml .json .gcode …
     device : the plotter that .gcode, .hpgl and .ebb files are for; None: a common one that reads such files.
     places : whether the result tells where each word is.
@@ -144,29 +153,50 @@ def write(
     Raises
     ------
     InputError, MissingCharacters, DoesNotFit
-        An option is wrong, the hand lacks letters, or the text is larger than its pages; nothing is written then.
+        An option is wrong, the hand lacks letters, or the text is larger than its pages (of a letter file the message
+        has the line); nothing is written then.
     """
     paths = [Path(name) for name in outputs]
     machines = programs.Programs(device, paths)
     check_outputs(paths, extra := machines.sinks)
-    task = prepare(writing, sheet, picture)
-    if picture.paper != "none":
-        task = on_lined_paper(task, writing, sheet, picture)
-    wanted = frozenset[str]().union(*(INK if path.suffix.lower() in OF_INK else STROKES for path in paths))
-    pages, drawings = draw_pages(text, task, wanted=wanted, tell=within(listener.progress, 0.0, _WRITTEN))
-    files = write_drawings(drawings, paths, task.look, extra=extra, tell=within(listener.progress, _WRITTEN, 1.0))
-    unshown = (*not_followed(task, picture, wanted >= INK), *_unpainted(picture, paths), *style_notes(task, drawings))
+    drawing, wanted = within(listener.progress, 0.0, _WRITTEN), wanted_in(paths)
+    document = open_document(Source(source) if isinstance(source, str) else source, writing, sheet, picture)
+    task = document.task
+    pages = document.draw(wanted, tell=drawing)
+    drawn = pages.drawings
+    files = write_drawings(drawn, paths, task.look, extra=extra, tell=within(listener.progress, _WRITTEN, 1.0))
+    notes = (*document.notes, *not_followed(task, wanted >= INK), *_unshown(task, drawn, paths))
+    notes = (*notes, *style_notes(task, drawn), *losses(paths, drawn))
     even = machines.pressed_evenly() if task.pose.pose is not None else []
-    notes = (*unshown, *losses(paths, drawings), *even, *task.given_notes)
-    result = written(Tally.of(pages, drawings), task, files, notes)
-    return replace(result, words=tuple(word_places(pages))) if places else result
+    result = written(pages.tally, task, files, (*notes, *even, *task.given_notes))
+    return replace(result, words=tuple(pages.words())) if places else result
+
+
+def write_sent(
+    text: str,
+    letter: bool,
+    outputs: Sequence[str | Path],
+    options: tuple[WritingOptions, SheetOptions, PictureOptions],
+    *,
+    device: str | None = None,
+    pictures: Path | None = None,
+    listener: Listener = SILENT,
+) -> Written:
+    """The same for what was sent from elsewhere, see `inputs.sent_source`, with where each word is."""
+    source = sent_source(text, letter, pictures)
+    return write(source, outputs, *options, device=device, places=True, listener=listener)
 
 
 def drawings(
     text: str, writing: WritingOptions = WritingOptions(), sheet: SheetOptions = SheetOptions()
-) -> list[Drawing]:
+) -> Sequence[Drawing]:
     """The pages of a text as timed strokes, for programs that go on with them."""
-    return draw_pages(text, prepare(writing, sheet), wanted=STROKES)[1]
+    return TextDocument(text, prepare(writing, sheet)).draw(STROKES).drawings
+
+
+def wanted_in(paths: Sequence[Path]) -> frozenset[str]:
+    """What files of these names show of a scanned hand: its ink, its strokes, or both."""
+    return frozenset[str]().union(*(INK if path.suffix.lower() in OF_INK else STROKES for path in paths))
 
 
 def written(tally: Tally, task: WritingTask, files: Sequence[Path], notes: tuple[str, ...] = ()) -> Written:
@@ -175,412 +205,15 @@ def written(tally: Tally, task: WritingTask, files: Sequence[Path], notes: tuple
     return Written(tally, task.seed, task.hand.name, tuple(files), paper, notes=notes)
 
 
-def prepare(
-    writing: WritingOptions, sheet: SheetOptions = SheetOptions(), picture: PictureOptions = PictureOptions()
-) -> WritingTask:
-    """Check the options, and load the hand that they name."""
-    name = sheet.page_name
-    if picture.paper not in PAPERS:
-        from handout.pipeline.lined_paper import page_name
-
-        name = page_name(sheet, picture)
-    (fast, factor), seed, look = (
-        pace(writing.speed),
-        seed_of(writing.seed),
-        replace(picture.look(styled=writing.style is not None), footprint=writing.pose is not None),
-    )
-    hand = library.find(writing.hand) if isinstance(writing.hand, str) else writing.hand
-    hand, behind = hand.hastened(writing.haste), tuple[str, ...]()
-    if hand.pages is not None and isinstance(writing.hand, str):
-        from handout.hand.pending import untaken
-
-        behind = untaken(writing.hand)
-    paper = page(name)
-    layout = Layout(
-        page=paper,
-        margin=margins(sheet.margin, paper),
-        x_height=hand.x_height if writing.x_height is None else millimetres(writing.x_height, "x-height"),
-        line_spacing=millimetres(writing.line_spacing, "line spacing") if writing.line_spacing else None,
-        align=writing.align,
-        fit=writing.fit,
-        jitter=writing.jitter,
-        rewritten=tuple((int(at), int(times)) for at, times in writing.rewritten),
-    )
-    return WritingTask(
-        hand,
-        layout,
-        look,
-        seed,
-        writing.kinematics,
-        factor,
-        fast,
-        sheet.pages,
-        writing.fallback,
-        writing.slips,
-        _pen_hand(picture.pen, hand) if picture.pen is not None and picture.has_scanned_pen else None,
-        hand.pages is not None and not picture.has_scanned_pen and (picture.pen, writing.style) != (None, None),
-        picture.ink is not None,
-        strict=writing.strict,
-        pose=_pose(writing),
-        style=_style(writing),
-        untaken=behind,
-    )
-
-
-def on_lined_paper(
-    task: WritingTask, writing: WritingOptions, sheet: SheetOptions, picture: PictureOptions
-) -> WritingTask:
-    """The task with its lines on those of the paper."""
-    from handout.pipeline.lined_paper import lined_paper
-
-    paper = lined_paper(task.layout, task.hand, writing, sheet, picture)
-    look = task.look if paper.paper is None else replace(task.look, paper=paper.paper)
-    return replace(task, layout=paper.layout, look=look, paper=paper)
-
-
-def _pen_hand(pen: str, hand: Hand | ScannedHand) -> ScannedHand:
-    """The scanned hand whose pen is asked for."""
-    if hand.pages is None:
-        raise InputError(f"pen: {pen} holds scanned ink, which only scanned hands can be written with.")
-    from handout.hand import file
-
-    return file.load(library.scanned_file(pen))
-
-
-def _style(writing: WritingOptions) -> Style | None:
-    """The handstyle that is asked for."""
-    if writing.style is None:
-        given = [name for name in ("prime", "temperature") if getattr(writing, name) is not None]
-        if given:
-            raise InputError(f"--{given[0]} is for learned styles: name one with --style.")
-        return None
-    from handout.pipeline.styles import style_of
-
-    return style_of(StyleOptions(writing.style, prime=writing.prime, temperature=writing.temperature))
-
-
-def _pose(writing: WritingOptions) -> PoseOptions:
-    """How the pen is held; what cannot be read is refused before anything is written."""
-    if writing.pose is not None:
-        from handout.pipeline.poses import pose_model
-
-        pose_model(writing.pose)
-    return PoseOptions(writing.pose, writing.pose_method)
-
-
-def draw_pages(
-    text: str,
-    task: WritingTask,
-    layout: Layout | None = None,
-    row: int | None = None,
-    wanted: frozenset[str] = INK,
-    tell: Tell = silent,
-) -> tuple[list[Manuscript], list[Drawing]]:
-    """The pages of a text as manuscripts and as drawings.
-
-    Parameters
-    ----------
-    layout : that of the task, if None.
-    row : of a batch, each of which varies in its own way.
-    wanted : of a scanned hand, its `INK` or its `STROKES` or both.
-    """
-    tell(0.0, "setting the text")
-    task, sheets = set_pages(text, task, layout, row)
-    pages = list(sheets)
-    about = {"title": title(text), "pages": len(pages)} | ({} if row is None else {"row": row})
-    drawings = []
-    for number, sheet in enumerate(pages, 1):
-        tell(_SET + (1 - _SET) * (number - 1) / len(pages), f"writing {number}/{len(pages)}")
-        drawings.append(draw(sheet.manuscript, task, sheet.rng, {**about, "page_number": number}, wanted))
-    return [sheet.manuscript for sheet in pages], drawings
-
-
-def set_pages(
-    text: str, task: WritingTask, layout: Layout | None = None, row: int | None = None
-) -> tuple[WritingTask, Iterator[Sheet]]:
-    """The pages of a text, each set when it is asked for, and the task with the hand that has all their letters."""
-    compose = partial(
-        each_page,
-        text,
-        layout=layout or task.layout,
-        pages=task.pages,
-        fallback=task.fallback,
-        slips=task.slips,
-    )
-    return _set(text, compose, task, row)
-
-
-def check_text(text: str, task: WritingTask, layout: Layout | None = None, row: int | None = None) -> None:
-    """Raise as `draw_pages` would; pages are set only where their number is bounded, or nothing may be misread."""
-    set_, sheets = set_pages(text, task, layout, row)
-    bounded = task.pages is not None or (layout or task.layout).fit
-    if set_.hand.pages is not None and (bounded or task.strict):
-        for _ in sheets:
-            pass
-
-
-def set_parts(
-    texts: Sequence[str], layouts: Sequence[Layout], task: WritingTask, row: int
-) -> tuple[WritingTask, Iterator[Sheet]]:
-    """The same for texts that are written one after the other, each in a layout of its own: a page for each.
-
-    Raises
-    ------
-    DoesNotFit
-        One of them is larger than its layout; see `try_parts`.
-    """
-
-    def compose(**options: Any) -> Iterator[Sheet]:
-        sheets = each_part(texts, layouts=layouts, fallback=task.fallback, **options)
-        for text, sheet in zip(texts, sheets, strict=True):
-            if sheet is None:
-                raise DoesNotFit(f"{title(text)!r} is larger than its place.")
-            yield sheet
-
-    return _set("\n".join(texts), compose, task, row)
-
-
-def try_parts(texts: Sequence[str], layouts: Sequence[Layout], task: WritingTask, row: int) -> list[Sheet | None]:
-    """The same, as they are set before any word is read again; None for what is larger than its layout."""
-    hand, _ = _completed(task, "\n".join(texts))
-    return list(each_part(texts, hand, layouts, [task.seed, row], fallback=task.fallback))
-
-
-def _completed(task: WritingTask, text: str) -> tuple[Hand | ScannedHand, Sequence[Borrowed]]:
-    """The hand of a task with the letters of a text, and which it lacked; a drawn one borrows as it writes."""
-    if task.hand.pages is None and not task.fallback:
-        return task.hand, []
-    from handout.completion.completed_hand import complete_hand
-
-    return complete_hand(task.hand, text, fallback=task.fallback, seed=task.seed)
-
-
-def _set(
-    text: str, compose: Callable[..., Iterator[Sheet]], task: WritingTask, row: int | None
-) -> tuple[WritingTask, Iterator[Sheet]]:
-    """What `compose` makes of a text in the hand of a task, as soon as it has all its letters."""
-    author = task.hand
-    hand, lacking = _completed(task, text)
-    compose = partial(compose, hand=hand, seed=[task.seed] if row is None else [task.seed, row])
-    sheets = compose() if author.pages is None or hand.pages is None else _reread(compose, hand, author, task)
-    task = replace(task, hand=hand)
-    if any(letter.doubted for letter in lacking):
-        sheets = iter(pages := list(sheets))
-        lacking = list(_written(lacking, pages, author))
-    left_out = [*lacking, *unseen(text)]
-    borrowed = [letter_facts(letter) if row is None else {"row": row, **letter_facts(letter)} for letter in left_out]
-    return task, (_with(sheet, "borrowed", borrowed) for sheet in sheets) if borrowed else sheets
-
-
-def _written(letters: Iterable[Borrowed], sheets: Sequence[Sheet], author: Hand | ScannedHand) -> Iterator[Borrowed]:
-    """What was lent to an author, of the letters that he has where it was written for his own alone."""
-    added = {
-        placed.at
-        for sheet in sheets
-        for line in sheet.manuscript.lines
-        for placed in line.placed
-        if placed.ink is not None and author.pages is not None and placed.ink.number >= len(author.glyphs)
-    }
-    for letter in letters:
-        lent = letter.doubted and not letter.of_author
-        at = tuple(place for place in letter.at if place in added) if lent else letter.at
-        if at:
-            yield replace(letter, at=at)
-
-
-def _reread(
-    compose: Callable[..., Iterator[Sheet]], hand: ScannedHand, author: ScannedHand, task: WritingTask
-) -> Iterator[Sheet]:
-    """The pages of a text in a scanned hand, each with the words of it that read as others.
-
-    Raises
-    ------
-    InputError
-        There are some, and the task is strict.
-    """
-    from handout.pipeline.rereading import reread
-
-    # without variation the best glyphs are wanted, always the same: what reads badly is only told
-    tries = None if task.layout.jitter else 0
-    sheets, doubts, _ = reread(lambda reader: compose(proofread=reader), hand, author, tries)
-    refuse_doubts(doubts, task)
-    for number, sheet in enumerate(sheets, 1):
-        here = [
-            {**doubt.facts(), "box": word_box(sheet.manuscript.lines[doubt.line - 1], doubt.word)}
-            for doubt in doubts
-            if doubt.page == number
-        ]
-        yield _with(sheet, "doubtful", here) if here else sheet
-
-
-def word_places(pages: Sequence[Manuscript]) -> Iterator[Facts]:
-    """Of every word its page, from 1, where it begins in the text, its letters, and where it lies (`word_box`)."""
-    for number, sheet in enumerate(pages, 1):
-        for line in sheet.lines:
-            for _, group in groupby(line.placed, key=lambda placed: placed.word):
-                letters = [placed for placed in group if placed.glyph.letter]
-                if (box := _box(letters)) is not None:
-                    word = "".join(placed.glyph.letter for placed in letters)
-                    yield {"page": number, "at": letters[0].at, "word": word, "box": box}
-
-
-def _box(letters: Sequence[Placed]) -> list[float] | None:
-    inks = [placed.ink.graph.xy for placed in letters if placed.ink is not None]
-    if not (places := inks or [stroke for placed in letters for stroke in placed.strokes]):
-        return None
-    xy = np.concatenate(places)
-    return [round(float(at), 2) for at in (*xy.min(axis=0), *xy.max(axis=0))]
-
-
-def word_box(line: Line, word: str) -> list[float] | None:
-    """Where the ink of a word lies: x least, y least, x greatest, y greatest, mm; None where it is not on the line."""
-    for _, group in groupby(line.placed, key=lambda placed: placed.word):
-        letters = list(group)
-        if "".join(placed.glyph.letter for placed in letters) == word and (box := _box(letters)) is not None:
-            return box
-    return None
-
-
-def refuse_doubts(doubts: Sequence[Doubt], task: WritingTask) -> None:
-    """Raise InputError where the task is strict and words read as others."""
-    if doubts and task.strict:
-        named = ", ".join(f"{doubt.word} as {doubt.reads_as or 'nothing'}" for doubt in doubts[:_MOST_NAMED])
-        more = f" and {len(doubts) - _MOST_NAMED} more" if len(doubts) > _MOST_NAMED else ""
-        raise InputError(
-            f"--strict: {units.count(len(doubts), 'word')} may be misread ({named}{more}); use another seed or other "
-            f"words, or correct the letters of {task.hand.name} (handout hand edit)."
-        )
-
-
-def letter_facts(letter: Borrowed) -> Facts:
-    """What `--json` prints of a letter that the hand lacked."""
-    count = len(letter.at)
-    return {
-        "letter": letter.letter,
-        "from": letter.source,
-        "own": letter.of_author,
-        **({"doubtful": True} if letter.doubted else {}),
-        "count": count,
-        "at": list(letter.at),
-    }
-
-
-def _with(sheet: Sheet, name: str, facts: Sequence[Facts]) -> Sheet:
-    about = {**sheet.manuscript.about, name: facts}
-    return sheet._replace(manuscript=replace(sheet.manuscript, about=about))
-
-
-def title(text: str) -> str:
-    """The beginning of a text, by which its pages are known."""
-    return " ".join(text.split())[:60]
-
-
-def words(page: Manuscript) -> Facts:
-    """The words of a page, and the number of the first of each line, by which files and plots name their strokes."""
-    found: dict[int, str] = {}
-    for line in page.lines:
-        letters = [placed for placed in line.placed if placed.glyph.letter]
-        # the glyph of a letter with an accent says the letter alone; where words were struck out the line says more
-        spelt = graphemes("".join(line.text.split()))
-        spelt = spelt if len(spelt) == len(letters) else [placed.glyph.letter for placed in letters]
-        for placed, letter in zip(letters, spelt, strict=True):
-            found[placed.word] = found.get(placed.word, "") + letter
-    first = sorted({min(placed.word for placed in line.placed) for line in page.lines if line.placed})
-    return {"words": [found.get(number, "") for number in range(max(found, default=-1) + 1)], "lines": first}
-
-
-def program() -> str:
-    """What decides about every stroke besides what is asked for."""
-    return f"handout {__version__} with numpy {np.__version__}"
-
-
-def draw(
-    page: Manuscript,
-    task: WritingTask,
-    rng: np.random.Generator,
-    about: Mapping[str, Any],
-    wanted: frozenset[str] = INK,
-) -> Drawing:
-    """A page as timed strokes, or as scanned ink, with what is stored in every output; `wanted` as in `draw_pages`."""
-    drawing = Drawing((), page.page, {})
-    if task.hand.pages is None or task.traced or wanted & STROKES:
-        from handout.motion.trace import trace
-
-        speed = task.speed * (_HURRIED if task.fast else 1.0)
-        drawing = trace(page, task.hand, rng, task.kinematics, speed=speed, jitter=task.layout.jitter)
-        drawing = _posed(_styled(_in_colour(drawing, task), task, rng), task.pose) if drawing.strokes else drawing
-    if task.hand.pages is not None and not task.traced and wanted & INK:
-        from handout.inking.pen_replacement import drawn
-
-        drawing = replace(drawn(page, task.hand, task.pen_hand), strokes=drawing.strokes)
-    told = {"program": f"handout {__version__}", "seed": task.seed, **words(page)}
-    return replace(drawing, about={**told, **about, **drawing.about})
-
-
-def _posed(drawing: Drawing, pose: PoseOptions) -> Drawing:
-    if pose.pose is None:
-        return drawing
-    from handout.pipeline.poses import with_pose
-
-    return with_pose(drawing, pose)
-
-
-def _styled(drawing: Drawing, task: WritingTask, rng: np.random.Generator) -> Drawing:
-    """A drawing in the style of the task; `about["style_losses"]` has what of it the style cannot show."""
-    if task.style is None:
-        return drawing
-    from handout.motion.styles.restyling import losses, restyle
-
-    styled = restyle(drawing, task.style, rng)
-    lost = losses(drawing, styled, task.style)
-    return replace(styled, about={**styled.about, "style_losses": lost}) if lost else styled
-
-
-def style_notes(task: WritingTask, drawings: Sequence[Drawing]) -> list[str]:
-    """Notes on what of some pages their style cannot show, and on what becomes of scanned ink."""
-    if task.style is None:
-        return []
-    lost = dict.fromkeys(str(loss) for drawing in drawings for loss in drawing.about.get("style_losses", []))
-    ink = f"--style: the strokes of {task.hand.name} are moved anew and drawn with a pen; its scanned ink is left out."
-    return [*([ink] if task.hand.pages is not None else []), *lost]
-
-
-def _in_colour(drawing: Drawing, task: WritingTask) -> Drawing:
-    """A drawing in the colour of ink that is asked for, where that is not the hand's own."""
-    if not (task.coloured or task.pen_hand or task.traced):
-        return drawing
-    from handout.hand.measures import ink_colours
-
-    # without a colour of their own, strokes have that of the pen that pictures are drawn with
-    colour = ink_colours(task.pen_hand).colours[0] if task.pen_hand and not task.coloured else ""
-    strokes = tuple(replace(stroke, colour=colour) for stroke in drawing.strokes)
-    if task.traced:  # a pen makes its own width, not that of the pen on the scanned pages
-        strokes = tuple(replace(stroke, width=None) for stroke in strokes)
-    return replace(drawing, strokes=strokes)
-
-
-def _unpainted(picture: PictureOptions, paths: Sequence[Path]) -> list[str]:
-    """A note on files that show no brush."""
+def _unshown(task: WritingTask, drawings: Sequence[Drawing], paths: Sequence[Path]) -> list[str]:
+    """Notes on files that show no brush, or leave room for pictures and show none."""
     lines = sorted({path.suffix for path in paths if path.suffix.lower() in (".svg", ".pdf")})
-    if picture.pen is None or not is_brush(picture.pen) or not lines:
-        return []
-    return [f"--pen: {' and '.join(lines)} files show the brush as a plain line; PNG files and prints are painted."]
-
-
-def not_followed(task: WritingTask, picture: PictureOptions, ink_shown: bool) -> list[str]:
-    """Notes on options that a scanned hand does not follow; `ink_shown`: whether its scanned ink itself is shown."""
-    if task.hand.pages is None or task.traced:
-        return []
-    name = task.hand.name
+    others = sorted({path.suffix for path in paths if path.suffix.lower() != ".png"})
     notes = []
-    if task.pose.pose is not None and ink_shown:
-        notes.append(
-            f"--pose: the ink of {name} stays as it was scanned in PNG and PDF files; its strokes have the pose."
-        )
-    notes += [f"--pen-width: lines are as wide as on the pages of {name}."] if picture.pen_width is not None else []
-    if picture.ink is not None and ink_shown:
-        notes.append(
-            f"--ink: the ink of {name} stays as it was scanned in PNG and PDF files; strokes, as in SVG, have that "
-            "colour. --pen FILE.hand lends another pen."
-        )
+    if task.picture.pen is not None and is_brush(task.picture.pen) and lines:
+        shown = "show the brush as a plain line; PNG files and prints are painted"
+        notes.append(f"--pen: {' and '.join(lines)} files {shown}.")
+    if others and any(drawing.beneath is not None for drawing in drawings):
+        left = "leave the pictures and the background out, which PNG files show"
+        notes.append(f"{' and '.join(others)} files {left}.")
     return notes

@@ -29,7 +29,7 @@ async def write(studio: Studio, request: Request, body: Write) -> Response:
     options = writing, body.options(SheetOptions), body.options(PictureOptions)
     arguments = body.text, body.letter, [folder / f"page.{body.format}"], options
     shown = {"device": body.device, "pictures": beside(studio, body.pictures, folder)}
-    call = Call("letters.write_sent", arguments, shown, listens=True)
+    call = Call("writing.write_sent", arguments, shown, listens=True)
     lane = studio.quick if body.hand in studio.drawn and body.format == "svg" else studio.long
     task = studio.begin(lane, "writing", call, folder)
     return await followed(request, task, TYPES.get(f".{body.format}", "application/octet-stream"))

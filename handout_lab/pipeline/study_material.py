@@ -18,7 +18,7 @@ from handout.hand.places import graphemes
 from handout.pipeline import hands
 from handout.pipeline.options import ReadingOptions, SheetOptions, WritingOptions
 from handout.pipeline.results import Listener
-from handout.pipeline.writing import draw, prepare, set_parts
+from handout.pipeline.texts import draw, prepare, set_parts
 from handout.progress import Tell
 from handout.scanning.picture_files import read_picture
 from handout.tagging.page_sources import filled_sheet

@@ -132,11 +132,11 @@ def test_a_plotter_writes_on_the_rules_now_and_when_it_goes_on(call, photo):
 def test_the_pages_of_a_job_keep_the_rules_that_were_measured(photo):
     from handout.pipeline import job_pages
     from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
-    from handout.pipeline.writing import on_lined_paper, prepare
+    from handout.pipeline.texts import prepare
     from handout.writing.layout import Ruling
 
     writing, sheet, picture = WritingOptions(seed=4), SheetOptions("A5"), PictureOptions(paper="sheet.jpg")
-    task = on_lined_paper(prepare(writing, sheet, picture), writing, sheet, picture)
+    task = prepare(writing, sheet, picture)
     assert isinstance(task.layout.ruling, Ruling) and task.layout.ruling.pitch == pytest.approx(7.1, abs=0.3)
     kept = json.loads(json.dumps(job_pages.inputs(TEXT, task, writing, sheet, "A5")))
     Path("sheet.jpg").unlink()

@@ -79,7 +79,7 @@ def test_what_the_pages_are_made_from_is_another_now(call, monkeypatch, harm):
     elif harm == "gone":
         hand.unlink()
     else:
-        monkeypatch.setattr("handout.pipeline.writing.__version__", "9.9")
+        monkeypatch.setattr("handout.pipeline.texts.__version__", "9.9")
     said = {"changed": "mine.toml has changed", "gone": "mine.toml is gone", "program": "from handout 9.9"}[harm]
     with pytest.raises(InputError, match=f"The pages behind page 1 were not made yet, and .*{re.escape(said)}"):
         list(job_pages.complete(job.folder))

@@ -8,9 +8,9 @@ from PIL import Image
 
 from handout.errors import DoesNotFit
 from handout.letters import load
-from handout.pipeline.letters import draw_letter, prepare_letter
+from handout.pipeline.letters import prepare_letter
 from handout.pipeline.options import SheetOptions, WritingOptions
-from handout.pipeline.writing import STROKES
+from handout.pipeline.texts import STROKES
 from handout.sinks import Look, write_drawings
 
 WORD = st.text("abcdefghijklmnopqrstuvwxyzABCD,.", min_size=1, max_size=8).filter(lambda word: word.strip(",."))
@@ -33,7 +33,8 @@ BLOCK = st.one_of(
 
 def drawn(text, seed=1, wanted=STROKES, **sheet):
     options = SheetOptions(**({"page": "A5"} | sheet))
-    return draw_letter(prepare_letter(load(text, "x.md"), WritingOptions(seed=seed), options), wanted=wanted)
+    pages = prepare_letter(load(text, "x.md"), WritingOptions(seed=seed), options).draw(wanted)
+    return pages.manuscripts, pages.drawings
 
 
 def letters(pages):
@@ -118,7 +119,8 @@ def test_words_stand_beside_a_picture_and_a_preview_shows_it(tmp_path):
     Image.new("RGB", (60, 40), (255, 0, 0)).save(tmp_path / "photo.png")
     text = "![a photo](photo.png){.right width=50mm}\n\n" + "some words beside it " * 12
     task = prepare_letter(load(text, "x.md", tmp_path), WritingOptions(seed=1), SheetOptions(page="A5"))
-    ((page,), (drawing,)) = draw_letter(task, wanted=STROKES)
+    pages = task.draw(STROKES)
+    ((page,), (drawing,)) = pages.manuscripts, pages.drawings
     height = 50 * 40 / 60
     beside = [s.xy[:, 0].max() for s in drawing.strokes if s.xy[:, 1].min() < task.first.margin[0] + height - 2]
     below = [s.xy[:, 0].max() for s in drawing.strokes if s.xy[:, 1].min() > task.first.margin[0] + height + 8]
@@ -133,7 +135,8 @@ def test_words_stand_beside_a_picture_and_a_preview_shows_it(tmp_path):
 def test_what_does_not_fit_is_shrunk_where_that_is_asked_for():
     text = "# Head\n\n" + "word " * 40 + "\n\n| a | b |\n|---|---|\n| word word | c |"
     task = prepare_letter(load(text), WritingOptions(seed=1, fit=True), SheetOptions(page="100x80mm"))
-    ((page,), _) = draw_letter(task, wanted=STROKES)
+    pages = task.draw(STROKES)
+    ((page,), _) = pages.manuscripts, pages.drawings
     assert page.x_height < 2.5 and letters([page]) == "".join(load(text).text.split())
 
 
@@ -160,7 +163,8 @@ def test_a_table_begins_below_the_picture_that_words_stand_beside(tmp_path):
     Image.new("RGB", (40, 60)).save(tmp_path / "photo.png")
     text = "![](photo.png){.left width=30mm}\n\n| one | two |\n|---|---|\n| " + "some words " * 12 + " | more |"
     task = prepare_letter(load(text, "x.md", tmp_path), WritingOptions(seed=1), SheetOptions(page="A5"))
-    (_, (drawing,)) = draw_letter(task, wanted=STROKES)
+    pages = task.draw(STROKES)
+    (_, (drawing,)) = pages.manuscripts, pages.drawings
     low, high = drawing.bounds[:2], drawing.bounds[2:]
     assert low[1] > task.first.margin[0] + 45 and high[0] < 148 - task.first.margin[1] + 3
 
@@ -169,7 +173,8 @@ def test_a_table_begins_below_the_picture_that_words_stand_beside(tmp_path):
 def test_a_scanned_hand_writes_letters_in_other_inks(small_hand):
     text = "ten *hens* and [ten men]{ink=#ff0000}\n\n- a hen\n"
     task = prepare_letter(load(text), WritingOptions(hand=small_hand, seed=1), SheetOptions(page="A6"))
-    ((page,), (drawing,)) = draw_letter(task)
+    pages = task.draw()
+    ((page,), (drawing,)) = pages.manuscripts, pages.drawings
     rgba = drawing.ink(100).rgba
     ink = rgba[rgba[:, :, 3] > 0.5][:, :3]
     red = ink[:, 0] > ink[:, 2] + 0.3

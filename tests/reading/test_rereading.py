@@ -11,10 +11,11 @@ from handout.hand.learnt import known, remember
 from handout.hand.vetting import vet
 from handout.hand.word_pictures import own_words
 from handout.page_sizes import page
-from handout.pipeline import rereading, writing
+from handout.pipeline import rereading
 from handout.pipeline.options import WritingOptions
 from handout.pipeline.rereading import SETTINGS, AuthorReader, Doubt, _normal, author_reader, reread, surprises
 from handout.pipeline.results import Tally
+from handout.pipeline.texts import TextDocument, prepare
 from handout.reading import pictures
 from handout.writing.compose import each_page
 from handout.writing.layout import Layout
@@ -103,12 +104,12 @@ def doubting(monkeypatch):
 
 @pytest.mark.slow
 def test_doubts_are_told_once_and_refused_where_that_is_asked(doubting):
-    task = writing.prepare(WritingOptions(hand="house-print-fountain", seed=1))
-    _, sheets = writing.set_pages("ten", task)
+    task = prepare(WritingOptions(hand="house-print-fountain", seed=1))
+    _, sheets = TextDocument("ten", task).set()
     pages = [sheet.manuscript for sheet in sheets]
     (told,) = Tally.of(pages, []).facts(1, "x", [])["doubtful"]
     left, top, right, bottom = told.pop("box")
     assert told == {"word": "ten", "page": 1, "line": 1, "reads_as": "tea", "probability": 0.01}
     assert 0 < left < right < pages[0].page.width / 2 and 0 < top < bottom < pages[0].page.height / 2
     with pytest.raises(InputError, match="--strict: 1 word may be misread"):
-        list(writing.set_pages("ten", replace(task, strict=True))[1])
+        list(TextDocument("ten", replace(task, strict=True)).set()[1])
