@@ -15,19 +15,20 @@ from numpy.typing import NDArray
 
 import handout
 from handout import atomic
-from handout.colour.chart import Chart
+from handout.colour import cgats, chart_files
+from handout.colour.chart import Chart, chart
 from handout.colour.chart_files import render
 from handout.errors import InputError
 from handout.inking.device_pixels import DevicePixels
-from handout.printing import charts
 from handout.printing.documents import WRITERS
 from handout.printing.media import Feeding
 from handout.printing.printers import open_queue, ticket
 from handout.printing.queue import Queue
 from handout.profiles import Printer
-from handout.sinks.picture_pdf import PdfWriter
+from handout.sinks import picture_pdf
 from handout.values import Page
 
+_LEAST_DPI = 300  # a chart is drawn at least so finely; set by eye
 Pixels = NDArray[np.uint8]
 
 
@@ -58,8 +59,8 @@ def write(pages: Printed, path: Path) -> tuple[Path, ...]:
         return (path,)
     if suffix != ".png":
         raise InputError(f"{path}: the chart is written as .pdf or .png; give the file one of these endings.")
-    several = len(pages.pixels) > 1
-    paths = [path.with_name(f"{path.stem}-{n}{path.suffix}") if several else path for n in range(1, _count(pages))]
+    count = len(pages.pixels)
+    paths = [path.with_name(f"{path.stem}-{n}{path.suffix}") if count > 1 else path for n in range(1, count + 1)]
     atomic.write_all((to, _png(pixels, pages.dpi)) for pixels, to in zip(pages.pixels, paths, strict=True))
     return tuple(paths)
 
@@ -86,13 +87,9 @@ def send(pages: Printed, profile: Printer, queue: Queue | None = None) -> tuple[
     return tuple(names)
 
 
-def _count(pages: Printed) -> int:
-    return len(pages.pixels) + 1
-
-
 def _document(pages: Printed) -> bytes:
     stream = BytesIO()
-    writer = PdfWriter(stream, pages.about)
+    writer = picture_pdf.PdfWriter(stream, pages.about)
     for pixels in pages.pixels:
         writer.add_pixels(pages.page, pixels, pages.dpi)
     writer.finish()
@@ -117,9 +114,65 @@ def _png(pixels: Pixels, dpi: int) -> bytes:
     return out.getvalue()
 
 
+def chart_for(printer: Printer, paper: str = "A4", pages: int | None = None) -> Chart:
+    """The chart for a printer, within its margins.
+
+    Raises
+    ------
+    InputError, DoesNotFit
+        See `handout.colour.chart.chart`.
+    """
+    edges = printer.margins
+    return chart(paper, pages=pages, margins=(edges.top, edges.right, edges.bottom, edges.left))
+
+
+def fine_enough(dpi: float) -> float:
+    """The printer's resolution, or the multiple of it from 300 dpi on that a chart is drawn at."""
+    return dpi * -(-_LEAST_DPI // dpi)
+
+
+def write_chart_pdf(chart: Chart, path: Path, dpi: float, lines: tuple[str, ...] = ()) -> tuple[Path, ...]:
+    """Write the chart as PDF, one DeviceRGB picture a page at the printer's resolution, with .ti1 and .ti2 beside it.
+
+    Parameters
+    ----------
+    chart : Chart
+    path : Path
+        Of the PDF.
+    dpi : float
+        The printer's; of one below 300 a multiple is taken, so that a pixel of the chart is no fraction of the
+        printer's.
+    lines : at most two str
+        Printed under the title: printer, paper, date.
+
+    Returns
+    -------
+    tuple of Path
+        The PDF, the .ti1, the .ti2.
+
+    Raises
+    ------
+    InputError
+        Another suffix than .pdf, or a file that cannot be written.
+    """
+    if path.suffix.lower() != ".pdf":
+        raise InputError(f"The chart is written as PDF, not {path.suffix or 'without a suffix'}: use {path.stem}.pdf.")
+    paths = (path, path.with_suffix(".ti1"), path.with_suffix(".ti2"))
+    for file in paths:
+        atomic.check_writable(file)
+    fine = fine_enough(dpi)
+    about = {"chart": chart.version, "paper": chart.paper.name, "dpi": fine}
+    with picture_pdf.document(path, about) as document:
+        for page in chart.pages:
+            document.add_pixels(page.paper, render(page, fine, lines), fine)
+    cgats.write(paths[1], chart_files.ti1(chart))
+    cgats.write(paths[2], chart_files.ti2(chart))
+    return paths
+
+
 def chart_pages(chart: Chart, profile: Printer, name: str) -> Printed:
     """The pages of a chart as the printer's own pixels."""
-    dpi = round(charts.fine_enough(profile.dpi))
+    dpi = round(fine_enough(profile.dpi))
     pixels = [render(page, dpi, _title_lines(name)) for page in chart.pages]
     return Printed(chart.paper, pixels, dpi, {"chart": chart.version, "printer": name})
 
@@ -134,7 +187,7 @@ def write_chart(chart: Chart, profile: Printer, name: str, path: Path) -> tuple[
     """
     if path.suffix.lower() == ".png":
         return write(chart_pages(chart, profile, name), path)
-    return charts.write_chart(chart, path, profile.dpi, _title_lines(name))
+    return write_chart_pdf(chart, path, profile.dpi, _title_lines(name))
 
 
 def _title_lines(name: str) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from handout.calibrating.store import Calibration
 from handout.colour.ink_match import InkMatch, match
 from handout.colour.pen_lines import density_of
 from handout.colour.reading import Scribble
-from handout.hand.scanned import ScannedHand, ScannedPage
+from handout.hand.scanned import ScannedHand
 from handout.values import Array
 
 _MOST = 2400  # pixels a side of the writing that is looked at
@@ -173,25 +173,21 @@ def _why(ink: InkMatch) -> str:
 
 def writing(hand: ScannedHand) -> tuple[NDArray[np.float32], Array, float]:
     """Some writing of a hand: (h, w, 3) densities against its paper, (3,) that paper, 0–1, and pixels an inch."""
+    import cv2
+
     page = max(hand.pages, key=lambda scanned_page: scanned_page.texture.shape[0] * scanned_page.texture.shape[1])
     height, width = page.texture.shape
     down, across = (max(0, (side - _MOST) // 2) for side in (height, width))
     part = np.s_[down : down + _MOST, across : across + _MOST]
     rgba = page.texture.rgba[part].astype(np.float32) / 255
-    paper = _paper(page)[part]
+    # the bare paper (h, w, 3) behind the page's ink
+    whole = cv2.resize(page.paper.astype(np.float32) / 255, page.shape[::-1], interpolation=cv2.INTER_LINEAR)
+    x, y = page.texture.corner
+    paper = np.asarray(whole[y : y + page.texture.shape[0], x : x + page.texture.shape[1]])[part]
     cover = rgba[..., 3:]
     density = density_of(cover * rgba[..., :3] + (1 - cover) * paper, np.maximum(paper, 1e-3))
     usual = np.median([np.median(scanned_page.paper, axis=(0, 1)) for scanned_page in hand.pages], axis=0) / 255
     return density, np.asarray(usual), page.dpi
-
-
-def _paper(page: ScannedPage) -> NDArray[np.float32]:
-    """(h, w, 3) the bare paper behind a page's ink, 0–1."""
-    import cv2
-
-    whole = cv2.resize(page.paper.astype(np.float32) / 255, page.shape[::-1], interpolation=cv2.INTER_LINEAR)
-    x, y = page.texture.corner
-    return np.asarray(whole[y : y + page.texture.shape[0], x : x + page.texture.shape[1]])
 
 
 def at_dpi(density: NDArray[Any], dpi: float, wanted: float) -> NDArray[np.float32]:

@@ -9,7 +9,7 @@ from handout.calibrating import store
 from handout.calibrating.pen_reference import Reference
 from handout.calibrating.store import Calibration
 from handout.colour.reading import Finding, Reading
-from handout.colour.reading.solid_inks import Solids, of_change, of_strength, solids_of, without_tone
+from handout.colour.reading.solid_inks import Solids, check_change, check_strength, solids_of, without_tone
 
 # what is found wrong with the print as a whole; with a cause named, these are its effects
 _EFFECTS = ("managed", "ramp", "identical", "tone")
@@ -41,12 +41,12 @@ def diagnose(
 def _cause(solids: Solids, pen: Reference | None, before: Calibration | None) -> Finding | None:
     if pen is not None and pen.match is not None and not pen.match.alike:
         solids = without_tone(solids, float(pen.match.tone.powers.mean()))
-    if (finding := of_strength(solids)) is not None:
+    if (finding := check_strength(solids)) is not None:
         return finding
     earlier = None if before is None else _earlier(before)
     if before is None or earlier is None:
         return None
-    return of_change(solids, earlier, f"{before.date.day} {before.date:%B %Y}")
+    return check_change(solids, earlier, f"{before.date.day} {before.date:%B %Y}")
 
 
 def _earlier(before: Calibration) -> Solids | None:
@@ -55,7 +55,7 @@ def _earlier(before: Calibration) -> Solids | None:
         return None
     patches = store.read_patches(before.patches_file)
     solids = solids_of(patches.device, patches.scanned)
-    return None if solids is None or of_strength(solids) is not None else solids
+    return None if solids is None or check_strength(solids) is not None else solids
 
 
 def last(printer: str, paper: str, scanner: str) -> Calibration | None:

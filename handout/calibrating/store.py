@@ -198,7 +198,8 @@ def build(
     InputError
         Patches that no table can be made of, an unknown method, or a folder that cannot be written.
     """
-    from handout.colour import table
+    from handout.colour import cgats, table
+    from handout.colour.chart_files import ti3
     from handout.colour.models import fit
 
     model = fit(patches, method)
@@ -209,7 +210,8 @@ def build(
     colour_table = table.build(model, about)
     with _new_folder(place) as work:
         table.save(colour_table, work / TABLE)
-        _write_patches(patches, about, work / PATCHES)
+        keywords = {name.upper(): value for name, value in about.items() if value}
+        cgats.write(work / PATCHES, ti3(patches, keywords))
         facts = {name: colour_table.about.get(name, "") for name in _FACTS} | {"misses": _mean(model)}
         atomic.write(work / ABOUT, json.dumps(facts, indent=1).encode())
     return load(place)
@@ -316,14 +318,6 @@ def _new_folder(place: Path) -> Iterator[Path]:
     except BaseException:
         shutil.rmtree(work, ignore_errors=True)
         raise
-
-
-def _write_patches(patches: Patches, about: Mapping[str, str], path: Path) -> None:
-    from handout.colour import cgats
-    from handout.colour.chart_files import ti3
-
-    keywords = {name.upper(): value for name, value in about.items() if value}
-    cgats.write(path, ti3(patches, keywords))
 
 
 def read_patches(path: Path) -> Patches:

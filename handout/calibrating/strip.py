@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from handout.calibrating import ink_samples, pen_reference
 from handout.calibrating.ink_samples import Inks, greys
-from handout.calibrating.pages import Printed
+from handout.calibrating.pages import Printed, fine_enough
 from handout.calibrating.store import Calibration
 from handout.colour import gamut
 from handout.colour.chart import MARKS, PAPERS, ChartPage, grid_cells
@@ -24,7 +24,6 @@ from handout.colour.chart_files import render
 from handout.colour.gamut import Reach
 from handout.colour.table import ColourTable, apply
 from handout.errors import InputError
-from handout.printing.charts import fine_enough
 from handout.profiles import Printer
 from handout.values import Array, Page, Raster, readonly
 

@@ -243,8 +243,12 @@ def sections(calibration: Calibration) -> list[tuple[str, str]]:
         return []
     verification, scanned = from_facts(facts), np.array(facts["seen"])
     lines = "\n".join(table_lines(verified))
+    parts = []
+    for name, rows in shades(verification, scanned):
+        alt = f"{name}: sent as it is, as wanted, through the table"
+        parts.append(f"<p>{html.escape(alt)}, from dark to light.</p>{image(tiles(rows), alt)}")
     return [
-        ("Before and after", f"<pre>{html.escape(lines)}</pre>" + _before_and_after(verification, scanned)),
+        ("Before and after", f"<pre>{html.escape(lines)}</pre>" + "".join(parts)),
         ("The printer's reach", _reach(verification, calibration.table())),
     ]
 
@@ -258,14 +262,6 @@ def write_report(calibration: Calibration, path: Path) -> None:
         It cannot be written.
     """
     atomic.write(path, page(calibration.name, f"{calibration.described()}.", sections(calibration)).encode())
-
-
-def _before_and_after(strip: Strip, scanned: Array) -> str:
-    parts = []
-    for name, rows in shades(strip, scanned):
-        alt = f"{name}: sent as it is, as wanted, through the table"
-        parts.append(f"<p>{html.escape(alt)}, from dark to light.</p>{image(tiles(rows), alt)}")
-    return "".join(parts)
 
 
 def shades(strip: Strip, scanned: Array) -> list[tuple[str, Array]]:

@@ -26,7 +26,6 @@ from handout.colour.reading import Finding, Reading, read
 from handout.colour.reading.pen_field import save as save_scribble
 from handout.colour.report import report
 from handout.errors import InputError
-from handout.printing import charts
 from handout.printing.queue import Queue
 from handout.profiles import Printer
 
@@ -106,7 +105,7 @@ class Wizard:
         InputError
             No such hand, another sheet, or a chart that does not fit the printer's margins.
         """
-        layout = charts.chart_for(task.profile, task.sheet, task.pages)
+        layout = pages.chart_for(task.profile, task.sheet, task.pages)
         self.task = task
         paper = ink_samples.paper_of(task.hand) if task.hand else None
         self._paper = None if paper is None else paper.tolist()
@@ -186,7 +185,12 @@ class Wizard:
         warned = print_diagnosis.warned(reading.findings)
         if missing:
             return ChartScanned(warned, missing[0].sentence)
-        self._measured(reading)
+        self.session.scribble.unlink(missing_ok=True)
+        if reading.scribble is not None:
+            save_scribble(reading.scribble, self.session.scribble)
+        keywords = {"PRINTER": state.printer, "PAPER": state.paper, "SCANNER": state.scanner}
+        cgats.write(self.session.patches, ti3(reading, {name: value for name, value in keywords.items() if value}))
+        self.session.go(Step.BUILD)
         return ChartScanned(warned, reference=pen)
 
     def build(self, method: str = "forward") -> Calibration:
@@ -269,15 +273,6 @@ class Wizard:
         more = verification.sections(built) if built is not None else []
         self.session.go(self.step)
         atomic.write(self.session.report, report(reading, f"Calibration of {self.name}", more).encode())
-
-    def _measured(self, reading: Reading) -> None:
-        self.session.scribble.unlink(missing_ok=True)
-        if reading.scribble is not None:
-            save_scribble(reading.scribble, self.session.scribble)
-        state = self.session.state
-        keywords = {"PRINTER": state.printer, "PAPER": state.paper, "SCANNER": state.scanner}
-        cgats.write(self.session.patches, ti3(reading, {name: value for name, value in keywords.items() if value}))
-        self.session.go(Step.BUILD)
 
     def _unprinted(self, name: str, queue: Queue | None) -> Path | None:
         """The file that stands for a page of the simulated printer; None for other printers."""

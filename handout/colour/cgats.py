@@ -209,7 +209,13 @@ def _table(words: _Words, before: Table | None) -> Table:
         words.take()
         if name == "BEGIN_DATA_FORMAT":
             fields = tuple(text for _, text in words.until(_ENDS[name], line))
-            _check_fields(words, line, fields, counts)
+            if not fields:
+                raise words.wrong(line, "BEGIN_DATA_FORMAT names no field")
+            if twice := [name for i, name in enumerate(fields) if name in fields[:i]]:
+                raise words.wrong(line, f"the field {twice[0]} is named twice")
+            at, wanted = counts.get("NUMBER_OF_FIELDS", (line, len(fields)))
+            if wanted != len(fields):
+                raise words.wrong(at, f"NUMBER_OF_FIELDS is {wanted}, and {len(fields)} are named at line {line}")
         elif name == "BEGIN_DATA":
             if fields is None:
                 raise words.wrong(line, "BEGIN_DATA comes before any BEGIN_DATA_FORMAT, which names the fields")
@@ -248,16 +254,6 @@ def _count(words: _Words, line: int, name: str, values: list[str]) -> int:
     if len(values) != 1 or not values[0].isdigit():
         raise words.wrong(line, f"{name} needs a whole number, and has {' '.join(values)[:40]!r}")
     return int(values[0])
-
-
-def _check_fields(words: _Words, line: int, fields: tuple[str, ...], counts: Mapping[str, tuple[int, int]]) -> None:
-    if not fields:
-        raise words.wrong(line, "BEGIN_DATA_FORMAT names no field")
-    if twice := [name for i, name in enumerate(fields) if name in fields[:i]]:
-        raise words.wrong(line, f"the field {twice[0]} is named twice")
-    at, wanted = counts.get("NUMBER_OF_FIELDS", (line, len(fields)))
-    if wanted != len(fields):
-        raise words.wrong(at, f"NUMBER_OF_FIELDS is {wanted}, and {len(fields)} are named at line {line}")
 
 
 def _rows(

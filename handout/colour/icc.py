@@ -48,7 +48,12 @@ def output_profile(table: ColourTable, date: datetime, title: str) -> bytes:
     side = len(table.scanned)
     there = lut16(labs.reshape(side, side, side, 3), [np.linspace(0, 1, 2)] * 3)
     places = np.linspace(0, 1, 4096)
-    back = lut16(_sent(forward, white), [places, _bent(places), _bent(places)])
+    # device RGB, unclamped, on the table's grid of L*a*b*
+    axis = np.linspace(0, 1, SIDE)
+    bent = _straightened(axis)
+    grid = np.stack(np.meshgrid(axis, bent, bent, indexing="ij"), axis=-1).reshape(-1, 3)
+    device = inverse.invert(forward, _scanned(grid, white))
+    back = lut16(device.reshape(SIDE, SIDE, SIDE, 3), [places, _bent(places), _bent(places)])
     tags = {b"wtpt": point(white / 100)}
     for intent in b"012":
         tags |= {b"A2B" + bytes([intent]): there, b"B2A" + bytes([intent]): back}
@@ -90,15 +95,6 @@ def _straightened(places: Array) -> Array:
     """The inverse of `_bent`."""
     away = 2 * places - 1
     return np.asarray(_CENTRE + (1 - _CENTRE) * away / (1 + _BEND - _BEND * np.abs(away)))
-
-
-def _sent(forward: Forward, white: Array) -> Array:
-    """(s, s, s, 3) device RGB, unclamped, on the table's grid of L*a*b*."""
-    axis = np.linspace(0, 1, SIDE)
-    bent = _straightened(axis)
-    grid = np.stack(np.meshgrid(axis, bent, bent, indexing="ij"), axis=-1).reshape(-1, 3)
-    device = inverse.invert(forward, _scanned(grid, white))
-    return device.reshape(SIDE, SIDE, SIDE, 3)
 
 
 def _out_of_reach(forward: Forward, white: Array) -> Array:

@@ -28,16 +28,12 @@ def look_up(nodes: Nodes, colours: Array | NDArray[np.float32]) -> NDArray[np.fl
     out = np.empty((len(colours), width), dtype=np.float32)
     for begin in range(0, len(colours), _CHUNK):
         part = slice(begin, begin + _CHUNK)
-        out[part] = _values(flat, side, np.ascontiguousarray(np.asarray(colours[part], dtype=np.float32).T))
+        corners, shares = parts(side, np.ascontiguousarray(np.asarray(colours[part], dtype=np.float32).T))
+        value = flat[corners[0]] * shares[0][:, None]
+        for corner, share in zip(corners[1:], shares[1:], strict=True):
+            value += flat[corner] * share[:, None]
+        out[part] = value
     return out
-
-
-def _values(flat: Nodes, side: int, colours: NDArray[np.float32]) -> NDArray[np.float32]:
-    corners, shares = parts(side, colours)
-    value: NDArray[np.float32] = flat[corners[0]] * shares[0][:, None]
-    for corner, share in zip(corners[1:], shares[1:], strict=True):
-        value += flat[corner] * share[:, None]
-    return value
 
 
 def parts(side: int, colours: NDArray[_Float]) -> tuple[list[NDArray[np.int32]], list[NDArray[_Float]]]:

@@ -25,7 +25,7 @@ from handout.errors import InputError
 from handout.pipeline.guided_calibration import GuidedCalibration, Person
 from handout.pipeline.options import CalibrationOptions, ChartOptions
 from handout.pipeline.results import SILENT, Facts, Listener, Result
-from handout.printing import charts, printers
+from handout.printing import printers
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +103,7 @@ def print_chart(
     chart, profile = chart or ChartOptions(), printers.resolve(printer)
     if profile.file and not outputs:
         raise InputError(f"{printer} writes a file: name it with -o chart.pdf.")
-    layout = charts.chart_for(profile, chart.sheet, chart.pages)
+    layout = pages.chart_for(profile, chart.sheet, chart.pages)
     name = f"{store.key(printer)}/{store.key(paper)}"
     files = tuple(path for output in outputs for path in pages.write_chart(layout, profile, name, output))
     jobs = () if files else pages.send(pages.chart_pages(layout, profile, name), profile)

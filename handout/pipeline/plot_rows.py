@@ -341,13 +341,6 @@ class _Sheets(Folder):
         cards = [from_json(gzip.decompress(self._pages[piece.row, piece.part][0].read_bytes())) for piece in sheet]
         return _grid(sheet[0].part, self.shared).laid(cards)
 
-    def finish(self) -> None:
-        """Nothing: what had to be drawn is drawn."""
-
-    def files(self) -> tuple[Path, ...]:
-        """Nothing for the user: it is on paper."""
-        return ()
-
 
 class PlotFiles(_Sheets):
     """Sheets as they would be plotted, written to files."""

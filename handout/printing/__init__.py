@@ -20,7 +20,6 @@ Pages become jobs:
     journal.py     what became of every page of a batch, on the disk
     media.py       how a page lies as it is fed, what its sheet is called (sizes are in `handout.page_sizes`)
     documents.py   a page as PDF, PWG Raster, URF, PNG (a new format: here)
-    charts.py      the calibration chart as files
 
 Ways to a printer:
 

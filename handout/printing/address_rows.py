@@ -72,9 +72,18 @@ def row(number: int, texts: Sequence[str], columns: Sequence[Column], wanted: st
         return Row(number, (), (), problem, by_header)
     kind, warnings = _chosen_kind(number, cells, wanted, account)
     chosen = _cells_of(kind, number, cells, columns, account)
-    _check_single(number, chosen)
+    for role in _SINGLE:
+        several = [cell for cell in chosen if cell.role == role]
+        if len({_comparable(cell) for cell in several}) > 1:
+            both = " and ".join(f"{cell.column.name} ({cell.text!r})" for cell in several)
+            raise TableError(
+                f"row {number}: the columns {both} both hold the {_CALLED.get(role, role)}, and differ: leave one out, "
+                f'such as --columns "none={several[-1].column.header}".'
+            )
     fields = _fields(chosen)
-    lines, doubts, problem = address.lines(fields, _number_first(columns))
+    roles = [column.role for column in columns]
+    number_first = {"number", "street"} <= set(roles) and roles.index("number") < roles.index("street")
+    lines, doubts, problem = address.lines(fields, number_first)
     if not problem:
         _note_written(number, chosen, lines, account)
         if _has_name(fields, lines):
@@ -121,7 +130,8 @@ def _chosen_kind(number: int, cells: Sequence[Cell], wanted: str, account: Accou
     kinds = _kinds_held(cells)
     if not kinds:
         return "", []
-    labels = _labels(cells)
+    # kind of address → the kind that a cell of its label says it is
+    labels = {cell.column.kind: KINDS.get(key := normalised(cell.text), key) for cell in cells if cell.role == LABEL}
     matching = [kind for kind in kinds if wanted and wanted in (kind, labels.get(kind))]
     chosen = (matching or kinds)[0]
     for other in kinds:
@@ -131,11 +141,6 @@ def _chosen_kind(number: int, cells: Sequence[Cell], wanted: str, account: Accou
         called = labels.get(chosen) or chosen or "other"
         return chosen, [f"it has no {wanted} address: its {called} address is written"]
     return chosen, []
-
-
-def _labels(cells: Sequence[Cell]) -> dict[str, str]:
-    """Kind of address → the kind that a cell of its label says it is."""
-    return {cell.column.kind: KINDS.get(key := normalised(cell.text), key) for cell in cells if cell.role == LABEL}
 
 
 def _kinds_held(cells: Sequence[Cell]) -> list[str]:
@@ -161,39 +166,19 @@ def _cells_of(kind: str, number: int, cells: Sequence[Cell], columns: Sequence[C
         return fitting
     if _complete_without_kind(cells):  # the columns without a kind hold another address
         fitting = [cell for cell in fitting if cell.column.kind or cell.role not in ADDRESS]
-    foreign = _foreign_roles(kind, fitting, columns)
+    # columns without a kind may hold what does not belong on an address of this kind
+    named = any(cell.column.kind == kind and cell.role in NAME_PARTS for cell in fitting)
+    employed = kind == "home" and any(column.kind == "business" for column in columns)
+    foreign = {*(NAME_PARTS if named else ()), *(("company", "attention") if employed else ())}
     for cell in fitting:
         if not cell.column.kind and cell.role in foreign:
             account.unwritten.setdefault(cell.column.number, []).append(number)
     return [cell for cell in fitting if cell.column.kind or cell.role not in foreign]
 
 
-def _foreign_roles(kind: str, cells: Sequence[Cell], columns: Sequence[Column]) -> set[str]:
-    """What columns without a kind may hold that does not belong on an address of this kind."""
-    named = any(cell.column.kind == kind and cell.role in NAME_PARTS for cell in cells)
-    employed = kind == "home" and any(column.kind == "business" for column in columns)
-    return {*(NAME_PARTS if named else ()), *(("company", "attention") if employed else ())}
-
-
-def _check_single(number: int, chosen: Sequence[Cell]) -> None:
-    for role in _SINGLE:
-        several = [cell for cell in chosen if cell.role == role]
-        if len({_comparable(cell) for cell in several}) > 1:
-            both = " and ".join(f"{cell.column.name} ({cell.text!r})" for cell in several)
-            raise TableError(
-                f"row {number}: the columns {both} both hold the {_CALLED.get(role, role)}, and differ: leave one out, "
-                f'such as --columns "none={several[-1].column.header}".'
-            )
-
-
 def _comparable(cell: Cell) -> str:
     country = countries.find(cell.text) if cell.role == "country" else None
     return country.code if country else normalised(cell.text)
-
-
-def _number_first(columns: Sequence[Column]) -> bool:
-    roles = [column.role for column in columns]
-    return "number" in roles and "street" in roles and roles.index("number") < roles.index("street")
 
 
 def _fields(chosen: Sequence[Cell]) -> dict[str, list[str]]:

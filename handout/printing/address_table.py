@@ -151,7 +151,10 @@ def _with_header(path: Path, sheet: Sheet, assignments: Sequence[Assignment]) ->
         width = max(len(record.cells) for record in sheet.records)
         note = f"there is no header: row {candidates[0]} is the first address"
         return _Table(path, sheet, 0, [Column(n, "") for n in range(1, width + 1)], (note,))
-    return _Table(path, sheet, header, columns_of[header], _skipped_note([n for n in candidates if n < header]))
+    above = [n for n in candidates if n < header]
+    verb = "is" if len(above) == 1 else "are"
+    skipped = (f"{rows.named(above)} above the header {verb} not read",) if above else ()
+    return _Table(path, sheet, header, columns_of[header], skipped)
 
 
 def _header_row(columns_of: Mapping[int, Sequence[Column]], assignments: Sequence[Assignment]) -> int:
@@ -181,10 +184,6 @@ def _below_groups(columns_of: Mapping[int, Sequence[Column]]) -> list[int]:
 def _like_a_header(row: Sequence[Column]) -> bool:
     """Whether a row names columns of an address, and more than one."""
     return addressable(row) and sum(column.role is not None for column in row) > 1
-
-
-def _skipped_note(above: Sequence[int]) -> tuple[str, ...]:
-    return (f"{rows.named(above)} above the header {'is' if len(above) == 1 else 'are'} not read",) if above else ()
 
 
 def _one_line(cell: str) -> str:
@@ -231,7 +230,12 @@ def _addresses(
         addressed.append(_with_encoding_warning(row, table.sheet, record))
     addressed, doubts = address_rows.questioned(addressed, account)
     if not account.has_names and not nameless and any(row.lines for row in addressed):
-        raise TableError(_nameless(table))
+        unknown = [column for column in table.columns if column.role is None and column.header]
+        hint = f"; not understood: {', '.join(column.name for column in unknown)}" if unknown else ""
+        raise TableError(
+            f"{table.path}: no row has a name{hint}: say which column holds it, such as --columns "
+            f'"name={unknown[0].header if unknown else 1}", or write addresses without names with --no-name.'
+        )
     cells, numbers = [record.cells for _, record in records], [row.number for row in addressed]
     named = zip(table.columns, address_rows.cell_names(table.columns), strict=True)
     places = {column.number for column, name in named if name in elsewhere}
@@ -307,12 +311,3 @@ def _not_addressable(table: _Table) -> str:
             f'the columns hold by their places, such as --columns "{places}".'
         )
     return f"{where}; found: {named}; understood: {understood()}; or {address_rows.WAY_OUT}."
-
-
-def _nameless(table: _Table) -> str:
-    unknown = [column for column in table.columns if column.role is None and column.header]
-    hint = f"; not understood: {', '.join(column.name for column in unknown)}" if unknown else ""
-    return (
-        f"{table.path}: no row has a name{hint}: say which column holds it, such as --columns "
-        f'"name={unknown[0].header if unknown else 1}", or write addresses without names with --no-name.'
-    )

@@ -31,7 +31,7 @@ from handout.printing.prepared import (
     RowMaker,
 )
 from handout.printing.printers import open_queue, ticket
-from handout.printing.queue import Device, Queue, Say, SimulatedQueue
+from handout.printing.queue import Queue, Say, SimulatedQueue
 from handout.printing.rows import Row, select
 from handout.printing.sending import (
     SILENT,
@@ -151,16 +151,10 @@ def print_rows(
     chosen_rows(rows, options, journal.resumed)
     # what is wrong with the page or the size is wrong for every row: said once, now
     address_layout(page, 1, 1, maker.x_height)
-    fed = partial(_always, profile)
-    way = Way(profile, fed, maker.about, queue=queue, resumed=journal.resumed, say=listener.say)
+    way = Way(profile, lambda page: profile, maker.about, queue=queue, resumed=journal.resumed, say=listener.say)
     with destination(way, options, [page]) as place:
         make = RowMaker(lambda row: [maker.envelope(row, page)], place.prepare).each
         return make_rows(rows, make, place, options, journal, listener=listener)
-
-
-def _always(profile: Printer, page: Page) -> Printer:
-    """The printer, whatever it is fed with."""
-    return profile
 
 
 def make_rows(
@@ -192,7 +186,8 @@ def make_rows(
     chosen, again = chosen_rows(rows, options, journal.resumed)
     copies = {row.number: options.copies * row.copies for row in chosen}
     todo = Remaining([row.number for row in chosen if not row.problem])
-    if devices := _devices(place):
+    devices = place.devices if isinstance(place, Several) else [place.queue] if isinstance(place, Spool) else []
+    if devices:
         todo = remaining(journal, devices, todo.fresh, copies, again)
         left = todo.rows  # worked out once: a table may have 100,000
         chosen = [row for row in chosen if row.problem or row.number in left]
@@ -202,27 +197,17 @@ def make_rows(
     taken, jobs = _taken(make(chosen), place, copies, checked), tuple[Job, ...]()
     if devices:
         taken = _without_lost(taken, checked, todo, journal, again)
-        jobs = _sender(place)(taken, checked, todo, _makeable(rows), journal, listener)
-    else:
-        _made(taken, checked, options, len(chosen), listener)
+        batch = (taken, checked, todo, [row.number for row in rows if not row.problem], journal, listener)
+        jobs = send_to_several(place, *batch) if isinstance(place, Several) else send(cast("Spool", place), *batch)
+    else:  # a file that appears whole or not at all
+        for number, _ in enumerate(taken):
+            listener.progress(number, len(chosen), "make")
+        if options.all_or_none and checked.failed:
+            raise RowsRefused(checked.failed, checked.warnings)
     place.finish()
     done = tuple(sorted({*checked.done, *(piece.row for piece in todo.wait)}))
     before, unknown = tuple(todo.done), tuple(todo.unknown)
     return Report(done, tuple(checked.failed), place.files(), jobs, tuple(checked.warnings), before, unknown)
-
-
-def _sender(place: Destination) -> Callable[..., tuple[Job, ...]]:
-    """What sends the pages of a destination that has devices."""
-    return partial(send_to_several, place) if isinstance(place, Several) else partial(send, cast("Spool", place))
-
-
-def _makeable(rows: Sequence[Row]) -> list[int]:
-    return [row.number for row in rows if not row.problem]
-
-
-def _devices(place: Destination) -> list[Device]:
-    """That a destination sends pages to; none where it writes files."""
-    return place.devices if isinstance(place, Several) else [place.queue] if isinstance(place, Spool) else []
 
 
 def _taken(
@@ -257,16 +242,6 @@ def _without_lost(
             checked.wanted.remove(row)
             checked.done.remove(row)
             yield []
-
-
-def _made(
-    taken: Iterable[Sequence[Piece]], checked: Checked, options: BatchOptions, total: int, listener: Listener
-) -> None:
-    """Make all rows, for a file that appears whole or not at all."""
-    for number, _ in enumerate(taken):
-        listener.progress(number, total, "make")
-    if options.all_or_none and checked.failed:
-        raise RowsRefused(checked.failed, checked.warnings)
 
 
 def _refuse(checked: Iterable[PreparedRow], total: int, listener: Listener) -> None:
@@ -450,13 +425,6 @@ class PrintSpool(Folder):
         if piece.copy == copies:
             path.unlink()
         return job
-
-    def finish(self) -> None:
-        """Nothing: what had to be sent is sent."""
-
-    def files(self) -> tuple[Path, ...]:
-        """Nothing for the user: it went to the queue."""
-        return ()
 
 
 def _file_name(piece: Piece) -> str:

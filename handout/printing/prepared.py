@@ -102,7 +102,7 @@ class Destination(Protocol):
 
 
 class Folder:
-    """A temporary folder for pages that wait."""
+    """A temporary folder for pages that wait to be sent."""
 
     def __init__(self) -> None:
         self._stack = ExitStack()
@@ -124,6 +124,13 @@ class Folder:
         except OSError as error:
             raise InputError(f"Cannot keep a page in {self._folder}: {error.strerror or error}.") from error
         return path
+
+    def finish(self) -> None:
+        """Nothing: what had to be sent is sent."""
+
+    def files(self) -> tuple[Path, ...]:
+        """Nothing for the user."""
+        return ()
 
 
 WriteRow = Callable[[Row], Sequence[BatchPage]]  # InputError where the row cannot be made

@@ -11,7 +11,7 @@ from handout.calibrating.print_diagnosis import diagnose
 from handout.calibrating.store import PATCHES, Calibration
 from handout.colour.chart import chart
 from handout.colour.reading import Finding, Reading
-from handout.colour.reading.solid_inks import of_change, of_strength, solids_of, without_tone
+from handout.colour.reading.solid_inks import check_change, check_strength, solids_of, without_tone
 from handout.simulated.printer import PAPERS, Flatbed, Inkjet
 from handout_lab.offset_press import Measured
 
@@ -34,7 +34,7 @@ def solids(*faults, paper="white", **flatbed):
 @pytest.mark.parametrize("paper", PAPERS)
 @pytest.mark.parametrize("fault", CAUSES)
 def test_the_cause_is_named(paper, fault):
-    found = of_strength(solids(fault, paper=paper))
+    found = check_strength(solids(fault, paper=paper))
     assert found.code == CAUSES[fault] and found.severity == "refuse" and "--accept" in found.sentence
     if fault.startswith("weak-"):
         assert found.sentence.startswith(f"The {fault.removeprefix('weak-')} is weaker")
@@ -44,19 +44,19 @@ def test_the_cause_is_named(paper, fault):
 @pytest.mark.parametrize(("gain", "n"), [(None, 2.0), (0.1, 1.5), (0.22, 3.0)])
 @pytest.mark.parametrize("flatbed", [{}, {"srgb": True}, {"crosstalk": 0.0}, {"crosstalk": 0.15}])
 def test_healthy_printers_are_not_accused(paper, gain, n, flatbed):
-    assert of_strength(solids_of(DEVICE, seen(Inkjet(paper, gain, n), Flatbed(**flatbed)))) is None
+    assert check_strength(solids_of(DEVICE, seen(Inkjet(paper, gain, n), Flatbed(**flatbed)))) is None
 
 
 def test_a_press_without_black_is_not_accused():
-    assert of_strength(solids_of(DEVICE, seen(Measured()))) is None
-    assert of_strength(solids_of(DEVICE, seen(Measured(["weak-magenta"])))).code == "weak-ink"
+    assert check_strength(solids_of(DEVICE, seen(Measured()))) is None
+    assert check_strength(solids_of(DEVICE, seen(Measured(["weak-magenta"])))).code == "weak-ink"
 
 
 def test_all_inks_are_weak_or_the_scanner_lightens():
     lighter = solids(gamma=2.2 / 0.75)
-    found = of_strength(lighter)
+    found = check_strength(lighter)
     assert found.code == "weak-inks" and "scanner lightens" in found.sentence
-    assert of_strength(without_tone(lighter, 0.75)) is None
+    assert check_strength(without_tone(lighter, 0.75)) is None
 
 
 def test_a_chart_without_a_corner_says_nothing():
@@ -70,12 +70,12 @@ def test_a_chart_without_a_corner_says_nothing():
     ("wrong-media", "other-tones", "darker than on 2 November 2026"),
 ])  # fmt: skip
 def test_the_printers_earlier_chart_tells_more(fault, code, words):
-    found = of_change(solids(fault), solids(), "2 November 2026")
+    found = check_change(solids(fault), solids(), "2 November 2026")
     assert found.code == code and words in found.sentence
 
 
 def test_the_same_print_scanned_again_has_not_changed():
-    assert of_change(solids(), solids(), "today") is None
+    assert check_change(solids(), solids(), "today") is None
 
 
 def test_the_cause_takes_the_place_of_its_effects_and_may_be_accepted():

@@ -8,18 +8,18 @@ import pikepdf
 import pytest
 
 from handout import profiles
+from handout.calibrating.pages import chart_for, write_chart_pdf
 from handout.colour import cgats
 from handout.colour.chart import chart
 from handout.colour.chart_files import render
 from handout.errors import DoesNotFit, InputError
-from handout.printing.charts import chart_for, write_chart
 from handout.profiles import Length, Margins, Printer
 
 
 @pytest.mark.slow
 def test_one_picture_a_page_pixel_for_pixel(tmp_path):
     made = chart("letter", pages=2)
-    paths = write_chart(made, tmp_path / "chart.pdf", 360.0, ("Printer X, plain paper", "2026-11-22"))
+    paths = write_chart_pdf(made, tmp_path / "chart.pdf", 360.0, ("Printer X, plain paper", "2026-11-22"))
     assert [path.name for path in paths] == ["chart.pdf", "chart.ti1", "chart.ti2"]
     with pikepdf.open(paths[0]) as document:
         assert len(document.pages) == 2
@@ -35,7 +35,7 @@ def test_one_picture_a_page_pixel_for_pixel(tmp_path):
 
 def test_tables_beside_it(tmp_path):
     made = chart("A4")
-    _, first, second = write_chart(made, tmp_path / "c.pdf", 150.0)
+    _, first, second = write_chart_pdf(made, tmp_path / "c.pdf", 150.0)
     (ti1, extremes, combinations), (ti2,) = cgats.read(first), cgats.read(second)
     assert (len(extremes.rows), len(combinations.rows)) == (8, 9)
     assert (ti1.kind, len(ti1.rows), ti1.get("COLOR_REP")) == ("CTI1", 760, "iRGB")
@@ -47,7 +47,7 @@ def test_tables_beside_it(tmp_path):
 
 def test_the_same_chart_gives_the_same_bytes(tmp_path):
     for name in ("a.pdf", "b.pdf"):
-        write_chart(chart("A4"), tmp_path / name, 300.0)
+        write_chart_pdf(chart("A4"), tmp_path / name, 300.0)
     assert (tmp_path / "a.pdf").read_bytes() == (tmp_path / "b.pdf").read_bytes()
 
 
@@ -75,5 +75,5 @@ def test_margins_decide_how_many_pages():
 
 def test_only_pdf(tmp_path):
     with pytest.raises(InputError, match=r"use chart\.pdf"):
-        write_chart(chart("A4"), tmp_path / "chart.png", 300.0)
+        write_chart_pdf(chart("A4"), tmp_path / "chart.png", 300.0)
     assert list(tmp_path.iterdir()) == []

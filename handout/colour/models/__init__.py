@@ -78,11 +78,6 @@ def fit(patches: Patches, method: str = "forward") -> Model:
         direct = _direct(patches, exact=method == "tps-haines2016")
         reached = direct(patches.scanned)
     misses = missed(forward, reached, patches.scanned)
-    _check(method, misses, patches)
-    return Model(method, forward, direct, misses)
-
-
-def _check(method: str, misses: Array, patches: Patches) -> None:
     mean, worst = float(misses.mean()), int(misses.argmax())
     if not mean <= _BOUND:
         sent = ", ".join(f"{255 * value:.0f}" for value in patches.device[worst])
@@ -90,6 +85,7 @@ def _check(method: str, misses: Array, patches: Patches) -> None:
             f"colour: the model ({method}) misses its own patches by ΔE00 {mean:.1f} on average, more than {_BOUND:g} "
             f"(the worst is patch {worst + 1}, sent as {sent}: {misses[worst]:.1f}); scan or print the chart again."
         )
+    return Model(method, forward, direct, misses)
 
 
 def _direct(patches: Patches, exact: bool) -> splines.Spline:

@@ -172,7 +172,7 @@ def _sheet_reading(scan: Scan, placement: Placement) -> SheetReading:
     # a grey scan, or one of a few patches, has no colours to compare others with
     if sampled.inside.sum() > 200 and not any(finding.code == "grey" for finding in (*scan.findings, *findings)):
         ideal = print_checks.ideal_of(page.device, values, sampled.inside)
-        stripes = print_checks.of_stripes(sheet, ideal)
+        stripes = print_checks.check_stripes(sheet, ideal)
         grainy = bool(stripes) or any(finding.code == "jpeg" for finding in (*scan.findings, *findings))
         spoilt, blemishes = print_checks.spoilt_patches(sheet, ideal, grainy)
         findings += [*stripes, *blemishes]

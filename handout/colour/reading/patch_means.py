@@ -167,17 +167,12 @@ def shading_of(values: Array, device: Array, mm: Array, usable: NDArray[np.bool_
         if left_out < 0.98 * score:
             score, best = left_out, Shading(fitted[levels.shape[1] :], degree, middle, half)
     shift = np.log(best.at(mm)).mean(axis=0)
-    return _shifted(best, shift)
-
-
-def _shifted(field: Shading, shift: Array) -> Shading:
-    """The shading with a constant subtracted from its logarithm."""
-    if field.degree == 0:
-        return field
-    coefficients = np.array(field.coefficients)
-    # the constant is the last of the terms
+    # the constant is the last of the terms: it is subtracted from the logarithm
+    if best.degree == 0:
+        return best
+    coefficients = np.array(best.coefficients)
     coefficients[-1] -= shift
-    return Shading(coefficients, field.degree, field.middle, field.half)
+    return Shading(coefficients, best.degree, best.middle, best.half)
 
 
 def _terms(spot: Array, degree: int) -> Array:

@@ -59,7 +59,7 @@ class ReadPage(ScannedPage):
         return np.asarray(same.all(axis=1) & self.sampled.inside)
 
 
-def of_tones(sheet: ReadPage) -> list[Finding]:
+def check_tones(sheet: ReadPage) -> list[Finding]:
     """Clipping, shading and a wrong gamma."""
     white, black = sheet.where(255, 255, 255), sheet.where(0, 0, 0)
     if not (white.any() and black.any()):
@@ -82,10 +82,10 @@ def of_tones(sheet: ReadPage) -> list[Finding]:
                 "scale): lower the scanner's contrast, switch off automatic exposure, and scan the chart again."
             )
             findings.append(Finding(code, severity, sentence, sheet.source))
-    return findings + _of_gamma(sheet, white, black) + _of_shading(sheet)
+    return findings + _check_gamma(sheet, white, black) + _check_shading(sheet)
 
 
-def _of_gamma(sheet: ReadPage, white: NDArray[np.bool_], black: NDArray[np.bool_]) -> list[Finding]:
+def _check_gamma(sheet: ReadPage, white: NDArray[np.bool_], black: NDArray[np.bool_]) -> list[Finding]:
     middle = sheet.where(128, 128, 128)
     if not middle.any():
         return []
@@ -108,7 +108,7 @@ def _of_gamma(sheet: ReadPage, white: NDArray[np.bool_], black: NDArray[np.bool_
     return [Finding("tone", "warn", sentence, sheet.source)]
 
 
-def _of_shading(sheet: ReadPage) -> list[Finding]:
+def _check_shading(sheet: ReadPage) -> list[Finding]:
     middles = (sheet.page.boxes[:, :2] + sheet.page.boxes[:, 2:]) / 2
     factor = sheet.shading.at(middles).mean(axis=1)
     range_ = float(np.ptp(factor)) if len(factor) else 0.0
@@ -161,7 +161,9 @@ def _outliers(sheet: ReadPage, off: Array) -> tuple[NDArray[np.bool_], NDArray[n
     inside = sheet.sampled.inside
     usual = 1.4826 * np.median(np.abs(off[inside]), axis=0)
     alone = (np.abs(off) > np.maximum(8 * usual, BOUNDS.far)).any(axis=1)
-    around = _local_median(sheet, off)
+    near = _with_neighbours(sheet, np.where(inside[:, None], off, np.nan), np.nan)
+    near[4] = np.where(np.isnan(near[4]), 0.0, near[4])
+    around = np.nanmedian(near, axis=0)
     sigma = 1.4826 * np.median(np.abs(around[inside]), axis=0)
     together = (np.abs(around) > np.maximum(7 * sigma, BOUNDS.around_far)).any(axis=1) & (
         np.abs(off) > BOUNDS.step * 3
@@ -170,27 +172,16 @@ def _outliers(sheet: ReadPage, off: Array) -> tuple[NDArray[np.bool_], NDArray[n
     # what lies on one patch reaches into the next: beside bad ones less is enough
     doubtful = (np.abs(off) > np.maximum(4 * usual, BOUNDS.edge_far)).any(axis=1) & inside
     for _ in range(BOUNDS.reach):
-        bad = bad | (doubtful & _touching(sheet, bad))
+        bad = bad | (doubtful & np.any(_with_neighbours(sheet, bad, False), axis=0))
     return bad, off.mean(axis=1) > 0
 
 
-def _touching(sheet: ReadPage, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Patches (n,) that touch one of the mask, at a side or a corner."""
-    grid = np.zeros((sheet.page.rows + 2, sheet.page.columns + 2), dtype=bool)
+def _with_neighbours(sheet: ReadPage, values: NDArray[Any], beyond: float) -> NDArray[Any]:
+    """(9, n, …) values (n, …) of each patch, in the middle, and its eight neighbours; `beyond` where the page ends."""
+    grid = np.full((sheet.page.rows + 2, sheet.page.columns + 2, *values.shape[1:]), beyond, dtype=values.dtype)
     column, row = sheet.page.cells.T
-    grid[row + 1, column + 1] = mask
-    near: NDArray[np.bool_] = np.any([grid[row + j, column + i] for j in range(3) for i in range(3)], axis=0)
-    return near
-
-
-def _local_median(sheet: ReadPage, off: Array) -> Array:
-    """(n, 3): the median of each patch and its eight neighbours."""
-    grid = np.full((sheet.page.rows + 2, sheet.page.columns + 2, 3), np.nan)
-    column, row = sheet.page.cells.T
-    grid[row + 1, column + 1] = np.where(sheet.sampled.inside[:, None], off, np.nan)
-    near = [grid[row + j, column + i] for j in range(3) for i in range(3)]
-    near[4] = np.where(np.isnan(near[4]), 0.0, near[4])
-    return np.asarray(np.nanmedian(np.stack(near), axis=0))
+    grid[row + 1, column + 1] = values
+    return np.stack([grid[row + j, column + i] for j in range(3) for i in range(3)])
 
 
 def _unlike_repeats(sheet: ReadPage) -> NDArray[np.bool_]:
@@ -230,7 +221,7 @@ def _names(sheet: ReadPage, mask: NDArray[np.bool_]) -> tuple[str, ...]:
     return tuple(itertools.compress(sheet.page.names, mask.tolist()))
 
 
-def of_stripes(sheet: ReadPage, ideal: Array) -> list[Finding]:
+def check_stripes(sheet: ReadPage, ideal: Array) -> list[Finding]:
     """Banding: rows or columns of the page that are lighter or darker across all of it."""
     inked = sheet.sampled.inside & (ideal.mean(axis=1) < 0.8)
     if inked.sum() < 50:
@@ -301,7 +292,7 @@ class PrinterBounds:
 PRINTER_BOUNDS = PrinterBounds()
 
 
-def _of_rank(device: Array, scanned: Array, _: Array) -> list[Finding]:
+def _check_rank(device: Array, scanned: Array, _: Array) -> list[Finding]:
     """Whether more of a channel always gives more of it."""
     levels = np.rint(np.linspace(0, 255, 8)) / 255
     cube = np.full((8, 8, 8, 3), np.nan)
@@ -329,7 +320,7 @@ def _of_rank(device: Array, scanned: Array, _: Array) -> list[Finding]:
     return [Finding("managed", "refuse", sentence)]
 
 
-def _of_ramps(device: Array, scanned: Array, deviation: Array) -> list[Finding]:
+def _check_ramps(device: Array, scanned: Array, deviation: Array) -> list[Finding]:
     findings = []
     for channel, ink in enumerate(("cyan", "magenta", "yellow")):
         others = [k for k in range(3) if k != channel]
@@ -379,7 +370,7 @@ def _longest_run(grey: Array, level: Array) -> tuple[float, float]:
     return best, at
 
 
-def _of_twins(device: Array, scanned: Array, _: Array) -> list[Finding]:
+def _check_twins(device: Array, scanned: Array, _: Array) -> list[Finding]:
     """Different colours that look the same: no table can tell them apart again."""
     from scipy.spatial import cKDTree
 
@@ -400,8 +391,8 @@ def _of_twins(device: Array, scanned: Array, _: Array) -> list[Finding]:
     return [Finding("identical", severity, sentence)]
 
 
-PAGE_CHECKS: tuple[Callable[[ReadPage], list[Finding]], ...] = (of_tones,)
-PRINTER_CHECKS: tuple[Callable[[Array, Array, Array], list[Finding]], ...] = (_of_rank, _of_ramps, _of_twins)
+PAGE_CHECKS: tuple[Callable[[ReadPage], list[Finding]], ...] = (check_tones,)
+PRINTER_CHECKS: tuple[Callable[[Array, Array, Array], list[Finding]], ...] = (_check_rank, _check_ramps, _check_twins)
 
 
 def check_page(sheet: ReadPage) -> list[Finding]:

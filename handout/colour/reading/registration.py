@@ -206,27 +206,25 @@ def _fitted(scan: Scan, page: ChartPage, mirrored: bool, order: NDArray[np.intp]
     order, corners, mm = order[near], corners[np.repeat(near, 4)], mm[np.repeat(near, 4)]
     to_pixels = np.asarray(cv2.findHomography(mm, corners, 0)[0], dtype=np.float64)
     off = _projected(np.linalg.inv(to_pixels), corners) - mm
-    affine = _affine(mm, corners)
-    scale, stretch = _scales(affine, scan.dpi)
-    flat = corners - np.column_stack([mm, np.ones(len(mm))]) @ affine.T
-    warp = float(np.linalg.norm(flat.reshape(-1, 4, 2).mean(axis=1), axis=1).max()) / pixels_a_mm
-    placement = Placement(page, mirrored, to_pixels, _spline(mm, off), order, corners, scale, stretch, warp, 0.0)
-    return replace(placement, doubt=_doubt(mm, off))
-
-
-def _affine(mm: Array, pixels: Array) -> Array:
-    """(2, 3): the affine map that takes mm to pixels best."""
-    answer = np.linalg.lstsq(np.column_stack([mm, np.ones(len(mm))]), pixels, rcond=None)[0]
-    return np.asarray(answer.T)
-
-
-def _scales(affine: Array, dpi: tuple[float, float] | None) -> tuple[tuple[float, float] | None, float]:
-    """Size across and down the page against the true one, and the ratio of its longest to its shortest extension."""
-    across, down = dpi if dpi is not None else (1.0, 1.0)
+    # the affine map (2, 3) that takes mm to pixels best
+    affine = np.asarray(np.linalg.lstsq(np.column_stack([mm, np.ones(len(mm))]), corners, rcond=None)[0].T)
+    # size across and down the page against the true one; stretch: its longest extension over its shortest
+    across, down = scan.dpi if scan.dpi is not None else (1.0, 1.0)
     real = affine[:, :2] * np.array([[_INCH / across], [_INCH / down]])
     first, second = np.linalg.svd(real, compute_uv=False).tolist()
     along = np.linalg.norm(real, axis=0)
-    return ((float(along[0]), float(along[1])) if dpi is not None else None), float(first / second)
+    scale = (float(along[0]), float(along[1])) if scan.dpi is not None else None
+    flat = corners - np.column_stack([mm, np.ones(len(mm))]) @ affine.T
+    warp = float(np.linalg.norm(flat.reshape(-1, 4, 2).mean(axis=1), axis=1).max()) / pixels_a_mm
+    placement = Placement(page, mirrored, to_pixels, _spline(mm, off), order, corners, scale, first / second, warp, 0.0)
+    # how far, in mm, a mark lies from where a spline through the others puts it, at worst
+    worst = 0.0
+    for i in range(0, len(mm), 4):
+        rest = np.ones(len(mm), dtype=bool)
+        rest[i : i + 4] = False
+        foreseen = _spline(mm[rest], off[rest])(mm[i : i + 4])
+        worst = max(worst, float(np.linalg.norm((foreseen - off[i : i + 4]).mean(axis=0))))
+    return replace(placement, doubt=worst)
 
 
 def _spline(mm: Array, off: Array) -> Callable[[Array], Array]:
@@ -234,17 +232,6 @@ def _spline(mm: Array, off: Array) -> Callable[[Array], Array]:
 
     spline = RBFInterpolator(mm / _UNIT, off, smoothing=_SMOOTHING, kernel="thin_plate_spline", degree=1)
     return lambda points: np.asarray(spline(np.asarray(points) / _UNIT))
-
-
-def _doubt(mm: Array, off: Array) -> float:
-    """mm, how far a mark lies from where a spline through the others puts it, at worst."""
-    worst = 0.0
-    for i in range(0, len(mm), 4):
-        rest = np.ones(len(mm), dtype=bool)
-        rest[i : i + 4] = False
-        foreseen = _spline(mm[rest], off[rest])(mm[i : i + 4])
-        worst = max(worst, float(np.linalg.norm((foreseen - off[i : i + 4]).mean(axis=0))))
-    return worst
 
 
 def _projected(matrix: NDArray[Any], points: Array) -> Array:

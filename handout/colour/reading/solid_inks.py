@@ -107,7 +107,7 @@ def solids_of(device: Array, scanned: Array) -> Solids | None:
     return Solids(named, (float(means["grey"].mean()) - dark) / max(light - dark, 0.05))
 
 
-def of_strength(solids: Solids) -> Finding | None:
+def check_strength(solids: Solids) -> Finding | None:
     """The likeliest single fault in the amount of ink; None if there is none."""
     added = solids.added
     if max(added) > BOUNDS.most_added:
@@ -127,7 +127,7 @@ def of_strength(solids: Solids) -> Finding | None:
     return None
 
 
-def of_change(now: Solids, before: Solids, when: str) -> Finding | None:
+def check_change(now: Solids, before: Solids, when: str) -> Finding | None:
     """What differs from the last calibration of the same printer and paper; None if nothing does."""
     ratios = now.inks / np.maximum(before.inks, 0.05)
     weakest = int(ratios.argmin())

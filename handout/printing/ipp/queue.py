@@ -45,19 +45,16 @@ class IppQueue:
         self._submission: Submission | None = None
         self.name = client.uri
         self._capabilities = client.capabilities()
-        self.format = self._choose(format)
+        formats = self._capabilities.formats
+        able = [name for name in _FORMATS if MIME[name] in formats or (name == "pdf" and not formats)]
+        if format and format not in able:
+            raise InputError(f"format: {self.name} prints no {format}; it prints {', '.join(able) or 'none of ours'}.")
+        if not able:
+            raise PrinterError(f"{self.name} prints neither PDF nor PWG Raster nor URF, only {', '.join(formats)}.")
+        self.format = format or able[0]
         accepting = self._capabilities.message.all("printer-is-accepting-jobs")
         if accepting and not accepting[0].value:
             raise PrinterError(f"{self.name} accepts no jobs at present{_because(self._capabilities.reasons)}.")
-
-    def _choose(self, wanted: str) -> str:
-        formats = self._capabilities.formats
-        able = [name for name in _FORMATS if MIME[name] in formats or (name == "pdf" and not formats)]
-        if wanted and wanted not in able:
-            raise InputError(f"format: {self.name} prints no {wanted}; it prints {', '.join(able) or 'none of ours'}.")
-        if not able:
-            raise PrinterError(f"{self.name} prints neither PDF nor PWG Raster nor URF, only {', '.join(formats)}.")
-        return wanted or able[0]
 
     def resolution(self, wanted: int) -> int:
         """For PDF the profile's; for raster one that the printer takes."""

@@ -54,7 +54,13 @@ class Submission:
         backoff, attempts = self._client.backoff(), 0
         while True:
             try:
-                return self._attempt(document)
+                self._job, self.gone = None, not self._in_steps
+                if not self._in_steps:
+                    return self._reference(self._client.print(self._request, self._capabilities, document))
+                self._job = self._reference(self._client.create(self._request, self._capabilities))
+                self.gone = True
+                self._client.send(self._job.number, self._request, document)
+                return self._job
             except (TransportError, Refused) as failure:
                 error = _as_doubtful(failure)
             waited = error.retryable and backoff.pause(f"{error} Waiting for it.", error.after)
@@ -66,15 +72,6 @@ class Submission:
                 raise PrinterError(f"{error} The page did not arrive{_in(attempts)}.") from error
             if not waited:
                 self._say(f"{error} The page did not arrive; sending it again.")
-
-    def _attempt(self, document: bytes) -> JobReference:
-        self._job, self.gone = None, not self._in_steps
-        if not self._in_steps:
-            return self._reference(self._client.print(self._request, self._capabilities, document))
-        self._job = self._reference(self._client.create(self._request, self._capabilities))
-        self.gone = True
-        self._client.send(self._job.number, self._request, document)
-        return self._job
 
     def _reference(self, number: int) -> JobReference:
         """A job that was just made, with when it was made, if the printer tells."""

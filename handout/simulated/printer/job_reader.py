@@ -90,16 +90,13 @@ def _page(body: bytes, objects: dict[int, bytes], dpi: float, path: Path) -> tup
     if abs(wide - pixels.shape[1]) > 0.5 or abs(high - pixels.shape[0]) > 0.5:
         picture_dpi = pixels.shape[1] / a * _POINTS
         raise InputError(f"{path}: made for {picture_dpi:.0f} dpi, and the printer has {dpi:g} dpi.")
-    _put(sheet, pixels, round(e * dpi / _POINTS), round((height - f - d) * dpi / _POINTS))
-    return size, sheet
-
-
-def _put(sheet: NDArray[np.uint8], pixels: NDArray[np.uint8], x: int, y: int) -> None:
-    """Lay pixels on the sheet with their corner at (x, y); what falls beside it is lost."""
+    # what falls beside the sheet is lost
+    x, y = round(e * dpi / _POINTS), round((height - f - d) * dpi / _POINTS)
     rows = slice(max(y, 0), min(y + pixels.shape[0], sheet.shape[0]))
     columns = slice(max(x, 0), min(x + pixels.shape[1], sheet.shape[1]))
     if rows.start < rows.stop and columns.start < columns.stop:
         sheet[rows, columns] = pixels[rows.start - y : rows.stop - y, columns.start - x : columns.stop - x]
+    return size, sheet
 
 
 def _pixels(body: bytes, path: Path) -> NDArray[np.uint8]:
