@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 import handout
 from handout import atomic
@@ -20,7 +19,7 @@ from handout.colour.chart import Chart, chart
 from handout.colour.chart_files import render
 from handout.errors import InputError
 from handout.inking.device_pixels import DevicePixels
-from handout.printing.documents import WRITERS
+from handout.printing.documents import WRITERS, Pixels, png
 from handout.printing.media import Feeding
 from handout.printing.printers import open_queue, ticket
 from handout.printing.queue import Queue
@@ -29,7 +28,6 @@ from handout.sinks import picture_pdf
 from handout.values import Page
 
 _LEAST_DPI = 300  # a chart is drawn at least so finely; set by eye
-Pixels = NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
@@ -61,7 +59,7 @@ def write(pages: Printed, path: Path) -> tuple[Path, ...]:
         raise InputError(f"{path}: the chart is written as .pdf or .png; give the file one of these endings.")
     count = len(pages.pixels)
     paths = [path.with_name(f"{path.stem}-{n}{path.suffix}") if count > 1 else path for n in range(1, count + 1)]
-    atomic.write_all((to, _png(pixels, pages.dpi)) for pixels, to in zip(pages.pixels, paths, strict=True))
+    atomic.write_all((to, png(pixels, pages.dpi)) for pixels, to in zip(pages.pixels, paths, strict=True))
     return tuple(paths)
 
 
@@ -106,14 +104,6 @@ def _fed(pages: Printed, pixels: Pixels, feeding: Feeding, kind: str) -> bytes:
     return WRITERS[kind](feeding.sheet, DevicePixels(turned, pages.dpi), pages.about)
 
 
-def _png(pixels: Pixels, dpi: int) -> bytes:
-    from PIL import Image
-
-    out = BytesIO()
-    Image.fromarray(pixels).save(out, "PNG", dpi=(dpi, dpi))
-    return out.getvalue()
-
-
 def chart_for(printer: Printer, paper: str = "A4", pages: int | None = None) -> Chart:
     """The chart for a printer, within its margins.
 
@@ -134,21 +124,8 @@ def fine_enough(dpi: float) -> float:
 def write_chart_pdf(chart: Chart, path: Path, dpi: float, lines: tuple[str, ...] = ()) -> tuple[Path, ...]:
     """Write the chart as PDF, one DeviceRGB picture a page at the printer's resolution, with .ti1 and .ti2 beside it.
 
-    Parameters
-    ----------
-    chart : Chart
-    path : Path
-        Of the PDF.
-    dpi : float
-        The printer's; of one below 300 a multiple is taken, so that a pixel of the chart is no fraction of the
-        printer's.
-    lines : at most two str
-        Printed under the title: printer, paper, date.
-
-    Returns
-    -------
-    tuple of Path
-        The PDF, the .ti1, the .ti2.
+    path : of the PDF; dpi : the printer's, of one below 300 a multiple of it; lines : at most two, printed under the
+    title: printer, paper, date.  Returns the paths of the PDF, the .ti1 and the .ti2.
 
     Raises
     ------

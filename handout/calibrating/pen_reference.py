@@ -157,18 +157,13 @@ def _judged(ink: InkMatch | None, hand: str) -> Reference:
     if ink.alike:
         return Reference(Kind.ALIKE, _ALIKE.format(hand=hand, off=ink.difference), ink)
     how = "lighter" if ink.lighter > 1 else "darker" if ink.lighter < -1 else "in other colours"
-    sentence = _CORRECTED.format(hand=hand, how=how, off=ink.difference, lighter=ink.lighter, why=_why(ink))
-    return Reference(Kind.CORRECTED, sentence, ink)
-
-
-def _why(ink: InkMatch) -> str:
+    why = "the scanner's settings or the pen's pressure differ"
     if ink.contrast_differs:
-        return (
-            "the chart's scan has an S-shaped contrast curve that the hand's has not, as its patches and the pen show"
-        )
-    if ink.difference > _SURE:
-        return "the scanner's settings differ"
-    return "the scanner's settings or the pen's pressure differ"
+        why = "the chart's scan has an S-shaped contrast curve that the hand's has not, as its patches and the pen show"
+    elif ink.difference > _SURE:
+        why = "the scanner's settings differ"
+    sentence = _CORRECTED.format(hand=hand, how=how, off=ink.difference, lighter=ink.lighter, why=why)
+    return Reference(Kind.CORRECTED, sentence, ink)
 
 
 def writing(hand: ScannedHand) -> tuple[NDArray[np.float32], Array, float]:

@@ -22,7 +22,6 @@ from handout import atomic, profiles, shipped
 from handout.errors import InputError
 
 if TYPE_CHECKING:
-    from handout.colour.models import Model
     from handout.colour.patches import Patches
     from handout.colour.reading import Scribble
     from handout.colour.table import ColourTable
@@ -212,7 +211,9 @@ def build(
         table.save(colour_table, work / TABLE)
         keywords = {name.upper(): value for name, value in about.items() if value}
         cgats.write(work / PATCHES, ti3(patches, keywords))
-        facts = {name: colour_table.about.get(name, "") for name in _FACTS} | {"misses": _mean(model)}
+        facts = {name: colour_table.about.get(name, "") for name in _FACTS} | {
+            "misses": round(float(model.misses.mean()), 3)
+        }
         atomic.write(work / ABOUT, json.dumps(facts, indent=1).encode())
     return load(place)
 
@@ -333,7 +334,3 @@ def read_patches(path: Path) -> Patches:
     from handout.colour.patches import Patches
 
     return Patches(*from_ti3(cgats.read(path)))
-
-
-def _mean(model: Model) -> float:
-    return round(float(model.misses.mean()), 3)

@@ -129,9 +129,11 @@ def make(table: ColourTable, samples: Inks, paper: str = "A4", page: Reach | Non
     wanted = Inks(rgba).on(white)
     grey = np.arange(len(rgba)) >= len(ink.rgba)
     bare = np.ones((_WHITES, 3))
+    # the function that pages go through takes a raster
+    matched = np.asarray(apply(Raster(rgba[None].astype(np.float32), 300), table).rgba[0], dtype=np.float64)
     return Strip(
         np.concatenate([wanted, wanted, np.repeat(white[None], _WHITES, axis=0)]),
-        np.concatenate([_sent(rgba), _sent(_sent_through(rgba, table)), bare]),
+        np.concatenate([_sent(rgba), _sent(matched), bare]),
         np.repeat([False, True, False], [len(rgba), len(rgba), _WHITES]),
         np.concatenate([grey, grey, np.zeros(_WHITES, dtype=bool)]), paper, (page or reach).out,
         (page or reach).mean, whose,
@@ -185,11 +187,6 @@ def last_strip(calibration: Calibration) -> Strip:
 def _sent(rgba: Array) -> Array:
     """(n, 3) device RGB, whole 255ths, of ink (n, 4) on white, which sends nothing."""
     return np.asarray(np.rint(255 * (1 - rgba[:, 3:] * (1 - rgba[:, :3]))) / 255)
-
-
-def _sent_through(rgba: Array, table: ColourTable) -> Array:
-    """(n, 3) device RGB of ink (n, 4) after the function that pages go through, on a raster of these pixels."""
-    return np.asarray(apply(Raster(rgba[None].astype(np.float32), 300), table).rgba[0], dtype=np.float64)
 
 
 def _evenly(inks: Inks, white: Array, count: int) -> Inks:

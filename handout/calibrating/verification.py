@@ -210,19 +210,16 @@ def _verification_of(strip: Strip, scanned: Array, findings: Sequence[Finding]) 
     bare = (strip.device == 1).all(axis=1) & ~strip.matched & ~strip.grey
     plain, matched = ~strip.matched & ~bare, strip.matched
     before, after = _difference(lost[plain]), _difference(lost[matched])
+    verdict = next((sentence for bound, sentence in _VERDICTS if after.mean <= bound), _POOR)
+    if after.mean >= before.mean:
+        verdict = _NO_HELP
     return Verification(
         datetime.now().astimezone().isoformat(timespec="seconds"), before, after,
         _difference(lost[plain & ~strip.grey]), _difference(lost[matched & ~strip.grey]),
         _difference(lost[plain & strip.grey]), _difference(lost[matched & strip.grey]),
-        strip.out, strip.lost, _verdict(before.mean, after.mean), tuple(map(str, findings)),
+        strip.out, strip.lost, verdict, tuple(map(str, findings)),
         strip.whose,
     )  # fmt: skip
-
-
-def _verdict(before: float, after: float) -> str:
-    if after >= before:
-        return _NO_HELP
-    return next((sentence for bound, sentence in _VERDICTS if after <= bound), _POOR)
 
 
 def _difference(lost: Array) -> Difference:
@@ -291,8 +288,10 @@ def tiles(rows: Array) -> NDArray[np.uint8]:
 
 def _reach(strip: Strip, table: ColourTable) -> str:
     """The outline of what the printer can print over a* and b*, and the strip's colours in it."""
+    from scipy.spatial import ConvexHull
+
     labs = conversions.lab(np.asarray(table.scanned, dtype=np.float64).reshape(-1, 3))
-    outline = " ".join(f"{x:.1f},{y:.1f}" for x, y in _on_diagram(_hull(labs[:, 1:])))
+    outline = " ".join(f"{x:.1f},{y:.1f}" for x, y in _on_diagram(labs[ConvexHull(labs[:, 1:]).vertices, 1:]))
     which = strip.matched
     dots = "".join(
         f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="rgb({r},{g},{b})" stroke="#555" stroke-width=".5"/>'
@@ -321,9 +320,3 @@ def _reach(strip: Strip, table: ColourTable) -> str:
 def _on_diagram(ab: Array) -> list[tuple[float, float]]:
     scaled = np.column_stack([ab[:, 0], -ab[:, 1]]) / _SPAN * (_SIDE / 2) + _SIDE / 2
     return [(float(x), float(y)) for x, y in scaled]
-
-
-def _hull(points: Array) -> Array:
-    from scipy.spatial import ConvexHull
-
-    return np.asarray(points[ConvexHull(points).vertices])

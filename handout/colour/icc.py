@@ -57,7 +57,12 @@ def output_profile(table: ColourTable, date: datetime, title: str) -> bytes:
     tags = {b"wtpt": point(white / 100)}
     for intent in b"012":
         tags |= {b"A2B" + bytes([intent]): there, b"B2A" + bytes([intent]): back}
-    tags[b"gamt"] = lut16(_out_of_reach(forward, white), [np.linspace(0, 1, 2)] * 3)
+    # (s, s, s, 1): 0 where a colour can be printed, and else as much as it is off, `_FULL` giving 1
+    axis = np.linspace(0, 1, _GAMUT_SIDE)
+    grid = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
+    lost = inverse.printable(forward, _scanned(grid, white))[1]
+    off = np.where(lost > _SEEN, lost / _FULL, 0.0).reshape(_GAMUT_SIDE, _GAMUT_SIDE, _GAMUT_SIDE, 1)
+    tags[b"gamt"] = lut16(off, [np.linspace(0, 1, 2)] * 3)
     return profile(b"prtr", b"Lab ", date, title, tags)
 
 
@@ -95,14 +100,6 @@ def _straightened(places: Array) -> Array:
     """The inverse of `_bent`."""
     away = 2 * places - 1
     return np.asarray(_CENTRE + (1 - _CENTRE) * away / (1 + _BEND - _BEND * np.abs(away)))
-
-
-def _out_of_reach(forward: Forward, white: Array) -> Array:
-    """(s, s, s, 1): 0 where a colour can be printed, and else as much as it is off, `_FULL` giving 1."""
-    axis = np.linspace(0, 1, _GAMUT_SIDE)
-    grid = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
-    lost = inverse.printable(forward, _scanned(grid, white))[1]
-    return np.where(lost > _SEEN, lost / _FULL, 0.0).reshape(_GAMUT_SIDE, _GAMUT_SIDE, _GAMUT_SIDE, 1)
 
 
 _D50 = (0.9642, 1.0, 0.8249)  # XYZ of the connection space's white; clause 6.1.11

@@ -243,15 +243,13 @@ def match(
 
     # a contrast that only the hand's scan has cannot be told from another power
     pairs = [(0.0, contrast), (contrast, contrast)] if contrast else [(0.0, 0.0)]
-    return _judged(_simplest([explained(pair) for pair in pairs]), first, shares)
-
-
-def _simplest(explanations: list[_Explanation]) -> Tone:
-    """The tone that needs neither power nor gain, if there is one, else the one that explains both scans best."""
+    explanations = [explained(pair) for pair in pairs]
     plainest = min(explanations, key=lambda explanation: explanation.left)
-    if plainest.left <= SAME:
-        return _of_contrasts(plainest.tone.papers, plainest.tone.contrasts)
-    return min(explanations, key=lambda explanation: explanation.error).tone
+    if plainest.left <= SAME:  # neither power nor gain is needed
+        tone = _of_contrasts(plainest.tone.papers, plainest.tone.contrasts)
+    else:
+        tone = min(explanations, key=lambda explanation: explanation.error).tone
+    return _judged(tone, first, shares)
 
 
 def _fitted(hand: Strokes, chart: Strokes, plain: Tone) -> tuple[Tone, float]:

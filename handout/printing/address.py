@@ -47,16 +47,12 @@ def _first(fields: Fields, role: str) -> str:
     return fields[role][0] if fields.get(role) else ""
 
 
-def _greets(title: str) -> bool:
-    """Whether a form of address opens a letter, as "Dear" does: it is not written on an envelope."""
-    return bool(title) and title.split()[0].casefold() in _GREETINGS
-
-
 def person(fields: Fields) -> str:
     """One person's name on one line: titles, name or parts of it, suffix."""
     parts = [cell for role in ("first", "middle", "last") for cell in fields.get(role, ())]
     name = _first(fields, "name") or " ".join(parts)
-    titles = [title for title in fields.get("title", ()) if not _greets(title)]
+    # what opens a letter, as "Dear" does, is not written on an envelope
+    titles = [title for title in fields.get("title", ()) if not {*title.casefold().split()[:1]} & _GREETINGS]
     if not name:
         return ""
     for title in reversed(titles):
@@ -211,7 +207,10 @@ def lines(fields: Fields, number_first: bool = False) -> tuple[tuple[str, ...], 
     ) or countries.UNKNOWN
     if set(fields) & PARTS:
         written = _ordered(fields, country, number_first)
-        warnings += _check(fields, country)
+        if not set(fields) & {"city", "place", "postcode"}:
+            warnings.append("it names no city")
+        if odd := countries.postcode_warning(_first(fields, "postcode"), country):
+            warnings.append(odd)
     elif fields.get("address"):
         written, doubts = _block(_first(fields, "address"), [*_people(fields), *_firm(fields), *_care(fields)])
         warnings += doubts
@@ -224,11 +223,3 @@ def lines(fields: Fields, number_first: bool = False) -> tuple[tuple[str, ...], 
             written.pop()
         written.append(countries.last_line(country_name))
     return tuple(line for text in written for line in text.split("\n")), warnings, ""
-
-
-def _check(fields: Fields, country: Country) -> list[str]:
-    warnings = []
-    if not set(fields) & {"city", "place", "postcode"}:
-        warnings.append("it names no city")
-    odd = countries.postcode_warning(_first(fields, "postcode"), country)
-    return [*warnings, odd] if odd else warnings

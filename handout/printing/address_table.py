@@ -206,15 +206,10 @@ def _records_below(table: _Table) -> tuple[list[tuple[int, Record]], list[str]]:
         raise TableError(f"{table.path}: there are no addresses {where}.")
     verb = "is" if len(repeated) == 1 else "are"
     notes = [f"the header comes again in {rows.named(repeated)}, which {verb} skipped"] if repeated else []
-    return records, [*notes, *_unseen_note(records)]
-
-
-def _unseen_note(records: Sequence[tuple[int, Record]]) -> Iterator[str]:
-    """A note on the invisible characters of some rows, where there are any."""
-    chars = list(dict.fromkeys(char for _, record in records for char in record.unseen))
-    if chars:
+    if chars := list(dict.fromkeys(char for _, record in records for char in record.unseen)):
         where = rows.named([n for n, record in records if record.unseen])
-        yield f"what is invisible in {where} is not written: {', '.join(chars[:_MOST_NAMED])}"
+        notes.append(f"what is invisible in {where} is not written: {', '.join(chars[:_MOST_NAMED])}")
+    return records, notes
 
 
 def _addresses(

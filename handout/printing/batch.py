@@ -482,16 +482,11 @@ def destinations(
         return [place for place in places if isinstance(place, PrintSpool)]
 
     rows, others = spools(ways, [False] if apart else [False, True]), spools(apart, [True])
-    _check_alike(rows, others)
-    return Several(rows, others)
-
-
-def _check_alike(*kinds: Sequence[PrintSpool]) -> None:
-    """Refuse printers that are one, and printers of the same pages that take them in different ways."""
-    names = [spool.queue.name for spools in kinds for spool in spools]
+    names = [spool.queue.name for spool in (*rows, *others)]
     if twice := [name for name in names if names.count(name) > 1]:
         raise InputError(f"{twice[0]} is named twice: each device makes its own pages.")
-    for one, other in (pair for spools in kinds for pair in itertools.pairwise(spools)):
+    for one, other in (*itertools.pairwise(rows), *itertools.pairwise(others)):
         if (one.prepare.format, one.prepare.dpi) != (other.prepare.format, other.prepare.dpi):
             told = " and ".join(f"{s.queue.name} {s.prepare.format} at {s.prepare.dpi} dpi" for s in (one, other))
             raise InputError(f"The printers take pages otherwise ({told}): say --format, or leave one out.")
+    return Several(rows, others)

@@ -142,12 +142,17 @@ def _urf(page: Page, pixels: DevicePixels, about: About) -> bytes:
     return urf(page_pixels(page, pixels), round(pixels.dpi))
 
 
-def _png(page: Page, pixels: DevicePixels, about: About) -> bytes:
+def png(pixels: Pixels, dpi: float) -> bytes:
+    """(height, width, 3) uint8 as a PNG."""
     from PIL import Image
 
     stream = BytesIO()
-    Image.fromarray(page_pixels(page, pixels)).save(stream, "PNG", dpi=(pixels.dpi, pixels.dpi))
+    Image.fromarray(pixels).save(stream, "PNG", dpi=(dpi, dpi))
     return stream.getvalue()
+
+
+def _png(page: Page, pixels: DevicePixels, about: About) -> bytes:
+    return png(page_pixels(page, pixels), pixels.dpi)
 
 
 WRITERS: Mapping[str, Writer] = {"pdf": _pdf, "pwg": _pwg, "urf": _urf, "png": _png}

@@ -67,7 +67,8 @@ def scribble_of(scan: Scan, placement: Placement, paper: Array, shading: Shading
     if not _framed(scan, placement):
         return None
     height, width = (max(2, round((box[k + 2] - box[k]) / placement.pixel)) for k in (1, 0))
-    nodes = _grid(box, *_NODES)
+    places = (np.linspace(*box[k::2], _NODES[1 - k]) for k in (0, 1))
+    nodes = np.stack(np.meshgrid(*places), axis=-1)  # (down, across, 2) mm, evenly over the box
     at = _between(placement.pixels(nodes.reshape(-1, 2)).reshape(nodes.shape), height, width).astype(np.float32)
     if not ((at >= 0) & (at <= (scan.pixels.shape[1] - 1, scan.pixels.shape[0] - 1))).all():
         return None
@@ -105,12 +106,6 @@ def _levels(scan: Scan, placement: Placement, mm: Array) -> Array | None:
         return None
     near = [scan.pixels[at[:, 1] + j, at[:, 0] + i].mean(axis=1) for j in (-1, 0, 1) for i in (-1, 0, 1)]
     return np.asarray(np.min(near, axis=0) / scan.full)
-
-
-def _grid(box: tuple[float, float, float, float], rows: int, columns: int) -> Array:
-    """(rows, columns, 2) mm, evenly over a box."""
-    left, top, right, bottom = box
-    return np.stack(np.meshgrid(np.linspace(left, right, columns), np.linspace(top, bottom, rows)), axis=-1)
 
 
 def _between(nodes: Array, height: int, width: int) -> Array:

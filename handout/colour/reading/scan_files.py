@@ -164,7 +164,12 @@ def _picture(path: Path) -> Scan:
     if mode in ("P", "PA", "CMYK", "LAB", "HSV"):
         raise _not_rgb(mode, source)
     if deep:
-        values = _deep_png(path)
+        import cv2
+
+        deep_values = cv2.imdecode(np.fromfile(path, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
+        if deep_values is None:
+            raise InputError(f"Cannot read {path}: it is damaged or cut off; scan the chart again.")
+        values = _as_rgb(np.asarray(deep_values))  # Pillow would reduce 16 bits to 8 without a word
     resolution = (float(dpi[0]), float(dpi[1])) if dpi and min(dpi) > 1 else None
     return _scan(values, resolution, source, findings, jpeg)
 
@@ -178,16 +183,6 @@ def _not_rgb(mode: str, source: str) -> Refused:
 def _png_depth(path: Path) -> int:
     with path.open("rb") as file:
         return file.read(25)[24]
-
-
-def _deep_png(path: Path) -> NDArray[Any]:
-    """A PNG of 16 bits, which Pillow would reduce to 8 without a word."""
-    import cv2
-
-    values = cv2.imdecode(np.fromfile(path, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
-    if values is None:
-        raise InputError(f"Cannot read {path}: it is damaged or cut off; scan the chart again.")
-    return _as_rgb(np.asarray(values))
 
 
 def _scan(
@@ -209,7 +204,9 @@ def _scan(
     if dpi is None:
         findings = [*findings, Finding("no-dpi", "warn", _NO_DPI, source)]
     elif max(dpi) > _SQUARE * min(dpi):
-        findings = [*findings, Finding("dpi-differs", "warn", _dpi_differs(dpi), source)]
+        across, down = (round(each) for each in dpi)
+        differs = f"The file says {across} dpi across and {down} down: scan with the same resolution both ways."
+        findings = [*findings, Finding("dpi-differs", "warn", differs, source)]
     return Scan(np.ascontiguousarray(values[:, :, :3]), dpi, source, tuple(findings), jpeg)
 
 
@@ -222,10 +219,6 @@ _NO_DPI = (
     "The file does not say its resolution, so that it cannot be checked whether the chart was printed at its true "
     "size: save scans as TIFF or PNG from the scanner's own program."
 )
-
-
-def _dpi_differs(dpi: tuple[float, float]) -> str:
-    return f"The file says {dpi[0]:.0f} dpi across and {dpi[1]:.0f} down: scan with the same resolution both ways."
 
 
 def _without_alpha(values: NDArray[Any], source: str) -> tuple[NDArray[Any], list[Finding]]:

@@ -300,7 +300,9 @@ class Client:
             retryable = answer.code in RETRYABLE and (operation not in _PAGE_OPERATIONS or answer.code not in DOUBTFUL)
             if answer.code == Status.VERSION_NOT_SUPPORTED and self._version > (1, 1):
                 self._version = (1, 1)
-            elif not (retryable and backoff.pause(f"{self.uri} {_busy(answer.code)}; waiting for it.")):
+            elif not (
+                retryable and backoff.pause(f"{self.uri} {phrase(answer.code).removeprefix('it ')}; waiting for it.")
+            ):
                 break
         if answer.code >= 0x0100:
             raise Refused(f"{self.uri} refused: {_why(answer)}.", answer.code)
@@ -328,10 +330,6 @@ class Client:
         if answer.request != request:
             raise TransportError(f"{self.uri} answered another question than was asked.", handed_over=True)
         return answer
-
-
-def _busy(code: int) -> str:
-    return phrase(code).removeprefix("it ")
 
 
 def _about(request: Request) -> tuple[Attribute, ...]:

@@ -54,7 +54,8 @@ class IppQueue:
         self.format = format or able[0]
         accepting = self._capabilities.message.all("printer-is-accepting-jobs")
         if accepting and not accepting[0].value:
-            raise PrinterError(f"{self.name} accepts no jobs at present{_because(self._capabilities.reasons)}.")
+            why = reason_phrase(self._capabilities.reasons)
+            raise PrinterError(f"{self.name} accepts no jobs at present{': ' if why else ''}{why}.")
 
     def resolution(self, wanted: int) -> int:
         """For PDF the profile's; for raster one that the printer takes."""
@@ -87,7 +88,11 @@ class IppQueue:
         while True:
             try:
                 status = self._client.job(wanted)
-                if status is None or status.state.over or _is_held(status):
+                if status is None or status.state.over:
+                    return outcome_of(self._client, status)
+                # a job may also be held until the sheet that it asks for has been put in: that is waited for
+                unfed = status.lacking or "resources-are-not-ready" in status.reasons
+                if status.state == JobState.HELD and not unfed:
                     return outcome_of(self._client, status)
                 latest, silence = self._complaint(status), 0.0
             except PrinterError as error:
@@ -183,13 +188,3 @@ def outcome_of(client: Client, status: JobStatus | None) -> Outcome:
 def _blocking_phrase(client: Client) -> str:
     """Why the printer cannot be printing now; empty if it can."""
     return reason_phrase([reason for reason in client.capabilities().reasons if blocks_output([reason])])
-
-
-def _is_held(status: JobStatus) -> bool:
-    # a printer may also hold a job until the sheet it asks for has been put in: that is waited for
-    return status.state == JobState.HELD and "resources-are-not-ready" not in status.reasons and not status.lacking
-
-
-def _because(reasons: tuple[str, ...]) -> str:
-    phrase = reason_phrase(reasons)
-    return f": {phrase}" if phrase else ""

@@ -69,7 +69,8 @@ class Submission:
                 return job
             attempts += not waited
             if attempts == _ATTEMPTS or (error.retryable and not waited):
-                raise PrinterError(f"{error} The page did not arrive{_in(attempts)}.") from error
+                tried = f" in {attempts} attempts" if attempts > 1 else ""
+                raise PrinterError(f"{error} The page did not arrive{tried}.") from error
             if not waited:
                 self._say(f"{error} The page did not arrive; sending it again.")
 
@@ -133,7 +134,3 @@ def _as_doubtful(failure: TransportError | Refused) -> TransportError:
     if failure.code not in DOUBTFUL:
         raise failure
     return TransportError(str(failure), handed_over=True, retryable=failure.code == Status.TEMPORARY_ERROR)
-
-
-def _in(attempts: int) -> str:
-    return f" in {attempts} attempts" if attempts > 1 else ""
