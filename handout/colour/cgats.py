@@ -75,9 +75,8 @@ class Table:
                 except ValueError:
                     columns[i, k] = np.nan
                 if not abs(columns[i, k]) <= _LARGEST:
-                    raise InputError(
-                        f"{self.kind}: {names[k]} of set {i + 1} is {row[place]!r}, which is no number that is measured."
-                    )
+                    what = f"{self.kind}: {names[k]} of set {i + 1} is {row[place]!r}"
+                    raise InputError(f"{what}, which is no number that is measured.")
         return columns
 
 
