@@ -16,6 +16,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
+from tokenize import TokenError
 from typing import Any, TypeVar
 
 import msgspec
@@ -198,7 +199,7 @@ class Archive:
         try:
             # headers of arrays that numpy itself wrote are a few dozen bytes
             array = np.lib.format.read_array(io.BytesIO(data), allow_pickle=False, max_header_size=1000)
-        except (ValueError, EOFError, TypeError, SyntaxError, OverflowError, MemoryError) as error:
+        except (ValueError, EOFError, TypeError, SyntaxError, TokenError, OverflowError, MemoryError) as error:
             raise self.error(f"{name} is not an array") from error
         fits = array.ndim == len(shape) and all(w in (None, n) for n, w in zip(array.shape, shape, strict=True))
         if array.dtype != np.dtype(dtype) or not fits:
