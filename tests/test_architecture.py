@@ -54,7 +54,7 @@ MAY = {
     "completion": {"hand", "writing", "motion", "inking"},
     "sinks": {"motion", "inking"},
     "sources": {"motion"},
-    "printing": {"writing", "inking", "sinks", "colour"},
+    "printing": {"writing", "inking", "sinks"},
     "merging": {"printing"},
     "calibrating": {"hand", "writing", "motion", "inking", "sinks", "colour", "printing"},
     "plotting": {"hand", "writing", "motion", "sinks", "sources"},
