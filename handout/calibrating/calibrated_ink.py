@@ -43,8 +43,8 @@ def choose(printer: str, paper: str = "", asked: str = "") -> tuple[Calibration 
     """
     if asked == NONE:
         return None, []
-    calibration = _asked(asked) if asked else store.newest(printer, paper) or store.newest(printer)
-    return calibration, _doubts(calibration, printer, paper) if calibration is not None else []
+    calibration = _find_calibration(asked) if asked else store.newest(printer, paper) or store.newest(printer)
+    return calibration, _collect_doubts(calibration, printer, paper) if calibration is not None else []
 
 
 def pen_of(calibration: Calibration, hand: str, say: Callable[[str], object]) -> Reference:
@@ -55,7 +55,7 @@ def pen_of(calibration: Calibration, hand: str, say: Callable[[str], object]) ->
     return reference
 
 
-def _asked(asked: str) -> Calibration:
+def _find_calibration(asked: str) -> Calibration:
     path = Path(asked)
     if path.exists():
         return store.load(path)
@@ -68,7 +68,7 @@ def _asked(asked: str) -> Calibration:
     return store.wanted(printer, paper)
 
 
-def _doubts(calibration: Calibration, printer: str, paper: str) -> list[str]:
+def _collect_doubts(calibration: Calibration, printer: str, paper: str) -> list[str]:
     doubts, calibrated = [], calibration.printer
     if calibrated != store.key(printer):
         doubts.append(f"The calibration is of {calibrated}, and this is {store.key(printer)}: colours may be far off.")

@@ -99,7 +99,7 @@ def of_hand(name: str, pen: Pen | None = None) -> Inks:
     """
     from handout.hand.library import find
 
-    drawing = _written(find(name), np.random.default_rng([0]))
+    drawing = _write_sample(find(name), np.random.default_rng([0]))
     if drawing.ink is not None:
         return of_raster(drawing.ink(_DPI).rgba)
     from handout.inking import pens
@@ -149,7 +149,7 @@ def scanned_name(name: str) -> str:
     return "" if hand.pages is None else hand.name
 
 
-def _written(hand: Hand | ScannedHand, rng: np.random.Generator) -> Drawing:
+def _write_sample(hand: Hand | ScannedHand, rng: np.random.Generator) -> Drawing:
     from handout.page_sizes import page
     from handout.writing.compose import compose
     from handout.writing.layout import Layout

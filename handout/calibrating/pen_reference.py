@@ -115,7 +115,7 @@ def compared(scribble: Scribble | None, name: str, writer: str = "") -> Referenc
         at_dpi(density, dpi, common), paper, at_dpi(scribble.density, scribble.dpi, common), scribble.paper, common,
         scribble.contrast,
     )  # fmt: skip
-    return _judged(ink, hand.name)
+    return _judge_match(ink, hand.name)
 
 
 _UNKNOWN = (
@@ -149,7 +149,7 @@ _CORRECTED = (
 )
 
 
-def _judged(ink: InkMatch | None, hand: str) -> Reference:
+def _judge_match(ink: InkMatch | None, hand: str) -> Reference:
     if ink is None:
         return Reference(Kind.FAINT, _FAINT.format(hand=hand))
     if not ink.same_ink:

@@ -46,8 +46,8 @@ def scan(name: str, page: Page, to: Path, dpi: int = DPI) -> Path:
             f"The command scanimage is not installed (on Debian it is in the package sane-utils): {_WAY_OUT}."
         )
     which = ["--device-name", name] if name else []
-    offered = _asked(["scanimage", *which, "--all-options"]).decode(errors="replace")
-    data = _asked(["scanimage", *which, *arguments(offered, page, dpi), "--format=tiff"])
+    offered = _run_scanimage(["scanimage", *which, "--all-options"]).decode(errors="replace")
+    data = _run_scanimage(["scanimage", *which, *arguments(offered, page, dpi), "--format=tiff"])
     if data[:2] not in (b"II", b"MM"):
         raise DeviceError(f"The scanner {name or 'of this computer'} gave no picture: {_WAY_OUT}.")
     atomic.write(to, data)
@@ -77,7 +77,7 @@ def _takes(values: str, value: str) -> bool:
     return value.lower() in re.split(r"[|()\[\]=]", values.lower())
 
 
-def _asked(command: list[str]) -> bytes:
+def _run_scanimage(command: list[str]) -> bytes:
     try:
         done = subprocess.run(command, capture_output=True, timeout=_PATIENCE, check=False)
     except subprocess.TimeoutExpired as error:

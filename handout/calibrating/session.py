@@ -118,7 +118,7 @@ def folder() -> Path:
     return shipped.own_folder("state") / "calibrating"
 
 
-def opened(printer: str, paper: str, sheet: str, pages: int, scanner: str = "", afresh: bool = False) -> Session:
+def open_session(printer: str, paper: str, sheet: str, pages: int, scanner: str = "", afresh: bool = False) -> Session:
     """The session of a printer and paper: the one that was left, or a new one.
 
     Raises

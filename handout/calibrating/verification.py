@@ -129,14 +129,14 @@ def verify(calibration: Calibration, scans: Sequence[Path | Scan]) -> Verificati
     opened = [scan for item in scans for scan in ([item] if isinstance(item, Scan) else open_scans(item))]
     if len(opened) != 1:
         raise InputError(f"The verification strip is one page, and {len(opened)} were given: give its scan alone.")
-    scanned, findings = _scanned_patches(opened[0], strip, calibration)
-    verified = _verification_of(strip, scanned, findings)
+    scanned, findings = _read_patches(opened[0], strip, calibration)
+    verified = _build_verification(strip, scanned, findings)
     calibration.keep_strip({**strip.facts(), "seen": scanned.round(6).tolist()})
     calibration.keep_verification(verified.facts())
     return verified
 
 
-def _scanned_patches(scan: Scan, strip: Strip, calibration: Calibration) -> tuple[Array, list[Finding]]:
+def _read_patches(scan: Scan, strip: Strip, calibration: Calibration) -> tuple[Array, list[Finding]]:
     """(n, 3) what the scanner saw of each patch."""
 
     def page_of(number: int) -> ChartPage | None:
@@ -153,8 +153,8 @@ def _scanned_patches(scan: Scan, strip: Strip, calibration: Calibration) -> tupl
     findings = [
         *scan.findings,
         *check_picture(ScannedPage(scan, placement, sampled)),
-        *_colour_faults(strip, sampled.values, calibration, scan.source),
-        *_pen_faults(strip, scan, placement, sampled.values, calibration),
+        *_check_colours(strip, sampled.values, calibration, scan.source),
+        *_check_pen(strip, scan, placement, sampled.values, calibration),
     ]
     # few colours make few tones; the chart's scan was judged by that already
     findings = [finding for finding in findings if finding.code != "edited"]
@@ -164,7 +164,7 @@ def _scanned_patches(scan: Scan, strip: Strip, calibration: Calibration) -> tupl
     return sampled.values, findings
 
 
-def _colour_faults(strip: Strip, scanned: Array, calibration: Calibration, source: str) -> list[Finding]:
+def _check_colours(strip: Strip, scanned: Array, calibration: Calibration, source: str) -> list[Finding]:
     """A finding if these are not the colours, or is not the paper, that the strip was made for."""
     from handout.colour.interpolation import look_up
 
@@ -184,7 +184,7 @@ def _colour_faults(strip: Strip, scanned: Array, calibration: Calibration, sourc
         source)]  # fmt: skip
 
 
-def _pen_faults(
+def _check_pen(
     strip: Strip, scan: Scan, placement: Placement, scanned: Array, calibration: Calibration
 ) -> list[Finding]:
     """A warning if the pen in the strip's frame does not look as in the chart's: the scans differ in their settings."""
@@ -205,24 +205,24 @@ def _pen_faults(
     return [Finding("settings-differ", "warn", sentence, scan.source)]
 
 
-def _verification_of(strip: Strip, scanned: Array, findings: Sequence[Finding]) -> Verification:
+def _build_verification(strip: Strip, scanned: Array, findings: Sequence[Finding]) -> Verification:
     lost = conversions.delta_e(conversions.lab(strip.wanted), conversions.lab(scanned))
     bare = (strip.device == 1).all(axis=1) & ~strip.matched & ~strip.grey
     plain, matched = ~strip.matched & ~bare, strip.matched
-    before, after = _difference(lost[plain]), _difference(lost[matched])
+    before, after = _summarise_loss(lost[plain]), _summarise_loss(lost[matched])
     verdict = next((sentence for bound, sentence in _VERDICTS if after.mean <= bound), _POOR)
     if after.mean >= before.mean:
         verdict = _NO_HELP
     return Verification(
         datetime.now().astimezone().isoformat(timespec="seconds"), before, after,
-        _difference(lost[plain & ~strip.grey]), _difference(lost[matched & ~strip.grey]),
-        _difference(lost[plain & strip.grey]), _difference(lost[matched & strip.grey]),
+        _summarise_loss(lost[plain & ~strip.grey]), _summarise_loss(lost[matched & ~strip.grey]),
+        _summarise_loss(lost[plain & strip.grey]), _summarise_loss(lost[matched & strip.grey]),
         strip.out, strip.lost, verdict, tuple(map(str, findings)),
         strip.whose,
     )  # fmt: skip
 
 
-def _difference(lost: Array) -> Difference:
+def _summarise_loss(lost: Array) -> Difference:
     mean, median, p95, worst = (
         round(float(value), 3) for value in (lost.mean(), np.median(lost), np.percentile(lost, 95), lost.max())
     )
@@ -246,7 +246,7 @@ def sections(calibration: Calibration) -> list[tuple[str, str]]:
         parts.append(f"<p>{html.escape(alt)}, from dark to light.</p>{image(tiles(rows), alt)}")
     return [
         ("Before and after", f"<pre>{html.escape(lines)}</pre>" + "".join(parts)),
-        ("The printer's reach", _reach(verification, calibration.table())),
+        ("The printer's reach", _draw_reach(verification, calibration.table())),
     ]
 
 
@@ -286,7 +286,7 @@ def tiles(rows: Array) -> NDArray[np.uint8]:
     return flat.repeat(_TILE, axis=0).repeat(_TILE, axis=1)
 
 
-def _reach(strip: Strip, table: ColourTable) -> str:
+def _draw_reach(strip: Strip, table: ColourTable) -> str:
     """The outline of what the printer can print over a* and b*, and the strip's colours in it."""
     from scipy.spatial import ConvexHull
 

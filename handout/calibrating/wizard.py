@@ -16,7 +16,7 @@ from handout import atomic
 from handout.calibrating import ink_samples, pages, pen_reference, print_diagnosis, store, verification
 from handout.calibrating import strip as strips
 from handout.calibrating.pen_reference import Reference
-from handout.calibrating.session import Session, Step, opened
+from handout.calibrating.session import Session, Step, open_session
 from handout.calibrating.store import Calibration
 from handout.calibrating.verification import Verification
 from handout.colour import cgats
@@ -112,7 +112,7 @@ class Wizard:
         self.writer = ink_samples.scanned_name(task.hand) if task.hand else ""
         self._done = False
         self.seen: Reading | None = None  # what the scans of the chart that were given last showed, good or not
-        self.session: Session = opened(
+        self.session: Session = open_session(
             task.printer, task.paper, layout.paper.name, len(layout.pages), task.scanner, afresh
         )
         state = self.session.state

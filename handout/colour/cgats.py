@@ -121,7 +121,7 @@ def parse(text: str, source: str = "table") -> tuple[Table, ...]:
     words = _Words(text, source)
     tables: list[Table] = []
     while not words.done:
-        tables.append(_table(words, tables[-1] if tables else None))
+        tables.append(_parse_table(words, tables[-1] if tables else None))
     if not tables:
         raise InputError(f"{source}, line 1: the file is empty; a table begins with a word such as CTI3 or CGATS.17.")
     return tuple(tables)
@@ -129,7 +129,7 @@ def parse(text: str, source: str = "table") -> tuple[Table, ...]:
 
 def dumps(tables: Sequence[Table]) -> str:
     """The text of tables; `parse` gives the same tables again."""
-    return "\n".join(_text(table) for table in tables)
+    return "\n".join(_format_table(table) for table in tables)
 
 
 def write(path: Path, tables: Sequence[Table]) -> None:
@@ -149,10 +149,10 @@ class _Words:
     def __init__(self, text: str, source: str) -> None:
         self.source = source
         self._lines = text.splitlines()
-        self._words = list(self._split())
+        self._words = list(self._split_words())
         self._next = 0
 
-    def _split(self) -> Iterator[tuple[int, str, bool]]:
+    def _split_words(self) -> Iterator[tuple[int, str, bool]]:
         for number, line in enumerate(self._lines, 1):
             if '"' in _TOKEN.sub("", line.split("#")[0] if line.lstrip().startswith("#") else line):
                 raise self.wrong(number, "a quotation mark is not closed")
@@ -201,8 +201,8 @@ class _Words:
         return InputError(f"{self.source}, line {line}: {what}.")
 
 
-def _table(words: _Words, before: Table | None) -> Table:
-    kind = _kind(words, before)
+def _parse_table(words: _Words, before: Table | None) -> Table:
+    kind = _parse_kind(words, before)
     keywords: list[tuple[str, str]] = []
     fields: tuple[str, ...] | None = before.fields if before is not None else None
     counts: dict[str, tuple[int, int]] = {}
@@ -221,20 +221,20 @@ def _table(words: _Words, before: Table | None) -> Table:
         elif name == "BEGIN_DATA":
             if fields is None:
                 raise words.wrong(line, "BEGIN_DATA comes before any BEGIN_DATA_FORMAT, which names the fields")
-            rows = _rows(words, words.until(_ENDS[name], line), fields, counts)
+            rows = _parse_rows(words, words.until(_ENDS[name], line), fields, counts)
             return Table(kind, tuple(keywords), fields, rows)
         elif quoted or not re.match(r"[A-Za-z]", name):
             raise words.wrong(line, f"{name!r} stands where a keyword should")
         else:
             values = words.rest_of_line(line)
             if name in ("NUMBER_OF_FIELDS", "NUMBER_OF_SETS"):
-                counts[name] = (line, _count(words, line, name, values))
+                counts[name] = (line, _parse_count(words, line, name, values))
             else:
                 keywords.append((name, " ".join(values)))
     raise words.wrong(words.line, f"the {kind} table has no BEGIN_DATA: the file is cut off, or is no CGATS file")
 
 
-def _kind(words: _Words, before: Table | None) -> str:
+def _parse_kind(words: _Words, before: Table | None) -> str:
     """The word that a table begins with; further tables of a file may go without."""
     word = words.peek()
     assert word is not None
@@ -252,13 +252,13 @@ def _alone(words: _Words, line: int) -> bool:
     return not following or following[0][0] != line
 
 
-def _count(words: _Words, line: int, name: str, values: list[str]) -> int:
+def _parse_count(words: _Words, line: int, name: str, values: list[str]) -> int:
     if len(values) != 1 or not values[0].isdigit():
         raise words.wrong(line, f"{name} needs a whole number, and has {' '.join(values)[:40]!r}")
     return int(values[0])
 
 
-def _rows(
+def _parse_rows(
     words: _Words, values: list[tuple[int, str]], fields: tuple[str, ...], counts: Mapping[str, tuple[int, int]]
 ) -> tuple[tuple[str, ...], ...]:
     size = len(fields)
@@ -276,7 +276,7 @@ def _rows(
     return rows
 
 
-def _text(table: Table) -> str:
+def _format_table(table: Table) -> str:
     lines = [table.kind, "", *(f"{name} {_quoted(value)}" for name, value in table.keywords)]
     lines += [
         "",

@@ -44,16 +44,16 @@ def output_profile(table: ColourTable, date: datetime, title: str) -> bytes:
     """
     forward = Forward(np.asarray(table.scanned, dtype=np.float64))
     white = conversions.xyz_d50(forward.white[None])[0]
-    labs = np.minimum(_encoded(conversions.lab_of_xyz(conversions.xyz_d50(table.scanned.reshape(-1, 3)), white)), 1)
+    labs = np.minimum(_encode_lab(conversions.lab_of_xyz(conversions.xyz_d50(table.scanned.reshape(-1, 3)), white)), 1)
     side = len(table.scanned)
     there = lut16(labs.reshape(side, side, side, 3), [np.linspace(0, 1, 2)] * 3)
     places = np.linspace(0, 1, 4096)
     # device RGB, unclamped, on the table's grid of L*a*b*
     axis = np.linspace(0, 1, SIDE)
-    bent = _straightened(axis)
+    bent = _straighten(axis)
     grid = np.stack(np.meshgrid(axis, bent, bent, indexing="ij"), axis=-1).reshape(-1, 3)
     device = inverse.invert(forward, _scanned(grid, white))
-    back = lut16(device.reshape(SIDE, SIDE, SIDE, 3), [places, _bent(places), _bent(places)])
+    back = lut16(device.reshape(SIDE, SIDE, SIDE, 3), [places, _bend(places), _bend(places)])
     tags = {b"wtpt": point(white / 100)}
     for intent in b"012":
         tags |= {b"A2B" + bytes([intent]): there, b"B2A" + bytes([intent]): back}
@@ -77,27 +77,27 @@ def device_link(table: ColourTable, date: datetime, title: str) -> bytes:
 
 def _scanned(places: Array, white: Array) -> Array:
     """(n, 3) scanned RGB, not cut to 0–1, of (n, 3) encoded L*a*b* relative to the paper."""
-    return conversions.rgb_of_xyz_d50(conversions.xyz_of_lab(_decoded(places), white))
+    return conversions.rgb_of_xyz_d50(conversions.xyz_of_lab(_decode_lab(places), white))
 
 
-def _encoded(lab: Array) -> Array:
+def _encode_lab(lab: Array) -> Array:
     """(n, 3) of 0–1: the 16-bit encoding of version 2, annex A.3 of ICC.1:2001-04."""
     return np.asarray((lab + np.array([0, 128, 128])) * np.array([652.8, 256, 256]) / 65535)
 
 
-def _decoded(places: Array) -> Array:
-    """(n, 3) L*a*b*; the inverse of `_encoded`."""
+def _decode_lab(places: Array) -> Array:
+    """(n, 3) L*a*b*; the inverse of `_encode_lab`."""
     return np.asarray(places * 65535 / np.array([652.8, 256, 256]) - np.array([0, 128, 128]))
 
 
-def _bent(encoded: Array) -> Array:
+def _bend(encoded: Array) -> Array:
     """Where an encoded a* or b* lies in the table: 0 at its middle node, and nodes closer about it."""
     away = np.clip((encoded - _CENTRE) / (1 - _CENTRE), -1, 1)
     return np.asarray(0.5 + 0.5 * np.sign(away) * np.abs((1 + _BEND) * away / (1 + _BEND * np.abs(away))))
 
 
-def _straightened(places: Array) -> Array:
-    """The inverse of `_bent`."""
+def _straighten(places: Array) -> Array:
+    """The inverse of `_bend`."""
     away = 2 * places - 1
     return np.asarray(_CENTRE + (1 - _CENTRE) * away / (1 + _BEND - _BEND * np.abs(away)))
 

@@ -75,7 +75,7 @@ def chart_contrast(device: ArrayLike, scanned: ArrayLike) -> float:
     ramps = list(_ramps(levels, np.clip(shown / shown[white].mean(axis=0), _DARKEST, 1)))
     if len(ramps) < _LEAST_RAMPS:
         return 0.0
-    errors = np.sqrt([sum(_bent(ramp, leading, c) for ramp, leading in ramps) for c in _STRENGTHS])
+    errors = np.sqrt([sum(_bend_error(ramp, leading, c) for ramp, leading in ramps) for c in _STRENGTHS])
     if np.interp(0, _STRENGTHS, errors) < _SEEN * errors.min():
         return 0.0
     strength = float(_STRENGTHS[errors.argmin()])
@@ -93,7 +93,7 @@ def _ramps(levels: NDArray[np.int_], shares: Array) -> Iterable[tuple[Array, int
                 yield shares[rows], leading
 
 
-def _bent(ramp: Array, leading: int, strength: float) -> float:
+def _bend_error(ramp: Array, leading: int, strength: float) -> float:
     """Sum of squares by which a ramp is off a straight line without an S, in the power that makes it straightest."""
     straight = np.maximum(straightened(ramp, strength), _DARKEST) ** (1 / _RAMP_POWERS[:, None, None])
     paper, full = straight[:, :1], straight[:, -1:]
@@ -238,8 +238,8 @@ def match(
         lines = strokes_in(hand, dpi, plain.density) if any(contrasts) else first
         if lines is None:
             return _Explanation(plain, np.inf, np.inf)
-        tone, error = _fitted(lines, other, plain)
-        return _Explanation(tone, error, _apart(plain, tone, shares, to_paper))
+        tone, error = _fit_tone(lines, other, plain)
+        return _Explanation(tone, error, _mean_difference(plain, tone, shares, to_paper))
 
     # a contrast that only the hand's scan has cannot be told from another power
     pairs = [(0.0, contrast), (contrast, contrast)] if contrast else [(0.0, 0.0)]
@@ -249,10 +249,10 @@ def match(
         tone = _of_contrasts(plainest.tone.papers, plainest.tone.contrasts)
     else:
         tone = min(explanations, key=lambda explanation: explanation.error).tone
-    return _judged(tone, first, shares)
+    return _judge_match(tone, first, shares)
 
 
-def _fitted(hand: Strokes, chart: Strokes, plain: Tone) -> tuple[Tone, float]:
+def _fit_tone(hand: Strokes, chart: Strokes, plain: Tone) -> tuple[Tone, float]:
     """The tone with the contrasts of `plain` that explains the one by the other best; and the error that it leaves."""
     from scipy.optimize import least_squares
 
@@ -275,13 +275,13 @@ def _fitted(hand: Strokes, chart: Strokes, plain: Tone) -> tuple[Tone, float]:
     return fitted, float(np.sqrt(np.mean((fitted(shares) - goals) ** 2)))
 
 
-def _apart(first: Tone, second: Tone, shares: Array, paper: Array) -> float:
+def _mean_difference(first: Tone, second: Tone, shares: Array, paper: Array) -> float:
     """ΔE00, mean, between what two tones make of colours (n, 3) as shares of the paper's."""
     views = (conversions.lab(np.clip(paper * tone(shares), 0, 1)) for tone in (first, second))
     return float(conversions.delta_e(*views).mean())
 
 
-def _judged(tone: Tone, hand: Strokes, shares: Array) -> InkMatch:
+def _judge_match(tone: Tone, hand: Strokes, shares: Array) -> InkMatch:
     from_paper, to_paper = tone.papers
     same = _of_contrasts(tone.papers, (tone.contrasts[0], tone.contrasts[0]))
     plain, shown = (conversions.lab(np.clip(to_paper * tone_(shares), 0, 1)) for tone_ in (same, tone))
@@ -291,4 +291,4 @@ def _judged(tone: Tone, hand: Strokes, shares: Array) -> InkMatch:
     within = not len(powers) or bool(
         powers.min() >= _POWERS[0] and powers.max() <= _POWERS[1] and powers.max() <= _APART * powers.min()
     )
-    return InkMatch(tone, from_paper, to_paper, _apart(same, tone, shares, to_paper), lighter, within)
+    return InkMatch(tone, from_paper, to_paper, _mean_difference(same, tone, shares, to_paper), lighter, within)

@@ -74,14 +74,14 @@ def strokes_in(density: Density, dpi: float, tone: Callable[[Density], Density] 
     pixel = 25.4 / dpi
     shown = density if tone is None else tone(density.reshape(-1, 3)).reshape(density.shape)
     dark = cv2.GaussianBlur(shown.mean(axis=2).astype(np.float32), (0, 0), max(0.4, _SOFT / pixel))
-    core = _core(np.asarray(dark))
+    core = _core_density(np.asarray(dark))
     if core is None:
         return None
     lines = (dark > _HALF * core).astype(np.uint8)
     depth = np.asarray(cv2.distanceTransform(lines, cv2.DIST_L2, 5)) * pixel
     away = np.asarray(cv2.distanceTransform(1 - lines, cv2.DIST_L2, 5)) * pixel
     beyond = np.where(lines > 0, pixel / 2 - depth, away - pixel / 2)
-    beyond[_filled(depth, pixel)] = np.inf
+    beyond[_filled_areas(depth, pixel)] = np.inf
     bounds = (-np.inf, *(max(_RING, pixel) * end for end in _ENDS))
     rings = tuple(density[(beyond > low) & (beyond <= high)].astype(np.float64) for low, high in pairwise(bounds))
     if not (beyond <= 0).any() or sum(map(len, rings[:2])) < LEAST:
@@ -90,7 +90,7 @@ def strokes_in(density: Density, dpi: float, tone: Callable[[Density], Density] 
     return Strokes(rings, float((beyond <= 0).sum()) * pixel**2 / width)
 
 
-def _core(dark: NDArray[Any]) -> float | None:
+def _core_density(dark: NDArray[Any]) -> float | None:
     """Density of the middle of lines; None where nothing is denser than paper is uneven."""
     middle = float(np.median(dark))
     bare = dark[dark <= middle]
@@ -102,7 +102,7 @@ def _core(dark: NDArray[Any]) -> float | None:
     return float(np.median(inked[inked > _HALF * np.quantile(inked, 0.95)]))
 
 
-def _filled(depth: NDArray[Any], pixel: float) -> NDArray[np.bool_]:
+def _filled_areas(depth: NDArray[Any], pixel: float) -> NDArray[np.bool_]:
     """Where something was filled in that is no line, with its edges."""
     import cv2
 

@@ -39,7 +39,7 @@ from handout.pipeline.proofing import proof
 from handout.pipeline.results import SILENT, Facts, Listener
 from handout.plotting.jobs.store import free_name
 from handout.printing import journal, printers
-from handout.printing.journal import Piece, Run
+from handout.printing.journal import JournalRun, Piece
 
 _PLAN, _PROOF, _FACTS, _APPROVED, _PDF = "batch.json", "proof.pdf", "proof-facts.json", "approved", "batch.pdf"
 # a text as a letter that has no gaps
@@ -101,7 +101,7 @@ class _Batch:
         return merging.read(self.table, self.plan.table, self.merge, listener)
 
     @property
-    def run(self) -> Run | None:
+    def run(self) -> JournalRun | None:
         """What its journal says."""
         return journal.last_run(self.table)
 
@@ -248,7 +248,7 @@ def _facts(path: Path) -> dict[str, Any]:
     return facts
 
 
-def _state(row: int, run: Run | None) -> str:
+def _state(row: int, run: JournalRun | None) -> str:
     """What became of a row."""
     steps = [] if run is None else [step for piece, step in run.steps.items() if piece.row == row]
     if run is None or not steps:

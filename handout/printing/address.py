@@ -63,22 +63,22 @@ def person(fields: Fields) -> str:
 
 def _people(fields: Fields) -> list[str]:
     """Names and departments."""
-    return _once([person(fields), *fields.get("name", ())[1:], *fields.get("attention", ())])
+    return _drop_repeats([person(fields), *fields.get("name", ())[1:], *fields.get("attention", ())])
 
 
 def _firm(fields: Fields) -> list[str]:
-    return _once(fields.get("company", ()))
+    return _drop_repeats(fields.get("company", ()))
 
 
 def _care(fields: Fields) -> list[str]:
     return [care if care.casefold().startswith("c/o") else f"c/o {care}" for care in fields.get("careof", ())]
 
 
-def _once(lines: Sequence[str]) -> list[str]:
+def _drop_repeats(lines: Sequence[str]) -> list[str]:
     return list(dict.fromkeys(line for line in lines if line))
 
 
-def _street(fields: Fields, country: Country, number_first: bool) -> list[str]:
+def _street_lines(fields: Fields, country: Country, number_first: bool) -> list[str]:
     street, number = _first(fields, "street"), _first(fields, "number")
     if country.number_first is not None:
         number_first = country.number_first
@@ -87,10 +87,10 @@ def _street(fields: Fields, country: Country, number_first: bool) -> list[str]:
     extra = list(fields.get("extra", ()))
     above, below = (extra, []) if country.extra_first else ([], extra)
     streets = (line, *fields.get("street", ())[1:], *fields.get("street2", ()))
-    return _once([*above, *streets, *below, *fields.get("box", ())])
+    return _drop_repeats([*above, *streets, *below, *fields.get("box", ())])
 
 
-def _ordered(fields: Fields, country: Country, number_first: bool) -> list[str]:
+def _order_lines(fields: Fields, country: Country, number_first: bool) -> list[str]:
     """The lines of an address whose parts are known, in the order of its country (see `Country.order`)."""
     city, state, code = (_first(fields, role) for role in ("city", "state", "postcode"))
     order = country.order.split("%n")
@@ -102,16 +102,16 @@ def _ordered(fields: Fields, country: Country, number_first: bool) -> list[str]:
     values = {
         "%N": _people(fields),
         "%O": _firm(fields),
-        "%A": [*_care(fields), *_street(fields, country, number_first)],
+        "%A": [*_care(fields), *_street_lines(fields, country, number_first)],
         "%D": list(fields.get("locality", ())),
         "%C": [city],
         "%S": [state if state != city else ""],
         "%Z": [code],
     }
-    return _once([text for line in _complete(order) for text in _line(line, values)])
+    return _drop_repeats([text for line in _complete_order(order) for text in _line(line, values)])
 
 
-def _complete(order: Sequence[str]) -> list[str]:
+def _complete_order(order: Sequence[str]) -> list[str]:
     """The lines of an order, with those of towns, parts of towns, states and postal codes that it has no place for."""
     text = "%n".join(order)
     for lacking in ("%C", "%D"):
@@ -174,7 +174,7 @@ def _split_place(fields: Fields) -> Fields:
     return {**rest, **{role: [value] for role, value in parts.items()}}
 
 
-def _whole_number(fields: Fields) -> tuple[Fields, list[str]]:
+def _mend_postcode(fields: Fields) -> tuple[Fields, list[str]]:
     """The fields with a postal code exported as a decimal number ("62704.0") mended; and a warning that says so."""
     code = _first(fields, "postcode")
     if not re.fullmatch(r"\d+\.0+", code):
@@ -198,7 +198,7 @@ def lines(fields: Fields, number_first: bool = False) -> tuple[tuple[str, ...], 
     tuple
         (lines, warnings, problem); `lines` is empty where `problem` is not.
     """
-    fields, warnings = _whole_number(_split_place(fields))
+    fields, warnings = _mend_postcode(_split_place(fields))
     country_name = _first(fields, "country")
     country = (
         countries.find(country_name)
@@ -206,7 +206,7 @@ def lines(fields: Fields, number_first: bool = False) -> tuple[tuple[str, ...], 
         else countries.guess(_first(fields, "postcode"), _first(fields, "state"))
     ) or countries.UNKNOWN
     if set(fields) & PARTS:
-        written = _ordered(fields, country, number_first)
+        written = _order_lines(fields, country, number_first)
         if not set(fields) & {"city", "place", "postcode"}:
             warnings.append("it names no city")
         if odd := countries.postcode_warning(_first(fields, "postcode"), country):

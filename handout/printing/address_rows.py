@@ -64,23 +64,23 @@ def row(number: int, texts: Sequence[str], columns: Sequence[Column], wanted: st
     TableError
         Two columns hold the same thing, and differ.
     """
-    by_header = _by_header(columns, texts)
+    by_header = _name_cells(columns, texts)
     of_address = [(column, text) for column, text in zip(columns, texts, strict=False) if column.role not in SETTINGS]
     cells = [Cell(column, text) for column, text in of_address if text and column.role]
     problem = _unreadable(texts, columns, cells)
     if problem:
         return Row(number, (), (), problem, by_header)
-    kind, warnings = _chosen_kind(number, cells, wanted, account)
-    chosen = _cells_of(kind, number, cells, columns, account)
+    kind, warnings = _choose_kind(number, cells, wanted, account)
+    chosen = _select_cells(kind, number, cells, columns, account)
     for role in _SINGLE:
         several = [cell for cell in chosen if cell.role == role]
-        if len({_comparable(cell) for cell in several}) > 1:
+        if len({_normalise_cell(cell) for cell in several}) > 1:
             both = " and ".join(f"{cell.column.name} ({cell.text!r})" for cell in several)
             raise TableError(
                 f"row {number}: the columns {both} both hold the {_CALLED.get(role, role)}, and differ: leave one out, "
                 f'such as --columns "none={several[-1].column.header}".'
             )
-    fields = _fields(chosen)
+    fields = _collect_fields(chosen)
     roles = [column.role for column in columns]
     number_first = {"number", "street"} <= set(roles) and roles.index("number") < roles.index("street")
     lines, doubts, problem = address.lines(fields, number_first)
@@ -103,7 +103,7 @@ def cell_names(columns: Sequence[Column]) -> list[str]:
     ]
 
 
-def _by_header(columns: Sequence[Column], texts: Sequence[str]) -> dict[str, str]:
+def _name_cells(columns: Sequence[Column], texts: Sequence[str]) -> dict[str, str]:
     """Every cell by the name of its column."""
     return {name: text for name, text in zip(cell_names(columns), texts, strict=False) if name}
 
@@ -111,7 +111,7 @@ def _by_header(columns: Sequence[Column], texts: Sequence[str]) -> dict[str, str
 def unaddressed(number: int, texts: Sequence[str], columns: Sequence[Column]) -> Row:
     """A row of which no address is wanted."""
     cells = [Cell(column, text) for column, text in zip(columns, texts, strict=False) if text]
-    return Row(number, (), (), _unreadable(texts, columns, cells), _by_header(columns, texts))
+    return Row(number, (), (), _unreadable(texts, columns, cells), _name_cells(columns, texts))
 
 
 def _unreadable(texts: Sequence[str], columns: Sequence[Column], cells: Sequence[Cell]) -> str:
@@ -125,7 +125,7 @@ def _unreadable(texts: Sequence[str], columns: Sequence[Column], cells: Sequence
     return f"the cell under {broken.column.name} holds the error {broken.text}" if broken else ""
 
 
-def _chosen_kind(number: int, cells: Sequence[Cell], wanted: str, account: Account) -> tuple[str, list[str]]:
+def _choose_kind(number: int, cells: Sequence[Cell], wanted: str, account: Account) -> tuple[str, list[str]]:
     """Which of a row's addresses is written, and what to warn of; the others are noted."""
     kinds = _kinds_held(cells)
     if not kinds:
@@ -156,7 +156,9 @@ def _complete_without_kind(cells: Sequence[Cell]) -> bool:
     return any(not cell.column.kind and cell.role in _TOWNS for cell in cells)
 
 
-def _cells_of(kind: str, number: int, cells: Sequence[Cell], columns: Sequence[Column], account: Account) -> list[Cell]:
+def _select_cells(
+    kind: str, number: int, cells: Sequence[Cell], columns: Sequence[Column], account: Account
+) -> list[Cell]:
     """The cells of the address that is written: those of its kind, and those without a kind that go with it.
 
     An employer does not go with a home address, nor another name with a parcel: that is noted.
@@ -176,12 +178,12 @@ def _cells_of(kind: str, number: int, cells: Sequence[Cell], columns: Sequence[C
     return [cell for cell in fitting if cell.column.kind or cell.role not in foreign]
 
 
-def _comparable(cell: Cell) -> str:
+def _normalise_cell(cell: Cell) -> str:
     country = countries.find(cell.text) if cell.role == "country" else None
     return country.code if country else normalised(cell.text)
 
 
-def _fields(chosen: Sequence[Cell]) -> dict[str, list[str]]:
+def _collect_fields(chosen: Sequence[Cell]) -> dict[str, list[str]]:
     """Role → cells in the order of the table, each once; names put together by person, shared cells taken apart."""
     fields: dict[str, list[str]] = {}
     roles = {cell.role for cell in chosen}
@@ -189,7 +191,7 @@ def _fields(chosen: Sequence[Cell]) -> dict[str, list[str]]:
         for role, text in _parts(cell, roles).items():
             if text not in fields.get(role, []) or role in NAME_PARTS - {"name"} or role != cell.role:
                 fields.setdefault(role, []).append(text)
-    people = _people(chosen)
+    people = _collect_people(chosen)
     if len(people) > 1:
         fields = {role: texts for role, texts in fields.items() if role not in NAME_PARTS}
         fields["name"] = people
@@ -203,17 +205,17 @@ def _parts(cell: Cell, roles: set[str]) -> dict[str, str]:
         split = address.place_parts(cell.text, parts)
         if split and "locality" not in split and "county" not in split:
             return split
-    return {cell.role: _spoken(cell)}
+    return {cell.role: _write_out(cell)}
 
 
-def _spoken(cell: Cell) -> str:
+def _write_out(cell: Cell) -> str:
     """A cell as it is written on the envelope: "Lovelace, Ada" becomes "Ada Lovelace"."""
     last, comma, first = (part.strip() for part in cell.text.partition(","))
     turned = cell.column.surname_first and comma and last and first and "," not in first
     return f"{first} {last}" if turned else cell.text
 
 
-def _people(chosen: Sequence[Cell]) -> list[str]:
+def _collect_people(chosen: Sequence[Cell]) -> list[str]:
     """The names of a row that has columns for several people: another begins where a part of a name comes again."""
     people: list[dict[str, list[str]]] = [{}]
     last = ""
@@ -224,7 +226,7 @@ def _people(chosen: Sequence[Cell]) -> list[str]:
         again = role in people[-1] and role != last
         if (again and role != "title") or (role == "title" and set(people[-1]) - {"title"}) or role == last == "name":
             people.append({})
-        people[-1].setdefault(role, []).append(_spoken(cell))
+        people[-1].setdefault(role, []).append(_write_out(cell))
         last = role
     return list(dict.fromkeys(name for person in people if (name := address.person(person))))
 

@@ -23,7 +23,7 @@ from handout.printing.columns import (
     understood,
 )
 from handout.printing.rows import Row
-from handout.printing.table_files import Record, Sheet, header_candidates, read_sheet
+from handout.printing.table_files import TableRecord, TableSheet, header_candidates, read_sheet
 
 _MOST_NAMED = 12  # kinds of invisible characters
 
@@ -71,7 +71,7 @@ class _Table:
     """A sheet whose columns are known; `header` is the row of their names, 0 if there is none."""
 
     path: Path
-    sheet: Sheet
+    sheet: TableSheet
     header: int
     columns: Sequence[Column]
     notes: tuple[str, ...] = ()
@@ -110,12 +110,12 @@ def read_addresses(
     InputError
         `columns` names what the table does not have.
     """
-    table = _understood(path, columns)
+    table = _read_table(path, columns)
     if not addressable(table.columns):
-        raise TableError(_not_addressable(table))
+        raise TableError(_explain_unaddressable(table))
     records, notes = _records_below(table)
-    kind = _wanted_kind(address, table.columns)
-    return _addresses(replace(table, notes=(*table.notes, *notes)), records, kind, nameless, elsewhere)
+    kind = _find_kind(address, table.columns)
+    return _build_addresses(replace(table, notes=(*table.notes, *notes)), records, kind, nameless, elsewhere)
 
 
 def read_rows(path: Path, columns: Sequence[str] = ()) -> Addresses:
@@ -126,21 +126,21 @@ def read_rows(path: Path, columns: Sequence[str] = ()) -> Addresses:
     TableError, InputError
         As there, but for what concerns addresses.
     """
-    table = _understood(path, columns)
+    table = _read_table(path, columns)
     records, notes = _records_below(table)
     made = ((record, address_rows.unaddressed(n, record.cells, table.columns)) for n, record in records)
-    rows_ = tuple(_with_encoding_warning(row, table.sheet, record) for record, row in made)
+    rows_ = tuple(_add_encoding_warning(row, table.sheet, record) for record, row in made)
     return Addresses(rows_, notes=(*table.sheet.notes, *table.notes, *notes), columns=tuple(table.columns))
 
 
-def _understood(path: Path, columns: Sequence[str]) -> _Table:
+def _read_table(path: Path, columns: Sequence[str]) -> _Table:
     """The table with its columns, as the headers and the user say."""
     assignments = read_assignments(columns)
-    table = _with_header(path, read_sheet(path), assignments)
+    table = _find_header(path, read_sheet(path), assignments)
     return replace(table, columns=assign(assignments, table.columns))
 
 
-def _with_header(path: Path, sheet: Sheet, assignments: Sequence[Assignment]) -> _Table:
+def _find_header(path: Path, sheet: TableSheet, assignments: Sequence[Assignment]) -> _Table:
     """The table with its header found: the row that the user names columns of, the first, or the likeliest."""
     candidates = header_candidates(sheet.records)
     if not candidates:
@@ -159,7 +159,7 @@ def _with_header(path: Path, sheet: Sheet, assignments: Sequence[Assignment]) ->
 
 def _header_row(columns_of: Mapping[int, Sequence[Column]], assignments: Sequence[Assignment]) -> int:
     """The header among the rows that may be it, by their numbers; 0 where the user tells columns by their places."""
-    candidates = _below_groups(columns_of)
+    candidates = _drop_group_heads(columns_of)
     named = [n for n, row in columns_of.items() if names_any(assignments, [column.header for column in row])]
     likely = [n for n in candidates if _like_a_header(columns_of[n])]
     by_place = bool(assignments) and all(assignment.place for assignment in assignments)
@@ -169,7 +169,7 @@ def _header_row(columns_of: Mapping[int, Sequence[Column]], assignments: Sequenc
     return (named or first or likely or candidates)[0]
 
 
-def _below_groups(columns_of: Mapping[int, Sequence[Column]]) -> list[int]:
+def _drop_group_heads(columns_of: Mapping[int, Sequence[Column]]) -> list[int]:
     """The rows but for those that head groups of the columns that the row below names: they have gaps, and say less."""
 
     def size(n: int) -> tuple[int, int]:
@@ -190,7 +190,7 @@ def _one_line(cell: str) -> str:
     return " ".join(cell.split())
 
 
-def _records_below(table: _Table) -> tuple[list[tuple[int, Record]], list[str]]:
+def _records_below(table: _Table) -> tuple[list[tuple[int, TableRecord]], list[str]]:
     """The rows below the header with their numbers, and what has to be said of those that are skipped."""
     header = [column.header for column in table.columns if column.header]
     records, repeated = [], []
@@ -212,8 +212,8 @@ def _records_below(table: _Table) -> tuple[list[tuple[int, Record]], list[str]]:
     return records, notes
 
 
-def _addresses(
-    table: _Table, records: Sequence[tuple[int, Record]], kind: str, nameless: bool, elsewhere: Collection[str]
+def _build_addresses(
+    table: _Table, records: Sequence[tuple[int, TableRecord]], kind: str, nameless: bool, elsewhere: Collection[str]
 ) -> Addresses:
     account = Account()
     addressed = []
@@ -222,7 +222,7 @@ def _addresses(
             row = address_rows.row(n, record.cells, table.columns, kind, account)
         except TableError as error:
             raise TableError(f"{table.path}: {error}") from None
-        addressed.append(_with_encoding_warning(row, table.sheet, record))
+        addressed.append(_add_encoding_warning(row, table.sheet, record))
     addressed, doubts = address_rows.questioned(addressed, account)
     if not account.has_names and not nameless and any(row.lines for row in addressed):
         unknown = [column for column in table.columns if column.role is None and column.header]
@@ -238,8 +238,8 @@ def _addresses(
     used, unused = _used_and_unused(table.columns, cells, account, places)
     return Addresses(
         tuple(addressed),
-        tuple((_called(column), str(column.role or "letter")) for column in used),
-        tuple(map(_called, unused)),
+        tuple((_column_title(column), str(column.role or "letter")) for column in used),
+        tuple(map(_column_title, unused)),
         (*table.sheet.notes, *table.notes, *notes, *doubts),
         tuple(table.columns),
     )
@@ -261,11 +261,11 @@ def _used_and_unused(
     return used, unused
 
 
-def _called(column: Column) -> str:
+def _column_title(column: Column) -> str:
     return column.header or f"column {column.number}"
 
 
-def _with_encoding_warning(row: Row, sheet: Sheet, record: Record) -> Row:
+def _add_encoding_warning(row: Row, sheet: TableSheet, record: TableRecord) -> Row:
     accented = next((word for cell in record.cells for word in cell.split() if not word.isascii()), "")
     if not (sheet.encoding and accented and sheet.odd & set(record.lines)):
         return row
@@ -273,7 +273,7 @@ def _with_encoding_warning(row: Row, sheet: Sheet, record: Record) -> Row:
     return replace(row, warnings=(*row.warnings, warning))
 
 
-def _wanted_kind(address: str, columns: Sequence[Column]) -> str:
+def _find_kind(address: str, columns: Sequence[Column]) -> str:
     """The kind of address that is asked for, as the columns have it.
 
     Raises
@@ -291,7 +291,7 @@ def _wanted_kind(address: str, columns: Sequence[Column]) -> str:
     raise TableError(f"address: the table {has}, and no {address!r}.")
 
 
-def _not_addressable(table: _Table) -> str:
+def _explain_unaddressable(table: _Table) -> str:
     """Why no address can be read, and the way out."""
     if not table.header:
         return f"{table.path}: none of the columns that --columns names holds a street, a place or an address."

@@ -193,10 +193,10 @@ def make_rows(
         chosen = [row for row in chosen if row.problem or row.number in left]
     checked = Checked(wanted=[row.number for row in chosen if not row.problem], said=journal.told)
     if options.all_or_none and devices:
-        _refuse((check or make)(chosen), len(chosen), listener)
-    taken, jobs = _taken(make(chosen), place, copies, checked), tuple[Job, ...]()
+        _check_rows((check or make)(chosen), len(chosen), listener)
+    taken, jobs = _take_rows(make(chosen), place, copies, checked), tuple[Job, ...]()
     if devices:
-        taken = _without_lost(taken, checked, todo, journal, again)
+        taken = _skip_lost(taken, checked, todo, journal, again)
         batch = (taken, checked, todo, [row.number for row in rows if not row.problem], journal, listener)
         jobs = send_to_several(place, *batch) if isinstance(place, Several) else send(cast("Spool", place), *batch)
     else:  # a file that appears whole or not at all
@@ -210,7 +210,7 @@ def make_rows(
     return Report(done, tuple(checked.failed), place.files(), jobs, tuple(checked.warnings), before, unknown)
 
 
-def _taken(
+def _take_rows(
     made: Iterable[PreparedRow], place: Destination, copies: Mapping[int, int], checked: Checked
 ) -> Iterator[Sequence[Piece]]:
     """The pieces of every row, when the destination has taken them; of one that cannot be made, none."""
@@ -225,7 +225,7 @@ def _taken(
         yield pieces(row.number, copies[row.number], [page.part for page in row.pages])
 
 
-def _without_lost(
+def _skip_lost(
     taken: Iterable[Sequence[Piece]], checked: Checked, todo: Remaining, journal: Journal, again: Collection[int]
 ) -> Iterator[Sequence[Piece]]:
     """The pieces of rows without the first fresh ones, which may have been sent in lines that are damaged."""
@@ -244,7 +244,7 @@ def _without_lost(
             yield []
 
 
-def _refuse(checked: Iterable[PreparedRow], total: int, listener: Listener) -> None:
+def _check_rows(checked: Iterable[PreparedRow], total: int, listener: Listener) -> None:
     """Raise RowsRefused where a row cannot be made."""
     found = Checked()
     for number, row in enumerate(checked):

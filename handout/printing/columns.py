@@ -148,18 +148,18 @@ def _without_fillers(header: str) -> Meaning | None:
         if not rest or not (kind or normalised(word) in FILLERS):
             continue
         sense = _listed(rest) or _without_fillers(rest)
-        if sense is not None and normalised(rest) not in AMBIGUOUS_NUMBERS and _goes_with(sense.role, kind):
+        if sense is not None and normalised(rest) not in AMBIGUOUS_NUMBERS and _fits_kind(sense.role, kind):
             return replace(sense, kind=kind or sense.kind)
     name = normalised(header)
     for prefix in _PREFIXES:  # Lieferstraße, Gastname
         rest = name.removeprefix(prefix)
         if rest != name and rest in ROLES and rest not in AMBIGUOUS_NUMBERS:
             kind = KINDS.get(prefix, "")
-            return Meaning(ROLES[rest], kind) if _goes_with(ROLES[rest], kind) else None
+            return Meaning(ROLES[rest], kind) if _fits_kind(ROLES[rest], kind) else None
     return None
 
 
-def _goes_with(role: str, kind: str) -> bool:
+def _fits_kind(role: str, kind: str) -> bool:
     # "business title" is a job, not a form of address; but a shipping or billing address has a name of its own
     return not kind or role in ADDRESS or (kind in ("shipping", "billing") and role in NAME_PARTS | {"company"})
 
@@ -219,11 +219,11 @@ def columns(headers: Sequence[str]) -> list[Column]:
     row = [Column(n, header, meaning(header)) for n, header in enumerate(headers, 1)]
     for kind in sorted({column.kind for column in row}):
         roles = {column.role for column in row if column.kind in ("", kind)}
-        row = [_with_role(column, _role_beside(column, roles)) if column.kind == kind else column for column in row]
-    return [_with_role(column, None) if _is_running_number(row, i) else column for i, column in enumerate(row)]
+        row = [_replace_role(column, _role_beside(column, roles)) if column.kind == kind else column for column in row]
+    return [_replace_role(column, None) if _is_running_number(row, i) else column for i, column in enumerate(row)]
 
 
-def _with_role(column: Column, role: str | None) -> Column:
+def _replace_role(column: Column, role: str | None) -> Column:
     """The column with another role, or without a meaning."""
     if role == column.role:
         return column
@@ -329,10 +329,10 @@ def assign(assignments: Sequence[Assignment], columns: Sequence[Column]) -> list
             named = ", ".join(repr(header) for header in headers if header) or "no headers"
             raise InputError(f"columns: the table has no column {assignment.column!r}; it has {len(headers)}: {named}.")
         roles |= dict.fromkeys(places, assignment.role)
-    return [_assigned(column, roles) for column in columns]
+    return [_assign_role(column, roles) for column in columns]
 
 
-def _assigned(column: Column, roles: dict[int, str | None]) -> Column:
+def _assign_role(column: Column, roles: dict[int, str | None]) -> Column:
     if column.number in roles:
         role = roles[column.number]
         parts = column.parts if column.role == role else ()

@@ -77,7 +77,7 @@ def pwg(pixels: Pixels, dpi: int, page: Page, media: str = "") -> bytes:
     for offset, text in ((_CLASS, "PwgRaster"), (_MEDIA_TYPE, "auto"), (_SIZE_NAME, media)):
         words = text.encode("ascii")[:63]
         header[offset : offset + len(words)] = words
-    return _SYNC + bytes(header) + b"".join(_lines(pixels))
+    return _SYNC + bytes(header) + b"".join(_compress_lines(pixels))
 
 
 def urf(pixels: Pixels, dpi: int) -> bytes:
@@ -87,21 +87,21 @@ def urf(pixels: Pixels, dpi: int) -> bytes:
     bits, space_srgb, one_sided, normal = 24, 1, 1, 4
     struct.pack_into(">4B", header, 0, bits, space_srgb, one_sided, normal)
     struct.pack_into(">3I", header, 12, width, height, dpi)
-    return _URF_SYNC + struct.pack(">I", 1) + bytes(header) + b"".join(_lines(pixels))
+    return _URF_SYNC + struct.pack(">I", 1) + bytes(header) + b"".join(_compress_lines(pixels))
 
 
-def _lines(pixels: Pixels) -> Iterator[bytes]:
+def _compress_lines(pixels: Pixels) -> Iterator[bytes]:
     """The compressed lines; equal lines that follow each other are written once."""
     new = np.ones(len(pixels), bool)
     new[1:] = (pixels[1:] != pixels[:-1]).any(axis=(1, 2))
     starts = np.flatnonzero(new)
     for start, end in zip(starts, [*starts[1:], len(pixels)], strict=True):
-        packed = _packed(pixels[start])
+        packed = _pack_line(pixels[start])
         for first in range(start, end, _MOST_LINES):
             yield bytes([min(end - first, _MOST_LINES) - 1]) + packed
 
 
-def _packed(line: Pixels) -> bytes:
+def _pack_line(line: Pixels) -> bytes:
     """One line: runs of an equal pixel as (count − 1, pixel), different pixels as (257 − count, pixels …)."""
     edges = np.flatnonzero((line[1:] != line[:-1]).any(axis=1)) + 1
     starts, ends = [0, *edges.tolist()], [*edges.tolist(), len(line)]
@@ -111,14 +111,14 @@ def _packed(line: Pixels) -> bytes:
         if end - start == 1:
             loose += 1
             continue
-        parts += _literal(data, start - loose, start)
+        parts += _pack_literal(data, start - loose, start)
         loose = 0
         for first in range(start, end, _MOST_PIXELS):
             parts.append(bytes([min(end - first, _MOST_PIXELS) - 1]) + data[3 * start : 3 * start + 3])
-    return b"".join([*parts, *_literal(data, len(line) - loose, len(line))])
+    return b"".join([*parts, *_pack_literal(data, len(line) - loose, len(line))])
 
 
-def _literal(data: bytes, start: int, end: int) -> Iterator[bytes]:
+def _pack_literal(data: bytes, start: int, end: int) -> Iterator[bytes]:
     for first in range(start, end, _MOST_PIXELS):
         last = min(first + _MOST_PIXELS, end)
         # a single pixel is a run of one: a count of 257 − 1 has no byte

@@ -221,7 +221,7 @@ def begin(what: Batch, seed: int, place: Path | None = None, afresh: bool = Fals
     with _closing_if_refused(file):
         before = _read(file.lines)
         if before is not None and not before.head:  # nor is it known whose batch it was
-            raise InputError(_not_known(before, what, path))
+            raise InputError(_explain_lost_head(before, what, path))
         if before is not None and before.ended != "done" and not afresh:
             raise InputError(
                 f"This batch of {what.table.name} was begun {_time(before)} and broke off: go on with --resume, or "
@@ -242,14 +242,14 @@ def resume(what: Batch, place: Path | None = None) -> Journal:
     """
     path = _path(what, place)
     if not path.exists():
-        raise InputError(_nothing_to_resume(what, place or folder()))
+        raise InputError(_explain_nothing_to_resume(what, place or folder()))
     file = JournalFile(path, _BUSY)
     with _closing_if_refused(file):
         last = _read(file.lines)
         if last is None:
-            raise InputError(_nothing_to_resume(what, place or folder()))
+            raise InputError(_explain_nothing_to_resume(what, place or folder()))
         if not last.head:
-            raise InputError(_not_known(last, what, path))
+            raise InputError(_explain_lost_head(last, what, path))
     run = _token()
     head = {"resumed": _now(), "run": run}
     known = (last.steps, last.parts, last.damaged, last.lost, last.begun, last.token)
@@ -272,7 +272,7 @@ def _closing_if_refused(file: JournalFile) -> Iterator[None]:
         raise
 
 
-def _not_known(run: Run, what: Batch, path: Path) -> str:
+def _explain_lost_head(run: JournalRun, what: Batch, path: Path) -> str:
     """That a run whose beginning is lost cannot be gone on with, and what is known of its rows."""
     states = {row: {step.state for piece, step in run.steps.items() if piece.row == row} for row in run.parts}
     done = [row for row, found in sorted(states.items()) if found == {"completed"}]
@@ -287,7 +287,7 @@ def _not_known(run: Run, what: Batch, path: Path) -> str:
 
 
 @dataclass
-class Run:
+class JournalRun:
     """A run as read from its file, with its resumptions.
 
     token : its name; head : how it was begun, empty where that is damaged.
@@ -331,7 +331,7 @@ class Run:
         self.ended = ""
 
 
-def last_run(table: Path, place: Path | None = None) -> Run | None:
+def last_run(table: Path, place: Path | None = None) -> JournalRun | None:
     """The newest run of a table in this file, whatever was made of it; None if there was none."""
     paths = sorted((place or folder()).glob("*.jsonl"), key=lambda path: path.stat().st_mtime, reverse=True)
     runs = (run for path in paths if (run := _read(journal_lines.read(path))) is not None)
@@ -343,7 +343,7 @@ def _token() -> str:
     return secrets.token_hex(3)
 
 
-def _time(run: Run) -> str:
+def _time(run: JournalRun) -> str:
     return f"on {run.head['begun']}".replace("T", " at ") if run.head else "at a time that is not known"
 
 
@@ -351,7 +351,7 @@ def _now() -> str:
     return datetime.now().isoformat(timespec="seconds")
 
 
-def _read(lines: Iterable[str | Damage]) -> Run | None:
+def _read(lines: Iterable[str | Damage]) -> JournalRun | None:
     """The last run in a journal; None if it holds none."""
     run, gap = None, None
     for line in lines:
@@ -360,15 +360,15 @@ def _read(lines: Iterable[str | Damage]) -> Run | None:
             damage = line if isinstance(line, Damage) else Damage(0, len(line))
             gap = damage if gap is None else Damage(gap.line, gap.size + damage.size)
         else:
-            run, gap = _with(run, entry, gap), None
-    return run if gap is None else _with(run, {}, gap)
+            run, gap = _add_line(run, entry, gap), None
+    return run if gap is None else _add_line(run, {}, gap)
 
 
-def _with(run: Run | None, entry: dict[str, Any], gap: Damage | None) -> Run:
+def _add_line(run: JournalRun | None, entry: dict[str, Any], gap: Damage | None) -> JournalRun:
     """A run with a line more, or the run that the line begins; gap : what is damaged before it."""
     token = str(entry.get("run" if "begun" in entry else "of", "" if run is None else run.token))
     if run is None or run.token != token:
-        run = Run(token, {})
+        run = JournalRun(token, {})
     if "begun" in entry:
         run.head, run.damaged = entry, run.damaged or (0 if gap is None else gap.line)
     else:
@@ -393,7 +393,7 @@ def _most(gap: Damage | None) -> int:
     return 0 if gap is None else gap.size // _SHORTEST + 1
 
 
-def _nothing_to_resume(what: Batch, place: Path) -> str:
+def _explain_nothing_to_resume(what: Batch, place: Path) -> str:
     """Why nothing can be resumed: what has changed since the newest batch of the same table."""
     last = last_run(what.table, place)
     if last is None:

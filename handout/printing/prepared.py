@@ -192,7 +192,7 @@ class _ForPrinter:
 
     fed: Callable[[Page], Printer]
 
-    def _prepared(self, page: BatchPage, data: bytes) -> PreparedPage:
+    def _finish_page(self, page: BatchPage, data: bytes) -> PreparedPage:
         sheet = page.drawing.page
         return PreparedPage(page.part, sheet, data, margin_warning(page.drawing, self.fed(sheet)) or "")
 
@@ -214,7 +214,7 @@ class Document(_ForPrinter):
         feeding = Feeding.of(page.drawing.page, self.fed(page.drawing.page))
         page = page if self.calibrated else replace(page, calibrate=None)
         pixels = feeding.pixels(page.pixels(self.dpi))
-        return self._prepared(page, WRITERS[self.format](feeding.sheet, pixels, {**self.about, "row": number}))
+        return self._finish_page(page, WRITERS[self.format](feeding.sheet, pixels, {**self.about, "row": number}))
 
 
 @dataclass(frozen=True)
@@ -225,7 +225,7 @@ class PdfPage(_ForPrinter):
 
     def __call__(self, number: int, page: BatchPage) -> PreparedPage:
         """See `Prepare`."""
-        return self._prepared(page, picture_pdf.page_picture(page.drawing.page, page.pixels(self.dpi)).packed())
+        return self._finish_page(page, picture_pdf.page_picture(page.drawing.page, page.pixels(self.dpi)).packed())
 
 
 @dataclass(frozen=True)
@@ -236,4 +236,4 @@ class Picture(_ForPrinter):
 
     def __call__(self, number: int, page: BatchPage) -> PreparedPage:
         """See `Prepare`."""
-        return self._prepared(page, page.file(self.path))
+        return self._finish_page(page, page.file(self.path))

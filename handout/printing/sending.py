@@ -186,7 +186,9 @@ def remaining(
     for row in rows:
         if row not in journal.parts:
             continue
-        outcomes = {piece: _outcome(journal, devices, piece) for piece in pieces(row, copies[row], journal.parts[row])}
+        outcomes = {
+            piece: _find_outcome(journal, devices, piece) for piece in pieces(row, copies[row], journal.parts[row])
+        }
         for piece, outcome in outcomes.items():
             if outcome.state == "waiting":
                 todo.wait.append(piece)
@@ -210,16 +212,16 @@ def device_of(step: Step, devices: Sequence[Device]) -> Device | None:
     return devices[0] if len(devices) == 1 else next(named, None)
 
 
-def _outcome(journal: Journal, devices: Sequence[Device], piece: Piece) -> Outcome:
+def _find_outcome(journal: Journal, devices: Sequence[Device], piece: Piece) -> Outcome:
     """Find out what became of a piece, asking the device if need be; "failed" if it was never sent."""
-    outcome = _found(journal, devices, piece)
+    outcome = _ask_outcome(journal, devices, piece)
     if outcome.state == "failed" and journal.lost:  # or begun, or once more, in a line that is damaged
         journal.note(piece, "doubtful", why=journal.why)
         return Outcome("unknown", journal.why)
     return outcome
 
 
-def _found(journal: Journal, devices: Sequence[Device], piece: Piece) -> Outcome:
+def _ask_outcome(journal: Journal, devices: Sequence[Device], piece: Piece) -> Outcome:
     step = journal.steps.get(piece, Step("failed"))
     if step.state in ("failed", "completed"):
         return Outcome(step.state)
@@ -262,7 +264,7 @@ def send(
     PrintingStopped
         The queue refused a page, or did not print it.
     """
-    run = Run(checked, table, journal, set(todo.fresh), todo.unknown)
+    run = BatchRun(checked, table, journal, set(todo.fresh), todo.unknown)
     for piece in (*todo.send, *todo.wait):
         run.left.setdefault(piece.row, set()).add(piece)
     for begun in jobs_of(todo.wait, journal):
@@ -316,7 +318,7 @@ def note_outcome(journal: Journal, sheet: Sequence[Piece], outcome: Outcome) -> 
 
 
 @dataclass
-class Run:
+class BatchRun:
     """A batch that is being sent.
 
     table : the rows of its table that can be made, as far as was known; fresh : rows of which nothing was sent before;

@@ -23,6 +23,7 @@ from handout.printing.prepared import BatchPage, Destination, Folder, Prepare, P
 from handout.printing.queue import Device
 from handout.printing.rows import ranges
 from handout.printing.sending import (
+    BatchRun,
     Checked,
     Failed,
     Job,
@@ -31,7 +32,6 @@ from handout.printing.sending import (
     PrintingStopped,
     Remaining,
     Report,
-    Run,
     device_of,
     follow,
     jobs_of,
@@ -148,7 +148,7 @@ def send_to_several(
     PrintingStopped
         Devices stopped, and something is left that the others could not make.
     """
-    run = Run(checked, table, journal, set(todo.fresh), todo.unknown)
+    run = BatchRun(checked, table, journal, set(todo.fresh), todo.unknown)
     for piece in (*todo.send, *todo.wait):
         run.left.setdefault(piece.row, set()).add(piece)
     sharing = _Sharing(place, iter(taken), run, listener)
@@ -186,7 +186,7 @@ class _Sharing:
     waiting : of every device, what it had begun before and may still make.
     """
 
-    def __init__(self, place: Several, rows: Iterator[Sequence[Piece]], run: Run, listener: Listener) -> None:
+    def __init__(self, place: Several, rows: Iterator[Sequence[Piece]], run: BatchRun, listener: Listener) -> None:
         self.place, self.run, self.listener = place, run, listener
         self.waiting: list[list[Piece]] = [[] for _ in place.stations]
         self.interrupted: KeyboardInterrupt | None = None
@@ -311,9 +311,9 @@ class _Sharing:
                     continue
             with self._making:
                 if not self._exhausted and not station.own and not self._open[station.makes]:
-                    self._lay_out(next(self._rows, None))
+                    self._share_row(next(self._rows, None))
 
-    def _lay_out(self, every: Sequence[Piece] | None) -> None:
+    def _share_row(self, every: Sequence[Piece] | None) -> None:
         """A row that is made, or None after the last, laid where its device finds it."""
         with self._changed:
             if every is None:

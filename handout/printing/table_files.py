@@ -1,7 +1,7 @@
 """The cells of a table file, as people and programs make them: delimited text of any kind, or an Excel workbook.
 
-Both are read to the same `Sheet`; what the columns mean is `columns`' business.  A new format is one more branch of
-`read_sheet`.
+Both are read to the same `TableSheet`; what the columns mean is `columns`' business.  A new format is one more branch
+of `read_sheet`.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ _FORMAT_BRACKETS = re.compile(r"\[[^\]]*\]|_.|\*.")
 
 
 @dataclass(frozen=True)
-class Record:
+class TableRecord:
     """One row of cells, as they are shown.
 
     lines : the physical lines it came from, counted from 0; unseen : invisible characters that are not in the cells.
@@ -58,7 +58,7 @@ class Record:
     unseen: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, texts: Iterable[str], lines: range = range(0)) -> Record:
+    def of(cls, texts: Iterable[str], lines: range = range(0)) -> TableRecord:
         """The record of some cells as the file has them."""
         own = list(texts)
         return cls(list(map(_shown_text, own)), lines, tuple(char for text in own for char in address.unseen(text)))
@@ -70,19 +70,19 @@ class Record:
 
 
 @dataclass(frozen=True)
-class Sheet:
+class TableSheet:
     """The records of a file, the first being row 1, and what has to be said of it.
 
     encoding : where it was guessed; odd : the lines that the guess concerns.
     """
 
-    records: list[Record]
+    records: list[TableRecord]
     notes: tuple[str, ...] = ()
     encoding: str = ""
     odd: frozenset[int] = frozenset()
 
 
-def read_sheet(path: Path) -> Sheet:
+def read_sheet(path: Path) -> TableSheet:
     """The cells of a table: of a workbook (openpyxl), or of delimited text.
 
     Raises
@@ -95,11 +95,11 @@ def read_sheet(path: Path) -> Sheet:
     except OSError as error:
         raise TableError(f"{path} cannot be read: {error.strerror or error}.") from error
     if data.startswith(_PACKED):
-        return _workbook(path)
+        return _read_workbook(path)
     kind = next((kind for signature, kind in _SIGNATURES.items() if data.startswith(signature)), None)
     if kind is not None:
         raise TableError(f"{path} is {kind}: save the table as CSV (UTF-8) and give that file.")
-    return _delimited(path, data)
+    return _read_delimited(path, data)
 
 
 def _shown_text(cell: str) -> str:
@@ -107,7 +107,7 @@ def _shown_text(cell: str) -> str:
     return address.tidy(_KEPT_AS_TEXT.sub(lambda mark: mark.group("text") or "", cell.strip(), count=1))
 
 
-def header_candidates(records: Sequence[Record]) -> list[int]:
+def header_candidates(records: Sequence[TableRecord]) -> list[int]:
     """The rows, from 1, that may be the header: the first few that hold more than delimiters and ruled lines."""
     rows = [
         n for n, record in enumerate(records, 1) if any(_RULE.sub("", cell).strip(_DELIMITERS) for cell in record.cells)
@@ -115,7 +115,7 @@ def header_candidates(records: Sequence[Record]) -> list[int]:
     return rows[:_SEARCHED]
 
 
-def _delimited(path: Path, data: bytes) -> Sheet:
+def _read_delimited(path: Path, data: bytes) -> TableSheet:
     """The records of delimited text (CSV); the delimiter is the one under which most headers are understood."""
     try:
         decoded = encodings.decode(data)
@@ -131,7 +131,9 @@ def _delimited(path: Path, data: bytes) -> Sheet:
         lines, odd = lines[1:], frozenset(n - 1 for n in odd)
     delimiters = separator.group(1) if separator else _DELIMITERS
     try:
-        records, unclosed = max((_records(lines, d) for d in delimiters), key=lambda parsed: _likelihood(parsed[0]))
+        records, unclosed = max(
+            (_read_records(lines, d) for d in delimiters), key=lambda parsed: _rate_records(parsed[0])
+        )
     except TableError as error:
         raise TableError(f"{path}: {error}") from error
     if unclosed:
@@ -143,19 +145,19 @@ def _delimited(path: Path, data: bytes) -> Sheet:
                 f"{path}: row {n}: a cell runs over {longest + 1} lines, more than {_MOST_LINES}: "
                 "a quotation mark is probably missing in it."
             )
-    return Sheet(records, (), decoded.encoding if decoded.guessed else "", odd)
+    return TableSheet(records, (), decoded.encoding if decoded.guessed else "", odd)
 
 
-def _records(lines: list[str], delimiter: str) -> tuple[list[Record], int]:
+def _read_records(lines: list[str], delimiter: str) -> tuple[list[TableRecord], int]:
     """The records, and the row in which a quotation mark stays open to the end of the file (0: none)."""
     for strict in (True, False):
         # strict finds the open quote; what else it dislikes (`"Ada" Ltd`) is common and harmless
         reader = csv.reader(lines, delimiter=delimiter, strict=strict, skipinitialspace=True)
-        records: list[Record] = []
+        records: list[TableRecord] = []
         try:
             start = 0
             for cells in reader:
-                records.append(Record.of(cells, range(start, reader.line_num)))
+                records.append(TableRecord.of(cells, range(start, reader.line_num)))
                 start = reader.line_num
             return records, 0
         except csv.Error as error:
@@ -169,7 +171,7 @@ def _records(lines: list[str], delimiter: str) -> tuple[list[Record], int]:
     raise AssertionError("unreachable")
 
 
-def _likelihood(records: Sequence[Record]) -> tuple[int, int, int]:
+def _rate_records(records: Sequence[TableRecord]) -> tuple[int, int, int]:
     """How well a delimiter suits: headers understood, columns, few rows longer than the first."""
     tops = header_candidates(records)
     if not tops:
@@ -179,7 +181,7 @@ def _likelihood(records: Sequence[Record]) -> tuple[int, int, int]:
     return understood, width, -sum(len(record.cells) > width for record in records)
 
 
-def _workbook(path: Path) -> Sheet:
+def _read_workbook(path: Path) -> TableSheet:
     """The first table of the first visible sheet of an .xlsx file that holds anything; its rows keep their numbers."""
     _check_package(path)
     try:
@@ -198,10 +200,10 @@ def _workbook(path: Path) -> Sheet:
         raise TableError(f"{path} is empty.")
     sheet = next((sheet for sheet in full if sheet.sheet_state == "visible"), full[0])
     left, top, right, bottom = _table_area(sheet)
-    records = [Record([]) for _ in range(top - 1)]
+    records = [TableRecord([]) for _ in range(top - 1)]
     places, texts = range(left, right + 1), formulas[sheet.title]
-    records += [Record.of(_row_cells(path, sheet, texts, n, places)) for n in range(top, bottom + 1)]
-    return Sheet(records, tuple(_workbook_notes(sheet, [other.title for other in full], range(top, bottom + 1))))
+    records += [TableRecord.of(_row_cells(path, sheet, texts, n, places)) for n in range(top, bottom + 1)]
+    return TableSheet(records, tuple(_workbook_notes(sheet, [other.title for other in full], range(top, bottom + 1))))
 
 
 def _row_cells(path: Path, sheet: Worksheet, formulas: Worksheet, row: int, places: range) -> list[str]:

@@ -37,7 +37,7 @@ class Forward:
     def _coefficients(self) -> list[Array]:
         from scipy.ndimage import spline_filter
 
-        wide = _widened(np.moveaxis(np.asarray(self.grid, dtype=np.float64), 3, 0))
+        wide = _extrapolate(np.moveaxis(np.asarray(self.grid, dtype=np.float64), 3, 0))
         return [spline_filter(channel, order=3, mode="mirror") for channel in wide]
 
     @cached_property
@@ -91,7 +91,7 @@ class Forward:
         return scanned
 
 
-def _widened(values: Array) -> Array:
+def _extrapolate(values: Array) -> Array:
     """(k, s, s, s) continued by `_MARGIN` nodes on every side, each on the cubic through the last four."""
     for axis in (1, 2, 3):
         ends = np.moveaxis(values, axis, 0)

@@ -114,7 +114,7 @@ def invert(forward: Forward, wanted: Array) -> Array:
     from scipy.spatial import KDTree
 
     device, scanned = forward.samples
-    # those farther out all become what `_better` finds: their nearest sample, slow to find, is not looked for
+    # those farther out all become what `_improve` finds: their nearest sample, slow to find, is not looked for
     away, which = KDTree(scanned).query(wanted, distance_upper_bound=SETTINGS.shell)
     out, close = np.zeros_like(wanted), away <= SETTINGS.shell
     out[close] = solve(forward, wanted[close], device[which[close]])
@@ -122,11 +122,11 @@ def invert(forward: Forward, wanted: Array) -> Array:
     lost[close] = missed(forward, out[close], wanted[close])
     off = np.flatnonzero(lost > SETTINGS.seen)
     if len(off):
-        out[off] = _better(forward, wanted[off], out[off], lost[off])
+        out[off] = _improve(forward, wanted[off], out[off], lost[off])
     return out
 
 
-def _better(forward: Forward, wanted: Array, current: Array, lost: Array) -> Array:
+def _improve(forward: Forward, wanted: Array, current: Array, lost: Array) -> Array:
     """(n, 3) device RGB: `found`, which loses (n,) ΔE00 when it is cut, or what loses clearly less."""
     printed = nearest(forward, wanted)
     short = missed(forward, printed, wanted)
@@ -175,14 +175,14 @@ def optimised_nodes(forward: Forward, nodes: Array, side: int) -> Array:
     mixing, wanted, weight = _samples(forward, side)
     best, least = nodes, np.inf
     for step in range(FIT.newton_steps + 1):
-        error, steep = _missing(forward, mixing @ nodes, wanted)
+        error, steep = _residual(forward, mixing @ nodes, wanted)
         away = np.linalg.norm(error, axis=1)
         count = weight * np.minimum(np.hypot(1, away / FIT.worst), FIT.most)
         cost = float(((count * away) ** 2).sum())
         if cost < least:
             best, least = nodes, cost
         if step < FIT.newton_steps:
-            nodes = nodes + _moves(mixing, steep * count[:, None, None], error * count[:, None], nodes.shape)
+            nodes = nodes + _solve_moves(mixing, steep * count[:, None, None], error * count[:, None], nodes.shape)
     return np.asarray(best)
 
 
@@ -202,7 +202,7 @@ def _samples(forward: Forward, side: int) -> tuple[csr_matrix, Array, Array]:
     return csr_matrix((np.concatenate(shares), where), shape=(len(wanted), side**3)), wanted, weight
 
 
-def _moves(mixing: csr_matrix, steep: Array, error: Array, shape: tuple[int, ...]) -> Array:
+def _solve_moves(mixing: csr_matrix, steep: Array, error: Array, shape: tuple[int, ...]) -> Array:
     """How far nodes are moved (of `shape`): least squares of the (n, 3) `error` that is left and of the moves."""
     from scipy.sparse.linalg import LinearOperator, cg
 
@@ -220,7 +220,7 @@ def _moves(mixing: csr_matrix, steep: Array, error: Array, shape: tuple[int, ...
     return np.asarray(cg(problem, force.ravel(), maxiter=FIT.cg_rounds, rtol=1e-4, M=easier)[0].reshape(shape))
 
 
-def _missing(forward: Forward, sent: Array, wanted: Array) -> tuple[Array, Array]:
+def _residual(forward: Forward, sent: Array, wanted: Array) -> tuple[Array, Array]:
     """(n, 3) how far evened L*a*b* of what is sent, cut to 0–1, is from what is wanted, and (n, 3, 3) how it changes
     with what is sent: not at all with a channel that is cut and should be cut even more."""
     within = np.clip(sent, 0, 1)

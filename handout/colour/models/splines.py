@@ -147,11 +147,11 @@ def smooth(centres: Array, values: Array, variances: Array, kernels: Sequence[st
     kernels : the one that makes the data most likely is taken.
     degree : of the polynomial, the same for all kernels, so that their likelihoods may be compared.
     """
-    fits = [_smoothed(centres, values, variances, kernel, degree) for kernel in kernels]
+    fits = [_fit_kernel(centres, values, variances, kernel, degree) for kernel in kernels]
     return min(fits, key=lambda fit: fit[0])[1]
 
 
-def _smoothed(centres: Array, values: Array, variances: Array, kernel: str, degree: int) -> tuple[float, Spline]:
+def _fit_kernel(centres: Array, values: Array, variances: Array, kernel: str, degree: int) -> tuple[float, Spline]:
     """The negative log likelihood (up to what kernels share), and the spline."""
     from scipy.linalg import eigh
 
@@ -165,7 +165,7 @@ def _smoothed(centres: Array, values: Array, variances: Array, kernel: str, degr
     spectrum, vectors = eigh((inner + inner.T) / 2, overwrite_a=True, check_finite=False)
     spectrum = np.maximum(spectrum, 0.0)
     components = vectors.T @ (free.T @ data)
-    unlikely, strengths = zip(*(_likeliest(spectrum, column) for column in components.T), strict=True)
+    unlikely, strengths = zip(*(_most_likely_strength(spectrum, column) for column in components.T), strict=True)
     strength = np.array(strengths)
     weights = free @ (vectors @ (components * strength / (strength * spectrum[:, None] + 1)))
     left = data - gram @ weights - weights / strength
@@ -173,7 +173,7 @@ def _smoothed(centres: Array, values: Array, variances: Array, kernel: str, degr
     return float(sum(unlikely)), Spline(centres, weights * scale[:, None], drift, kernel, degree)
 
 
-def _likeliest(spectrum: Array, components: Array) -> tuple[float, float]:
+def _most_likely_strength(spectrum: Array, components: Array) -> tuple[float, float]:
     """The least negative log likelihood, and the variance of the function over that of the errors there."""
     from scipy.optimize import minimize_scalar
 

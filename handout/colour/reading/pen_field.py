@@ -64,25 +64,25 @@ def scribble_of(scan: Scan, placement: Placement, paper: Array, shading: Shading
 
     left, top, right, bottom = placement.page.scribble_field
     box = (left + _INSET, top + _INSET, right - _INSET, bottom - _INSET)
-    if not _framed(scan, placement):
+    if not _has_frame(scan, placement):
         return None
     height, width = (max(2, round((box[k + 2] - box[k]) / placement.pixel)) for k in (1, 0))
     places = (np.linspace(*box[k::2], _NODES[1 - k]) for k in (0, 1))
     nodes = np.stack(np.meshgrid(*places), axis=-1)  # (down, across, 2) mm, evenly over the box
-    at = _between(placement.pixels(nodes.reshape(-1, 2)).reshape(nodes.shape), height, width).astype(np.float32)
+    at = _interpolate(placement.pixels(nodes.reshape(-1, 2)).reshape(nodes.shape), height, width).astype(np.float32)
     if not ((at >= 0) & (at <= (scan.pixels.shape[1] - 1, scan.pixels.shape[0] - 1))).all():
         return None
     # nearest, not between: what is between two pixels would be neither's colour
     picture = cv2.remap(scan.pixels, at[..., 0], at[..., 1], cv2.INTER_NEAREST).astype(np.float32) / scan.full
     if shading is not None:
         factor = shading.at(nodes.reshape(-1, 2)).reshape((*nodes.shape[:2], 3))
-        picture /= _between(factor, height, width).astype(np.float32)
+        picture /= _interpolate(factor, height, width).astype(np.float32)
     scribble = Scribble(np.asarray(picture, dtype=np.float32), paper, placement.dpi)
     lines = strokes_in(scribble.density, scribble.dpi)
     return scribble if lines is not None and lines.length >= _SHORTEST else None
 
 
-def _framed(scan: Scan, placement: Placement) -> bool:
+def _has_frame(scan: Scan, placement: Placement) -> bool:
     """Whether the field's frame is there: charts of old had none."""
     left, top, right, bottom = placement.page.scribble_field
     along = np.linspace(0.05, 0.95, 60)
@@ -92,13 +92,13 @@ def _framed(scan: Scan, placement: Placement) -> bool:
         [np.column_stack([np.full(60, left - away), down]) for away in (0.0, _OUTSIDE)],
     ]
     for on, beside in lines:
-        dark, light = (_levels(scan, placement, points) for points in (on, beside))
+        dark, light = (_read_levels(scan, placement, points) for points in (on, beside))
         if dark is None or light is None or np.median(light) - np.median(dark) < _FRAME:
             return False
     return True
 
 
-def _levels(scan: Scan, placement: Placement, mm: Array) -> Array | None:
+def _read_levels(scan: Scan, placement: Placement, mm: Array) -> Array | None:
     """Darkest of 3 × 3 pixels about points (n, 2) of the page, 0–1; None if one is not in the picture."""
     at = np.rint(placement.pixels(mm)).astype(int)
     height, width = scan.pixels.shape[:2]
@@ -108,7 +108,7 @@ def _levels(scan: Scan, placement: Placement, mm: Array) -> Array | None:
     return np.asarray(np.min(near, axis=0) / scan.full)
 
 
-def _between(nodes: Array, height: int, width: int) -> Array:
+def _interpolate(nodes: Array, height: int, width: int) -> Array:
     """(height, width, k): what lies between nodes (r, c, k), at the middles of pixels."""
     down, across = (_shares(count, size) for count, size in zip(nodes.shape[:2], (height, width), strict=True))
     return np.asarray(np.einsum("hr,rck,wc->hwk", down, nodes, across, optimize=True))

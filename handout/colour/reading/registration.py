@@ -116,7 +116,7 @@ def place(
     corners = markers.refined(np.ascontiguousarray(upright), np.concatenate([mark_corners[i] for i in order]), CELLS)
     if mirrored:
         corners = np.column_stack([width - 1 - corners[:, 0], corners[:, 1]])
-    return _fitted(scan, page, mirrored, order, corners)
+    return _fit_placement(scan, page, mirrored, order, corners)
 
 
 def _likely_dpi(scan: Scan) -> float:
@@ -183,7 +183,7 @@ def _one_page(
     return page, mark_corners
 
 
-def _fitted(scan: Scan, page: ChartPage, mirrored: bool, order: NDArray[np.intp], corners: Array) -> Placement:
+def _fit_placement(scan: Scan, page: ChartPage, mirrored: bool, order: NDArray[np.intp], corners: Array) -> Placement:
     import cv2
 
     mm = page.marks[order].reshape(-1, 2)

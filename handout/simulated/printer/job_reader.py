@@ -41,17 +41,17 @@ def pages(path: Path, dpi: float) -> Iterator[tuple[Page, NDArray[np.uint8]]]:
         data = path.read_bytes()
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}.") from error
-    objects = _objects(data)
+    objects = _read_objects(data)
     sheets = [body for body in objects.values() if body.startswith(b"<< /Type /Page ")]
     if not sheets:
         raise InputError(
             f"{path}: the simulated printer reads only PDFs of one picture a page, as handout writes them."
         )
     for body in sheets:
-        yield _page(body, objects, dpi, path)
+        yield _read_page(body, objects, dpi, path)
 
 
-def _objects(data: bytes) -> dict[int, bytes]:
+def _read_objects(data: bytes) -> dict[int, bytes]:
     """The objects of the file by their number; a stream is skipped by its length, whatever is in it."""
     objects: dict[int, bytes] = {}
     at = 0
@@ -71,7 +71,7 @@ def _objects(data: bytes) -> dict[int, bytes]:
     return objects
 
 
-def _page(body: bytes, objects: dict[int, bytes], dpi: float, path: Path) -> tuple[Page, NDArray[np.uint8]]:
+def _read_page(body: bytes, objects: dict[int, bytes], dpi: float, path: Path) -> tuple[Page, NDArray[np.uint8]]:
     box = _BOX.search(body)
     if box is None:
         raise InputError(f"{path}: a page without a size.")
@@ -81,7 +81,7 @@ def _page(body: bytes, objects: dict[int, bytes], dpi: float, path: Path) -> tup
     picture, content = _PICTURE.search(body), _CONTENT.search(body)
     if picture is None or content is None:
         return size, sheet
-    pixels = _pixels(objects.get(int(picture.group(1)), b""), path)
+    pixels = _read_pixels(objects.get(int(picture.group(1)), b""), path)
     place = _PLACE.search(_stream(objects.get(int(content.group(1)), b"")))
     if place is None:
         raise InputError(f"{path}: a page whose picture has no place.")
@@ -99,7 +99,7 @@ def _page(body: bytes, objects: dict[int, bytes], dpi: float, path: Path) -> tup
     return size, sheet
 
 
-def _pixels(body: bytes, path: Path) -> NDArray[np.uint8]:
+def _read_pixels(body: bytes, path: Path) -> NDArray[np.uint8]:
     sizes = [re.search(rb"/" + side + rb" (\d+)", body) for side in (b"Width", b"Height")]
     try:
         width, height = (int(size.group(1)) for size in sizes if size is not None)

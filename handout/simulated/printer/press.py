@@ -87,7 +87,7 @@ class Press(ABC):
         """
         if page.ndim != 3 or page.shape[2] != 3 or page.dtype != np.uint8 or page.size == 0:
             raise InputError(f"The simulated printer takes (h, w, 3) uint8, not {page.shape} {page.dtype}.")
-        index, colours = _coloured(self._laid(page, dpi, margins))
+        index, colours = _colour_sheet(self._lay_ink(page, dpi, margins))
         coverage = self._coverage(colours / 255)
         if "clogged" in self.faults:
             index[faults.blocked(len(page), dpi)] += len(coverage)
@@ -100,7 +100,7 @@ class Press(ABC):
         asked = self.separate(faults.managed(device) if "managed" in self.faults else device)
         return faults.laid(asked, self.faults)
 
-    def _laid(self, page: NDArray[np.uint8], dpi: float, margins: Margins | None) -> NDArray[np.uint8]:
+    def _lay_ink(self, page: NDArray[np.uint8], dpi: float, margins: Margins | None) -> NDArray[np.uint8]:
         """The page as it falls on the sheet."""
         if "mirrored" in self.faults:
             page = page[:, ::-1]
@@ -129,7 +129,7 @@ class Press(ABC):
         return ink
 
 
-def _coloured(page: NDArray[np.uint8]) -> tuple[NDArray[np.int32], Array]:
+def _colour_sheet(page: NDArray[np.uint8]) -> tuple[NDArray[np.int32], Array]:
     """(h, w) int32 number of every pixel's colour, and the (m, 3) colours that there are, 0–255."""
     code = page[..., 0].astype(np.int32)
     for channel in (1, 2):

@@ -56,22 +56,22 @@ def scan(sheet: Sheet, dpi: float, flatbed: FlatbedSettings, rng: np.random.Gene
     specks = dust(place, flatbed, rng)
     light = _sharp_enough(sheet.reflectance(flatbed.bands), sheet.dpi, dpi)
     flare = _flare(light, sheet.page, flatbed)
-    tone = _automatic(light) if flatbed.automatic else (_middled if flatbed.middle else _tone)(light, flatbed)
+    tone = _fit_automatic(light) if flatbed.automatic else (_middle_tone if flatbed.middle else _tone)(light, flatbed)
     blur = optics.kernels(flatbed, dpi)
     halo = optics.reach(blur)
     picture: Picture = np.empty((*place.shape, 3), dtype=np.uint8 if flatbed.bits == 8 else np.uint16)
     height, width = place.shape
     for start in range(0, height, optics.ROWS):
         rows = np.arange(start - halo, min(start + optics.ROWS, height) + halo, dtype=np.float64)
-        under = _seen(light, flare, place, rows, sheet.page, flatbed)
+        under = _see_rows(light, flare, place, rows, sheet.page, flatbed)
         if specks is not None:
             under *= specks[np.clip(rows, 0, height - 1).astype(int), :, None]
         inner = slice(halo, len(rows) - halo)
         lit = optics.blurred(under, blur)[inner]
         lit = lit * lamp((np.arange(width) + 0.5) / width, (rows[inner] + 0.5) / height)[:, :, None]
         lit += glare(rows[inner])[:, :, None]
-        picture[start : start + optics.ROWS] = _numbers(optics.noisy(lit, flatbed.noise, rng), tone, flatbed)
-    return _kept(_cropped(picture, dpi, flatbed), flatbed)
+        picture[start : start + optics.ROWS] = _quantise(optics.noisy(lit, flatbed.noise, rng), tone, flatbed)
+    return _store_picture(_crop(picture, dpi, flatbed), flatbed)
 
 
 def _lamp(flatbed: FlatbedSettings, rng: np.random.Generator) -> optics.Lamp:
@@ -122,7 +122,7 @@ def _flare(light: Floats, page: Page, flatbed: FlatbedSettings) -> Floats | None
     return np.asarray(cv2.GaussianBlur(coarse, (0, 0), _FLARE * _FLARE_DPI / 25.4, borderType=cv2.BORDER_REPLICATE))
 
 
-def _seen(
+def _see_rows(
     light: Floats, flare: Floats | None, place: Placement, rows: Array, page: Page, flatbed: FlatbedSettings
 ) -> Floats:
     """(n, w, 3) what lies under the pixels of `rows`."""
@@ -155,7 +155,7 @@ def _tone(_: Floats, flatbed: FlatbedSettings) -> _Tone:
     return black, white, 1 / flatbed.gamma
 
 
-def _middled(light: Floats, flatbed: FlatbedSettings) -> _Tone:
+def _middle_tone(light: Floats, flatbed: FlatbedSettings) -> _Tone:
     """The gamma that the scanner chooses for this sheet."""
     black, white, _ = _tone(light, flatbed)
     shown = np.clip((light[::4, ::4] - black) / (white - black), 0, 1)
@@ -163,7 +163,7 @@ def _middled(light: Floats, flatbed: FlatbedSettings) -> _Tone:
     return black, white, float(np.interp(-flatbed.middle, [-float((shown**p).mean()) for p in powers], powers))
 
 
-def _automatic(light: Floats) -> _Tone:
+def _fit_automatic(light: Floats) -> _Tone:
     """The levels and the gamma that the scanner chooses for this sheet."""
     pixels = light[::4, ::4].reshape(-1, 3)
     black, white = np.percentile(pixels, [_TAIL, 100 - _TAIL], axis=0).astype(np.float32)
@@ -173,7 +173,7 @@ def _automatic(light: Floats) -> _Tone:
     return black, white, min(max(power, 1 / 3), 1.0)
 
 
-def _numbers(light: Floats, tone: _Tone, flatbed: FlatbedSettings) -> Floats:
+def _quantise(light: Floats, tone: _Tone, flatbed: FlatbedSettings) -> Floats:
     """(n, w, 3) numbers of the picture, rounded."""
     black, white, power = tone
     shown = np.asarray(flatbed.toned(np.clip((light - black) / (white - black), 0, 1), power))
@@ -181,7 +181,7 @@ def _numbers(light: Floats, tone: _Tone, flatbed: FlatbedSettings) -> Floats:
     return np.asarray(np.rint(shown, out=shown))
 
 
-def _cropped(picture: Picture, dpi: float, flatbed: FlatbedSettings) -> Picture:
+def _crop(picture: Picture, dpi: float, flatbed: FlatbedSettings) -> Picture:
     top, right, bottom, left = (round(edge * dpi / 25.4) for edge in flatbed.crop)
     height, width = picture.shape[:2]
     if top + bottom >= height or left + right >= width:
@@ -189,7 +189,7 @@ def _cropped(picture: Picture, dpi: float, flatbed: FlatbedSettings) -> Picture:
     return np.ascontiguousarray(picture[top : height - bottom, left : width - right])
 
 
-def _kept(picture: Picture, flatbed: FlatbedSettings) -> Picture:
+def _store_picture(picture: Picture, flatbed: FlatbedSettings) -> Picture:
     """The picture after it was kept in a file."""
     import cv2
 
