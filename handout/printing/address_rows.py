@@ -72,14 +72,7 @@ def row(number: int, texts: Sequence[str], columns: Sequence[Column], wanted: st
         return Row(number, (), (), problem, by_header)
     kind, warnings = _choose_kind(number, cells, wanted, account)
     chosen = _select_cells(kind, number, cells, columns, account)
-    for role in _SINGLE:
-        several = [cell for cell in chosen if cell.role == role]
-        if len({_normalise_cell(cell) for cell in several}) > 1:
-            both = " and ".join(f"{cell.column.name} ({cell.text!r})" for cell in several)
-            raise TableError(
-                f"row {number}: the columns {both} both hold the {_CALLED.get(role, role)}, and differ: leave one out, "
-                f'such as --columns "none={several[-1].column.header}".'
-            )
+    _check_single(number, chosen)
     fields = _collect_fields(chosen)
     roles = [column.role for column in columns]
     number_first = {"number", "street"} <= set(roles) and roles.index("number") < roles.index("street")
@@ -130,8 +123,7 @@ def _choose_kind(number: int, cells: Sequence[Cell], wanted: str, account: Accou
     kinds = _kinds_held(cells)
     if not kinds:
         return "", []
-    # kind of address → the kind that a cell of its label says it is
-    labels = {cell.column.kind: KINDS.get(key := normalised(cell.text), key) for cell in cells if cell.role == LABEL}
+    labels = _read_labels(cells)
     matching = [kind for kind in kinds if wanted and wanted in (kind, labels.get(kind))]
     chosen = (matching or kinds)[0]
     for other in kinds:
@@ -141,6 +133,11 @@ def _choose_kind(number: int, cells: Sequence[Cell], wanted: str, account: Accou
         called = labels.get(chosen) or chosen or "other"
         return chosen, [f"it has no {wanted} address: its {called} address is written"]
     return chosen, []
+
+
+def _read_labels(cells: Sequence[Cell]) -> dict[str, str]:
+    """Kind of address → the kind that a cell of its label says it is."""
+    return {cell.column.kind: KINDS.get(key := normalised(cell.text), key) for cell in cells if cell.role == LABEL}
 
 
 def _kinds_held(cells: Sequence[Cell]) -> list[str]:
@@ -168,14 +165,29 @@ def _select_cells(
         return fitting
     if _complete_without_kind(cells):  # the columns without a kind hold another address
         fitting = [cell for cell in fitting if cell.column.kind or cell.role not in ADDRESS]
-    # columns without a kind may hold what does not belong on an address of this kind
-    named = any(cell.column.kind == kind and cell.role in NAME_PARTS for cell in fitting)
-    employed = kind == "home" and any(column.kind == "business" for column in columns)
-    foreign = {*(NAME_PARTS if named else ()), *(("company", "attention") if employed else ())}
+    foreign = _foreign_roles(kind, fitting, columns)
     for cell in fitting:
         if not cell.column.kind and cell.role in foreign:
             account.unwritten.setdefault(cell.column.number, []).append(number)
     return [cell for cell in fitting if cell.column.kind or cell.role not in foreign]
+
+
+def _foreign_roles(kind: str, cells: Sequence[Cell], columns: Sequence[Column]) -> set[str]:
+    """What columns without a kind may hold that does not belong on an address of this kind."""
+    named = any(cell.column.kind == kind and cell.role in NAME_PARTS for cell in cells)
+    employed = kind == "home" and any(column.kind == "business" for column in columns)
+    return {*(NAME_PARTS if named else ()), *(("company", "attention") if employed else ())}
+
+
+def _check_single(number: int, chosen: Sequence[Cell]) -> None:
+    for role in _SINGLE:
+        several = [cell for cell in chosen if cell.role == role]
+        if len({_normalise_cell(cell) for cell in several}) > 1:
+            both = " and ".join(f"{cell.column.name} ({cell.text!r})" for cell in several)
+            raise TableError(
+                f"row {number}: the columns {both} both hold the {_CALLED.get(role, role)}, and differ: leave one out, "
+                f'such as --columns "none={several[-1].column.header}".'
+            )
 
 
 def _normalise_cell(cell: Cell) -> str:

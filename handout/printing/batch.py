@@ -31,7 +31,7 @@ from handout.printing.prepared import (
     RowMaker,
 )
 from handout.printing.printers import open_queue, ticket
-from handout.printing.queue import Queue, Say, SimulatedQueue
+from handout.printing.queue import Device, Queue, Say, SimulatedQueue
 from handout.printing.rows import Row, select
 from handout.printing.sending import (
     SILENT,
@@ -186,8 +186,7 @@ def make_rows(
     chosen, again = chosen_rows(rows, options, journal.resumed)
     copies = {row.number: options.copies * row.copies for row in chosen}
     todo = Remaining([row.number for row in chosen if not row.problem])
-    devices = place.devices if isinstance(place, Several) else [place.queue] if isinstance(place, Spool) else []
-    if devices:
+    if devices := _list_devices(place):
         todo = remaining(journal, devices, todo.fresh, copies, again)
         left = todo.rows  # worked out once: a table may have 100,000
         chosen = [row for row in chosen if row.problem or row.number in left]
@@ -197,17 +196,27 @@ def make_rows(
     taken, jobs = _take_rows(make(chosen), place, copies, checked), tuple[Job, ...]()
     if devices:
         taken = _skip_lost(taken, checked, todo, journal, again)
-        batch = (taken, checked, todo, [row.number for row in rows if not row.problem], journal, listener)
-        jobs = send_to_several(place, *batch) if isinstance(place, Several) else send(cast("Spool", place), *batch)
-    else:  # a file that appears whole or not at all
-        for number, _ in enumerate(taken):
-            listener.progress(number, len(chosen), "make")
-        if options.all_or_none and checked.failed:
-            raise RowsRefused(checked.failed, checked.warnings)
+        jobs = _choose_sender(place)(taken, checked, todo, _list_makeable(rows), journal, listener)
+    else:
+        _make_all(taken, checked, options, len(chosen), listener)
     place.finish()
     done = tuple(sorted({*checked.done, *(piece.row for piece in todo.wait)}))
     before, unknown = tuple(todo.done), tuple(todo.unknown)
     return Report(done, tuple(checked.failed), place.files(), jobs, tuple(checked.warnings), before, unknown)
+
+
+def _choose_sender(place: Destination) -> Callable[..., tuple[Job, ...]]:
+    """What sends the pages of a destination that has devices."""
+    return partial(send_to_several, place) if isinstance(place, Several) else partial(send, cast("Spool", place))
+
+
+def _list_makeable(rows: Sequence[Row]) -> list[int]:
+    return [row.number for row in rows if not row.problem]
+
+
+def _list_devices(place: Destination) -> list[Device]:
+    """That a destination sends pages to; none where it writes files."""
+    return place.devices if isinstance(place, Several) else [place.queue] if isinstance(place, Spool) else []
 
 
 def _take_rows(
@@ -242,6 +251,16 @@ def _skip_lost(
             checked.wanted.remove(row)
             checked.done.remove(row)
             yield []
+
+
+def _make_all(
+    taken: Iterable[Sequence[Piece]], checked: Checked, options: BatchOptions, total: int, listener: Listener
+) -> None:
+    """Make all rows, for a file that appears whole or not at all."""
+    for number, _ in enumerate(taken):
+        listener.progress(number, total, "make")
+    if options.all_or_none and checked.failed:
+        raise RowsRefused(checked.failed, checked.warnings)
 
 
 def _check_rows(checked: Iterable[PreparedRow], total: int, listener: Listener) -> None:
@@ -482,11 +501,16 @@ def destinations(
         return [place for place in places if isinstance(place, PrintSpool)]
 
     rows, others = spools(ways, [False] if apart else [False, True]), spools(apart, [True])
-    names = [spool.queue.name for spool in (*rows, *others)]
+    _check_alike(rows, others)
+    return Several(rows, others)
+
+
+def _check_alike(*kinds: Sequence[PrintSpool]) -> None:
+    """Refuse printers that are one, and printers of the same pages that take them in different ways."""
+    names = [spool.queue.name for spools in kinds for spool in spools]
     if twice := [name for name in names if names.count(name) > 1]:
         raise InputError(f"{twice[0]} is named twice: each device makes its own pages.")
-    for one, other in (*itertools.pairwise(rows), *itertools.pairwise(others)):
+    for one, other in (pair for spools in kinds for pair in itertools.pairwise(spools)):
         if (one.prepare.format, one.prepare.dpi) != (other.prepare.format, other.prepare.dpi):
             told = " and ".join(f"{s.queue.name} {s.prepare.format} at {s.prepare.dpi} dpi" for s in (one, other))
             raise InputError(f"The printers take pages otherwise ({told}): say --format, or leave one out.")
-    return Several(rows, others)

@@ -176,13 +176,7 @@ def remaining(
     rows : the rows of the batch, by number; copies : of each row.
     again : rows to make whatever became of them; not those that the device may still make by itself.
     """
-    todo = Remaining(fresh=[row for row in rows if row not in journal.parts])
-    names = {*(device.name for device in devices), *(step.device for step in journal.steps.values())}
-    # one device makes rows in their order, so that only the first fresh ones may be lost in damaged lines
-    # (`batch.make_rows`); of several devices any may be
-    if journal.lost and len(names) > 1:
-        todo.unknown = [Failed(row, journal.why) for row in todo.fresh if row not in again]
-        todo.fresh = [row for row in todo.fresh if row in again]
+    todo = _unbegun_rows(journal, devices, rows, again)
     for row in rows:
         if row not in journal.parts:
             continue
@@ -198,6 +192,22 @@ def remaining(
                 todo.unknown.append(Failed(row, f"{piece.part}: {outcome.why}" if piece.part else outcome.why))
         if all(outcome.state == "completed" for outcome in outcomes.values()) and row not in again:
             todo.done.append(row)
+    return todo
+
+
+def _unbegun_rows(
+    journal: Journal, devices: Sequence[Device], rows: Sequence[int], again: Collection[int]
+) -> Remaining:
+    """The rows of which nothing is known to be sent.
+
+    One device makes rows in their order, so that of these the first may be lost in damaged lines (`batch.make_rows`);
+    of several any.
+    """
+    todo = Remaining(fresh=[row for row in rows if row not in journal.parts])
+    names = {*(device.name for device in devices), *(step.device for step in journal.steps.values())}
+    if journal.lost and len(names) > 1:
+        todo.unknown = [Failed(row, journal.why) for row in todo.fresh if row not in again]
+        todo.fresh = [row for row in todo.fresh if row in again]
     return todo
 
 

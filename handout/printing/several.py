@@ -161,13 +161,9 @@ def send_to_several(
     stopped = [station for station in place.stations if station.error is not None]
     halted = [piece for station in stopped for piece in station.sheet]
     sent, rest = run.parted(halted)
-    # in the order of the table: also rows that a device had begun before and then failed
-    left = {*rest, *(piece.row for piece in todo.wait if piece in run.left[piece.row])}
-    rest = [number for number in table if number in left]
+    rest = _rows_left(rest, todo, run, table)
     if sharing.interrupted is not None:
-        going = [station.name for station in place.stations if not station.ended]
-        silent = f" {' and '.join(going)} did not answer: look whether the pen is up and nothing runs." if going else ""
-        sharing.interrupted.add_note(f"Stopped.{silent} {run.way_out((), sent, rest)}")
+        sharing.interrupted.add_note(f"Stopped.{_name_running(place)} {run.way_out((), sent, rest)}")
         raise sharing.interrupted
     told = [f"{station.name}: {station.error}" for station in stopped]
     if rest or halted:
@@ -178,6 +174,18 @@ def send_to_several(
         raise PrintingStopped(message, report, ranges(rest, run.whole)) from stopped[0].error
     checked.said += [f"{words} The other devices made its rows." for words in told]
     return tuple(run.jobs)
+
+
+def _rows_left(rest: Sequence[int], todo: Remaining, run: BatchRun, table: Sequence[int]) -> list[int]:
+    """The rows that are left, in the order of the table: also those that a device had begun before and then failed."""
+    left = {*rest, *(piece.row for piece in todo.wait if piece in run.left[piece.row])}
+    return [number for number in table if number in left]
+
+
+def _name_running(place: Several) -> str:
+    """What has to be said of devices that did not stop when they were told to."""
+    going = [station.name for station in place.stations if not station.ended]
+    return f" {' and '.join(going)} did not answer: look whether the pen is up and nothing runs." if going else ""
 
 
 class _Sharing:
@@ -248,15 +256,7 @@ class _Sharing:
         finally:
             with self._changed:
                 station.collecting, station.ended = False, True
-                # others may make the rows of which this device has begun nothing
-                rows: dict[int, list[Piece]] = {}
-                for piece in station.held:
-                    rows.setdefault(piece.row, []).append(piece)
-                for row, held in [*rows.items(), *((pieces[0].row, pieces) for pieces in station.own)]:
-                    mine = [piece for piece in self.run.made[row] if makes(piece, self.place.split) == station.makes]
-                    if not any(self.run.is_begun(piece) for piece in mine):
-                        self._open[station.makes].append(held)
-                station.held, station.own = [], deque()
+                self._give_back(station)
                 station.sheet = [piece for piece in station.sheet if run.is_begun(piece)]
                 self._changed.notify_all()
 
@@ -343,3 +343,14 @@ class _Sharing:
         if station.makes == "envelopes" and not all(each.ended for each in others if each.makes == "letters"):
             return False
         return not any(each.collecting and not each.idle for each in others if each.makes == station.makes)
+
+    def _give_back(self, station: Station) -> None:
+        """Rows of which a device that has stopped has begun nothing may be made by others."""
+        rows: dict[int, list[Piece]] = {}
+        for piece in station.held:
+            rows.setdefault(piece.row, []).append(piece)
+        for row, held in [*rows.items(), *((pieces[0].row, pieces) for pieces in station.own)]:
+            mine = [piece for piece in self.run.made[row] if makes(piece, self.place.split) == station.makes]
+            if not any(self.run.is_begun(piece) for piece in mine):
+                self._open[station.makes].append(held)
+        station.held, station.own = [], deque()

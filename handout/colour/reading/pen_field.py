@@ -67,8 +67,8 @@ def scribble_of(scan: Scan, placement: Placement, paper: Array, shading: Shading
     if not _has_frame(scan, placement):
         return None
     height, width = (max(2, round((box[k + 2] - box[k]) / placement.pixel)) for k in (1, 0))
-    places = (np.linspace(*box[k::2], _NODES[1 - k]) for k in (0, 1))
-    nodes = np.stack(np.meshgrid(*places), axis=-1)  # (down, across, 2) mm, evenly over the box
+    across, down = (np.linspace(box[k], box[k + 2], _NODES[1 - k]) for k in (0, 1))
+    nodes = np.stack(np.meshgrid(across, down), axis=-1)  # (down, across, 2) mm, evenly over the box
     at = _interpolate(placement.pixels(nodes.reshape(-1, 2)).reshape(nodes.shape), height, width).astype(np.float32)
     if not ((at >= 0) & (at <= (scan.pixels.shape[1] - 1, scan.pixels.shape[0] - 1))).all():
         return None
