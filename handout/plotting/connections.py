@@ -101,16 +101,12 @@ def ask(port: Port, dialects: Sequence[str], wakes: float = _WAKES) -> Answer | 
         known = recognise(data.decode("ascii", "replace"))
         answer = question.answer.search(said)
         if known is not None and known.dialect in ("", *dialects):
-            words = answer.group(1) if answer else _first_words(data)
+            first = next((line.strip() for line in data.splitlines() if len(line.strip()) > 2), b"")
+            words = answer.group(1) if answer else first
             return Answer(known.dialect, words.decode("ascii", "replace").strip(" :"), known)
         if known is None and answer is not None:
             return Answer(name, answer.group(1).decode("ascii", "replace").strip(" :"))
     return None
-
-
-def _first_words(data: bytes) -> bytes:
-    """The first line that says anything."""
-    return next((line.strip() for line in data.splitlines() if len(line.strip()) > 2), b"")
 
 
 def _listen(port: Port) -> bytes:
@@ -131,7 +127,11 @@ def identify(url: str, open_at: Callable[[str, int], Port] = _open_at) -> Answer
     PortError
         The port cannot be opened.
     """
-    speeds = _speeds(url)
+    if is_moonraker(url):
+        speeds: dict[str, tuple[int, ...]] = {"klipper": (115200,)}
+    else:  # on a network any speed is the same
+        own = {name: dialect(name).question.bauds for name in DIALECTS}
+        speeds = {name: (115200,) for name, bauds in own.items() if bauds} if is_network(url) else own
     bauds = sorted({baud for bauds in speeds.values() for baud in bauds}, key=lambda baud: baud != 115200)
     for baud in bauds:
         port = open_at(url, baud)
@@ -143,14 +143,6 @@ def identify(url: str, open_at: Callable[[str, int], Port] = _open_at) -> Answer
         finally:
             port.close()
     return None
-
-
-def _speeds(url: str) -> dict[str, tuple[int, ...]]:
-    """The dialects that may be spoken at an address, with their usual speeds (of a network: any)."""
-    if is_moonraker(url):
-        return {"klipper": (115200,)}
-    speeds = {name: dialect(name).question.bauds for name in DIALECTS}
-    return {name: (115200,) for name, bauds in speeds.items() if bauds} if is_network(url) else speeds
 
 
 def _fitting(url: str, answer: Answer, port: Port) -> Fitting:
@@ -178,7 +170,11 @@ def find_port(
         None, or several.
     """
     serial = bool(dialect(profile.dialect).question.bauds)
-    boards = _candidates(profile, _usb_devices(ports)) if serial else []
+    # with an id that its dialect claims, or, if it claims none, that no other does
+    claimed = {usb: name for name in DIALECTS for usb in dialect(name).usb}
+    claims = profile.dialect if profile.dialect in claimed.values() else None
+    devices = _usb_devices(ports) if serial else []
+    boards = [device.name for device in devices if device.usb is not None and claimed.get(device.usb) == claims]
     if not boards and (found := _on_network(profile.dialect)):
         return found
     if not boards and not serial:
@@ -217,13 +213,6 @@ def _on_network(language: str) -> str:
 
 def _usb_devices(ports: Sequence[SerialDevice] | None) -> list[SerialDevice]:
     return [port for port in (serial_devices() if ports is None else ports) if port.usb is not None]
-
-
-def _candidates(profile: Plotter, devices: Sequence[SerialDevice]) -> list[str]:
-    """Ports that a machine can be at: with an id that its dialect claims, or, if it claims none, that no other does."""
-    claimed = {usb: name for name in DIALECTS for usb in dialect(name).usb}
-    claims = profile.dialect if profile.dialect in claimed.values() else None
-    return [device.name for device in devices if device.usb is not None and claimed.get(device.usb) == claims]
 
 
 def only_port(

@@ -22,6 +22,7 @@ import numpy as np
 from handout import hooks, units
 from handout.hooks import Steps
 from handout.plotting import bed
+from handout.plotting.planning.segments import distance_to_lines
 from handout.profiles import HOOKS, Plotter
 from handout.values import Array, Drawing, Stroke
 
@@ -202,15 +203,12 @@ def without_pots(drawing: Drawing, profile: Plotter) -> Drawing:
     """What was executed, without what a pen did in its pot: strokes that stay near the ways of hooks."""
     to_page = bed.place(drawing.page, profile).to_page
     ways = [to_page(np.array(places)) for name in HOOKS if (places := hooks.goes(profile.hooks.steps(name)))]
-    kept = tuple(stroke for stroke in drawing.strokes if not any(_is_near(stroke.xy, way) for way in ways))
-    return dataclasses.replace(drawing, strokes=kept)
-
-
-def _is_near(xy: Array, way: Array) -> bool:
-    """Whether all of a path is near a way, in one of its straight pieces or at a place."""
-    off = np.full(len(xy), np.inf)
-    for a, b in pairwise([way[0], *way]):
-        along = b - a
-        share = np.clip((xy - a) @ along / max(float(along @ along), 1e-12), 0.0, 1.0)
-        off = np.minimum(off, np.hypot(*(a + share[:, None] * along - xy).T))
-    return bool((off <= _POT).all())
+    kept = []
+    for stroke in drawing.strokes:
+        off = [
+            np.min([distance_to_lines(stroke.xy, a[None], b[None]) for a, b in pairwise([way[0], *way])], axis=0)
+            for way in ways
+        ]
+        if not any((each <= _POT).all() for each in off):  # near one way with all of its path
+            kept.append(stroke)
+    return dataclasses.replace(drawing, strokes=tuple(kept))
