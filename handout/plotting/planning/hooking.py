@@ -84,7 +84,10 @@ def dips(strokes: Sequence[Stroke], every: float) -> frozenset[int]:
     A stroke that is longer by itself has a load of its own.
     """
     ink = np.append(0.0, np.cumsum([stroke.length for stroke in strokes]))
-    costs = np.array([_cost(strokes, at) if at else 0.0 for at in range(len(strokes))])
+    costs = np.zeros(len(strokes))
+    for at in range(1, len(strokes)):
+        within_word = 0 <= strokes[at].word == strokes[at - 1].word
+        costs[at] = _WITHIN_STROKE if is_join(strokes, at) else _DIP + (_WITHIN_WORD if within_word else 0.0)
     firsts = np.searchsorted(ink, ink - every - _TOUCH)
     best, before = np.zeros(len(ink)), np.zeros(len(ink), dtype=np.intp)
     for end in range(1, len(ink)):
@@ -97,13 +100,6 @@ def dips(strokes: Sequence[Stroke], every: float) -> frozenset[int]:
         at = int(before[at])
         chosen.add(at)
     return frozenset(chosen)
-
-
-def _cost(strokes: Sequence[Stroke], at: int) -> float:
-    """What it costs to dip before a stroke."""
-    if is_join(strokes, at):
-        return _WITHIN_STROKE
-    return _DIP + (_WITHIN_WORD if 0 <= strokes[at].word == strokes[at - 1].word else 0.0)
 
 
 def is_join(strokes: Sequence[Stroke], at: int) -> bool:
@@ -156,19 +152,16 @@ def _pieces(stroke: Stroke, every: float) -> Iterator[Stroke]:
     reach = 0.5 * (every - length / many)  # two that are as far apart as can be leave no part too long
     begin = float(stroke.t[0])
     for number in range(1, many):
-        end = _slowest(stroke, along, number * length / many, reach)
+        about = number * length / many
+        inside = np.flatnonzero(np.abs(along - about) <= reach)
+        if len(inside):  # where it is slowest; of equally slow places at the nearest
+            best = np.lexsort((np.abs(along[inside] - about), np.round(stroke.speed[inside], 3)))[0]
+            end = float(stroke.t[inside[best]])
+        else:
+            end = float(np.interp(about, along, stroke.t))
         yield piece(stroke, begin, end)
         begin = end
     yield piece(stroke, begin, float(stroke.t[-1]))
-
-
-def _slowest(stroke: Stroke, along: Array, about: float, reach: float) -> float:
-    """When a stroke is slowest near a length of its path, s; of equally slow places the nearest."""
-    inside = np.flatnonzero(np.abs(along - about) <= reach)
-    if not len(inside):
-        return float(np.interp(about, along, stroke.t))
-    best = np.lexsort((np.abs(along[inside] - about), np.round(stroke.speed[inside], 3)))[0]
-    return float(stroke.t[inside[best]])
 
 
 _CHANNELS = ("pressure", "tilt", "azimuth", "rotation", "width")
@@ -180,16 +173,13 @@ def piece(stroke: Stroke, begin: float, end: float) -> Stroke:
     within = stroke.t[(stroke.t > begin) & (stroke.t < end)]
     t = np.concatenate([[begin], within, [end]])
     xy = np.stack([np.interp(t, stroke.t, stroke.xy[:, axis]) for axis in (0, 1)], axis=1)
-    recorded = {name: values for name in _CHANNELS if (values := getattr(stroke, name)) is not None}
-    channels: dict[str, Any] = {name: _between(name, t, stroke.t, values) for name, values in recorded.items()}
+    channels: dict[str, Any] = {}
+    at = np.minimum(np.searchsorted(stroke.t, t), len(stroke.t) - 1)
+    for name in _CHANNELS:
+        if (values := getattr(stroke, name)) is not None:  # samples stay as they are, to the last digit
+            between = np.interp(t, stroke.t, np.unwrap(values) if name in _ANGLES else values)
+            channels[name] = np.where(stroke.t[at] == t, values[at], between)
     return dataclasses.replace(stroke, t=t, xy=xy, **channels)
-
-
-def _between(name: str, t: Array, times: Array, values: Array) -> Array:
-    """A channel at the times t; its samples stay as they are, to the last digit."""
-    between = np.interp(t, times, np.unwrap(values) if name in _ANGLES else values)
-    at = np.minimum(np.searchsorted(times, t), len(times) - 1)
-    return np.where(times[at] == t, values[at], between)
 
 
 def detours(profile: Plotter) -> list[Array]:
