@@ -170,11 +170,7 @@ def find_port(
         None, or several.
     """
     serial = bool(dialect(profile.dialect).question.bauds)
-    # with an id that its dialect claims, or, if it claims none, that no other does
-    claimed = {usb: name for name in DIALECTS for usb in dialect(name).usb}
-    claims = profile.dialect if profile.dialect in claimed.values() else None
-    devices = _usb_devices(ports) if serial else []
-    boards = [device.name for device in devices if device.usb is not None and claimed.get(device.usb) == claims]
+    boards = _find_candidates(profile, _usb_devices(ports)) if serial else []
     if not boards and (found := _on_network(profile.dialect)):
         return found
     if not boards and not serial:
@@ -213,6 +209,13 @@ def _on_network(language: str) -> str:
 
 def _usb_devices(ports: Sequence[SerialDevice] | None) -> list[SerialDevice]:
     return [port for port in (serial_devices() if ports is None else ports) if port.usb is not None]
+
+
+def _find_candidates(profile: Plotter, devices: Sequence[SerialDevice]) -> list[str]:
+    """Ports that a machine can be at: with an id that its dialect claims, or, if it claims none, that no other does."""
+    claimed = {usb: name for name in DIALECTS for usb in dialect(name).usb}
+    claims = profile.dialect if profile.dialect in claimed.values() else None
+    return [device.name for device in devices if device.usb is not None and claimed.get(device.usb) == claims]
 
 
 def only_port(

@@ -10,7 +10,7 @@ from __future__ import annotations
 import difflib
 import itertools
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -77,12 +77,7 @@ def pieces(
     def marked(text: str) -> tuple[float, Array]:
         return _marks(text, words, pages, profile, speed)
 
-    first, last = 0, len(words) - 1
-    if begin:
-        place, marks = marked(begin)
-        first = int(np.searchsorted(marks[1:], place, side="right"))
-    elif from_word:
-        first = _find(from_word, words, 0, "--from-word")[0]
+    first, last = _find_first(begin, from_word, words, marked), len(words) - 1
     if end:
         place, marks = marked(end)
         last = int(np.searchsorted(marks[:-1], place, side="left")) - 1
@@ -93,6 +88,16 @@ def pieces(
         raise InputError(f"Nothing lies between {places}: is one before the other?")
     chosen = itertools.groupby(words[first : last + 1], lambda word: word.sheet)
     return [Piece(sheet, (run := list(group))[0].first, run[-1].stop) for sheet, group in chosen]
+
+
+def _find_first(
+    begin: str | None, word: str | None, words: Sequence[_Word], marked: Callable[[str], tuple[float, Array]]
+) -> int:
+    """The run of strokes that a part begins with."""
+    if begin:
+        place, marks = marked(begin)
+        return int(np.searchsorted(marks[1:], place, side="right"))
+    return _find(word, words, 0, "--from-word")[0] if word else 0
 
 
 def named(part: Sequence[Piece], pages: Sequence[Drawing]) -> str:

@@ -95,10 +95,7 @@ class GrblConversation(Conversation[Reply]):
             for reply in replies:
                 if isinstance(reply, Error):
                     raise DeviceAlarm(f"The plotter refused {line.decode().strip()!r}: {reply.description}.")
-                if isinstance(reply, Alarm):
-                    raise DeviceAlarm(f"The plotter stopped with {reply.description}.")
-                if isinstance(reply, Banner):
-                    raise self._restarted()
+                self._check_stop(reply)
                 answer.append(reply)
             if any(isinstance(reply, Ok) for reply in answer):
                 return answer
@@ -143,14 +140,15 @@ class GrblConversation(Conversation[Reply]):
                 if self._under_way:
                     where = f"line {self._under_way[0].number + 1}, {self._under_way[0].line.decode().strip()!r}"
                 raise DeviceGarbled(f"The plotter refused {where}: {reply.description}.")
-            elif isinstance(reply, Alarm):
-                raise DeviceAlarm(f"The plotter stopped with {reply.description}.")
-            elif isinstance(reply, Banner):
-                raise self._restarted()
+            self._check_stop(reply)
 
-    def _restarted(self) -> DeviceAlarm:
-        self.restarted = True
-        return DeviceAlarm(RESTARTED)
+    def _check_stop(self, reply: Reply) -> None:
+        """Raise DeviceAlarm for an alarm, and for the greeting of one that has started by itself."""
+        if isinstance(reply, Alarm):
+            raise DeviceAlarm(f"The plotter stopped with {reply.description}.")
+        if isinstance(reply, Banner):
+            self.restarted = True
+            raise DeviceAlarm(RESTARTED)
 
     def _check_hold(self, status: Status) -> None:
         """See whether somebody holds it, and for how long."""

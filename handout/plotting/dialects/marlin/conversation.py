@@ -161,11 +161,7 @@ class MarlinConversation(Conversation[Reply]):
             passed, begun = self.time - begun, self.time
             self._quiet += passed
             self._wait(passed)
-            # Only questions for its place are open and one was answered: then all were, since it is silent and they
-            # wait for nothing.  The ``ok`` of one was lost, or of a line before them; if one of themselves was lost,
-            # the controller will ask for it.
-            open_ = [line for line in self._lines if line.number > self._done]
-            if self._placed and open_ and all(line.data == protocol.WHERE for line in open_):
+            if self._are_questions_answered():
                 self._up_to(self._last, Ok())
                 return
             if self._quiet > self.timeout + self.grace:
@@ -182,6 +178,15 @@ class MarlinConversation(Conversation[Reply]):
             replies = self.replies(_SETTLE) if self._settling else []
         self._settling = False
         self._wait(self.time - begun)
+
+    def _are_questions_answered(self) -> bool:
+        """Whether only questions for its place are open and one was answered: then all were, since it is silent.
+
+        They wait for nothing.  The ``ok`` of one was lost, or of a line before them; if one of themselves was lost, the
+        controller will ask for it.
+        """
+        open_ = [line for line in self._lines if line.number > self._done]
+        return self._placed and bool(open_) and all(line.data == protocol.WHERE for line in open_)
 
     def _wait(self, seconds: float) -> None:
         """Time passes in which it does not get on; DeviceSilent, or DeviceHeld, when that was too much."""
