@@ -16,7 +16,7 @@ import msgspec
 from handout.errors import DeviceError, InputError, PortError
 from handout.plotting import announcements
 from handout.plotting.dialects import DIALECTS, dialect
-from handout.plotting.greetings import Clues, Firmware, Fitting, narrowed, recognise
+from handout.plotting.greetings import Clues, Firmware, Fitting, narrow_profiles, recognise
 from handout.plotting.moonraker_ports import is_moonraker, open_moonraker
 from handout.plotting.network_ports import is_network, open_network
 from handout.plotting.ports import Port, SerialDevice, SerialPort, TimedReader, serial_devices
@@ -155,7 +155,7 @@ def _fitting(url: str, answer: Answer, port: Port) -> Fitting:
         said += _listen(port).decode("ascii", "replace")
     device = next((one for one in serial_devices() if one.name == url), None)
     clues = Clues(said) if device is None else Clues(said, device.title, device.usb)
-    return narrowed(answer.known, answer.firmware, clues)
+    return narrow_profiles(answer.known, answer.firmware, clues)
 
 
 def find_port(

@@ -1,7 +1,7 @@
 """Where hooks come in a drawing: what is done before and after it and its strokes, and before which strokes to dip.
 
 A dip falls between two strokes, since a pen cannot be lifted within one unseen; a stroke that needs more ink than there
-is between two dips is parted first (`parted`), where the pen is slowest.  Of all ways to dip often enough the one is
+is between two dips is parted first (`part_strokes`), where the pen is slowest.  Of all ways to dip often enough the one is
 taken that dips within the fewest strokes, then within the fewest words, then least often, and of these the one that
 loads the pen most evenly: a shortest path over the strokes.
 
@@ -50,7 +50,7 @@ NONE = Hooking()
 
 
 def hooking(drawing: Drawing, profile: Plotter, whole: tuple[bool, bool]) -> Hooking:
-    """The hooks of a machine on a drawing of `parted` strokes.
+    """The hooks of a machine on a drawing whose strokes are parted (`part_strokes`).
 
     whole : whether the page begins with the drawing, and ends with it.
 
@@ -107,7 +107,7 @@ def is_join(strokes: Sequence[Stroke], at: int) -> bool:
     return at > 0 and bool(np.abs(strokes[at - 1].xy[-1] - strokes[at].xy[0]).max() <= _TOUCH)
 
 
-def parted(drawing: Drawing, every: float) -> Drawing:
+def part_strokes(drawing: Drawing, every: float) -> Drawing:
     """The drawing with all strokes longer than `every` mm parted where the pen is slowest; every: 0 for never."""
     if every <= 0 or all(stroke.length <= every + _TOUCH for stroke in drawing.strokes):
         return drawing
@@ -116,7 +116,7 @@ def parted(drawing: Drawing, every: float) -> Drawing:
 
 
 def said(drawings: Sequence[Drawing], profile: Plotter) -> list[str]:
-    """What is to be said of the hooks on pages of `parted` strokes, in sentences."""
+    """What is to be said of the hooks on pages whose strokes are parted, in sentences."""
     sentences = [sentence for drawing in drawings for sentence in _said(drawing, profile)]
     return list(dict.fromkeys(sentences))
 

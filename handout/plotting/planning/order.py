@@ -21,7 +21,7 @@ _LIFT = 0.1  # s between the strokes of a drawing
 _KICKS, _SPENT = 5, 800_000  # disturbances a stroke, and strokes turned round by all of them: about half a second
 
 
-def shortened(drawing: Drawing, home: Array | None = None) -> tuple[Stroke, ...]:
+def shorten_travel(drawing: Drawing, home: Array | None = None) -> tuple[Stroke, ...]:
     """The strokes in an order in which the pen travels less, on one clock; as they are if that gains nothing.
 
     Parameters

@@ -97,7 +97,7 @@ def _tamed(slope: Array, way: Array) -> Array:
     return np.asarray(slope * np.minimum(most, 1.0)[:, None])
 
 
-def smoothed(trajectory: Trajectory) -> TimedCurve:
+def smooth_trajectory(trajectory: Trajectory) -> TimedCurve:
     """A track as a curve; long straight lines are cut into pieces."""
     trajectory = _cut_lines(trajectory)
     gap, chord = _chords(trajectory)
@@ -118,7 +118,7 @@ def smoothed(trajectory: Trajectory) -> TimedCurve:
     return TimedCurve(trajectory, smooth)
 
 
-def scaled(path: TimedCurve, limits: MotionLimits) -> TimedCurve:
+def slow_down(path: TimedCurve, limits: MotionLimits) -> TimedCurve:
     """The path with as much more time as the machine needs; every stroke begins and ends at rest."""
     trajectory = path.trajectory
     if len(trajectory.t) < 2:

@@ -40,9 +40,9 @@ _CORNER = np.radians(30.0)  # a turn by more is the end of a slice
 def plan(request: Request) -> Plan:
     """A plan of timed moves; see `planner.plan`."""
     profile, asked = request.profile, pace(request)
-    path = time_scaling.smoothed(asked.path)
+    path = time_scaling.smooth_trajectory(asked.path)
     target = np.interp(path.trajectory.t, asked.path.t, asked.target)
-    slow = time_scaling.scaled(path, motion_limits(profile))
+    slow = time_scaling.slow_down(path, motion_limits(profile))
     cuts, when = slices(slow, profile)
     drawn = np.interp(path.trajectory.t, asked.path.t, asked.drawn)  # on the drawing's clock, which has the pressure
     clock = np.interp(when, slow.trajectory.t, drawn) * request.factor

@@ -62,7 +62,7 @@ def check(profile: Plotter) -> None:
     pen_lift.at(profile.pen, profile.pen.down)
 
 
-def replaced(profile: Plotter, up: float | None, down: float | None) -> Plotter:
+def replace_heights(profile: Plotter, up: float | None, down: float | None) -> Plotter:
     """The profile with other heights of its pen; a pen that follows pressure does so by as much as before.
 
     Raises
@@ -275,7 +275,7 @@ def _chosen(bench: Bench, steps: Steps, first: float, up: float, question: str) 
             first = float(values[-1])
 
 
-def tried(bench: Bench, heights: Heights) -> None:
+def draw_trial(bench: Bench, heights: Heights) -> None:
     """Draw one row at heights that are given."""
     bench.take(up=heights.up, down=heights.down)
     with bench.working():
