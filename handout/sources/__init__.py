@@ -19,10 +19,10 @@ __all__ = ["read_drawing", "suffixes"]
 _LARGEST = 64 * 2**20  # bytes
 
 
-def _svg(data: bytes) -> Drawing:
+def _svg(data: bytes, texts: bool = False) -> Drawing:
     from handout.sources.svg import from_svg
 
-    return from_svg(data)
+    return from_svg(data, texts=texts)
 
 
 def _json(data: bytes) -> Drawing:
@@ -93,8 +93,8 @@ def suffixes() -> list[str]:
     return sorted([*_FORMATS, *_WITH_PATH])
 
 
-def read_drawing(path: str | Path) -> Drawing:
-    """Read a drawing from a file whose suffix says the format.
+def read_drawing(path: str | Path, *, texts: bool = False) -> Drawing:
+    """Read a drawing from a file whose suffix says the format; `texts` : see `svg.from_svg`.
 
     Returns
     -------
@@ -120,6 +120,8 @@ def read_drawing(path: str | Path) -> Drawing:
         raise InputError(f"{path} is larger than {_LARGEST // 2**20} MiB: simplify the drawing or split it.")
     try:
         with np.errstate(over="ignore", invalid="ignore"):  # what is too large is refused, see `recorded.refuse_far`
+            if suffix == ".svg":
+                return _as_plotted(_svg(data, texts))
             return _as_plotted(_WITH_PATH[suffix](data, path) if suffix in _WITH_PATH else _FORMATS[suffix](data))
     except InputError as error:
         raise InputError(f"{path}: {error}") from error

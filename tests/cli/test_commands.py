@@ -323,7 +323,7 @@ def test_what_no_reader_expects_to_be_nested_is_a_sentence_too(call, monkeypatch
     def deeper(*_, **__):
         return deeper()
 
-    monkeypatch.setattr("handout.pipeline.letters.write_source", deeper)
+    monkeypatch.setattr("handout.pipeline.writing.write", deeper)
     assert "nested too deeply" in call("write", "hi", "-o", "out.svg", code=2)[1]
 
 
