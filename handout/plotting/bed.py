@@ -89,13 +89,13 @@ def reach(profile: Plotter) -> tuple[Array, Array]:
     return (np.zeros(2), size) if zero_in_corner_ahead else (np.array([0.0, -size[1]]), np.array([size[0], 0.0]))
 
 
-def narrow(profile: Plotter, ends: Sequence[tuple[float, float]], whose: Sequence[str], way_out: str) -> Bed:
+def narrow(profile: Plotter, ends: Sequence[tuple[float, float]], refusals: Sequence[str]) -> Bed:
     """The part of the bed that a machine's own travel leaves.
 
     Parameters
     ----------
     ends : (least, greatest) of x and y that it reaches, mm, in the coordinates of a program.
-    whose, way_out : for the message: what says so, of x and of y; what to do.
+    refusals : of x and of y, the sentence of the error, with a place ``{}`` for what is left.
 
     Raises
     ------
@@ -103,11 +103,11 @@ def narrow(profile: Plotter, ends: Sequence[tuple[float, float]], whose: Sequenc
         Less than `_LEAST` is left, or not where a page would be laid.
     """
     sizes = []
-    for name, (low, high), said, least, greatest in zip("xy", ends, whose, *reach(profile), strict=True):
+    for name, (low, high), refusal, least, greatest in zip("xy", ends, refusals, *reach(profile), strict=True):
         low, high = max(low, float(least)), min(high, float(greatest))
         size = 2 * min(-low, high) if profile.bed.origin == "centre" else high - low
         if size < _LEAST or not low <= _SLACK or not high >= -_SLACK:
-            raise DoesNotFit(f"{said} leave {name} from {low:.4g} to {high:.4g} mm of a page laid at 0: {way_out}.")
+            raise DoesNotFit(refusal.format(f"{name} from {low:.4g} to {high:.4g} mm"))
         sizes.append(Length(size))
     return msgspec.structs.replace(profile.bed, width=sizes[0], height=sizes[1])
 

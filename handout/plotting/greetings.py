@@ -1,9 +1,9 @@
 """Who a controller is by what it says: its greeting, and its answers to the questions of the dialects.
 
 A dialect is not a machine: boards do not say which frame they move, so that several profiles may fit, the likeliest
-first.  What else a board says narrows them (`narrow_profiles`): a name that somebody gave it, its travel, the chip of its USB
-port.  And some firmwares answer a dialect's question without speaking it.  Each row's own words stand, with where they
-were recorded, in `tests/plotting/test_greetings.py`.
+first.  What else a board says narrows them (`narrow_profiles`): a name that somebody gave it, its travel, the chip of
+its USB port.  And some firmwares answer a dialect's question without speaking it.  Each row's own words stand, with
+where they were recorded, in `tests/plotting/test_greetings.py`.
 """
 
 from __future__ import annotations

@@ -138,7 +138,9 @@ def test_long_strokes_are_parted_where_they_are_slow(length, every):
 
 
 def test_a_dip_that_has_to_be_within_a_stroke_is_told():
-    strokes = hooking.part_strokes(Drawing((line(0, 30.0), line(1, 90.0)), Page(100, 50), {"words": ["a", "long"]}), 50.0)
+    strokes = hooking.part_strokes(
+        Drawing((line(0, 30.0), line(1, 90.0)), Page(100, 50), {"words": ["a", "long"]}), 50.0
+    )
     (said,) = hooking.said([strokes], hooked(dip=("go 290 200",), every=50.0))
     assert "is longer than the 50 mm" in said and said.endswith("1 time, in: long.")
     assert "lies on the sheet" in hooking.said([strokes], hooked(before_page=("go 20 20",)))[0]

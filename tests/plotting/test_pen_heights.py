@@ -147,7 +147,9 @@ def test_a_pen_that_is_clamped_hard_is_not_pressed(tmp_path):
 def test_given_heights_are_tried():
     _, port, controller = met("simulated")
     person = Looking(port)
-    pen_heights.draw_trial(pen_heights.begin(controller, port, person, lambda _: None), pen_heights.Heights(20.0, 100.0))
+    pen_heights.draw_trial(
+        pen_heights.begin(controller, port, person, lambda _: None), pen_heights.Heights(20.0, 100.0)
+    )
     values = {value for _, value in port.paper.power if value}
     assert {20.0, 100.0} <= values and len(port.executed().strokes) == 2
     assert len(person.asked) == 1

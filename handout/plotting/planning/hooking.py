@@ -1,8 +1,8 @@
 """Where hooks come in a drawing: what is done before and after it and its strokes, and before which strokes to dip.
 
 A dip falls between two strokes, since a pen cannot be lifted within one unseen; a stroke that needs more ink than there
-is between two dips is parted first (`part_strokes`), where the pen is slowest.  Of all ways to dip often enough the one is
-taken that dips within the fewest strokes, then within the fewest words, then least often, and of these the one that
+is between two dips is parted first (`part_strokes`), where the pen is slowest.  Of all ways to dip often enough the one
+is taken that dips within the fewest strokes, then within the fewest words, then least often, and of these the one that
 loads the pen most evenly: a shortest path over the strokes.
 
 Source: own method.

@@ -200,5 +200,9 @@ def _own_bed(profile: Plotter, info: ControllerInfo) -> Bed:
         shift = zero[axis] if len(zero) > axis else 0.0
         low, high = (0.0, travel) if ahead else (-travel, 0.0)
         ends.append((low - shift, high - shift))
-    whose = [f"The plotter's soft limits ($20=1, ${130 + axis}={travel:g})" for axis, travel in enumerate(travels)]
-    return bed.narrow(profile, ends, whose, "set its work zero (G54) to that corner or switch them off ($20=0)")
+    refusals = [
+        f"The plotter's soft limits ($20=1, ${130 + axis}={travel:g}) leave {{}} of a page laid at 0: set its work zero "
+        "(G54) to that corner or switch them off ($20=0)."
+        for axis, travel in enumerate(travels)
+    ]
+    return bed.narrow(profile, ends, refusals)
