@@ -201,8 +201,8 @@ def _own_bed(profile: Plotter, info: ControllerInfo) -> Bed:
         low, high = (0.0, travel) if ahead else (-travel, 0.0)
         ends.append((low - shift, high - shift))
     refusals = [
-        f"The plotter's soft limits ($20=1, ${130 + axis}={travel:g}) leave {{}} of a page laid at 0: set its work zero "
-        "(G54) to that corner or switch them off ($20=0)."
+        f"The plotter's soft limits ($20=1, ${130 + axis}={travel:g}) leave {{}} of a page laid at 0: set its work "
+        "zero (G54) to that corner or switch them off ($20=0)."
         for axis, travel in enumerate(travels)
     ]
     return bed.narrow(profile, ends, refusals)

@@ -131,8 +131,8 @@ def _own_bed(profile: Plotter, head: dict[str, Any], found: dict[str, Any]) -> B
     shifts = move["homing_origin"] if profile.bed.zero == "kept" and "homing_origin" in move else (0.0, 0.0)
     low, high = ([float(end[axis]) - float(shifts[axis]) for axis in (0, 1)] for end in ends)
     refusals = [
-        f"Klipper's axes (position_min, position_max of [stepper_{name}]) leave {{}} of a page laid at 0: set bed.origin "
-        "and the size of the bed in the profile."
+        f"Klipper's axes (position_min, position_max of [stepper_{name}]) leave {{}} of a page laid at 0: set "
+        "bed.origin and the size of the bed in the profile."
         for name in "xy"
     ]
     return bed.narrow(profile, list(zip(low, high, strict=True)), refusals)
