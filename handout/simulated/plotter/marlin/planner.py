@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from handout.simulated.plotter.queue import Axes, Line, Queue, Steps, Vector
 
-_STRAIGHT = 0.999999
+_STRAIGHT = 0.999999  # cosine of a junction that counts as straight
 _OCTAGON = -math.sqrt(0.5)  # cosine of the junction from which on short segments are taken for a curve
 _SHORT = 1.0  # mm
 
