@@ -80,7 +80,14 @@ def follow(
     targets = targets_through(points, smooth=plan.smooth if baked_at is None else baked_at, order=order, steps=steps)
     xy = smooth_path(targets, plan.spread, smooth=plan.smooth, order=order, steps=steps)
     if len(points) > 2 and rng is not None and jitter > 0:
-        xy = xy + jitter * _noise(plan, order, steps, rng)
+        covariances = covariance.of_plan(plan)
+        if plan.spread is None:
+            solver = _uniform(len(plan.points), plan.smooth, order, steps, hold=1.0)
+            size = math.sqrt(covariances[0, 0, 0])
+        else:
+            precision, size = relative(covariances)
+            solver = tracker(precision, smooth=plan.smooth, steps=steps, order=order)
+        xy = xy + jitter * (size * solver.noise(rng, 2))
     t: Array = np.arange(len(xy), dtype=np.float64) * (plan.interval / steps)
     return t, xy
 
@@ -120,22 +127,19 @@ def smooth_path(
     if m == 1:
         return np.repeat(where, steps, axis=0)
     if m == 2:
-        return np.asarray(where[0] + np.outer(_least_effort(m * steps, order), where[1] - where[0]))
+        # from 0 to 1, at rest at both ends, with the least squared derivative of that order: a polynomial
+        samples = m * steps
+        u = np.linspace(0.0, 1.0, samples)
+        total = np.zeros(samples)
+        for k in range(order):
+            total += math.comb(order - 1 + k, k) * math.comb(2 * order - 1, order - 1 - k) * (-u) ** k
+        return np.asarray(where[0] + np.outer(u**order * total, where[1] - where[0]))
     if covariances is None:
         solver = _uniform(m, smooth, order, steps)
     else:
         precision, _ = relative(covariance.settled(covariances, where))
         solver = tracker(precision, smooth=smooth, steps=steps, order=order, hold=HOLD)
     return solver.path(where)
-
-
-def _least_effort(samples: int, order: int) -> Array:
-    """From 0 to 1, at rest at both ends, with the least squared derivative of that order: a polynomial."""
-    u = np.linspace(0.0, 1.0, samples)
-    total = np.zeros(samples)
-    for k in range(order):
-        total += math.comb(order - 1 + k, k) * math.comb(2 * order - 1, order - 1 - k) * (-u) ** k
-    return np.asarray(u**order * total)
 
 
 def _uniform(m: int, smooth: float, order: int, steps: int, hold: float = HOLD) -> Tracker:
@@ -190,15 +194,3 @@ def _transposed(solver: Tracker, errors: Array) -> Array:
     push[0], push[-1] = errors[0], errors[-1]
     pulled = solver.weights[:, None] * solver.chain.solve(push)
     return np.asarray(pulled.reshape(len(errors), solver.grid, -1).sum(axis=1))
-
-
-def _noise(plan: ActionPlan, order: int, steps: int, rng: np.random.Generator) -> Array:
-    """Motor noise (m·steps, 2), mm, of the plan's covariances at its targets."""
-    covariances = covariance.of_plan(plan)
-    if plan.spread is None:
-        solver = _uniform(len(plan.points), plan.smooth, order, steps, hold=1.0)
-        size = math.sqrt(covariances[0, 0, 0])
-    else:
-        precision, size = relative(covariances)
-        solver = tracker(precision, smooth=plan.smooth, steps=steps, order=order)
-    return size * solver.noise(rng, 2)

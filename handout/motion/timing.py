@@ -161,7 +161,14 @@ def time_paths(paths: SampledPaths, stroke: float = STROKE) -> PathTimes:
     """
     bend = curvature(paths)
     cut, of = _pieces(paths, bend)
-    length, turning, sharp = _measure(paths, bend, cut, of)
+    # of each piece its length and its turning, rad; and how sharp the bend is with which it ends, rad
+    step = paths.step[of]
+    turned = np.concatenate([[0.0], np.cumsum(np.abs(bend) * np.repeat(paths.step, np.diff(paths.first)))])
+    local = np.maximum(np.round(_PACE.local / step), 1).astype(np.intp)
+    after = np.minimum(cut[:, 1] + local, paths.first[of + 1] - 1)
+    before = np.maximum(cut[:, 1] - local, paths.first[of])
+    length, turning = (cut[:, 1] - cut[:, 0]) * step, turned[cut[:, 1]] - turned[cut[:, 0]]
+    sharp = turned[after] - turned[before]
     start = np.concatenate([[True], of[1:] != of[:-1]])
     end = np.concatenate([of[1:] != of[:-1], [True]])
     by_length = np.log(np.maximum(length, _PACE.shortest)) * _PACE.length
@@ -169,7 +176,15 @@ def time_paths(paths: SampledPaths, stroke: float = STROKE) -> PathTimes:
     duration = stroke * np.exp(lasts + _PACE.first * start + _PACE.last * end)
     t, along = _play(length, sharp, duration, start, end)
     pieces = np.bincount(of, minlength=len(paths.step))
-    return _whole_paths(t, along, pieces)
+    # the pieces of every path one behind the other
+    last = np.cumsum(pieces)
+    begun = [np.cumsum(values[:, -1]) - values[:, -1] for values in (t, along)]
+    begun = [values - np.repeat(values[last - pieces], pieces) for values in begun]
+    keep = np.ones(t.shape, dtype=bool)
+    keep[:, 0] = False
+    keep[last - pieces, 0] = True
+    first = np.concatenate([[0], np.cumsum(pieces * (_SAMPLES - 1) + 1)])
+    return PathTimes((t + begun[0][:, None])[keep], (along + begun[1][:, None])[keep], first)
 
 
 def curvature(paths: SampledPaths) -> Array:
@@ -202,16 +217,6 @@ def _pieces(paths: SampledPaths, bend: Array) -> tuple[Indices, Indices]:
     return np.column_stack([np.sort(begin), np.sort(finish)]), np.sort(of)
 
 
-def _measure(paths: SampledPaths, bend: Array, cut: Indices, of: Indices) -> tuple[Array, Array, Array]:
-    """Of every piece its length and how much it turns, rad; and how sharp the bend is with which it ends, rad."""
-    step = paths.step[of]
-    turned = np.concatenate([[0.0], np.cumsum(np.abs(bend) * np.repeat(paths.step, np.diff(paths.first)))])
-    local = np.maximum(np.round(_PACE.local / step), 1).astype(np.intp)
-    after = np.minimum(cut[:, 1] + local, paths.first[of + 1] - 1)
-    before = np.maximum(cut[:, 1] - local, paths.first[of])
-    return (cut[:, 1] - cut[:, 0]) * step, turned[cut[:, 1]] - turned[cut[:, 0]], turned[after] - turned[before]
-
-
 def _play(length: Array, sharp: Array, duration: Array, start: Array, end: Array) -> tuple[Array, Array]:
     """(m, samples) each: times from the beginning of a piece, and how far along it the pen is."""
     soft = _PACE.soft - (_PACE.soft - _PACE.sharp) * np.sqrt(np.minimum(sharp / _PACE.sharpest, 1.0))
@@ -229,7 +234,14 @@ def _play(length: Array, sharp: Array, duration: Array, start: Array, end: Array
     cosine = np.cos(np.minimum(sharp, np.pi))
     virtual = length.copy()
     for _ in range(_ROUNDS):
-        run = _run(virtual, beside, cosine, t)
+        # how far the pen has gone in each piece, given the lengths of the strokes
+        speed = [virtual[other][:, None] * rate for other, rate in beside]
+        square = np.asarray(sum(rate_here * rate_here for rate_here in speed))
+        for (other, _), rate_here, following in zip(beside, speed, speed[1:], strict=False):
+            square = square + 2 * cosine[other][:, None] * rate_here * following
+        total = np.sqrt(np.maximum(square, 1e-12))
+        gone = np.cumsum((total[:, 1:] + total[:, :-1]) / 2 * np.diff(t, axis=1), axis=1)
+        run = np.concatenate([np.zeros((len(t), 1)), gone], axis=1)
         virtual = virtual * length / run[:, -1]
     return t - begin[:, None], run * (length / run[:, -1])[:, None]
 
@@ -252,29 +264,6 @@ def _beside(
         rate = np.where(going, np.exp(-0.5 * z * z) / (np.sqrt(2 * np.pi) * sigma * late), 0.0)
         rates.append((other, rate))
     return rates
-
-
-def _run(virtual: Array, beside: list[tuple[Indices, Array]], cosine: Array, t: Array) -> Array:
-    """(m, samples): how far the pen has gone in each piece, given the lengths of the strokes."""
-    speed = [virtual[other][:, None] * rate for other, rate in beside]
-    square = np.asarray(sum(rate_here * rate_here for rate_here in speed))
-    for (other, _), rate_here, following in zip(beside, speed, speed[1:], strict=False):
-        square = square + 2 * cosine[other][:, None] * rate_here * following
-    total = np.sqrt(np.maximum(square, 1e-12))
-    gone = np.cumsum((total[:, 1:] + total[:, :-1]) / 2 * np.diff(t, axis=1), axis=1)
-    return np.concatenate([np.zeros((len(t), 1)), gone], axis=1)
-
-
-def _whole_paths(t: Array, along: Array, pieces: Indices) -> PathTimes:
-    """The pieces of every path one behind the other."""
-    last = np.cumsum(pieces)
-    begun = [np.cumsum(values[:, -1]) - values[:, -1] for values in (t, along)]
-    begun = [values - np.repeat(values[last - pieces], pieces) for values in begun]
-    keep = np.ones(t.shape, dtype=bool)
-    keep[:, 0] = False
-    keep[last - pieces, 0] = True
-    first = np.concatenate([[0], np.cumsum(pieces * (_SAMPLES - 1) + 1)])
-    return PathTimes((t + begun[0][:, None])[keep], (along + begun[1][:, None])[keep], first)
 
 
 def timed_strokes(
@@ -328,7 +317,11 @@ def _movements(
         raw = length_along(path.xy)
         at = np.linspace(0.0, raw[-1], len(xy))  # where on the path as it was found the places of the shape lie
         if path.steps is not None:
-            t = _recorded_times(t, at, raw, path.steps)
+            # what a recorded pen took from place to place, and where that is not known what `t` says
+            finite = np.isfinite(path.steps)
+            model = np.diff(np.interp(raw, at, t))
+            whole = np.concatenate([[0.0], np.cumsum(np.where(finite, path.steps, model))])
+            t = np.maximum.accumulate(np.interp(at, raw, whole)) + 1e-9 * np.arange(len(at))
         times = np.linspace(0.0, t[-1], max(3, round(float(t[-1]) * RATE) + 1))
         channels = [np.interp(times, t, values) for values in (*xy.T, width)]
         pose = {name: np.interp(np.interp(times, t, at), raw, values) for name, values in held.items()}
@@ -363,19 +356,6 @@ def _filled(values: Array) -> Array | None:
     """Values with what is not known between those that are; None if none is."""
     finite = np.isfinite(values)
     return np.interp(np.arange(len(values)), np.flatnonzero(finite), values[finite]) if finite.any() else None
-
-
-def _recorded_times(t: Array, at: Array, run: Array, steps: Array) -> Array:
-    """(n,) s at places `at` along a path: what a recorded pen took, and where that is not known what `t` says.
-
-    Parameters
-    ----------
-    run, steps : (m,), (m − 1,): the path's own places, mm, and how long the pen took from each to the next.
-    """
-    finite = np.isfinite(steps)
-    model = np.diff(np.interp(run, at, t))
-    whole = np.concatenate([[0.0], np.cumsum(np.where(finite, steps, model))])
-    return np.asarray(np.maximum.accumulate(np.interp(at, run, whole)) + 1e-9 * np.arange(len(at)))
 
 
 def smoothed(values: Array, sigma: float) -> Array:

@@ -133,7 +133,13 @@ def learn(
     moves = dynamics.learn(strung, rng, recipe, lesson.inputs, within(tell, _FITTED, 0.8 if lesson.structure else 1.0))
     forms = structure.learn(strung, rng, recipe, within(tell, 0.8, 1.0)) if lesson.structure else None
     pace = float(np.clip(np.median(paces), _FASTEST, _SLOWEST)) if paces else DURATION
-    return Learned(LearnedMovement(moves, forms, _primers(sequences_of)), pace, strokes)
+    if len(sequences_of) == 1:
+        ((name, each),) = sequences_of.items()
+        named = {f"{name}-{k}" if k else name: s for k, s in enumerate(each[:PRIMERS])}
+    else:
+        named = {name: sequences.joined(each) for name, each in sequences_of.items()}
+    primers = {name: _shortened(s) for name, s in named.items() if (~s.up).any()}
+    return Learned(LearnedMovement(moves, forms, primers), pace, strokes)
 
 
 def _paces(drawing: Drawing, plans: Sequence[LognormalPlan]) -> list[float]:
@@ -142,15 +148,6 @@ def _paces(drawing: Drawing, plans: Sequence[LognormalPlan]) -> list[float]:
         return []
     pairs = zip(drawing.strokes, plans, strict=True)
     return [DURATION * float(s.t[-1] - s.t[0]) / (p.end - p.start) for s, p in pairs if p.strokes and len(s.t) > 2]
-
-
-def _primers(sequences_of: Mapping[str, Sequence[MovementSequence]]) -> dict[str, MovementSequence]:
-    if len(sequences_of) == 1:
-        ((name, each),) = sequences_of.items()
-        named = {f"{name}-{k}" if k else name: s for k, s in enumerate(each[:PRIMERS])}
-    else:
-        named = {name: sequences.joined(each) for name, each in sequences_of.items()}
-    return {name: _shortened(s) for name, s in named.items() if (~s.up).any()}
 
 
 def _shortened(sequence: MovementSequence) -> MovementSequence:

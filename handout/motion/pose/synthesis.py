@@ -142,7 +142,10 @@ class PoseModel:
         # for directions 1 − cos, which is half the square of the distance of their unit vectors
         unlike = _apart(self.directions[near.number]) ** 2 / 2 if turning else _apart(library.pose[near.number])
         jumps = costs.jump + costs.change * unlike
-        came, price = _followed(number)
+        # for steps of 0, 1 and 2 samples between candidates (n, k) and those of the next sample: (n − 1, 3, k) each
+        step = number[1:, None, :] - number[:-1, :, None]
+        ways = np.stack([step == length for length in range(3)], axis=1)
+        came, price = ways.argmax(axis=2), np.where(ways.any(axis=2), 0.0, np.inf)
         price += np.array([costs.repeat, 0.0, costs.skip])[:, None]
         steps = [_Segments(*each, short) for each in zip(came, price, jumps, strict=True)]
         shape = (2, costs.least, near.number.shape[1])
@@ -160,16 +163,6 @@ def _apart(values: Array) -> Array:
     """(n − 1, k, k): distances of candidates' values (n, k, c) from those of the next sample."""
     columns = values.transpose(2, 0, 1)
     return np.asarray(np.sqrt(sum((column[:-1, :, None] - column[1:, None, :]) ** 2 for column in columns)))
-
-
-def _followed(number: Indices) -> tuple[Indices, Array]:
-    """For steps of 0, 1 and 2 samples between candidates (n, k) and those of the next sample: (n − 1, 3, k) each.
-
-    Which candidate leads to each of the next, and 0, or ∞ where none does.
-    """
-    step = number[1:, None, :] - number[:-1, :, None]
-    ways = np.stack([step == length for length in range(3)], axis=1)
-    return ways.argmax(axis=2), np.where(ways.any(axis=2), 0.0, np.inf)
 
 
 class _Segments:

@@ -37,7 +37,11 @@ def find(xy: Array, *, cusps: bool = True) -> KeyPoints:
 
     cusps : also at cusps, and where a segment nearly closes on itself.
     """
-    turning = _smoothed_turning(xy)
+    direction = np.diff(xy @ np.array([1.0, 1j]))
+    angle = np.angle(direction[1:] * np.conj(direction[:-1]))
+    padded = np.pad(np.pad(angle, 1), WINDOW // 2)
+    summed = np.convolve(padded, np.hanning(WINDOW), "same")[WINDOW // 2 : -(WINDOW // 2)]
+    turning = 1 - np.cos(np.clip(summed, -np.pi, np.pi))
     edge = WINDOW // 4
     turns = peaks(turning, prominence=_PROMINENCE, apart=_APART)
     turns = turns[(turns > edge) & (turns < len(xy) - edge)]
@@ -46,14 +50,6 @@ def find(xy: Array, *, cusps: bool = True) -> KeyPoints:
     more = [cusp for cusp in _cusps(xy) if not (np.abs(turns - cusp) <= 8).any() and 3 < cusp < len(xy) - 4]
     index = np.unique(np.concatenate([[0], turns, more, [len(xy) - 1]])).astype(np.intp)
     return KeyPoints(_cut_where_bent(xy, index), turning)
-
-
-def _smoothed_turning(xy: Array) -> Array:
-    direction = np.diff(xy @ np.array([1.0, 1j]))
-    angle = np.angle(direction[1:] * np.conj(direction[:-1]))
-    padded = np.pad(np.pad(angle, 1), WINDOW // 2)
-    summed = np.convolve(padded, np.hanning(WINDOW), "same")[WINDOW // 2 : -(WINDOW // 2)]
-    return np.asarray(1 - np.cos(np.clip(summed, -np.pi, np.pi)))
 
 
 def _cusps(xy: Array) -> Index:

@@ -106,17 +106,10 @@ def _shaped(stroke: Stroke, start: float) -> Fit:
 
 def _later(plan: LognormalPlan, start: float) -> LognormalPlan:
     """The plan moved to begin at `start`, with no pulse cut off by its times."""
-    t = _course(plan)
-    shift = start - t[0]
-    return LognormalPlan(
-        plan.targets, plan.onset + shift, plan.duration, plan.asymmetry, plan.theta, start, float(t[-1] + shift)
-    )
-
-
-def _course(plan: LognormalPlan) -> tuple[float, float]:
-    pulses = plan.pulses()
-    reach = lognormal.REACH
-    return float(pulses.time(-reach).min()), float(pulses.time(reach).max())
+    pulses, reach = plan.pulses(), lognormal.REACH
+    shift = start - float(pulses.time(-reach).min())
+    end = float(pulses.time(reach).max()) + shift
+    return replace(plan, onset=plan.onset + shift, start=start, end=end)
 
 
 def varied(page: PlannedPage, variation: Variation, rng: np.random.Generator) -> PlannedPage:

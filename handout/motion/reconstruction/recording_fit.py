@@ -12,7 +12,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from handout.motion import sigma_lognormal_model as lognormal
 from handout.motion.reconstruction.plan import LognormalPlan, from_pulses
@@ -83,7 +82,15 @@ def from_recording(t: Array, xy: Array) -> LognormalPlan:
     t : (n,) float, s, increasing; xy : (n, 2) float, mm.
     """
     recording = prepared(np.asarray(t, dtype=np.float64), np.asarray(xy, dtype=np.float64))
-    x = _first(recording)
+    # a stroke for every peak of speed
+    times, speed = recording.t, np.abs(recording.velocity)
+    least = peaks(-speed, prominence=0.04 * float(speed.max()), apart=4)
+    x = np.stack(
+        [
+            _between(recording, int(a), int(b))
+            for a, b in zip(np.append(0, least), np.append(least, len(times) - 1), strict=True)
+        ]
+    )
     x = _explained(recording, x, max(_MOST, 2 * len(x))) if len(x) <= _TOGETHER else _by_windows(recording, x)
     origin, chords = _chords(recording, x)
     return from_pulses(_pulses(x), origin, chords, float(recording.t[0]), float(recording.t[-1]))
@@ -110,22 +117,20 @@ def _by_windows(recording: Recording, x: Array) -> Array:
             chosen = np.zeros(len(x), dtype=bool)
             chosen[ahead[:_WINDOW]] = True
             done = float(x[ahead[min(_HOP, len(ahead)) - 1], 2])
-            x = np.concatenate([x[~chosen], _in_window(recording, x, chosen)])
+            # fitted to the movement around them minus all other strokes
+            t = recording.t
+            y, z = np.searchsorted(t, [x[chosen, 2].min() - _MARGIN, x[chosen, 2].max() + _MARGIN])
+            near = slice(min(int(y), len(t) - _LEAST), max(int(z), _LEAST))
+            _, chords = _chords(recording, x)
+            moving, gone = _moving(_pulses(x[~chosen]), t[near])
+            left = Recording(
+                t[near],
+                recording.place[near] - chords[~chosen] @ gone,
+                recording.velocity[near] - chords[~chosen] @ moving,
+            )
+            x = np.concatenate([x[~chosen], _explained(left, x[chosen], int(chosen.sum()) + _MORE)])
             x = x[np.argsort(x[:, 2], kind="stable")]
     return x
-
-
-def _in_window(recording: Recording, x: Array, chosen: NDArray[np.bool_]) -> Array:
-    """The chosen strokes, fitted to the movement around them minus all other strokes."""
-    t = recording.t
-    a, b = np.searchsorted(t, [x[chosen, 2].min() - _MARGIN, x[chosen, 2].max() + _MARGIN])
-    near = slice(min(int(a), len(t) - _LEAST), max(int(b), _LEAST))
-    _, chords = _chords(recording, x)
-    moving, gone = _moving(_pulses(x[~chosen]), t[near])
-    left = Recording(
-        t[near], recording.place[near] - chords[~chosen] @ gone, recording.velocity[near] - chords[~chosen] @ moving
-    )
-    return _explained(left, x[chosen], int(chosen.sum()) + _MORE)
 
 
 def quality(recording: Recording, x: Array) -> float:
@@ -146,18 +151,6 @@ def _moving(pulses: Pulses, t: Array) -> tuple[Complex, Complex]:
     share = lognormal.progress(pulses, t)
     turn = np.exp(1j * theta * (2 * share - 1)) * lognormal.arc_over_chord(theta)
     return np.asarray(lognormal.rate(pulses, t) * turn), lognormal.arc(share, theta)
-
-
-def _first(recording: Recording) -> Array:
-    """A stroke for every peak of speed: (k, 4)."""
-    t, speed = recording.t, np.abs(recording.velocity)
-    least = peaks(-speed, prominence=0.04 * float(speed.max()), apart=4)
-    return np.stack(
-        [
-            _between(recording, int(a), int(b))
-            for a, b in zip(np.append(0, least), np.append(least, len(t) - 1), strict=True)
-        ]
-    )
 
 
 def _between(recording: Recording, a: int, b: int) -> Array:

@@ -199,7 +199,16 @@ def _refined(even: Array, plan: LognormalPlan, steady: bool) -> LognormalPlan:
     x = np.concatenate(
         [*(plan.targets / size).T, plan.theta, plan.onset[1:], np.log(plan.duration), np.full(k, np.log(ASYMMETRY))]
     )
-    guess, held = x.copy(), _held(k, steady)
+    # (6 k + 1, 6 k + 1): precision of the guess, in what a vector of k strokes holds behind its targets
+    behind, n = 2 * (k + 1), 6 * k + 1
+    weight, differences = np.zeros(n), np.eye(n)
+    weight[n - 2 * k :] = _STAYING if steady else _HELD
+    if steady:  # overlaps are differences of onsets
+        weight[behind : behind + k] = _STEADY
+        weight[behind + k : behind + 2 * k - 1] = _STEADY / DURATION**2
+        late = np.arange(behind + k + 1, behind + 2 * k - 1)
+        differences[late, late - 1] = -1.0
+    guess, held = x.copy(), differences.T @ (weight[:, None] * differences)
 
     def tried(x: Array) -> tuple[Array, Array, float, float]:
         residual, jacobian, mean = _differences(x, k, wanted / size)
@@ -223,21 +232,10 @@ def _refined(even: Array, plan: LognormalPlan, steady: bool) -> LognormalPlan:
             damping *= 6
             if damping > 1e6:
                 break
-    found = _from_vector(x, k, size)
+    z, theta, onset, duration, asymmetry = _parts(x, k)
+    end = float((onset + duration).max())
+    found = LognormalPlan(size * np.column_stack([z.real, z.imag]), onset, duration, asymmetry, theta, 0.0, end)
     return plan_of(found.targets, found.dt, found.theta) if steady else found
-
-
-def _held(k: int, steady: bool) -> Array:
-    """(6 k + 1, 6 k + 1): precision of the guess, in what a vector of k strokes holds behind its targets."""
-    behind, n = 2 * (k + 1), 6 * k + 1
-    weight, differences = np.zeros(n), np.eye(n)
-    weight[n - 2 * k :] = _STAYING if steady else _HELD
-    if steady:  # overlaps are differences of onsets
-        weight[behind : behind + k] = _STEADY
-        weight[behind + k : behind + 2 * k - 1] = _STEADY / DURATION**2
-        late = np.arange(behind + k + 1, behind + 2 * k - 1)
-        differences[late, late - 1] = -1.0
-    return np.asarray(differences.T @ (weight[:, None] * differences))
 
 
 def _parts(x: Array, k: int) -> tuple[Complex, Array, Array, Array, Array]:
@@ -246,12 +244,6 @@ def _parts(x: Array, k: int) -> tuple[Complex, Array, Array, Array, Array]:
     z, rest = x[:m] + 1j * x[m : 2 * m], x[2 * m :]
     onset = np.concatenate([[0.0], rest[k : 2 * k - 1]])
     return z, rest[:k], onset, np.exp(rest[2 * k - 1 : 3 * k - 1]), np.exp(rest[3 * k - 1 :])
-
-
-def _from_vector(x: Array, k: int, size: float) -> LognormalPlan:
-    z, theta, onset, duration, asymmetry = _parts(x, k)
-    end = float((onset + duration).max())
-    return LognormalPlan(size * np.column_stack([z.real, z.imag]), onset, duration, asymmetry, theta, 0.0, end)
 
 
 def _bounded(x: Array, k: int) -> Array:
@@ -288,24 +280,19 @@ def _differences(x: Array, k: int, wanted: Complex) -> tuple[Array, Array, float
     columns = np.concatenate(
         [linear, 1j * linear, bend, delay, moving * (longer - share) / _TINY, moving * (skewed - share) / _TINY]
     )
-    columns = _sliding(columns, off + wanted)
+    # derivatives of the places at equal shares of length, from those of the same places at fixed times: what makes the
+    # path longer before a place pushes it back along the path, by as much as its share is not kept
+    path = off + wanted
+    step = np.diff(path)
+    tangent = step / np.maximum(np.abs(step), 1e-12)
+    gained = np.zeros(columns.shape)
+    gained[:, 1:] = np.cumsum((np.diff(columns, axis=1) * np.conj(tangent)).real, axis=1)
+    beyond = np.linspace(0.0, 1.0, len(path)) * gained[:, -1:] - gained
+    middle = np.concatenate([tangent[:1], tangent[1:] + tangent[:-1], tangent[-1:]])
+    columns = columns + beyond * middle / np.maximum(np.abs(middle), 1e-12)
     residual = np.concatenate([off.real, off.imag])
     jacobian = np.concatenate([columns.real, columns.imag], axis=1).T
     return residual, jacobian, float(np.mean(np.abs(off) ** 2))
-
-
-def _sliding(columns: Complex, path: Complex) -> Complex:
-    """Derivatives of the places at equal shares of length, from those (p, n) of the same places at fixed times.
-
-    What makes the path longer before a place pushes it back along the path, by as much as its share is not kept.
-    """
-    step = np.diff(path)
-    tangent = step / np.maximum(np.abs(step), 1e-12)
-    longer = np.zeros(columns.shape)
-    longer[:, 1:] = np.cumsum((np.diff(columns, axis=1) * np.conj(tangent)).real, axis=1)
-    along = np.linspace(0.0, 1.0, len(path)) * longer[:, -1:] - longer
-    middle = np.concatenate([tangent[:1], tangent[1:] + tangent[:-1], tangent[-1:]])
-    return np.asarray(columns + along * middle / np.maximum(np.abs(middle), 1e-12))
 
 
 def _by_theta(share: Array, theta: Array, done: Complex) -> Complex:

@@ -14,7 +14,6 @@ import numpy as np
 from msgspec.structs import replace
 
 from handout.motion import sigma_lognormal_model as lognormal
-from handout.motion.learned.dynamics import State
 from handout.motion.learned.model import LearnedMovement, dotted, taken_apart
 from handout.motion.learned.sequences import MovementSequence, of_plans
 from handout.motion.reconstruction.key_points import arc_length
@@ -22,7 +21,7 @@ from handout.motion.reconstruction.plan import LognormalPlan
 from handout.motion.reconstruction.shape_fit import plan_of
 from handout.motion.sigma_lognormal_model import REACH
 from handout.motion.styles.movement import widths
-from handout.motion.styles.style import Learned, Style
+from handout.motion.styles.style import Style
 from handout.motion.timing import time_in_air
 from handout.values import TURNS, Array, Drawing, Stroke
 
@@ -78,25 +77,26 @@ def _drawn(groups: Iterator[list[_Part]], style: Style, rng: np.random.Generator
     state = manner.state(style.primer)
     clock, before, strokes = 0.0, None, list[Stroke]()
     for group in groups:
-        for part, plan in zip(group, _moved(group, manner, state, rng, learned), strict=True):
+        # the plans with dynamics between those of the manner and their own, as far as they keep them
+        known = of_plans([part.plan for part in group])
+        told, keep = manner.dynamics.predict(known, rng, learned.temperature, state), learned.keep
+        dt, theta = ((1 - keep) * new + keep * old for new, old in ((told.dt, known.dt), (told.theta, known.theta)))
+        for part, plan in zip(group, plans_of(dataclasses.replace(told, dt=dt, theta=theta)), strict=True):
             xy = _path(part.plan, plan, learned.hold)
             if before is not None:
                 way = float(np.linalg.norm(xy[0] - before)) * _HEIGHTS_IN_X / height
                 clock += time_in_air(way, line=False, word=False)
             t = clock + np.arange(len(xy)) * learned.duration / _SAMPLES
-            strokes.append(_stroke(t, xy, part.stroke, style, height))
+            width = widths(t, xy, style, height)
+            nib = style.brush.width * height if style.brush.kind == "nib" else 0.0
+            carried = {} if part.stroke is None else _carried(part.stroke, xy)
+            if nib:
+                carried["rotation"] = np.full(len(t), -style.brush.angle)
+            source = part.stroke
+            word, layer, colour = (-1, "", "") if source is None else (source.word, source.layer, source.colour)
+            strokes.append(Stroke(t, xy, **carried, width=width, nib=nib, word=word, layer=layer, colour=colour))
             clock, before = float(t[-1]), xy[-1]
     return tuple(strokes)
-
-
-def _moved(
-    group: Sequence[_Part], manner: LearnedMovement, state: State | None, rng: np.random.Generator, learned: Learned
-) -> list[LognormalPlan]:
-    """The plans of a group with dynamics of the manner, between these and their own as far as they keep them."""
-    known = of_plans([part.plan for part in group])
-    told, keep = manner.dynamics.predict(known, rng, learned.temperature, state), learned.keep
-    dt, theta = ((1 - keep) * new + keep * old for new, old in ((told.dt, known.dt), (told.theta, known.theta)))
-    return plans_of(dataclasses.replace(told, dt=dt, theta=theta))
 
 
 def plans_of(sequence: MovementSequence) -> list[LognormalPlan]:
@@ -137,17 +137,6 @@ def _passing(plan: LognormalPlan) -> Array:
     middle = pulses.time(0.0)
     ends = float(pulses.time(-REACH).min()), float(pulses.time(REACH).max())
     return np.concatenate([ends[:1], 0.5 * (middle[1:] + middle[:-1]), ends[1:]])
-
-
-def _stroke(t: Array, xy: Array, source: Stroke | None, style: Style, height: float) -> Stroke:
-    """The stroke of a movement, with the width of the style's brush and what was recorded along its source."""
-    width = widths(t, xy, style, height)
-    nib = style.brush.width * height if style.brush.kind == "nib" else 0.0
-    carried = {} if source is None else _carried(source, xy)
-    if nib:
-        carried["rotation"] = np.full(len(t), -style.brush.angle)
-    word, layer, colour = (-1, "", "") if source is None else (source.word, source.layer, source.colour)
-    return Stroke(t, xy, **carried, width=width, nib=nib, word=word, layer=layer, colour=colour)
 
 
 def _carried(source: Stroke, xy: Array) -> dict[str, Array]:

@@ -118,7 +118,9 @@ def _path(
     through = targets_through(points, smooth=movement.drawn_at, order=movement.order)
     xy = solver.path(points + style.form.overshoot * (through - points))
     if style.jitter.size > 0:
-        xy = xy + style.jitter.size * height * usual / _size(style) * solver.noise(rng, 2)
+        # the geometric mean of the standard deviations of a usual target
+        size = math.sqrt(abs(float(np.linalg.det(_basis(style)))))
+        xy = xy + style.jitter.size * height * usual / size * solver.noise(rng, 2)
     return xy
 
 
@@ -139,11 +141,6 @@ def _basis(style: Style) -> Array:
     """(2, 2): the oblique axes of the covariances, as columns."""
     shape = style.covariance
     return np.column_stack([size * vector(angle) for size, angle in zip(shape.axes, shape.angles, strict=True)])
-
-
-def _size(style: Style) -> float:
-    """Geometric mean of the standard deviations of a usual target, in the unit of `covariances`."""
-    return math.sqrt(abs(float(np.linalg.det(_basis(style)))))
 
 
 def _guide(style: Style) -> Guide | None:
@@ -168,7 +165,11 @@ def widths(t: Array, xy: Array, style: Style, height: float, *, tapered: bool = 
         width = thin + (full - thin) * (brush.pace + _REST) / (brush.pace + speed)
         width = gaussian_filter1d(width, _EVEN, mode="nearest")
     elif brush.kind == "nib":
-        along = _pen_directions(xy)
+        # (n,) rad on the page: where the pen is going; at rest, where it last went or will go
+        step = np.gradient(xy, axis=0)
+        moving = np.flatnonzero(np.hypot(step[:, 0], step[:, 1]) > 1e-6 * np.ptp(xy, axis=0).max())
+        nearest = moving[np.clip(np.searchsorted(moving, np.arange(len(xy))), 0, len(moving) - 1)]
+        along = np.arctan2(step[nearest, 1], step[nearest, 0])
         width = full * np.hypot(np.sin(along + brush.angle), NIB_THICKNESS)
     elif brush.kind == "pointed":
         pull = np.clip(velocity[:, 1] / np.maximum(speed, 1e-9 * speed.max()), 0.0, 1.0)
@@ -177,14 +178,6 @@ def widths(t: Array, xy: Array, style: Style, height: float, *, tapered: bool = 
     else:
         width = np.full(len(t), full)
     return np.asarray(width * _tapered(xy, brush.taper * height) if tapered else width)
-
-
-def _pen_directions(xy: Array) -> Array:
-    """(n,) rad on the page: where the pen is going; at rest, where it last went or will go."""
-    step = np.gradient(xy, axis=0)
-    moving = np.flatnonzero(np.hypot(step[:, 0], step[:, 1]) > 1e-6 * np.ptp(xy, axis=0).max())
-    nearest = moving[np.clip(np.searchsorted(moving, np.arange(len(xy))), 0, len(moving) - 1)]
-    return np.asarray(np.arctan2(step[nearest, 1], step[nearest, 0]))
 
 
 def _tapered(xy: Array, length: float) -> Array:

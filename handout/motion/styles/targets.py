@@ -85,14 +85,8 @@ def _size(xy: Array) -> float:
     size = max(wide, high)
     if float(np.linalg.norm(np.diff(xy, axis=0), axis=1).sum()) <= 1.8 * size:
         return size
-    runs = _runs(xy[:, 1], _TURNS * high)
-    if len(runs) >= _WORD:
-        high = min(high, _USUAL * float(np.median(runs)))
-    return max(min(high, 2 * wide), _FLATTEST * size)
-
-
-def _runs(y: Array, least: float) -> Array:
-    """(k,) mm: lengths of a path's ways up and down; turning back by less than `least` does not end one."""
+    # lengths of the ways up and down; turning back by less than `least` does not end one
+    y, least = xy[:, 1], _TURNS * high
     turns = [float(y[0])]
     extreme, way = float(y[0]), 0
     for value in y.tolist():
@@ -101,7 +95,10 @@ def _runs(y: Array, least: float) -> Array:
         elif abs(value - extreme) >= least > 0:
             turns.append(extreme)
             extreme, way = value, 1 if value > extreme else -1
-    return np.asarray(np.abs(np.diff([*turns[1:], extreme])))
+    runs = np.abs(np.diff([*turns[1:], extreme]))
+    if len(runs) >= _WORD:
+        high = min(high, _USUAL * float(np.median(runs)))
+    return max(min(high, 2 * wide), _FLATTEST * size)
 
 
 def find(xy: Array, height: float) -> Motif:
@@ -110,7 +107,14 @@ def find(xy: Array, height: float) -> Motif:
     if float(np.ptp(xy, axis=0).max()) <= _DOT * height:
         middle = 0.5 * (xy.min(axis=0) + xy.max(axis=0))
         return Motif(middle[None], middle[None], np.array([True]), np.zeros(0, dtype=np.intp))
-    path = _resampled(xy, away, height)
+    # sampled evenly and smoothed a little
+    along = np.concatenate([[0.0], np.cumsum(away)])
+    count = int(np.clip(along[-1] / height * _STEPS, 8, _MOST)) + 1
+    keep = np.concatenate([[True], away > 0])
+    where = np.linspace(0.0, along[-1], count)
+    even = np.column_stack([np.interp(where, along[keep], xy[keep, axis]) for axis in (0, 1)])
+    path = gaussian_filter1d(even, _SMOOTHED, axis=0, mode="nearest")
+    path[0], path[-1] = even[0], even[-1]
     path, closed = _closed(path, height)
     ring = closed and not _cornered(path)
     corners = _corners(path)
@@ -123,18 +127,6 @@ def find(xy: Array, height: float) -> Motif:
     else:
         places = _filled(_apart(samples, corners, ends, _SOON * unit), _LONG * unit)
     return Motif(path, path[places], np.isin(places, corners), corners, ring)
-
-
-def _resampled(xy: Array, away: Array, height: float) -> Array:
-    """The path sampled evenly and smoothed a little."""
-    along = np.concatenate([[0.0], np.cumsum(away)])
-    count = int(np.clip(along[-1] / height * _STEPS, 8, _MOST)) + 1
-    keep = np.concatenate([[True], away > 0])
-    where = np.linspace(0.0, along[-1], count)
-    even = np.column_stack([np.interp(where, along[keep], xy[keep, axis]) for axis in (0, 1)])
-    smooth = gaussian_filter1d(even, _SMOOTHED, axis=0, mode="nearest")
-    smooth[0], smooth[-1] = even[0], even[-1]
-    return np.asarray(smooth)
 
 
 def _step(path: Array) -> float:
