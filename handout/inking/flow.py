@@ -124,7 +124,10 @@ def pieces(drawing: Drawing, width: float, flow: Flow, rng: np.random.Generator)
     press = np.where(staying, np.maximum(press, _STAYING), press)
     slow = lean(way.speed)
     wide = 1 + flow.width_pressure * (press - PRESSURE) + flow.width_speed * slow + flow.bleed * rest + dots
-    wide = np.where(np.isnan(way.width), width * wide * _nib(way, flow), way.width)
+    # a nib with an edge leaves a thinner line along that edge
+    slope = np.where(np.isnan(way.edge), flow.slope, way.edge)
+    turned = np.abs(np.sin(np.angle(way.b - way.a) - slope))
+    wide = np.where(np.isnan(way.width), width * wide * (1 - flow.nib * (1 - turned)), way.width)
     load = (np.maximum(press, 0.02) / PRESSURE) ** flow.load_pressure * (1 + flow.load_speed * slow)
     # a pen about to leave the paper rests on it so lightly that nothing gathers
     load += flow.pool * rest * np.minimum(press / PRESSURE, 1.0)
@@ -154,13 +157,6 @@ def _resting(
     dry = 1 / (1 + np.exp(np.clip((_RARE - 1.6 * fast - _along(rng, m, 0.22)) / 0.12, -30, 30)))
     ample = np.exp(flow.level * _along(rng, m, 18.0)) * (1 - flow.skip * dry)
     return flow.touch * dots, np.repeat(stays, sizes) & (way.left < _SLOWING), ample
-
-
-def _nib(way: _Way, flow: Flow) -> Array:
-    """(m,): width over the usual width that a nib with an edge leaves in the direction of each piece."""
-    slope = np.where(np.isnan(way.edge), flow.slope, way.edge)
-    across = np.abs(np.sin(np.angle(way.b - way.a) - slope))
-    return np.asarray(1 - flow.nib * (1 - across))
 
 
 def _way(stroke: Stroke, curve: curves.Curve) -> tuple[Any, ...]:
@@ -222,7 +218,13 @@ def _uneven(way: _Way, radius: Array, load: Array, flow: Flow, rng: np.random.Ge
     radius = np.maximum(radius + (left + right) / 2, _THINNEST / 2)
     nib = way.nib * np.where(way.nib == 0, 0, radius / np.fmax(way.width / 2, _THINNEST / 2))
     whole = Pieces(way.a + shift, way.b + shift, radius, load, np.exp(lanes).astype(np.float32), nib)
-    return _with_blobs(whole, _turning(step), flow, blobs)
+    # how far the line has turned within the half millimetre before each piece, rad
+    turn = np.zeros(len(step))
+    turn[1:] = np.abs(np.angle(step[1:] * step[:-1].conj() + 1e-15))
+    back = 5
+    total = np.cumsum(turn)
+    turning = total - np.r_[np.zeros(min(back, m)), total[:-back]][:m]
+    return _with_blobs(whole, turning, flow, blobs)
 
 
 def _along(rng: np.random.Generator, m: int, size: float, lanes: int = 1, across: float = 0.0) -> Array:
@@ -238,15 +240,6 @@ def _along(rng: np.random.Generator, m: int, size: float, lanes: int = 1, across
     keep = np.sqrt(2 * np.sqrt(np.pi) * sigma) * (np.sqrt(2 * np.sqrt(np.pi) * across) if across else 1.0)
     noise *= np.float32(keep)
     return np.asarray(noise[:m, 0] if lanes == 1 else noise.take(np.arange(m) % _REPEAT, axis=0))
-
-
-def _turning(step: NDArray[np.complex128]) -> Array:
-    """(m,) rad: how far the line has turned within the half millimetre before each piece."""
-    turn = np.zeros(len(step))
-    turn[1:] = np.abs(np.angle(step[1:] * step[:-1].conj() + 1e-15))
-    back = 5
-    total = np.cumsum(turn)
-    return np.asarray(total - np.r_[np.zeros(min(back, len(step))), total[:-back]][: len(step)])
 
 
 def _with_blobs(whole: Pieces, turning: Array, flow: Flow, chance: Array) -> Pieces:

@@ -101,9 +101,12 @@ def parted(a: Layer, b: Layer) -> tuple[Layer, Layer]:
     those beside the rest of either layer are its own, and where a line ends in one layer only, the other has it;
     between them runs the seam.
     """
-    window = _meeting(a, b)
-    if window is None:
+    # the smallest window of the page that holds what the layers share
+    left, top = (max(a.corner[k], b.corner[k]) for k in (0, 1))
+    right, bottom = (min(layer.corner[k] + layer.near.shape[1 - k] for layer in (a, b)) for k in (0, 1))
+    if left >= right or top >= bottom:
         return a, b
+    window = left, top, right, bottom
     same = _same(a, b), _same(b, a)
     if not (same[0].any() and same[1].any()):
         return a, b
@@ -121,18 +124,6 @@ def parted(a: Layer, b: Layer) -> tuple[Layer, Layer]:
     inks = [rgba for rgba, _ in views]
     from_a = seam(inks[0], inks[1], both, to_a, to_b)
     return _without(a, window, both & from_a), _without(b, window, both & ~from_a)
-
-
-def _meeting(a: Layer, b: Layer) -> tuple[int, int, int, int] | None:
-    """(left, top, right, bottom) of the smallest window that holds what the layers share, on the page."""
-    (ax, ay, aw, ah), (bx, by, bw, bh) = (_box(layer) for layer in (a, b))
-    left, top, right, bottom = max(ax, bx), max(ay, by), min(aw, bw), min(ah, bh)
-    return (left, top, right, bottom) if left < right and top < bottom else None
-
-
-def _box(layer: Layer) -> tuple[int, int, int, int]:
-    (x, y), (h, w) = layer.corner, layer.near.shape
-    return x, y, x + w, y + h
 
 
 def _same(layer: Layer, other: Layer) -> _Mask:

@@ -188,19 +188,17 @@ def _made(paper: Paper, size: tuple[int, int], unit: float, surface: Tooth) -> N
         y = (np.arange(top, min(top + _ROWS, height)) + 0.5) * unit
         light = 1 + np.float32(_TOOTH_DEPTH) * surface.at(x[None, :], y[:, None])
         if paper.name == "laid":
-            light = light * _mould(x, y)
+            # made on a mould of wires, the paper is a little thinner and darker along each of them
+            wires = 1 - 0.010 * np.cos(2 * np.pi / _LAID * y) ** 2
+            away = np.abs((x + _CHAIN / 3) % _CHAIN - _CHAIN / 2)
+            chains = 1 - 0.022 * np.exp(-((away / 0.45) ** 2))
+            light = light * (wires[:, None] * chains[None, :]).astype(np.float32)
         rows = light[:, :, None] * white
-        rows *= _printed(lines[0][None, :], lines[1][top : top + _ROWS, None])
+        # where two lines cross the ink is not darker
+        share = np.maximum(lines[0][None, :], lines[1][top : top + _ROWS, None])[:, :, None]
+        rows *= (1 - share * (1 - _LINE)).astype(np.float32)
         sheet[top : top + _ROWS] = np.rint(np.clip(rows, 0, 255))
     return sheet
-
-
-def _mould(x: NDArray[np.floating[Any]], y: NDArray[np.floating[Any]]) -> NDArray[np.float32]:
-    """(h, w) light of paper made on a mould of wires, a little thinner and darker along each of them."""
-    wires = 1 - 0.010 * np.cos(2 * np.pi / _LAID * y) ** 2
-    away = np.abs((x + _CHAIN / 3) % _CHAIN - _CHAIN / 2)
-    chains = 1 - 0.022 * np.exp(-((away / 0.45) ** 2))
-    return np.asarray(wires[:, None] * chains[None, :], dtype=np.float32)
 
 
 def _lines(paper: Paper, size: tuple[int, int], unit: float) -> tuple[Array, Array]:
@@ -219,12 +217,6 @@ def _covered(count: int, unit: float, pitch: float, first: float, head: float) -
     at = (np.arange(count * _FINER) + 0.5) * unit / _FINER
     on = np.abs((at - first + pitch / 2) % pitch - pitch / 2) < _THICK / 2
     return np.asarray((on & (at > head - _THICK)).reshape(count, _FINER).mean(axis=1))
-
-
-def _printed(across: Array, down: Array) -> NDArray[np.float32]:
-    """(h, w, 3) light that lines leave; where two cross the ink is not darker."""
-    share = np.maximum(across, down)[:, :, None]
-    return np.asarray(1 - share * (1 - _LINE), dtype=np.float32)
 
 
 def _picture(name: str, size: tuple[int, int]) -> NDArray[np.uint8]:

@@ -231,7 +231,14 @@ def passed(
         row, column = np.divmod(np.flatnonzero(most), right - left)
         some = cells.swapaxes(1, 2)[row, column].reshape(len(row), fine * fine)
         under = _heights(surface, row + top, column + left, fine, 25.4 / dpi)
-        yield (row + top) * width + column + left, _light(model.finish(some, under), absorbed)
+        # Thick ink is not only darker but greyer than thin ink, as seen in scans of blue ballpoint: the share that all
+        # channels have in common grows with the square of the density.
+        density = model.finish(some, under)
+        pure = 1 - float(absorbed.min() / max(absorbed.max(), 1e-6))
+        grey = min(_GREYING * pure, 0.4 * float(absorbed.min()))
+        more = density * (density - 1) * np.float32(grey)
+        light = np.stack([np.exp(-density * k - more).mean(axis=1) for k in absorbed], axis=1)
+        yield (row + top) * width + column + left, light.astype(np.float32)
 
 
 def _heights(
@@ -242,15 +249,3 @@ def _heights(
     y = (row[:, None, None] + part[:, None]) * unit
     x = (column[:, None, None] + part) * unit
     return surface.at(*np.broadcast_arrays(x, y)).reshape(len(row), fine * fine)
-
-
-def _light(density: _Pixels, absorbed: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(n, 3) in 0–1: what passes through the densities (n, k) of the parts of each pixel.
-
-    Thick ink is not only darker but greyer than thin ink, as seen in scans of blue ballpoint: the share that all
-    channels have in common grows with the square of the density.
-    """
-    pure = 1 - float(absorbed.min() / max(absorbed.max(), 1e-6))
-    grey = min(_GREYING * pure, 0.4 * float(absorbed.min()))
-    more = density * (density - 1) * np.float32(grey)
-    return np.stack([np.exp(-density * k - more).mean(axis=1) for k in absorbed], axis=1).astype(np.float32)

@@ -302,7 +302,7 @@ class Sweep:
             to_end = np.inf if b == count else b - 0.5 - fine
             weight = np.ones(len(fine))
             for inside in (from_start, to_end):
-                weight = weight * _smooth(np.clip(inside / (2 * blend) + 0.5, 0, 1))
+                weight = weight * (0.5 - 0.5 * np.cos(np.pi * np.clip(inside / (2 * blend) + 0.5, 0, 1)))
             rows = np.flatnonzero(weight > 0)
             place = np.clip(numbers[a] + fine[rows] - a, some.first[numbers[a]], some.last[numbers[a]])
             total[rows] += weight[rows, None, None].astype(np.float32) * self._sections(place, half)
@@ -353,10 +353,6 @@ def _cap(strip: _Pixels, out: Array, half: int, radius: float, pointed: bool) ->
     left = np.where(left > _FAINT, left, 0) * np.clip(radius + 2 - out[order], 0, 1)
     share[order, 0] = left / np.maximum(dark, 1e-6)
     return np.broadcast_to(share, strip.shape[:2])
-
-
-def _smooth(t: ArrayLike) -> Array:
-    return np.asarray(0.5 - 0.5 * np.cos(np.pi * np.asarray(t)))
 
 
 def _own_ink(ink: _Pixels, radius: Array, half: int) -> _Pixels:

@@ -29,7 +29,7 @@ from handout.hand.scanned import ScannedHand
 from handout.inking.layers import Layer, parted
 from handout.inking.source import Source, source_of
 from handout.inking.warping import MARGIN, warp
-from handout.values import Array, Ink, LineGraph, Manuscript, Raster
+from handout.values import Array, Ink, Manuscript, Raster
 
 _WHOLE = 0.75  # pixels that any place of a word may be off from one even shift: less than is seen of a slope
 
@@ -56,12 +56,8 @@ def snap_to_pixels(word: Sequence[Ink], dpi: float) -> list[Ink]:
     middle = np.median(moves, axis=0)
     if np.abs(moves - middle).max() >= _WHOLE:
         return list(word)
-    return [replace(ink, graph=_at(ink.graph, np.rint(middle), dpi)) for ink in word]
-
-
-def _at(graph: LineGraph, whole: Array, dpi: float) -> LineGraph:
-    """The graph where its picture lies when it is moved by whole pixels (2,)."""
-    return replace(graph, xy=(graph.uv + whole + 0.5) * (25.4 / dpi))
+    places = ((ink.graph.uv + np.rint(middle) + 0.5) * (25.4 / dpi) for ink in word)
+    return [replace(ink, graph=replace(ink.graph, xy=xy)) for ink, xy in zip(word, places, strict=True)]
 
 
 _MOST = 4e9  # pixels of a page

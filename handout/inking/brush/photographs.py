@@ -91,7 +91,12 @@ def find_strokes(rgb: NDArray[np.uint8], source: str) -> Photograph:
     dark = _dark(small)
     solid, ink, half = _bodies(dark, source, scale)
     lines = _lines(dark, solid, half)
-    bodies = _grown(dark, solid, _frames(dark, lines, 1.0, 2 * half), half)
+    # the strokes with their dry parts, whose streaks are too thin for `_bodies`, but near each other
+    unframed = np.where(_frames(dark, lines, 1.0, 2 * half), np.float32(0), dark)
+    cover = cv2.GaussianBlur(unframed, (0, 0), _STREAKY * half)
+    wide = np.asarray(cover > _SPARSE).astype(np.uint8)
+    back = cv2.erode(wide, _disc(_SPREAD * half)).astype(bool) | solid
+    bodies = np.asarray(cv2.morphologyEx(back.astype(np.uint8), cv2.MORPH_OPEN, _disc(_OPENED * half)), dtype=bool)
     count, labelled, stats, _ = cv2.connectedComponentsWithStats(bodies.astype(np.uint8))
     labels = np.asarray(labelled, dtype=np.int32)
     clear = _frames(_dark(light), lines, scale, 2 * half)
@@ -187,16 +192,6 @@ def _bodies(dark: _Pixels, source: str, scale: float) -> tuple[_Mask, _Mask, flo
         )
     opened = cv2.morphologyEx(body.astype(np.uint8), cv2.MORPH_OPEN, _disc(_OPENED * half))
     return np.asarray(opened, dtype=bool), ink, half
-
-
-def _grown(dark: _Pixels, solid: _Mask, lines: _Mask, half: float) -> _Mask:
-    """The strokes with their dry parts, whose streaks are too thin for `_bodies`, but near each other."""
-    import cv2
-
-    cover = cv2.GaussianBlur(np.where(lines, np.float32(0), dark), (0, 0), _STREAKY * half)
-    wide = np.asarray(cover > _SPARSE).astype(np.uint8)
-    back = cv2.erode(wide, _disc(_SPREAD * half)).astype(bool) | solid
-    return np.asarray(cv2.morphologyEx(back.astype(np.uint8), cv2.MORPH_OPEN, _disc(_OPENED * half)), dtype=bool)
 
 
 class _Line(NamedTuple):
@@ -343,6 +338,7 @@ def _beside(graph: object, way: Indices) -> float:
 
 def _smooth_spine(way: Array, body: _Mask, dark: _Pixels) -> tuple[Array, float]:
     """A smooth line along a shape and past its ends, one point a pixel, and the shape's width; no points for a blob."""
+    import cv2
     from scipy.ndimage import gaussian_filter1d
 
     y, x = np.nonzero(body)
@@ -357,9 +353,11 @@ def _smooth_spine(way: Array, body: _Mask, dark: _Pixels) -> tuple[Array, float]
         line = gaussian_filter1d(np.concatenate(ends), _CALM * width, axis=0, mode="nearest")
         line = line[len(ends[0]) : -len(ends[2]) or None]
     else:  # as short as this, its streaks tell its direction better than its shape
-        line = at.mean(axis=0) + np.linspace(-0.1, 0.1, 5)[:, None] * width * _streaks_way(
-            np.where(body, dark, 0), width
-        )
+        # the streaks and the long edges of a stroke run across the mean gradient, whose angle is doubled
+        soft = cv2.GaussianBlur(np.where(body, dark, 0), (0, 0), max(0.5, 0.02 * width))
+        gradient = cv2.Sobel(soft, cv2.CV_32F, 1, 0) + 1j * cv2.Sobel(soft, cv2.CV_32F, 0, 1)
+        angle = float(np.angle((gradient**2).sum())) / 2 + np.pi / 2
+        line = at.mean(axis=0) + np.linspace(-0.1, 0.1, 5)[:, None] * width * np.array([np.cos(angle), np.sin(angle)])
     step = max(2, round(0.4 * width))
     line = _resampled(line)
     out = [line[k] - line[m] for k, m in ((0, min(step, len(line) - 1)), (-1, max(-step - 1, -len(line))))]
@@ -370,16 +368,6 @@ def _smooth_spine(way: Array, body: _Mask, dark: _Pixels) -> tuple[Array, float]
     fits = np.all((rows >= 0) & (rows < body.shape[::-1]), axis=1)
     inside = body[tuple(rows[fits].T[::-1])]
     return (line if np.count_nonzero(inside) >= _BLOB * width else np.zeros((0, 2))), width
-
-
-def _streaks_way(dark: _Pixels, width: float) -> Array:
-    """(2,): which way the streaks and the long edges of a stroke run: across the mean gradient, its angle doubled."""
-    import cv2
-
-    soft = cv2.GaussianBlur(dark, (0, 0), max(0.5, 0.02 * width))
-    gradient = cv2.Sobel(soft, cv2.CV_32F, 1, 0) + 1j * cv2.Sobel(soft, cv2.CV_32F, 0, 1)
-    angle = float(np.angle((gradient**2).sum())) / 2 + np.pi / 2
-    return np.array([np.cos(angle), np.sin(angle)])
 
 
 def _resampled(line: Array, step: float = 1.0) -> Array:
