@@ -151,7 +151,14 @@ class Manner:
         made = [self._process(form.hand).moved(form, letter) + form.xy for form in forms]
         level = [xy - [float(np.median(xy[:, 0])), 0.0] for xy in made]
         narrowed = [_beside(xy, form) - _beside(form.xy, form) for xy, form in zip(level, forms, strict=True)]
-        price = _distances(level) @ (weight / weight.sum()) + SETTINGS.narrowed * np.maximum(narrowed, 0.0)
+        # how far the lines lie apart on the average, x-heights
+        distances = np.zeros((len(level), len(level)))
+        for i, a in enumerate(level):
+            for j, b in enumerate(level[:i]):
+                squares = _squares(a, b)
+                mean = np.sqrt(squares.min(axis=0)).mean() + np.sqrt(squares.min(axis=1)).mean()
+                distances[i, j] = distances[j, i] = 0.5 * mean
+        price = distances @ (weight / weight.sum()) + SETTINGS.narrowed * np.maximum(narrowed, 0.0)
         best = int(np.argmin(price))
         return forms[best], level[best]
 
@@ -260,17 +267,6 @@ def _terms(places: Array, axis: int) -> Array:
     x, y = places[:, 0], places[:, 1]
     up, down = np.maximum(y - 1, 0.0), np.maximum(-y, 0.0)
     return np.column_stack([x, y, up, down] if axis == 0 else [np.ones(len(x)), y, up, down, x])
-
-
-def _distances(lines: Sequence[Array]) -> Array:
-    """(k, k): x-heights that lines (n, 2) lie apart on the average."""
-    distances = np.zeros((len(lines), len(lines)))
-    for i, a in enumerate(lines):
-        for j, b in enumerate(lines[:i]):
-            squares = _squares(a, b)
-            mean = np.sqrt(squares.min(axis=0)).mean() + np.sqrt(squares.min(axis=1)).mean()
-            distances[i, j] = distances[j, i] = 0.5 * mean
-    return distances
 
 
 _NEAR, _FURTHER, _PARALLEL = 0.22, 5, 0.9  # x-heights, places along the way, and cosine, of strokes side by side

@@ -131,8 +131,13 @@ def _page_pixels(
     """(h, w, 4) uint8: the sheet's ink, what was drawn in the pen that the hand is written with."""
     scanned = []
     for number, (specimen, graphs) in enumerate(zip(specimens, laid, strict=True)):
-        pairs = zip(specimen.parts, graphs, strict=True)
-        scanned.append(_line(specimen, number, [(g, p.source) for p, g in pairs if p.source != NO_PAGE]))
+        blank = Glyph(specimen.letter, (), (), 0.0)
+        placed = tuple(
+            Placed(blank, (), False, number, 0, Ink(graph, part.source, NOBODY))
+            for part, graph in zip(specimen.parts, graphs, strict=True)
+            if part.source != NO_PAGE
+        )
+        scanned.append(Line(specimen.letter, placed, 0.0))
     rgba = texture(Manuscript(tuple(scanned), page, like.x_height), hand, like.dpi).rgba.copy()
     ways = [
         replace(way, xy=(spot + way.xy * [like.pitch, -like.pitch]) / like.pixel - 0.5)
@@ -152,12 +157,6 @@ def _page_pixels(
     pixels = np.zeros(rgba.shape, dtype=np.uint8)
     pixels[inked] = np.rint(values * 255)
     return pixels
-
-
-def _line(specimen: Specimen, number: int, parts: Sequence[tuple[LineGraph, int]]) -> Line:
-    blank = Glyph(specimen.letter, (), (), 0.0)
-    placed = tuple(Placed(blank, (), False, number, 0, Ink(graph, source, NOBODY)) for graph, source in parts)
-    return Line(specimen.letter, placed, 0.0)
 
 
 def _united(graphs: Sequence[LineGraph], pixel: float) -> tuple[LineGraph, list[int]]:

@@ -73,21 +73,17 @@ def pieces(stroke: Stroke, curve: Curve) -> list[Array]:
     t, place = t[moved], place[moved]
     if len(t) < 2:  # a dot is as wide as the pen ever was on it
         return _discs(curve.points[:1], _radii(stroke, stroke.t).max(keepdims=True))
-    radius, ends = _radii(stroke, t), _ends(place)
-    return [*_ribbons(place, radius, ends), *_discs(place[ends], radius[ends])]
-
-
-def _ends(place: Array) -> Indices:
-    """Where along places (n, 2) parts begin and end, none of which turns so far that its sides cross."""
+    # parts begin and end where they have turned so far that their sides would cross
     step = np.diff(place, axis=0) @ np.array([1.0, 1j])
     turn = np.abs(np.angle(step[1:] * np.conj(step[:-1])))
-    ends, turned = [0], 0.0
+    cuts, turned = [0], 0.0
     for at, angle in enumerate(turn.tolist(), 1):
         turned += angle
         if angle > _CORNER or turned > _TURNED:
-            ends.append(at)
+            cuts.append(at)
             turned = 0.0
-    return np.array([*ends, len(place) - 1])
+    radius, ends = _radii(stroke, t), np.array([*cuts, len(place) - 1])
+    return [*_ribbons(place, radius, ends), *_discs(place[ends], radius[ends])]
 
 
 def _radii(stroke: Stroke, t: Array) -> Array:

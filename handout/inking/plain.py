@@ -235,16 +235,11 @@ def _paint(page: NDArray[np.uint8], pieces: _Pieces) -> None:
         step = max(1, _CHUNK // (n * n))
         for begin in range(0, len(group), step):
             some = group[begin : begin + step]
-            _stamp(page, left[some], top[some], _cover(pieces, some, left[some], top[some], n))
-
-
-def _stamp(page: NDArray[np.uint8], left: NDArray[np.int32], top: NDArray[np.int32], cover: NDArray[np.uint8]) -> None:
-    """Raise the pixels of m windows (left, top) to their coverage (m, n, n), as far as they lie on the page."""
-    grid = np.arange(cover.shape[1], dtype=np.int32)
-    x, y = (left[:, None] + grid)[:, None, :], (top[:, None] + grid)[:, :, None]
-    height, width = page.shape
-    inked = (cover > 0) & ((x >= 0) & (x < width)) & ((y >= 0) & (y < height))
-    np.maximum.at(page.reshape(-1), (y.astype(np.int64) * width + x)[inked], cover[inked])
+            cover = _cover(pieces, some, left[some], top[some], n)
+            grid = np.arange(cover.shape[1], dtype=np.int32)
+            x, y = (left[some][:, None] + grid)[:, None, :], (top[some][:, None] + grid)[:, :, None]
+            inked = (cover > 0) & ((x >= 0) & (x < width)) & ((y >= 0) & (y < height))
+            np.maximum.at(page.reshape(-1), (y.astype(np.int64) * width + x)[inked], cover[inked])
 
 
 def _cover(

@@ -22,7 +22,6 @@ from itertools import groupby
 from weakref import ref
 
 import numpy as np
-from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.hand.scanned import ScannedHand
@@ -101,7 +100,16 @@ def texture(manuscript: Manuscript, hand: ScannedHand, dpi: float, *, margin: fl
         words = groupby((placed for placed in line.placed if placed.ink is not None), key=lambda placed: placed.word)
         inks = [ink for _, word in words for ink in snap_to_pixels([placed.ink for placed in word if placed.ink], dpi)]
         for layer in _parted(_layers(inks, sources, dpi, (height, width), margin), dpi):
-            _lay(rgba, layer)
+            # where there is some ink already, that which covers more is seen
+            x, y = layer.corner
+            laid, flat = layer.rgba.reshape(-1, 4), rgba.reshape(-1, 4)
+            inked = np.flatnonzero(laid[:, 3])
+            row, column = np.divmod(inked, layer.near.shape[1])
+            at = (row + y) * width + column + x
+            seen = np.flatnonzero(laid[inked, 3] > flat[at, 3])
+            laid = laid[inked[seen]]
+            laid[:, :3] /= laid[:, 3:]
+            flat[at[seen]] = laid
             first, end = min(first, layer.corner[1]), max(end, layer.corner[1] + len(layer.near))
     return Raster(rgba, dpi, rows=(min(first, end), end))
 
@@ -170,16 +178,3 @@ def _parted(layers: Iterator[Layer], dpi: float) -> Iterator[Layer]:
         before = current
     if before is not None:
         yield before
-
-
-def _lay(page: NDArray[np.float32], layer: Layer) -> None:
-    """Lay ink on the page; where there is some already, that which covers more is seen."""
-    (x, y), width = layer.corner, page.shape[1]
-    ink, flat = layer.rgba.reshape(-1, 4), page.reshape(-1, 4)
-    inked = np.flatnonzero(ink[:, 3])
-    row, column = np.divmod(inked, layer.near.shape[1])
-    at = (row + y) * width + column + x
-    seen = np.flatnonzero(ink[inked, 3] > flat[at, 3])
-    ink = ink[inked[seen]]
-    ink[:, :3] /= ink[:, 3:]
-    flat[at[seen]] = ink

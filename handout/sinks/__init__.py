@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from handout import atomic
 from handout.errors import InputError
@@ -59,13 +60,11 @@ _USUAL = Look()
 def _svg(pages: Sequence[Drawing], look: Look) -> bytes:
     from handout.sinks.svg import to_svg
 
-    return to_svg(
-        _marked(pages[0], look),
-        pen_width=look.pen.width,
-        colour=look.pen.colour,
-        show_travel=look.show_travel,
-        by=look.layers,
-    )
+    return to_svg(_marked(pages[0], look), **_line_look(look), by=look.layers)
+
+
+def _line_look(look: Look) -> dict[str, Any]:
+    return {"pen_width": look.pen.width, "colour": look.pen.colour, "show_travel": look.show_travel}
 
 
 def _marked(page: Drawing, look: Look) -> Drawing:
@@ -107,12 +106,7 @@ def _pdf(pages: Sequence[Drawing], look: Look) -> bytes:
     if all(page.ink is None for page in pages):
         from handout.sinks.pdf import to_pdf
 
-        return to_pdf(
-            [_marked(page, look) for page in pages],
-            pen_width=look.pen.width,
-            colour=look.pen.colour,
-            show_travel=look.show_travel,
-        )
+        return to_pdf([_marked(page, look) for page in pages], **_line_look(look))
     from io import BytesIO
 
     from handout.inking import pens
@@ -135,9 +129,7 @@ def _eps(pages: Sequence[Drawing], look: Look) -> bytes:
     (page,) = pages
     if page.ink is not None:
         return eps.outlines_eps(page, _areas(page, look))
-    return eps.to_eps(
-        _marked(page, look), pen_width=look.pen.width, colour=look.pen.colour, show_travel=look.show_travel
-    )
+    return eps.to_eps(_marked(page, look), **_line_look(look))
 
 
 def _dxf(pages: Sequence[Drawing], look: Look) -> bytes:

@@ -134,7 +134,8 @@ def _clock(page: PlannedPage) -> Array:
 
 def _speeds(drawing: Drawing, page: PlannedPage, top: float, rows: int) -> list[str]:
     begins = _clock(page)
-    most = max([1.0, *(float(np.hypot(*fit.plan.velocity(sampled(fit.plan)).T).max()) for fit in _moving(page))])
+    plans = [fit.plan for fit in page.fits if fit.plan.strokes]
+    most = max([1.0, *(float(np.hypot(*plan.velocity(sampled(plan)).T).max()) for plan in plans)])
     across, up = (190 - 2 * _MARGIN) / _SECONDS, _ROW / (1.1 * most)
     out = []
     for row in range(rows):
@@ -168,7 +169,3 @@ def _speeds(drawing: Drawing, page: PlannedPage, top: float, rows: int) -> list[
                 curve((t - fit.plan.start + begin)[shown], alone[shown], _COLOURS[number % len(_COLOURS)], 0.2)
         curve(t - fit.plan.start + begin, np.hypot(*fit.plan.velocity(t).T), "#1d4e89", 0.35)
     return out
-
-
-def _moving(page: PlannedPage) -> list[Fit]:
-    return [fit for fit in page.fits if fit.plan.strokes]

@@ -148,9 +148,19 @@ def to_svg(
     """
     pen.rgb(colour)
     pen.check_width(pen_width)
-    script = f"<script>//<![CDATA[{_SCRIPT}//]]></script>"
-    ink, moves = _layers(drawing, pen_width, colour, by), _travel(drawing, show_travel)
-    parts = [*_head(drawing, show_travel), *ink, *moves, script, "</svg>\n"]
+    shown = ' class="show-travel"' if show_travel else ""
+    parts = [
+        '<?xml version="1.0" encoding="UTF-8"?>',
+        f'<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="{_INKSCAPE}" {_size(drawing)}{shown}>',
+        f"<title>{about.escaped(about.title(drawing))}</title>",
+        f"<desc>{about.escaped(about.describe(drawing))} Click, or press P, to see it being written.</desc>",
+        f'<metadata id="about">{about.escaped(about.as_json(about.record(drawing)))}</metadata>',
+        f"<style>{_STYLE}</style>",
+        *_layers(drawing, pen_width, colour, by),
+        *_travel(drawing, show_travel),
+        f"<script>//<![CDATA[{_SCRIPT}//]]></script>",
+        "</svg>\n",
+    ]
     return "\n".join(parts).encode("utf-8")
 
 
@@ -161,30 +171,13 @@ def to_inline_svg(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1
     key = f"d{checksum:08x}-"  # drawings with equal marks may share their names
     first = f'<svg xmlns="http://www.w3.org/2000/svg" {_size(drawing)} style="background:#fff;max-width:100%">'
     title = f"<title>{about.escaped(about.title(drawing))}</title>"
-    return "\n".join([first, title, *_ink(drawing, pen_width, colour, key), "</svg>"])
+    ink = f'<g id="{key}ink" {_look(drawing.strokes, pen_width, colour)}>'
+    return "\n".join([first, title, ink, *_strokes(drawing, pen_width, key), "</g>", "</svg>"])
 
 
 def _size(drawing: Drawing) -> str:
     width, height = _mm(drawing.page.width), _mm(drawing.page.height)
     return f'width="{width}mm" height="{height}mm" viewBox="0 0 {width} {height}"'
-
-
-def _head(drawing: Drawing, show_travel: bool) -> list[str]:
-    shown = ' class="show-travel"' if show_travel else ""
-    return [
-        '<?xml version="1.0" encoding="UTF-8"?>',
-        f'<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="{_INKSCAPE}" {_size(drawing)}{shown}>',
-        f"<title>{about.escaped(about.title(drawing))}</title>",
-        f"<desc>{about.escaped(about.describe(drawing))} Click, or press P, to see it being written.</desc>",
-        f'<metadata id="about">{about.escaped(about.as_json(about.record(drawing)))}</metadata>',
-        f"<style>{_STYLE}</style>",
-    ]
-
-
-def _ink(drawing: Drawing, pen_width: float, colour: str, key: str = "") -> list[str]:
-    """The strokes in one group; `key` stands before every name."""
-    strokes = _strokes(drawing, pen_width, key)
-    return [f'<g id="{key}ink" {_look(drawing.strokes, pen_width, colour)}>', *strokes, "</g>"]
 
 
 def _layers(drawing: Drawing, pen_width: float, colour: str, by: layers.By) -> list[str]:

@@ -111,11 +111,8 @@ def _raw(events: Sequence[_Event]) -> Raw:
         raise InputError("This file has pointer events without places: x and y, offsetX and offsetY, or the like.")
     columns = [_values(events, name) for name in names]
     clocks = [values for name in _TIMES if (values := _values(events, name)) is not None]
-    return Raw(np.stack([c for c in columns if c is not None], axis=1) * _PIXEL, _seconds(clocks), _pen(events))
-
-
-def _seconds(clocks: list[Array]) -> Array | None:
-    return clocks[0] * 1e-3 if clocks else None
+    xy = np.stack([c for c in columns if c is not None], axis=1) * _PIXEL
+    return Raw(xy, clocks[0] * 1e-3 if clocks else None, _pen(events))
 
 
 def _pen(events: Sequence[_Event]) -> dict[str, Array]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from handout.errors import InputError
 from handout.values import Array, Drawing, Page, Stroke
@@ -74,25 +74,22 @@ def as_drawing(raw: Sequence[Raw], what: str, about: Mapping[str, Any], *, fit: 
     origin = float(first.t[0]) if first.t is not None and clocked else first.start or 0.0
     strokes: list[Stroke] = []
     for stroke in raw:
-        t = _times(stroke, clocked, origin, float(strokes[-1].t[-1]) if strokes else None)
-        going = _going(t)
+        # times are after the end of the stroke before; they are assumed where no clock runs
+        end = float(strokes[-1].t[-1]) if strokes else None
+        if clocked and stroke.t is not None:
+            t = stroke.t - origin
+        else:
+            begin = 0.0 if end is None else end + _LIFT
+            begin = begin if stroke.start is None else stroke.start - origin
+            t = begin + np.arange(len(stroke.xy)) / RATE
+        if end is not None and t[0] <= end:  # each stroke has a clock of its own
+            t = t - t[0] + end + _LIFT
+        # samples that are later than all before them
+        going = np.concatenate([[True], t[1:] > np.maximum.accumulate(t)[:-1]])
         channels: dict[str, Any] = {name: values[going] for name, values in stroke.channels.items()}
         notes: dict[str, Any] = {"word": stroke.word, "layer": stroke.layer, "colour": stroke.colour}
         strokes.append(Stroke(t[going], stroke.xy[going] + shift, **channels, **notes))
     return Drawing(tuple(strokes), page, {**about, **timing}, timed=clocked or first.start is not None)
-
-
-def _times(stroke: Raw, clocked: bool, origin: float, end: float | None) -> Array:
-    """(n,) s: times of a stroke after the end of the one before, if any; assumed where no clock runs."""
-    if clocked and stroke.t is not None:
-        t = stroke.t - origin
-    else:
-        begin = 0.0 if end is None else end + _LIFT
-        begin = begin if stroke.start is None else stroke.start - origin
-        t = begin + np.arange(len(stroke.xy)) / RATE
-    if end is not None and t[0] <= end:  # each stroke has a clock of its own
-        t = t - t[0] + end + _LIFT
-    return np.asarray(t)
 
 
 def refuse_many(samples: int, what: str) -> None:
@@ -134,11 +131,6 @@ def _clocked(raw: Sequence[Raw]) -> bool:
     if len(steps) != len(raw):
         return False
     return 2 * sum(int(step.sum()) for step in steps) >= sum(len(step) for step in steps)
-
-
-def _going(t: Array) -> NDArray[np.bool_]:
-    """Samples that are later than all before them."""
-    return np.concatenate([[True], t[1:] > np.maximum.accumulate(t)[:-1]])
 
 
 def _sheet(points: Array, fit: bool) -> tuple[Array, Page]:

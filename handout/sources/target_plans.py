@@ -21,7 +21,7 @@ from handout.errors import InputError
 from handout.motion.styles.target_plans import Reference, TargetPlan, fused
 from handout.sources.drawing_json import JsonPage, decode
 from handout.sources.recorded import refuse_far
-from handout.values import Array, Page
+from handout.values import Page
 
 _MARGIN = 0.15  # of the extent of the targets, around them
 _MOST = 5000  # targets
@@ -84,13 +84,12 @@ def from_json(data: bytes) -> TargetPlan:
         return TargetPlan(references, file.page.page(), tuple(file.pen_up))
     around = _MARGIN * reach
     shift = np.maximum(around - low, 0.0)
-    moved = tuple(Reference(r.targets, r.covariances, r.axes, _origin(r) + shift) for r in references)
+    moved = tuple(
+        Reference(r.targets, r.covariances, r.axes, (np.zeros(2) if r.origin is None else r.origin) + shift)
+        for r in references
+    )
     width, height = (high + shift + around).tolist()
     return TargetPlan(moved, Page(max(width, 1.0), max(height, 1.0)), tuple(file.pen_up))
-
-
-def _origin(reference: Reference) -> Array:
-    return np.zeros(2) if reference.origin is None else reference.origin
 
 
 def _read(reference: _Reference, number: int) -> Reference:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.scanning.skeleton import skeleton
-from handout.values import Array, Indices
+from handout.values import Array
 
 _COARSE = 700  # pixels: longer side of the picture in which strokes are looked for
 _FITTED = 120  # pixels: longer side of the picture that the light is fitted to
@@ -323,17 +323,11 @@ def _longest_way(body: _Mask) -> Array | str:
         here = int(before[here])
         way.append(here)
     width = 2 * float(np.median(_distance(body)[tuple(np.rint(xy[way]).astype(int).T[::-1])]))
-    if _beside(graph, np.array(way)) > _BRANCH * width:
+    # how far the middle line leads away from the way through it
+    apart = dijkstra(graph, directed=False, indices=np.array(way), min_only=True)
+    if float(apart[np.isfinite(apart)].max()) > _BRANCH * width:
         return "crosses itself or another: photograph strokes that lie apart"
     return np.asarray(xy[way])
-
-
-def _beside(graph: object, way: Indices) -> float:
-    """How far the middle line leads away from a way through it, pixels."""
-    from scipy.sparse.csgraph import dijkstra
-
-    away = dijkstra(graph, directed=False, indices=way, min_only=True)
-    return float(away[np.isfinite(away)].max())
 
 
 def _smooth_spine(way: Array, body: _Mask, dark: _Pixels) -> tuple[Array, float]:
