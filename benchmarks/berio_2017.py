@@ -15,9 +15,10 @@ from scipy.optimize import brentq
 
 from handout.motion import sigma_lognormal_model as lognormal
 from handout.motion.reconstruction import key_points, shape_fit
-from handout.motion.reconstruction.key_points import arc_length, extent, resampled
+from handout.motion.reconstruction.key_points import extent, resampled
 from handout.motion.reconstruction.plan import LognormalPlan
 from handout.motion.sigma_lognormal_model import MOST_BENT, Pulses
+from handout.motion.timing import arc_length
 from handout.values import Array
 
 _ROUNDS = 10

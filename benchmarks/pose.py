@@ -21,9 +21,8 @@ from handout.inking.pen import usual
 from handout.motion import POSE_METHODS
 from handout.motion.pose.features import FEATURES, resampled, velocities
 from handout.motion.pose.library import PoseLibrary, joined, learn, levelled
-from handout.motion.pose.posing import posed
+from handout.motion.pose.posing import anchors, posed, shaped
 from handout.motion.pose.synthesis import PoseModel, segments
-from handout.motion.pose.trajectory import anchors, shaped
 from handout.motion.styles.targets import letter_height
 from handout.sinks import Look, write_drawings
 from handout.sources import read_drawing

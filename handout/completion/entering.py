@@ -13,6 +13,7 @@ import numpy as np
 
 from handout.hand import measures
 from handout.hand.scanned import ScannedHand
+from handout.motion.timing import arc_length
 from handout.values import Array, Indices
 from handout.writing.forms import Forms, along
 from handout.writing.joining import cubic
@@ -135,7 +136,7 @@ class Links:
 
 def _led_on(stroke: Array, line: Array, reach: float) -> Array:
     """A line (n, 2) from the end of a stroke (m, 2), which it leaves in the stroke's direction."""
-    run = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
+    run = arc_length(line)
     k = int(np.clip(np.searchsorted(run, reach), 1, len(line) - 1))
     back = stroke[-1] - stroke[max(len(stroke) - 4, 0)]
     ahead = line[min(k + 2, len(line) - 1)] - line[max(k - 2, 0)]

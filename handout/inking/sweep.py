@@ -27,6 +27,7 @@ from handout.hand.scanned import ScannedHand, ScannedPage
 from handout.inking.source import source_of
 from handout.inking.swatches import clear, lettered
 from handout.inking.warping import nearest
+from handout.motion.timing import arc_length
 from handout.peaks import peaks
 from handout.values import Array, Indices
 
@@ -146,7 +147,7 @@ def _lines(page: ScannedPage, ink: NDArray[np.bool_], usual: float, unit: float)
     graph, more = page.graph, tip(usual)
     clear_ink, out = (clear(graph) & ink).astype(np.float64), np.arange(1, more + 1)[:, None]
     for path in graph.branches:
-        run = _run(graph.xy[path] / unit)
+        run = arc_length(graph.xy[path] / unit)
         if run[-1] < 2 * usual or not clear_ink[path].any():
             continue
         at = np.linspace(0, run[-1], round(float(run[-1])) + 1)
@@ -186,10 +187,6 @@ def _darkness(page: ScannedPage, xy: Array, unit: float) -> Array:
 def _on_page(xy: Array, unit: float, page: ScannedPage) -> Array:
     """Pixels of a page, of places in pixels of `unit` mm."""
     return np.asarray((xy + 0.5) * (unit / page.pixel) - 0.5)
-
-
-def _run(xy: Array) -> Array:
-    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(xy, axis=0).T))])
 
 
 def _at(at: Array, run: Array, values: Array) -> Array:
@@ -248,10 +245,10 @@ class Sweep:
 
     def ink(self, page: _Pixels, way: Way) -> None:
         """Lay the ink of a way, pixels of the page, on that (h, w, 4), premultiplied."""
-        run = _run(way.xy)
+        run = arc_length(way.xy)
         if run[-1] < 1.0:
             way = Way(way.xy[:1] + np.array([[-0.5, 0.0], [0.5, 0.0]]), way.ends)
-            run = _run(way.xy)
+            run = arc_length(way.xy)
         at = np.linspace(0, run[-1], max(2, round(float(run[-1])) + 1))
         xy = _at(at, run, way.xy)
         turns = _cusps(xy, self._stock.usual)

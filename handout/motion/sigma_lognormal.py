@@ -92,7 +92,7 @@ def follow(
         played = longer.delayed(played.time(0.0) - longer.time(0.0))
     # from the start of the first pulse to the end of the last
     samples = len(points) * steps
-    start, end = float(played.time(-REACH).min()), float(played.time(REACH).max())
+    start, end = played.span
     z = lognormal.path(played, chords, start, (end - start) / (samples - 1), samples)
     xy: Array = points[0] + np.column_stack([z.real, z.imag])
     xy[-1] = points[-1]

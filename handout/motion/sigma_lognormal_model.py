@@ -40,6 +40,11 @@ class Pulses:
         """(k,) s: when each pulse is `deviations` standard deviations of its logarithm past its median."""
         return np.asarray(self.t0 + np.exp(self.mu + deviations * self.sigma))
 
+    @property
+    def span(self) -> tuple[float, float]:
+        """s: from when to when any pulse moves, as far as it is evaluated."""
+        return float(self.time(-REACH).min()), float(self.time(REACH).max())
+
     def delayed(self, delay: ArrayLike) -> Pulses:
         """The same pulses, `delay` (k,) s later."""
         return Pulses(self.t0 + np.asarray(delay, dtype=np.float64), self.mu, self.sigma, self.theta)

@@ -312,9 +312,9 @@ def _movements(
             yield np.array([0.0, _DWELL]), np.repeat(xy, 2, axis=0), np.repeat(width, 2), dwelt
             continue
         samples = slice(*timed.first[place[number] : place[number] + 2].tolist())
-        run, along = length_along(xy), timed.along[samples] * x_height
+        run, along = arc_length(xy), timed.along[samples] * x_height
         t = np.interp(run, along * (run[-1] / along[-1]), timed.t[samples])
-        raw = length_along(path.xy)
+        raw = arc_length(path.xy)
         at = np.linspace(0.0, raw[-1], len(xy))  # where on the path as it was found the places of the shape lie
         if path.steps is not None:
             # what a recorded pen took from place to place, and where that is not known what `t` says
@@ -328,14 +328,14 @@ def _movements(
         yield times, np.column_stack(channels[:2]), channels[2], pose
 
 
-def length_along(xy: Array) -> Array:
-    """(n,) mm: length of a path up to each of its places (n, 2)."""
+def arc_length(xy: Array) -> Array:
+    """(n,) mm: length along a path (n, 2) up to each of its places."""
     return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(xy, axis=0).T))])
 
 
 def _shape(path: PenPath) -> tuple[Array, Array]:
     """Places and widths along a path, evenly spaced, without what pixels add; of a dot only one."""
-    run = length_along(path.xy)
+    run = arc_length(path.xy)
     if run[-1] < _STEP:
         return path.xy[:1], path.width[:1]
     at = np.linspace(0.0, run[-1], max(3, round(run[-1] / _STEP) + 1))

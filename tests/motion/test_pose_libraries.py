@@ -14,9 +14,8 @@ from handout.motion import POSE_METHODS
 from handout.motion.pose import library as libraries
 from handout.motion.pose.features import FEATURES, filtered_velocities, resampled
 from handout.motion.pose.library import PoseLibrary, embedded, extracted, learn, levelled, load, to_bytes
-from handout.motion.pose.posing import posed
+from handout.motion.pose.posing import anchors, posed, shaped
 from handout.motion.pose.synthesis import Costs, Neighbours, PoseModel, blended, segments
-from handout.motion.pose.trajectory import anchors, shaped
 from handout.values import Drawing, Page, Stroke
 
 PAGE = Page(200.0, 200.0)

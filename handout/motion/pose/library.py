@@ -276,11 +276,7 @@ def load(path: Path, data: bytes | None = None) -> PoseLibrary:
     """
     with archive.Archive(path, data) as file:
         head = file.json("pose.json", Head)
-        if head.format != _FORMAT or head.version != _VERSION:
-            raise InputError(
-                f"{path} cannot be used: it is {head.format} version {head.version}, and this program reads "
-                f"{_FORMAT} version {_VERSION}; take a newer handout, or learn it again."
-            )
+        archive.check_version(path, (head.format, head.version), (_FORMAT, _VERSION))
         lengths = file.array("lengths.npy", "int32", None).astype(np.intp)
         n = int(lengths.sum())
         bad = not len(lengths) or lengths.min() < 1 or n > _MOST or not head.unit > 0

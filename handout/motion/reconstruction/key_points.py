@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.motion.timing import arc_length
 from handout.peaks import peaks
 from handout.values import Array
 
@@ -76,12 +77,6 @@ def _cut_where_bent(xy: Array, index: Index) -> Index:
                 out.append(far)
         out.append(b)
     return np.array(out, dtype=np.intp)
-
-
-def arc_length(xy: Array) -> Array:
-    """(n,) float: length along a path (n, 2) up to each of its points."""
-    step = np.diff(xy, axis=0)
-    return np.concatenate([[0.0], np.cumsum(np.hypot(step[:, 0], step[:, 1]))])
 
 
 def resampled(xy: Array, count: int) -> Array:

@@ -106,10 +106,9 @@ def _shaped(stroke: Stroke, start: float) -> Fit:
 
 def _later(plan: LognormalPlan, start: float) -> LognormalPlan:
     """The plan moved to begin at `start`, with no pulse cut off by its times."""
-    pulses, reach = plan.pulses(), lognormal.REACH
-    shift = start - float(pulses.time(-reach).min())
-    end = float(pulses.time(reach).max()) + shift
-    return replace(plan, onset=plan.onset + shift, start=start, end=end)
+    begin, end = plan.pulses().span
+    shift = start - begin
+    return replace(plan, onset=plan.onset + shift, start=start, end=end + shift)
 
 
 def varied(page: PlannedPage, variation: Variation, rng: np.random.Generator) -> PlannedPage:

@@ -13,9 +13,10 @@ import numpy as np
 
 from handout.motion import sigma_lognormal_model as lognormal
 from handout.motion.reconstruction import key_points
-from handout.motion.reconstruction.key_points import Index, arc_length, extent, resampled
+from handout.motion.reconstruction.key_points import Index, extent, resampled
 from handout.motion.reconstruction.plan import LognormalPlan
-from handout.motion.sigma_lognormal_model import MOST_BENT, REACH, Complex, Pulses
+from handout.motion.sigma_lognormal_model import MOST_BENT, Complex
+from handout.motion.timing import arc_length
 from handout.values import Array
 
 ASYMMETRY, DURATION = 0.1, 0.3  # of every stroke of the first guess
@@ -75,7 +76,7 @@ def from_shape(xy: Array, *, steady: bool = False) -> LognormalPlan:
 def _off(even: Array, plan: LognormalPlan) -> Array:
     """(n,) mm: how far the path is from the trace, at equal shares of their lengths."""
     pulses = plan.pulses()
-    t = _grid(pulses)
+    t = np.linspace(*pulses.span, _DENSE)
     path = resampled(plan.at(t), len(even))
     return np.asarray(np.hypot(*(path - even).T))
 
@@ -156,10 +157,6 @@ def _overlaps(turning: Array, corners: Index) -> Array:
     return np.asarray(LEAST_DT + (MOST_DT - LEAST_DT) * (1 - soft))
 
 
-def _grid(pulses: Pulses) -> Array:
-    return np.linspace(float(pulses.time(-REACH).min()), float(pulses.time(REACH).max()), _DENSE)
-
-
 def _times(path: Complex, t: Array, count: int) -> Array:
     """Times at which a path has covered equal shares of its length."""
     arc = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path)))])
@@ -171,18 +168,18 @@ def _led_through(even: Array, plan: LognormalPlan, rounds: int = 3) -> Lognormal
     wanted = resampled(even, _COMPARED) @ np.array([1.0, 1j])
     z = plan.targets @ np.array([1.0, 1j])
     guess, pulses = z.copy(), plan.pulses()
-    t = _grid(pulses)
+    t = np.linspace(*pulses.span, _DENSE)
     done = lognormal.arc(lognormal.progress(pulses, t), pulses.theta[:, None])
     for _ in range(rounds):
         when = _times(z[0] + np.diff(z) @ done, t, _COMPARED)
-        matrix = _linear(lognormal.arc(lognormal.progress(pulses, when), pulses.theta[:, None]))
+        matrix = path_matrix(lognormal.arc(lognormal.progress(pulses, when), pulses.theta[:, None]))
         weight = np.sqrt(_RIDGE * _COMPARED)
         rows = np.concatenate([matrix, weight * np.eye(len(z))])
         z = np.linalg.lstsq(rows, np.concatenate([wanted, weight * guess]), rcond=None)[0]
     return plan_of(np.column_stack([z.real, z.imag]), plan.dt, plan.theta)
 
 
-def _linear(done: Complex) -> Complex:
+def path_matrix(done: Complex) -> Complex:
     """(n, m): matrix from targets (m,) to the path, given the completed share of each stroke (m − 1, n)."""
     matrix = np.zeros((done.shape[1], done.shape[0] + 1), dtype=np.complex128)
     matrix[:, 0] = 1.0
@@ -266,12 +263,12 @@ def _differences(x: Array, k: int, wanted: Complex) -> tuple[Array, Array, float
     z, theta, onset, duration, asymmetry = _parts(x, k)
     chord = np.diff(z)
     pulses = lognormal.pulses(duration, asymmetry, theta, onset)
-    t = _grid(pulses)
+    t = np.linspace(*pulses.span, _DENSE)
     when = _times(z[0] + lognormal.position(pulses, chord, t), t, len(wanted))
     share = lognormal.progress(pulses, when)
     done = lognormal.arc(share, theta[:, None])
     off = z[0] + chord @ done - wanted
-    linear = _linear(done).T
+    linear = path_matrix(done).T
     bend = chord[:, None] * _by_theta(share, theta[:, None], done)
     moving = (chord * lognormal.arc_over_chord(theta))[:, None] * np.exp(1j * theta[:, None] * (2 * share - 1))
     delay = -(moving * lognormal.rate(pulses, when))[1:]

@@ -16,13 +16,11 @@ from msgspec.structs import replace
 from handout.motion import sigma_lognormal_model as lognormal
 from handout.motion.learned.model import LearnedMovement, dotted, taken_apart
 from handout.motion.learned.sequences import MovementSequence, of_plans
-from handout.motion.reconstruction.key_points import arc_length
 from handout.motion.reconstruction.plan import LognormalPlan
-from handout.motion.reconstruction.shape_fit import plan_of
-from handout.motion.sigma_lognormal_model import REACH
+from handout.motion.reconstruction.shape_fit import path_matrix, plan_of
 from handout.motion.styles.movement import widths
 from handout.motion.styles.style import Style
-from handout.motion.timing import time_in_air
+from handout.motion.timing import arc_length, time_in_air
 from handout.values import TURNS, Array, Drawing, Stroke
 
 _SAMPLES = 60  # in the duration of a stroke: 200 a second at the usual .3 s
@@ -115,17 +113,13 @@ def _path(known: LognormalPlan, plan: LognormalPlan, hold: float) -> Array:
     z = plan.targets @ np.array([1.0, 1j])
     if hold > 0:
         passing = _passing(plan)
-        matrix = lognormal.arc(lognormal.progress(plan.pulses(), passing), plan.theta[:, None]).T
-        linear = np.zeros((len(z), len(z)), dtype=np.complex128)
-        linear[:, 0] = 1.0
-        linear[:, 1:] += matrix
-        linear[:, :-1] -= matrix
+        linear = path_matrix(lognormal.arc(lognormal.progress(plan.pulses(), passing), plan.theta[:, None]))
         places = known.at(_passing(known)) @ np.array([1.0, 1j])
         rows = np.concatenate([linear, np.sqrt(_RIDGE) * np.eye(len(z))])
         led = np.linalg.lstsq(rows, np.concatenate([places, np.sqrt(_RIDGE) * z]), rcond=None)[0]
         z = z + hold * (led - z)
     pulses = plan.pulses()
-    start, end = float(pulses.time(-REACH).min()), float(pulses.time(REACH).max())
+    start, end = pulses.span
     samples = max(round((end - start) * _SAMPLES / float(plan.duration[0])), 2)
     path = z[0] + lognormal.path(pulses, np.diff(z), start, (end - start) / (samples - 1), samples)
     return np.column_stack([path.real, path.imag])
@@ -135,8 +129,8 @@ def _passing(plan: LognormalPlan) -> Array:
     """(m,) s: when a plan passes from each stroke to the next: half-way between their medians; at its ends, those."""
     pulses = plan.pulses()
     middle = pulses.time(0.0)
-    ends = float(pulses.time(-REACH).min()), float(pulses.time(REACH).max())
-    return np.concatenate([ends[:1], 0.5 * (middle[1:] + middle[:-1]), ends[1:]])
+    start, end = pulses.span
+    return np.concatenate([[start], 0.5 * (middle[1:] + middle[:-1]), [end]])
 
 
 def _carried(source: Stroke, xy: Array) -> dict[str, Array]:

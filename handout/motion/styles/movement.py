@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from handout.motion import covariance
-from handout.motion.guides import Guide
 from handout.motion.optimal_control import HOLD, targets_through
 from handout.motion.styles.style import Style
-from handout.motion.tracker import STEPS, Ends, relative, tracker
+from handout.motion.tracker import STEPS, Ends, Guide, relative, tracker
 from handout.values import NIB_THICKNESS, POSE, TURNS, Array, Stroke
 
 _ENDS = 0.2  # size of the first and the last target against the others: strokes begin and end where they were drawn

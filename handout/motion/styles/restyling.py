@@ -16,10 +16,10 @@ from msgspec.structs import replace as replaced
 from numpy.typing import NDArray
 
 from handout.errors import InputError
-from handout.motion.guides import Guide
 from handout.motion.styles import broken_script, targets
 from handout.motion.styles.movement import around, join_poses, move, pose_along, pose_at_targets, vector, widths
 from handout.motion.styles.style import Style
+from handout.motion.tracker import Guide
 from handout.values import POSE, Array, Drawing, Indices, Stroke
 
 _LIFT = 1.2  # intervals from the end of one stroke to the start of the next, and as many more for each

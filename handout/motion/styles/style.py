@@ -63,7 +63,7 @@ class Covariance(Table, frozen=True):
 
 
 class Guides(Table, frozen=True):
-    """What the velocity is led along, or avoids: see `handout.motion.guides`."""
+    """What the velocity is led along, or avoids: see `handout.motion.tracker`."""
 
     mode: Literal["none", "along", "avoid"] = "none"
     direction: Angle = Angle(0.0)

@@ -93,11 +93,7 @@ def load(path: Path, data: bytes | None = None) -> tuple[dict[str, Any], Learned
     """
     with Archive(path, data) as file:
         head = file.json("learned.json", Head)
-        if head.format != _FORMAT or head.version != _VERSION:
-            raise InputError(
-                f"{path} cannot be used: it is {head.format} version {head.version}, and this program reads "
-                f"{_FORMAT} version {_VERSION}; take a newer handout, or learn it again."
-            )
+        archive.check_version(path, (head.format, head.version), (_FORMAT, _VERSION))
         sizes = 1 <= len(head.hidden) <= _MOST_LAYERS and all(1 <= units <= _MOST_UNITS for units in head.hidden)
         names = len(set(head.primers)) == len(head.primers) <= PRIMERS
         if not (sizes and names and 1 <= head.gaussians <= _MOST_GAUSSIANS and 0 <= head.longest <= _MOST_WAYS):
