@@ -71,7 +71,7 @@ def follow(
     points = np.asarray(plan.points)
     if rng is not None and jitter > 0:
         # displaced by noise of the plan's covariances that is correlated along the plan, as a hand's is
-        covariances = covariance.of_plan(plan)
+        covariances = covariance.plan_covariances(plan)
         fresh = rng.standard_normal(covariances.shape[:2])
         white = np.sqrt(1 - _CORRELATION**2)
         for i in range(1, len(fresh)):
@@ -80,10 +80,10 @@ def follow(
     if len(points) == 1:
         return np.array([0.0, plan.interval]), np.repeat(points, 2, axis=0)
     shape = _shape(points)
-    baked = _paced(*shape, plan.smooth if baked_at is None else baked_at, LONGEST)
+    baked = _pace_pulses(*shape, plan.smooth if baked_at is None else baked_at, LONGEST)
     chords = virtual_chords(points, baked)
     as_baked = baked_at in (None, plan.smooth) and OVERLAP * plan.smooth <= LONGEST
-    played = baked if as_baked else _paced(*shape, plan.smooth, LONGEST_PLAYED)
+    played = baked if as_baked else _pace_pulses(*shape, plan.smooth, LONGEST_PLAYED)
     if rng is not None and jitter > 0:
         # other durations and bends; the medians stay
         stretch = np.exp(jitter * _DURATION_NOISE * rng.standard_normal(len(played.mu)))
@@ -102,7 +102,7 @@ def follow(
 
 def pulses_through(points: Array, smooth: float) -> Pulses:
     """The m − 1 pulses of points (m, 2); times in intervals, the median of pulse i at i."""
-    return _paced(*_shape(points), smooth, LONGEST)
+    return _pace_pulses(*_shape(points), smooth, LONGEST)
 
 
 def _shape(points: Array) -> tuple[Array, Array]:
@@ -119,7 +119,7 @@ def _shape(points: Array) -> tuple[Array, Array]:
     return reversal, _bends(z) * (1 - np.maximum(reversal[1:], reversal[:-1]))
 
 
-def _paced(reversal: Array, theta: Array, smooth: float, longest: float) -> Pulses:
+def _pace_pulses(reversal: Array, theta: Array, smooth: float, longest: float) -> Pulses:
     """Pulses whose durations follow from the smoothness and from what they begin and end with."""
     calm = 1 - (1 - _AT_REVERSAL) * reversal
     calm[[0, -1]] = _AT_REST

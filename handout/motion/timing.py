@@ -230,7 +230,7 @@ def _play(length: Array, sharp: Array, duration: Array, start: Array, end: Array
     begin = np.where(start, pulses.time(_PACE.landing) - middle, -duration / 2)
     finish = np.where(end, pulses.time(_PACE.leaving) - middle, duration / 2)
     t = begin[:, None] + (finish - begin)[:, None] * np.linspace(0.0, 1.0, _SAMPLES)
-    beside = _beside(pulses, middle, t, start, duration)
+    beside = _neighbour_speeds(pulses, middle, t, start, duration)
     cosine = np.cos(np.minimum(sharp, np.pi))
     virtual = length.copy()
     for _ in range(_ROUNDS):
@@ -246,7 +246,7 @@ def _play(length: Array, sharp: Array, duration: Array, start: Array, end: Array
     return t - begin[:, None], run * (length / run[:, -1])[:, None]
 
 
-def _beside(
+def _neighbour_speeds(
     pulses: model.Pulses, middle: Array, t: Array, start: Array, duration: Array
 ) -> list[tuple[Indices, Array]]:
     """Of every stroke that may be under way in a piece, its number and its speed there for a length of 1."""
@@ -284,7 +284,7 @@ def timed_strokes(
     speed : 1 is a person's.
     jitter : scale of how much pauses and paces vary.
     """
-    shapes = [_shape(path) for path in paths]
+    shapes = [_smooth_shape(path) for path in paths]
     hesitation = jitter * rng.standard_normal(len(paths))
     haste = np.exp(USUAL.pace * min(jitter, 2.0) * rng.standard_normal(len(paths)))
     clock, before = 0.0, np.zeros(2)
@@ -333,14 +333,14 @@ def arc_length(xy: Array) -> Array:
     return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(xy, axis=0).T))])
 
 
-def _shape(path: PenPath) -> tuple[Array, Array]:
+def _smooth_shape(path: PenPath) -> tuple[Array, Array]:
     """Places and widths along a path, evenly spaced, without what pixels add; of a dot only one."""
     run = arc_length(path.xy)
     if run[-1] < _STEP:
         return path.xy[:1], path.width[:1]
     at = np.linspace(0.0, run[-1], max(3, round(run[-1] / _STEP) + 1))
     even = np.column_stack([np.interp(at, run, values) for values in (*path.xy.T, path.width)])
-    smooth = smoothed(even, _SMOOTH / at[1])
+    smooth = smooth_values(even, _SMOOTH / at[1])
     return smooth[:, :2], smooth[:, 2]
 
 
@@ -348,17 +348,17 @@ def _pose(path: PenPath) -> dict[str, Array]:
     """How a recorded pen was held along a path, (n,) each; only what is known of some of it, angles without jumps."""
     if path.pose is None:
         return {}
-    filled = {name: _filled(values) for name, values in zip(POSE, path.pose.T, strict=True)}
+    filled = {name: _fill_unknown(values) for name, values in zip(POSE, path.pose.T, strict=True)}
     return {name: np.unwrap(v) if name in TURNS else v for name, v in filled.items() if v is not None}
 
 
-def _filled(values: Array) -> Array | None:
+def _fill_unknown(values: Array) -> Array | None:
     """Values with what is not known between those that are; None if none is."""
     finite = np.isfinite(values)
     return np.interp(np.arange(len(values)), np.flatnonzero(finite), values[finite]) if finite.any() else None
 
 
-def smoothed(values: Array, sigma: float) -> Array:
+def smooth_values(values: Array, sigma: float) -> Array:
     """(n, d): evenly spaced values (n, d) without what is shorter than `sigma` samples; both ends stay."""
     reach = max(1, min(int(3 * sigma), len(values) - 1))
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / max(sigma, 1e-9)) ** 2)

@@ -20,8 +20,8 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 
-from handout.motion.reconstruction.planned_page import Fit, PlannedPage, sampled
-from handout.motion.reconstruction.recording_fit import SHORTEST, prepared
+from handout.motion.reconstruction.planned_page import Fit, PlannedPage, sample_times
+from handout.motion.reconstruction.recording_fit import SHORTEST, prepare_recording
 from handout.sinks import about
 from handout.values import Array, Drawing
 
@@ -119,7 +119,7 @@ def _shapes(drawing: Drawing, page: PlannedPage, corner: Array, scale: float) ->
             continue
         targets = (fit.plan.targets - corner) * scale + _MARGIN
         out.append(_line(targets, "#e08f62", 0.15, ' stroke-dasharray="0.8 0.8"'))
-        out.append(_line((fit.plan.at(sampled(fit.plan)) - corner) * scale + _MARGIN, "#1d4e89", 0.35))
+        out.append(_line((fit.plan.at(sample_times(fit.plan)) - corner) * scale + _MARGIN, "#1d4e89", 0.35))
         for number, (x, y) in enumerate(targets.tolist()):
             out.append(f'<circle cx="{x:.2f}" cy="{y:.2f}" r="0.7" stroke="#e06c32" stroke-width="0.25"/>')
             out.append(f'<text x="{x + 0.9:.2f}" y="{y - 0.6:.2f}" font-size="2" fill="#b0521f">{number}</text>')
@@ -135,7 +135,7 @@ def _clock(page: PlannedPage) -> Array:
 def _speeds(drawing: Drawing, page: PlannedPage, top: float, rows: int) -> list[str]:
     begins = _clock(page)
     plans = [fit.plan for fit in page.fits if fit.plan.strokes]
-    most = max([1.0, *(float(np.hypot(*plan.velocity(sampled(plan)).T).max()) for plan in plans)])
+    most = max([1.0, *(float(np.hypot(*plan.velocity(sample_times(plan)).T).max()) for plan in plans)])
     across, up = (190 - 2 * _MARGIN) / _SECONDS, _ROW / (1.1 * most)
     out = []
     for row in range(rows):
@@ -159,9 +159,9 @@ def _speeds(drawing: Drawing, page: PlannedPage, top: float, rows: int) -> list[
     for fit, stroke, begin in zip(page.fits, drawing.strokes, begins.tolist(), strict=False):
         if fit.plan.strokes == 0:
             continue
-        t = sampled(fit.plan)
+        t = sample_times(fit.plan)
         if page.timed and stroke.t[-1] - stroke.t[0] >= SHORTEST:
-            recording = prepared(stroke.t, stroke.xy)
+            recording = prepare_recording(stroke.t, stroke.xy)
             curve(recording.t - recording.t[0] + begin, np.abs(recording.velocity), "#aaa", 0.7)
         for number, alone in enumerate(fit.plan.speeds(t)):
             shown = alone > 0.01 * most

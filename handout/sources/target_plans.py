@@ -18,7 +18,7 @@ import numpy as np
 
 from handout import units
 from handout.errors import InputError
-from handout.motion.styles.target_plans import Reference, TargetPlan, fused
+from handout.motion.styles.target_plans import Reference, TargetPlan, fuse_references
 from handout.sources.drawing_json import JsonPage, decode
 from handout.sources.recorded import refuse_far
 from handout.values import Page
@@ -74,7 +74,7 @@ def from_json(data: bytes) -> TargetPlan:
     first = _Reference(file.targets, file.covariances)
     references = tuple(_read(each, number) for number, each in enumerate([first, *file.references]))
     try:
-        places, _ = fused(references)
+        places, _ = fuse_references(references)
     except (ValueError, np.linalg.LinAlgError) as error:
         raise InputError(f"This plan cannot be used: {error}.") from error
     refuse_far("This plan", places)

@@ -14,7 +14,7 @@ from handout.hand.drawn import Hand
 from handout.inking.papers import Paper, sheet, under
 from handout.inking.pen import Pen, rgb, usual
 from handout.inking.pens import passed
-from handout.motion.trace import trace, written
+from handout.motion.trace import letters_of_samples, trace
 from handout.page_sizes import page
 from handout.simulated.scanner import Flatbed
 from handout.simulated.scanner.placement import Placement, dust, lay
@@ -181,7 +181,7 @@ def _truth(
 ) -> Truth:
     density, alpha, clean = pixels
     unit = 25.4 / place.dpi
-    paths = ink_ownership.paths(drawing, written(manuscript, hand), place, line / unit)
+    paths = ink_ownership.paths(drawing, letters_of_samples(manuscript, hand), place, line / unit)
     owned = ink_ownership.labels(paths, alpha > _SEEN, unit)
     return Truth(
         labels=owned,

@@ -21,7 +21,7 @@ Parameters = Sequence[Floats]
 _REMEMBER = 1.0  # bias of the forget gates before training: Jozefowicz, Zaremba and Sutskever 2015
 
 
-def untrained(inputs: int, hidden: Sequence[int], outputs: int, rng: np.random.Generator) -> list[Floats]:
+def initial_weights(inputs: int, hidden: Sequence[int], outputs: int, rng: np.random.Generator) -> list[Floats]:
     """Random weights: uniform within 1 / √hidden, biases 0 but for those of the forget gates."""
     parameters = []
     for before, units in pairwise((inputs, *hidden)):

@@ -18,8 +18,8 @@ import numpy as np
 from scipy.linalg import solveh_banded
 
 from handout.errors import InputError
-from handout.motion.pose.features import UNITS, resampled
-from handout.motion.pose.library import extracted
+from handout.motion.pose.features import UNITS, resample_path
+from handout.motion.pose.library import extract_channels
 from handout.motion.pose.synthesis import PoseModel
 from handout.motion.styles.targets import letter_height
 from handout.values import POSE, Array, Drawing, Indices, Stroke
@@ -36,7 +36,7 @@ _VERTEX = 8.0  # squares of hand units that a vertex of the polygon must save; s
 _LONGEST = 120  # samples of a side of the polygon
 
 
-def posed(
+def pose_drawing(
     drawing: Drawing, model: PoseModel, method: str = "optimal", *, passes: Passes = 0, height: float | None = None
 ) -> Drawing:
     """The drawing with the pose that a library suggests; every stroke is taken by itself.
@@ -59,26 +59,26 @@ def posed(
     if not drawing.strokes:
         raise InputError("There is no stroke to give a pose to.")
     unit = (letter_height(drawing) if height is None else height) / UNITS
-    strokes = tuple(_posed(stroke, model, method, passes, unit) for stroke in drawing.strokes)
+    strokes = tuple(_pose_stroke(stroke, model, method, passes, unit) for stroke in drawing.strokes)
     about = {**drawing.about, "pose": model.library.title or "untitled", "pose_method": method}
     return replace(drawing, strokes=strokes, about=about)
 
 
-def _posed(stroke: Stroke, model: PoseModel, method: str, passes: Passes, unit: float) -> Stroke:
-    xy, at = resampled(stroke.xy, unit)
+def _pose_stroke(stroke: Stroke, model: PoseModel, method: str, passes: Passes, unit: float) -> Stroke:
+    xy, at = resample_path(stroke.xy, unit)
     if passes == 0 or len(xy) < 2:
-        return _held(stroke, model.pose(xy, method), at, model)
-    drawn = shaped(xy, model.movement(xy, method), anchors(xy))
+        return _lay_pose(stroke, model.pose(xy, method), at, model)
+    drawn = shape_stroke(xy, model.movement(xy, method), anchors(xy))
     t = np.interp(at, np.arange(len(stroke.t)), stroke.t)
     bare: dict[str, Any] = dict.fromkeys((*POSE, "width"))
     moved = replace(stroke, t=t, xy=drawn * unit, **bare, nib=0.0)
     if passes == 1:
-        return _held(moved, model.pose(xy, method), np.arange(len(xy), dtype=np.float64), model)
-    again, where = resampled(moved.xy, unit)
-    return _held(moved, model.pose(again, method), where, model)
+        return _lay_pose(moved, model.pose(xy, method), np.arange(len(xy), dtype=np.float64), model)
+    again, where = resample_path(moved.xy, unit)
+    return _lay_pose(moved, model.pose(again, method), where, model)
 
 
-def _held(stroke: Stroke, pose: Array, at: Array, model: PoseModel) -> Stroke:
+def _lay_pose(stroke: Stroke, pose: Array, at: Array, model: PoseModel) -> Stroke:
     """A stroke with the pose (m, c) at places `at` (m,) between its samples, and with samples enough to show it."""
     n = len(stroke.t)
     gap = np.diff(np.interp(np.arange(n), at, np.arange(len(at)))) if len(at) > 1 else np.zeros(n - 1)
@@ -91,7 +91,7 @@ def _held(stroke: Stroke, pose: Array, at: Array, model: PoseModel) -> Stroke:
     xy = np.column_stack([np.interp(place, np.arange(n), stroke.xy[:, i]) for i in (0, 1)])
     channels: dict[str, Any] = dict.fromkeys((*POSE, "width"))
     known = np.column_stack([np.interp(place, at, column) for column in pose.T])
-    channels |= extracted(known, model.library.channels)
+    channels |= extract_channels(known, model.library.channels)
     if stroke.nib > 0 and stroke.rotation is not None:  # a flat nib keeps its edge
         channels["rotation"] = np.interp(place, np.arange(n), stroke.rotation)
     return replace(stroke, t=t, xy=xy, **channels)
@@ -142,7 +142,7 @@ def _misfit(xy: Array) -> Array:
     return np.asarray(np.maximum(across_x**2 * xx + 2 * across_x * across_y * xy_ + across_y**2 * yy, 0.0)[::-1])
 
 
-def shaped(xy: Array, velocity: Array, at: Indices) -> Array:
+def shape_stroke(xy: Array, velocity: Array, at: Indices) -> Array:
     """(n, 2): places whose steps and bends are those of velocities (n, 2), held to a stroke (n, 2) at its anchors.
 
     Minimises Σ‖x_i − x_{i−1} − v_i‖² + .25 Σ_A ‖x_i − q_i‖² + 2 Σ_A Σ_{|j−i|≤2} ‖κ_j(x) − (v_{j+1} − v_j)‖².

@@ -79,7 +79,7 @@ def _cut_where_bent(xy: Array, index: Index) -> Index:
     return np.array(out, dtype=np.intp)
 
 
-def resampled(xy: Array, count: int) -> Array:
+def resample_path(xy: Array, count: int) -> Array:
     """(count, 2): points at equal distances along a path (n, 2); repeated points are dropped."""
     arc = arc_length(xy)
     keep = np.append(True, np.diff(arc) > 0)

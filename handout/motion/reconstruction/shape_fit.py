@@ -13,7 +13,7 @@ import numpy as np
 
 from handout.motion import sigma_lognormal_model as lognormal
 from handout.motion.reconstruction import key_points
-from handout.motion.reconstruction.key_points import Index, extent, resampled
+from handout.motion.reconstruction.key_points import Index, extent, resample_path
 from handout.motion.reconstruction.plan import LognormalPlan
 from handout.motion.sigma_lognormal_model import MOST_BENT, Complex
 from handout.motion.timing import arc_length
@@ -59,25 +59,25 @@ def from_shape(xy: Array, *, steady: bool = False) -> LognormalPlan:
     size = extent(xy)
     if len(xy) < 2 or size <= 0:
         raise ValueError("a trace needs at least two different points")
-    even = resampled(xy, max(8, round(float(arc_length(xy)[-1]) / size * key_points.SAMPLES) + 1))
+    even = resample_path(xy, max(8, round(float(arc_length(xy)[-1]) / size * key_points.SAMPLES) + 1))
     index = key_points.find(even).index
-    best = _refined(even, _led_through(even, first_guess(even, index=index)), steady)
-    off = _off(even, best)
+    best = _refine_plan(even, _lead_through(even, first_guess(even, index=index)), steady)
+    off = _distances(even, best)
     for _ in range(_MORE):
         if snr_of(even, off) >= (_STEADY_ENOUGH if steady else ENOUGH):
             break
-        index = _with_worst(even, index, off)
-        tried = _refined(even, _led_through(even, first_guess(even, index=index)), steady)
-        if np.square(then := _off(even, tried)).sum() < np.square(off).sum():
+        index = _add_worst(even, index, off)
+        tried = _refine_plan(even, _lead_through(even, first_guess(even, index=index)), steady)
+        if np.square(then := _distances(even, tried)).sum() < np.square(off).sum():
             best, off = tried, then
     return best
 
 
-def _off(even: Array, plan: LognormalPlan) -> Array:
+def _distances(even: Array, plan: LognormalPlan) -> Array:
     """(n,) mm: how far the path is from the trace, at equal shares of their lengths."""
     pulses = plan.pulses()
     t = np.linspace(*pulses.span, _DENSE)
-    path = resampled(plan.at(t), len(even))
+    path = resample_path(plan.at(t), len(even))
     return np.asarray(np.hypot(*(path - even).T))
 
 
@@ -87,7 +87,7 @@ def snr_of(even: Array, off: Array) -> float:
     return float(10 * np.log10(signal / max(float((off**2).sum()), 1e-12 * signal)))
 
 
-def _with_worst(even: Array, index: Index, off: Array) -> Index:
+def _add_worst(even: Array, index: Index, off: Array) -> Index:
     """The key points and one more, half way along the segment that fits worst."""
     total = np.concatenate([[0.0], np.cumsum(off**2)])
     inside = total[index[1:]] - total[index[:-1]]
@@ -126,7 +126,7 @@ def _half_turning(piece: Array) -> float:
     length, chord = float(arc_length(piece)[-1]), float(np.hypot(*(piece[-1] - piece[0])))
     if len(piece) < 4 or length <= 0:
         return 0.0
-    direction = np.diff(resampled(piece, 16) @ np.array([1.0, 1j]))
+    direction = np.diff(resample_path(piece, 16) @ np.array([1.0, 1j]))
     half = float(np.angle(direction[1:] * np.conj(direction[:-1])).sum()) / 2 * 15 / 14
     ratio = length / max(chord, 1e-9)
     if ratio <= 1 + 1e-7:
@@ -163,9 +163,9 @@ def _times(path: Complex, t: Array, count: int) -> Array:
     return np.asarray(np.interp(np.linspace(0.0, arc[-1], count), arc, t))
 
 
-def _led_through(even: Array, plan: LognormalPlan, rounds: int = 3) -> LognormalPlan:
+def _lead_through(even: Array, plan: LognormalPlan, rounds: int = 3) -> LognormalPlan:
     """The plan with targets that bring its path nearest to the trace, compared at equal shares of their lengths."""
-    wanted = resampled(even, _COMPARED) @ np.array([1.0, 1j])
+    wanted = resample_path(even, _COMPARED) @ np.array([1.0, 1j])
     z = plan.targets @ np.array([1.0, 1j])
     guess, pulses = z.copy(), plan.pulses()
     t = np.linspace(*pulses.span, _DENSE)
@@ -188,9 +188,9 @@ def path_matrix(done: Complex) -> Complex:
     return matrix
 
 
-def _refined(even: Array, plan: LognormalPlan, steady: bool) -> LognormalPlan:
+def _refine_plan(even: Array, plan: LognormalPlan, steady: bool) -> LognormalPlan:
     """Levenberg–Marquardt on targets, bends, onsets, durations and asymmetries, the last ones held near the guess."""
-    wanted = resampled(even, _COMPARED) @ np.array([1.0, 1j])
+    wanted = resample_path(even, _COMPARED) @ np.array([1.0, 1j])
     size = extent(even)
     k = plan.strokes
     x = np.concatenate(
@@ -217,7 +217,7 @@ def _refined(even: Array, plan: LognormalPlan, steady: bool) -> LognormalPlan:
     for _ in range(_ROUNDS):
         normal, slope = jacobian.T @ jacobian + held, jacobian.T @ residual + held @ (x - guess)
         step = np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-6), slope)
-        there = _bounded(x - step, k)
+        there = _bound_vector(x - step, k)
         then = tried(there)
         if then[3] < cost:
             gained = cost - then[3]
@@ -243,7 +243,7 @@ def _parts(x: Array, k: int) -> tuple[Complex, Array, Array, Array, Array]:
     return z, rest[:k], onset, np.exp(rest[2 * k - 1 : 3 * k - 1]), np.exp(rest[3 * k - 1 :])
 
 
-def _bounded(x: Array, k: int) -> Array:
+def _bound_vector(x: Array, k: int) -> Array:
     x = x.copy()
     rest = x[2 * k + 2 :]
     rest[:k] = np.clip(rest[:k], -MOST_BENT, MOST_BENT)
@@ -269,7 +269,7 @@ def _differences(x: Array, k: int, wanted: Complex) -> tuple[Array, Array, float
     done = lognormal.arc(share, theta[:, None])
     off = z[0] + chord @ done - wanted
     linear = path_matrix(done).T
-    bend = chord[:, None] * _by_theta(share, theta[:, None], done)
+    bend = chord[:, None] * _theta_derivative(share, theta[:, None], done)
     moving = (chord * lognormal.arc_over_chord(theta))[:, None] * np.exp(1j * theta[:, None] * (2 * share - 1))
     delay = -(moving * lognormal.rate(pulses, when))[1:]
     longer = lognormal.progress(lognormal.pulses(duration * (1 + _TINY), asymmetry, theta, onset), when)
@@ -292,7 +292,7 @@ def _differences(x: Array, k: int, wanted: Complex) -> tuple[Array, Array, float
     return residual, jacobian, float(np.mean(np.abs(off) ** 2))
 
 
-def _by_theta(share: Array, theta: Array, done: Complex) -> Complex:
+def _theta_derivative(share: Array, theta: Array, done: Complex) -> Complex:
     """Derivative of `lognormal.arc` by theta."""
     angle = np.where(np.abs(theta) < 1e-4, 1e-4, theta)
     ahead = angle * share

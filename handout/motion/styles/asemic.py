@@ -16,7 +16,14 @@ import numpy as np
 
 from handout.errors import InputError
 from handout.motion.styles.learned_movement import through_targets
-from handout.motion.styles.restyling import TargetSequence, broken_path, draw_sequences, flicked, join_targets, scaled
+from handout.motion.styles.restyling import (
+    TargetSequence,
+    add_flicks,
+    break_targets,
+    draw_sequences,
+    join_targets,
+    scale_strokes,
+)
 from handout.motion.styles.style import Style
 from handout.values import Array, Drawing, Indices, Page, Stroke
 
@@ -59,7 +66,7 @@ def tag(letters: int, style: Style, page: Page, rng: np.random.Generator, built:
             raise InputError(f"structure: {style.name} moves by rules; a learned structure needs a learned style.")
         new = built.model.structure.invent(rng, style.learned.temperature, built.primer, _LEAST_WAYS)
         strokes = through_targets([new.targets[part] for part in new.parts], style, rng, _WAYS)
-        return _placed(strokes, page, {"title": "A tag", "style": style.name})
+        return _place_strokes(strokes, page, {"title": "A tag", "style": style.name})
     if not 1 <= letters <= MOST_LETTERS:
         raise InputError(f"letters: {letters} is outside 1 to {MOST_LETTERS}.")
     # glyphs side by side, 1 high; those at the ends larger
@@ -74,24 +81,24 @@ def tag(letters: int, style: Style, page: Page, rng: np.random.Generator, built:
     lean = np.array([[style.form.stretch, 0.0], [-math.tan(style.form.shear), 1.0]])
     about = {"title": f"A tag of {letters}", "style": style.name, "letters": letters}
     if style.model is not None:
-        return _placed(through_targets([points @ lean for points in joined], style, rng, _HEIGHT), page, about)
-    parts = [_styled(points @ lean, style) for points in joined]
-    return _placed(draw_sequences(parts, style, _HEIGHT, rng), page, about)
+        return _place_strokes(through_targets([points @ lean for points in joined], style, rng, _HEIGHT), page, about)
+    parts = [_target_sequence(points @ lean, style) for points in joined]
+    return _place_strokes(draw_sequences(parts, style, _HEIGHT, rng), page, about)
 
 
-def _styled(points: Array, style: Style) -> TargetSequence:
+def _target_sequence(points: Array, style: Style) -> TargetSequence:
     """The targets of one movement; of a broken script, the corners of straight ways between them."""
     if not style.breaking.directions:
         tips = points[0] - points[1], points[-1] - points[-2]
-        return TargetSequence(flicked(points, tips, style, _HEIGHT), np.zeros(len(points), dtype=bool), word=0)
+        return TargetSequence(add_flicks(points, tips, style, _HEIGHT), np.zeros(len(points), dtype=bool), word=0)
     share = np.linspace(0.0, 1.0, 12, endpoint=False)[:, None]
     ways = [a + share * (b - a) for a, b in pairwise(points)]
     path = np.concatenate([*ways, points[-1:]])
     corners = np.arange(len(ways)) * 12
-    return TargetSequence(*broken_path(path, corners[1:], style, _HEIGHT), word=0)
+    return TargetSequence(*break_targets(path, corners[1:], style, _HEIGHT), word=0)
 
 
-def _placed(strokes: tuple[Stroke, ...], page: Page, about: dict[str, Any]) -> Drawing:
+def _place_strokes(strokes: tuple[Stroke, ...], page: Page, about: dict[str, Any]) -> Drawing:
     """The strokes as large as the page allows, in its middle."""
     xy = np.concatenate([stroke.xy for stroke in strokes])
     widest = max(float(stroke.width.max()) if stroke.width is not None else 0.0 for stroke in strokes)
@@ -99,7 +106,7 @@ def _placed(strokes: tuple[Stroke, ...], page: Page, about: dict[str, Any]) -> D
     room = np.array([page.width, page.height]) - 2 * _MARGIN * min(page.width, page.height)
     scale = float(min(*(room / (high - low)), _SHARE * page.height / max(float(high[1] - low[1]), 1e-9)))
     away = 0.5 * np.array([page.width, page.height]) - 0.5 * scale * (low + high)
-    return Drawing(scaled(strokes, scale, away), page, about)
+    return Drawing(scale_strokes(strokes, scale, away), page, about)
 
 
 def glyph(count: int, rng: np.random.Generator) -> Array:

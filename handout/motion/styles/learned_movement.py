@@ -14,7 +14,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from handout.motion import sigma_lognormal_model as lognormal
-from handout.motion.learned.model import LearnedMovement, dotted, taken_apart
+from handout.motion.learned.model import LearnedMovement, plan_dot, taken_apart
 from handout.motion.learned.sequences import MovementSequence, of_plans
 from handout.motion.reconstruction.plan import LognormalPlan
 from handout.motion.reconstruction.shape_fit import path_matrix, plan_of
@@ -37,10 +37,10 @@ class _Part:
     stroke: Stroke | None
 
 
-def moved(drawing: Drawing, style: Style, rng: np.random.Generator, height: float) -> tuple[Stroke, ...]:
+def move_drawing(drawing: Drawing, style: Style, rng: np.random.Generator, height: float) -> tuple[Stroke, ...]:
     """The strokes of a drawing, moved through in the style's learned manner; `height` of a letter, mm."""
     parts = [_Part(plan, stroke) for plan, stroke in zip(taken_apart(drawing, height), drawing.strokes, strict=True)]
-    return _drawn(_groups(parts), style, rng, height)
+    return _draw_groups(_groups(parts), style, rng, height)
 
 
 def through_targets(
@@ -50,10 +50,10 @@ def through_targets(
     parts = []
     for each in targets:
         ways = max(len(each) - 1, 0)
-        known = plan_of(each, np.full(ways, 0.5), np.zeros(ways)) if ways else dotted(each)
+        known = plan_of(each, np.full(ways, 0.5), np.zeros(ways)) if ways else plan_dot(each)
         parts.append(_Part(known, None))
     plain = replace(style, learned=replace(style.learned, hold=0.0, keep=0.0))
-    return _drawn(_groups(parts), plain, rng, height)
+    return _draw_groups(_groups(parts), plain, rng, height)
 
 
 def _groups(parts: Sequence[_Part]) -> Iterator[list[_Part]]:
@@ -69,7 +69,9 @@ def _groups(parts: Sequence[_Part]) -> Iterator[list[_Part]]:
             yield group
 
 
-def _drawn(groups: Iterator[list[_Part]], style: Style, rng: np.random.Generator, height: float) -> tuple[Stroke, ...]:
+def _draw_groups(
+    groups: Iterator[list[_Part]], style: Style, rng: np.random.Generator, height: float
+) -> tuple[Stroke, ...]:
     manner, learned = style.model, style.learned
     assert isinstance(manner, LearnedMovement)
     state = manner.state(style.primer)
@@ -87,7 +89,7 @@ def _drawn(groups: Iterator[list[_Part]], style: Style, rng: np.random.Generator
             t = clock + np.arange(len(xy)) * learned.duration / _SAMPLES
             width = widths(t, xy, style, height)
             nib = style.brush.width * height if style.brush.kind == "nib" else 0.0
-            carried = {} if part.stroke is None else _carried(part.stroke, xy)
+            carried = {} if part.stroke is None else _carry_channels(part.stroke, xy)
             if nib:
                 carried["rotation"] = np.full(len(t), -style.brush.angle)
             source = part.stroke
@@ -102,7 +104,9 @@ def plans_of(sequence: MovementSequence) -> list[LognormalPlan]:
     plans = []
     for part in sequence.parts:
         targets, ways = sequence.targets[part], slice(part.start, part.stop - 1)
-        plans.append(plan_of(targets, sequence.dt[ways], sequence.theta[ways]) if len(targets) > 1 else dotted(targets))
+        plans.append(
+            plan_of(targets, sequence.dt[ways], sequence.theta[ways]) if len(targets) > 1 else plan_dot(targets)
+        )
     return plans
 
 
@@ -133,7 +137,7 @@ def _passing(plan: LognormalPlan) -> Array:
     return np.concatenate([[start], 0.5 * (middle[1:] + middle[:-1]), [end]])
 
 
-def _carried(source: Stroke, xy: Array) -> dict[str, Array]:
+def _carry_channels(source: Stroke, xy: Array) -> dict[str, Array]:
     """Channels of a stroke along another path, at equal shares of their lengths."""
     old, new = arc_length(source.xy), arc_length(xy)
     share = new / max(float(new[-1]), 1e-12) * float(old[-1])

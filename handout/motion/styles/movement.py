@@ -62,14 +62,14 @@ def move(
     """
     if len(points) == 1:
         return np.array([0.0, style.movement.interval]), np.repeat(points, 2, axis=0)
-    sizes = covariances(corner, style, rng) if spreads is None else covariance.settled(spreads, points)
+    sizes = covariances(corner, style, rng) if spreads is None else covariance.settle_covariances(spreads, points)
     xy = _path(points, sizes, style, height, rng, guide, style.movement.end)
     if style.movement.end == "free":  # the pen touches down and leaves in flight, above the first and the last target
         xy = xy[STEPS // 2 : len(xy) - STEPS // 2]
     return _clock(len(xy), style), xy
 
 
-def around(
+def move_around(
     points: Array,
     corner: NDArray[np.bool_],
     style: Style,
@@ -133,7 +133,7 @@ def covariances(corner: NDArray[np.bool_], style: Style, rng: np.random.Generato
     sizes = np.exp(shape.spread * rng.standard_normal(len(corner)))
     sizes[corner] *= shape.corners**2
     sizes[[0, -1]] *= ends
-    return covariance.semi_tied(_basis(style), sizes)
+    return covariance.tie_covariances(_basis(style), sizes)
 
 
 def _basis(style: Style) -> Array:
@@ -176,10 +176,10 @@ def widths(t: Array, xy: Array, style: Style, height: float, *, tapered: bool = 
         width = gaussian_filter1d(thin + (full - thin) * pull**2 * ease, 2 * _EVEN, mode="nearest")
     else:
         width = np.full(len(t), full)
-    return np.asarray(width * _tapered(xy, brush.taper * height) if tapered else width)
+    return np.asarray(width * _taper(xy, brush.taper * height) if tapered else width)
 
 
-def _tapered(xy: Array, length: float) -> Array:
+def _taper(xy: Array, length: float) -> Array:
     """(n,) shares of the width: thin at both ends of a movement over that length (mm)."""
     if length <= 0:
         return np.ones(len(xy))

@@ -54,9 +54,9 @@ def to_bytes(toml: str, movement: LearnedMovement) -> bytes:
     head = Head(_FORMAT, _VERSION, dynamics.inputs, hidden, dynamics.gaussians, longest, list(movement.primers))
     members: dict[str, archive.Content] = {"style.toml": toml.encode(), "learned.json": head}
     scales = np.concatenate([dynamics.mean, dynamics.spread, dynamics.told_mean, dynamics.told_spread])
-    members |= _packed("dynamics", dynamics.parameters) | {"dynamics/scales.npy": scales.astype(np.float32)}
+    members |= _pack_layers("dynamics", dynamics.parameters) | {"dynamics/scales.npy": scales.astype(np.float32)}
     if structure is not None:
-        members |= _packed("structure", structure.parameters) | {"structure/scales.npy": structure.spread}
+        members |= _pack_layers("structure", structure.parameters) | {"structure/scales.npy": structure.spread}
     for k, primer in enumerate(movement.primers.values()):
         rows = np.column_stack([primer.targets[1:], primer.up, primer.dt, primer.theta])
         members[f"primers/{k}.npy"] = np.concatenate([[[*primer.targets[0], 0, 0, 0]], rows]).astype(np.float32)
@@ -79,7 +79,7 @@ def _row(name: str, value: Any) -> str:
     return f"{name} = {json.dumps(value, ensure_ascii=False)}".replace("\x7f", "\\u007f")
 
 
-def _packed(name: str, parameters: Sequence[Floats]) -> dict[str, archive.Content]:
+def _pack_layers(name: str, parameters: Sequence[Floats]) -> dict[str, archive.Content]:
     return {f"{name}/{k}.npy": layer.astype(np.float16) for k, layer in enumerate(parameters)}
 
 
@@ -102,12 +102,12 @@ def load(path: Path, data: bytes | None = None) -> tuple[dict[str, Any], Learned
         parameters = _parameters(file, "dynamics", n, head, 6 * head.gaussians)
         scales = file.array("dynamics/scales.npy", "float32", 2 * n + 4)
         mean, spread, told_mean, told_spread = np.split(scales, np.cumsum([n, n, 2]))
-        _above(0.0, (spread, told_spread), path)
+        _check_above(0.0, (spread, told_spread), path)
         structure = None
         if head.longest:
             weights = _parameters(file, "structure", 3, head, 6 * head.gaussians + 2)
             ways_spread = file.array("structure/scales.npy", "float32", 2)
-            _above(0.0, (ways_spread,), path)
+            _check_above(0.0, (ways_spread,), path)
             structure = StructureModel(weights, ways_spread, head.longest)
         primers = {}
         for k, name in enumerate(head.primers):
@@ -136,6 +136,6 @@ def _parameters(file: Archive, name: str, inputs: int, head: Head, outputs: int)
     return (*layers, last)
 
 
-def _above(least: float, each: Sequence[Floats], path: Path) -> None:
+def _check_above(least: float, each: Sequence[Floats], path: Path) -> None:
     if any((values <= least).any() for values in each):
         raise InputError(f"{path} cannot be used: a spread in it is not above {least:g}; learn it again.")

@@ -115,17 +115,17 @@ def find(xy: Array, height: float) -> Motif:
     even = np.column_stack([np.interp(where, along[keep], xy[keep, axis]) for axis in (0, 1)])
     path = gaussian_filter1d(even, _SMOOTHED, axis=0, mode="nearest")
     path[0], path[-1] = even[0], even[-1]
-    path, closed = _closed(path, height)
-    ring = closed and not _cornered(path)
+    path, closed = _close_ring(path, height)
+    ring = closed and not _has_corner(path)
     corners = _corners(path)
     ends = np.array([0, len(path) - 1])
     samples = np.unique(np.concatenate([[] if ring else ends, corners, _extremes(path)]).astype(np.intp))
     # the targets of a small letter lie closer together
     unit = float(np.clip(_size(xy), _SMALL * height, height)) / _step(path)
     if ring:
-        places = _around(_apart(samples, corners, samples[:0], _SOON * unit), len(path) - 1, _LONG * unit)
+        places = _ring_targets(_space_targets(samples, corners, samples[:0], _SOON * unit), len(path) - 1, _LONG * unit)
     else:
-        places = _filled(_apart(samples, corners, ends, _SOON * unit), _LONG * unit)
+        places = _fill_gaps(_space_targets(samples, corners, ends, _SOON * unit), _LONG * unit)
     return Motif(path, path[places], np.isin(places, corners), corners, ring)
 
 
@@ -134,7 +134,7 @@ def _step(path: Array) -> float:
     return float(np.median(np.linalg.norm(np.diff(path, axis=0), axis=1))) or 1.0
 
 
-def _closed(path: Array, height: float) -> tuple[Array, bool]:
+def _close_ring(path: Array, height: float) -> tuple[Array, bool]:
     """The path, and whether it comes back to its beginning: then it is closed there.
 
     Short ends that stick out beyond the place where it closes are cut off.
@@ -151,7 +151,7 @@ def _closed(path: Array, height: float) -> tuple[Array, bool]:
     return ring - np.linspace(0.0, 1.0, len(ring))[:, None] ** 2 * (ring[-1] - ring[0]), True
 
 
-def _cornered(ring: Array) -> bool:
+def _has_corner(ring: Array) -> bool:
     """Whether a ring has a corner where it closes."""
     chord = np.stack([ring[-1] - ring[-1 - _ARM], ring[_ARM] - ring[0]]) @ np.array([1.0, 1j])
     return bool(np.abs(np.angle(chord[1] * np.conj(chord[0]))) > _CORNER)
@@ -200,7 +200,7 @@ def _crossings(quarter: Array, slack: float = 0.12) -> list[int]:
     return crossings
 
 
-def _apart(samples: Indices, corners: Indices, ends: Indices, least: float) -> Indices:
+def _space_targets(samples: Indices, corners: Indices, ends: Indices, least: float) -> Indices:
     """Targets at least `least` samples apart; ends are chosen before corners, and corners before extremes."""
     rank = np.where(np.isin(samples, ends), 2, np.where(np.isin(samples, corners), 1, 0))
     places: list[int] = sorted(ends.tolist())
@@ -211,15 +211,15 @@ def _apart(samples: Indices, corners: Indices, ends: Indices, least: float) -> I
     return np.array(places, dtype=np.intp)
 
 
-def _filled(places: Indices, most: float) -> Indices:
+def _fill_gaps(places: Indices, most: float) -> Indices:
     """The targets, with further ones evenly between those more than `most` samples apart."""
     parts = [np.linspace(a, b, int(np.ceil((b - a) / most)) + 1)[:-1] for a, b in pairwise(places.tolist())]
     return np.unique(np.rint(np.concatenate([*parts, places[-1:]])).astype(np.intp))
 
 
-def _around(places: Indices, samples: int, most: float) -> Indices:
-    """Targets of a ring, filled as by `_filled`; at least three."""
+def _ring_targets(places: Indices, samples: int, most: float) -> Indices:
+    """Targets of a ring, filled as by `_fill_gaps`; at least three."""
     first = places[:1] if len(places) else np.zeros(1, dtype=np.intp)
     turn = np.concatenate([places if len(places) else first, first + samples])
     longest = min(_ROUND * most, samples / 3)
-    return np.unique(_filled(turn, longest)[:-1] % samples)
+    return np.unique(_fill_gaps(turn, longest)[:-1] % samples)
