@@ -183,15 +183,19 @@ def _sampled(line: Course, band: _Band, source: Source, uv: NDArray[np.float64])
     rgba = _cubic(patch, *(_single(np.rint(part * _PARTS) / _PARTS) for part in (x, y)))
     if bent:
         rgba *= _unghosted(line, band, (x, y), complex(*corner), patch.shape[:2])[:, None]
-        # ink that is not connected to ink on the line: remains of other strokes where the ink was bent
-        import cv2
-
-        _, label = cv2.connectedComponents((band.window(rgba[:, 3]) > _FAINT).astype(np.uint8), connectivity=8)
-        on_line = np.zeros(int(label.max()) + 1, dtype=np.uint8)
-        on_line[label.ravel()[band.at[band.beyond <= 0]]] = 1
-        on_line[0] = 0
-        rgba[(cv2.dilate(on_line[label], np.ones((5, 5), np.uint8)) == 0).ravel()[band.at]] = 0
+        rgba[_specks(band.window(rgba[:, 3]), band.at[band.beyond <= 0]).ravel()[band.at]] = 0
     return rgba
+
+
+def _specks(alpha: _Pixels, on: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """(h, w) where ink is not connected to ink on the line, flat indices `on`: remains of other strokes that were bent."""
+    import cv2
+
+    _, label = cv2.connectedComponents((alpha > _FAINT).astype(np.uint8), connectivity=8)
+    on_line = np.zeros(int(label.max()) + 1, dtype=np.uint8)
+    on_line[label.ravel()[on]] = 1
+    on_line[0] = 0
+    return np.asarray(cv2.dilate(on_line[label], np.ones((5, 5), np.uint8)) == 0)
 
 
 def _pieces(line: Course, band: _Band, source: Source) -> _Pixels:

@@ -57,10 +57,7 @@ def from_gml(data: bytes) -> Drawing:
         raise InputError(f"This GML has {points} points of a pen that draws; at least {_LEAST} are needed.")
     several: dict[str, Any] = {"drawings": len(strokes_of)} if len(strokes_of) > 1 else {}
     several |= {"letters": letters} if any(letters) else {}
-    client = next((e for e in root.iter() if e.tag.lower() == "client"), None)
-    texts = {e.tag.lower(): (e.text or "").strip() for e in (client if client is not None else [])}
-    about = {key: text for key, text in texts.items() if text} | several
-    return recorded.as_drawing(_apart(strokes_of), "GML", about)
+    return recorded.as_drawing(_apart(strokes_of), "GML", _client_texts(root) | several)
 
 
 def _strokes(drawing: Element, scale: Array, rotated: bool, numbers: Iterator[int]) -> list[Raw]:
@@ -140,3 +137,9 @@ def _raw(points: Array, scale: Array, rotated: bool) -> Raw:
     t = points[:, 2] if np.isfinite(points[:, 2]).all() else None
     channels = {"pressure": np.clip(points[:, 3], 0.0, 1.0)} if np.isfinite(points[:, 3]).all() else {}
     return Raw(xy, t, channels)
+
+
+def _client_texts(root: Element) -> dict[str, Any]:
+    client = next((e for e in root.iter() if e.tag.lower() == "client"), None)
+    texts = {e.tag.lower(): (e.text or "").strip() for e in (client if client is not None else [])}
+    return {key: text for key, text in texts.items() if text}

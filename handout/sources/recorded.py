@@ -74,22 +74,25 @@ def as_drawing(raw: Sequence[Raw], what: str, about: Mapping[str, Any], *, fit: 
     origin = float(first.t[0]) if first.t is not None and clocked else first.start or 0.0
     strokes: list[Stroke] = []
     for stroke in raw:
-        # times are after the end of the stroke before; they are assumed where no clock runs
-        end = float(strokes[-1].t[-1]) if strokes else None
-        if clocked and stroke.t is not None:
-            t = stroke.t - origin
-        else:
-            begin = 0.0 if end is None else end + _LIFT
-            begin = begin if stroke.start is None else stroke.start - origin
-            t = begin + np.arange(len(stroke.xy)) / RATE
-        if end is not None and t[0] <= end:  # each stroke has a clock of its own
-            t = t - t[0] + end + _LIFT
+        t = _stroke_times(stroke, origin, clocked, float(strokes[-1].t[-1]) if strokes else None)
         # samples that are later than all before them
         going = np.concatenate([[True], t[1:] > np.maximum.accumulate(t)[:-1]])
         channels: dict[str, Any] = {name: values[going] for name, values in stroke.channels.items()}
         notes: dict[str, Any] = {"word": stroke.word, "layer": stroke.layer, "colour": stroke.colour}
         strokes.append(Stroke(t[going], stroke.xy[going] + shift, **channels, **notes))
     return Drawing(tuple(strokes), page, {**about, **timing}, timed=clocked or first.start is not None)
+
+
+def _stroke_times(stroke: Raw, origin: float, clocked: bool, end: float | None) -> Array:
+    """(n,) s: times of a stroke after the end of the one before, if any; assumed where no clock runs."""
+    if clocked and stroke.t is not None:
+        t = stroke.t - origin
+    else:
+        begin = 0.0 if end is None else end + _LIFT
+        t = (begin if stroke.start is None else stroke.start - origin) + np.arange(len(stroke.xy)) / RATE
+    if end is not None and t[0] <= end:  # each stroke has a clock of its own
+        t = t - t[0] + end + _LIFT
+    return t
 
 
 def refuse_many(samples: int, what: str) -> None:

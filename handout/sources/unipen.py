@@ -72,15 +72,18 @@ def from_unipen(data: bytes, include: Include | None = None) -> Drawing:
     _read(data, state, include or (lambda name: None), 0)
     if not state.components and not state.segments:
         raise InputError("This is not UNIPEN: it has neither .PEN_DOWN nor .SEGMENT.")
-    # components of the pen down; of a file of labels, which uses part of the files it includes, those it labels
-    down = [index for index, (is_down, _) in enumerate(state.components) if is_down]
-    labelled = {component for segment in state.segments for component in segment.components}
-    drawn = [index for index in down if index in labelled] if labelled else down
-    parts = [(index, rows) for index in drawn for rows in _on_paper(state, state.components[index][1])]
+    parts = [(n, rows) for n in _drawn_components(state) for rows in _on_paper(state, state.components[n][1])]
     word_of = {index: word for word, segment in enumerate(_words(state.segments)) for index in segment.components}
     raw = [_raw(state, state.components[index][1], rows, word_of.get(index, -1)) for index, rows in parts]
     labels = _labels(state.segments, [index for index, _ in parts])
     return recorded.as_drawing(raw, "UNIPEN file", {"segments": labels} if labels else {})
+
+
+def _drawn_components(state: _State) -> list[int]:
+    """Components of the pen down; of a file of labels, which uses part of the files it includes, those it labels."""
+    down = [index for index, (is_down, _) in enumerate(state.components) if is_down]
+    labelled = {component for segment in state.segments for component in segment.components}
+    return [index for index in down if index in labelled] if labelled else down
 
 
 def _labels(segments: list[_Segment], component_of: list[int]) -> list[dict[str, object]]:

@@ -133,13 +133,16 @@ def learn(
     moves = dynamics.learn(strung, rng, recipe, lesson.inputs, within(tell, _FITTED, 0.8 if lesson.structure else 1.0))
     forms = structure.learn(strung, rng, recipe, within(tell, 0.8, 1.0)) if lesson.structure else None
     pace = float(np.clip(np.median(paces), _FASTEST, _SLOWEST)) if paces else DURATION
+    return Learned(LearnedMovement(moves, forms, _choose_primers(sequences_of)), pace, strokes)
+
+
+def _choose_primers(sequences_of: Mapping[str, Sequence[MovementSequence]]) -> dict[str, MovementSequence]:
     if len(sequences_of) == 1:
         ((name, each),) = sequences_of.items()
         named = {f"{name}-{k}" if k else name: s for k, s in enumerate(each[:PRIMERS])}
     else:
         named = {name: sequences.join_sequences(each) for name, each in sequences_of.items()}
-    primers = {name: _shorten_primer(s) for name, s in named.items() if (~s.up).any()}
-    return Learned(LearnedMovement(moves, forms, primers), pace, strokes)
+    return {name: _shorten_primer(s) for name, s in named.items() if (~s.up).any()}
 
 
 def _paces(drawing: Drawing, plans: Sequence[LognormalPlan]) -> list[float]:
