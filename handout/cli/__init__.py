@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import codecs
-import errno
 import io
 import json
 import os
@@ -160,8 +159,7 @@ def _sentence(error: Exception) -> str | None:
         case ImportError(name=str(name)) if not name.startswith("handout"):
             return f"A package cannot be loaded ({error}): `handout doctor` says what to do."
         case OSError() | RecursionError():
-            closed = getattr(error, "errno", None) == errno.EBADF and streams.is_unread()
-            return at_border(error) or ("Standard output is closed." if closed else None)
+            return at_border(error) or streams.closed(error)
     return None
 
 
@@ -175,9 +173,8 @@ def _run(args: list[str] | None) -> int:
         message, code = signals.last_words(stop)
         click.echo(message, err=True)
         return code
-    except SystemExit as leave:  # click's, where a pipe is gone
-        if isinstance(leave.__context__, OSError) and not streams.is_unread():
-            raise leave.__context__ from None
+    except SystemExit as leave:
+        streams.check_unread(leave)
         return 0
     except (click.ClickException, HandoutError, ImportError, OSError, RecursionError) as error:
         if sentence := _sentence(error):

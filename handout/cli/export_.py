@@ -12,7 +12,7 @@ from handout.cli.commands import Command, under
 from handout.cli.console import Console
 from handout.pipeline.declarations import FILES
 from handout.pipeline.options import SheetOptions, WritingOptions
-from handout.pipeline.plot_request import ExportOptions
+from handout.pipeline.plot_request import DrawingOptions, ExportOptions
 from handout.pipeline.programs import SUFFIXES
 
 
@@ -25,6 +25,7 @@ from handout.pipeline.programs import SUFFIXES
         "--output", "-o", multiple=True, required=True, type=click.Path(path_type=Path), help=f"{' '.join(SUFFIXES)}"
     ),
 )
+@options.bind("drawing", DrawingOptions)
 @options.bind("export", ExportOptions)
 @options.sheet("A5")
 @options.writing
@@ -33,6 +34,7 @@ def command(
     text: tuple[str, ...],
     file: str | None,
     output: tuple[Path, ...],
+    drawing: DrawingOptions,
     export: ExportOptions,
     sheet: SheetOptions,
     writing: WritingOptions,
@@ -49,7 +51,7 @@ def command(
     from handout.pipeline.inputs import read_source
 
     exporting.check_suffixes(output)
-    source = read_source(text, file, console, options.given())
+    source = read_source(text, file, console, options.given(), svg_text=drawing.svg_text)
     result = exporting.export(source, output, writing, sheet, export)
     dips = "".join(f", {units.count(many, 'dip')} on {name}" for name, many in result.dips.items() if many)
     times = ", ".join(f"{units.duration(seconds)} on {name}" for name, seconds in result.seconds.items())

@@ -20,7 +20,7 @@ from handout.errors import InputError
 from handout.pipeline.declarations import FILES, MACHINE, PARTS, option
 from handout.pipeline.inputs import Source
 from handout.pipeline.options import MergeOptions, TableOptions
-from handout.pipeline.plot_request import AttendanceOptions, PartOptions, PlotRequest
+from handout.pipeline.plot_request import AttendanceOptions, DrawingOptions, PartOptions, PlotRequest
 
 if TYPE_CHECKING:
     from handout.pipeline.plot_jobs import JobState
@@ -63,6 +63,7 @@ class _Mode:
 @click.command("plot", cls=Command)
 @click.argument("text", nargs=-1)
 @options.bind("mode", _Mode, options.of(_Mode), options.port("ports", multiple=True))
+@options.bind("drawing", DrawingOptions)
 @options.bind(
     "table",
     TableOptions,
@@ -89,6 +90,7 @@ class _Mode:
 def command(
     text: tuple[str, ...],
     mode: _Mode,
+    drawing: DrawingOptions,
     request: PlotRequest,
     table: TableOptions,
     merge: MergeOptions,
@@ -133,10 +135,10 @@ def command(
     if mode.show_travel and not mode.dry_run:
         raise InputError("--show-travel is seen in a preview: give it with --dry-run preview.svg.")
     from handout.pipeline.inputs import read_source
-    from handout.sinks import check_outputs
+    from handout.pipeline.texts import check_outputs
 
     check_outputs(mode.dry_run)
-    source = read_source(text, mode.file, console, options.given())
+    source = read_source(text, mode.file, console, options.given(), svg_text=drawing.svg_text)
     request = replace(request, source=source)
     if mode.dry_run:
         _preview(request, mode, console)

@@ -2,31 +2,46 @@
 
 from __future__ import annotations
 
-import contextlib
+import errno
 import io
 import os
 import sys
-from typing import TextIO, cast
 
 # what is opened in place of a closed one: input has ended, output cannot be written, so that it is not lost unsaid
 _MODES = {"stdin": os.O_RDONLY, "stdout": os.O_RDONLY, "stderr": os.O_WRONLY}
 
 
-class _Unfailing(io.TextIOWrapper):
-    """Standard error that loses what nobody can read: no reason to end what is being said."""
+class _Stream(io.TextIOWrapper):
+    """Standard output or error, which notes that nobody takes what is written to it.
 
-    def __init__(self, stream: io.TextIOWrapper) -> None:
-        super().__init__(stream.buffer, stream.encoding, stream.errors, line_buffering=True)
+    Standard error is no reason to end what is being said; what is lost of it nobody can read.
+    """
+
+    def __init__(self, stream: io.TextIOWrapper, *, needed: bool) -> None:
+        super().__init__(stream.buffer, stream.encoding, stream.errors, line_buffering=stream.line_buffering)
+        self.needed, self.failed = needed, False
         self._stream = stream  # which closes the file when it goes
 
     def write(self, text: str) -> int:
-        with contextlib.suppress(OSError):
+        try:
             return super().write(text)
+        except OSError:
+            self._note()
         return len(text)
 
     def flush(self) -> None:
-        with contextlib.suppress(OSError):
+        try:
             super().flush()
+        except OSError:
+            self._note()
+
+    def _note(self) -> None:
+        self.failed = True
+        if self.needed:
+            raise  # the error that is being handled
+
+
+_output: list[_Stream] = []  # standard output, whatever click puts in its place
 
 
 def open_closed() -> None:
@@ -35,16 +50,27 @@ def open_closed() -> None:
         if getattr(sys, name) is None:
             file = os.open(os.devnull, mode)  # takes the least number that is free, which is that of the stream
             setattr(sys, name, os.fdopen(file, "r" if name == "stdin" else "w", encoding="utf-8", closefd=False))
-    if sys.stderr is sys.__stderr__ or sys.__stderr__ is None:
-        sys.stderr = _Unfailing(cast(io.TextIOWrapper, sys.stderr))
+    for name, real in (("stdout", sys.__stdout__), ("stderr", sys.__stderr__)):
+        stream = getattr(sys, name)
+        if stream is real or real is None:  # and not what a test has put there
+            setattr(sys, name, _Stream(stream, needed=name == "stdout"))
+    _output[:] = [sys.stdout] if isinstance(sys.stdout, _Stream) else []
+
+
+def check_unread(leave: SystemExit) -> None:
+    """Raise what ended the command, unless click did since nobody reads what it prints any more."""
+    if not is_unread():
+        raise leave
+
+
+def closed(error: Exception) -> str | None:
+    """What is said where standard output was closed before the command began; None for other errors."""
+    return "Standard output is closed." if getattr(error, "errno", None) == errno.EBADF and is_unread() else None
 
 
 def is_unread() -> bool:
-    """Whether standard output takes no more of what was written to it; what is left in it stays unsaid then."""
-    output = cast(TextIO, sys.__stdout__ or sys.stdout)
-    try:
-        output.flush()
-    except OSError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), output.fileno())
-        return True
-    return False
+    """Whether standard output took no more of what was written to it; what is left in it stays unsaid then."""
+    failed = bool(_output) and _output[0].failed
+    if failed:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), _output[0].fileno())
+    return failed

@@ -188,7 +188,7 @@ def _sampled(line: Course, band: _Band, source: Source, uv: NDArray[np.float64])
 
 
 def _specks(alpha: _Pixels, on: NDArray[np.intp]) -> NDArray[np.bool_]:
-    """(h, w) where ink does not touch that at `on`, flat indices on the line: remains of other strokes that were bent."""
+    """(h, w) where ink does not touch that at `on`, flat indices on the line: remains of other strokes."""
     import cv2
 
     _, label = cv2.connectedComponents((alpha > _FAINT).astype(np.uint8), connectivity=8)

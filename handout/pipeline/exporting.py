@@ -13,14 +13,14 @@ from handout.pipeline.plot_request import ExportOptions
 from handout.pipeline.programs import SUFFIXES, Programs
 from handout.pipeline.results import Facts, Result, Tally
 from handout.pipeline.texts import STROKES, style_notes
-from handout.pipeline.writing import one_pen, open_document
+from handout.pipeline.writing import asked, one_pen, open_document
 from handout.sinks import check_outputs, write_drawings
 
 
 @dataclass(frozen=True)
 class Exported(Result):
     """What `export` wrote; seconds : name of the machine → how long all pages would take it, s; dips, hooks_s : as in
-    `Programs`."""
+    `Programs`; drawing : what one asks for, empty for a text."""
 
     tally: Tally
     seed: int
@@ -29,10 +29,11 @@ class Exported(Result):
     seconds: dict[str, float]
     dips: dict[str, int]
     hooks_s: dict[str, float]
+    drawing: Facts
 
     def facts(self) -> Facts:
         devices = {name: round(seconds, 2) for name, seconds in self.seconds.items()}
-        notes: Facts = {"notes": list(self.notes)} if self.notes else {}
+        notes: Facts = {**self.drawing, **({"notes": list(self.notes)} if self.notes else {})}
         if self.hooks_s:
             notes |= {"dips": self.dips, "hooks_s": {name: round(s, 2) for name, s in self.hooks_s.items()}}
         return {**self.tally.facts(self.seed, self.hand, self.files), "devices": devices, **notes}
@@ -70,6 +71,7 @@ def export(
     pages = document.draw(STROKES)
     files = write_drawings(pages.drawings, paths, extra=programs.sinks)
     even = programs.pressed_evenly() if task.pose.pose is not None else []
-    notes = (*document.notes, *one_pen(document), *even, *style_notes(task, pages.drawings))
+    sentences, drawing = asked(document)
+    notes = (*sentences, *document.notes, *one_pen(document), *even, *style_notes(task, pages.drawings))
     told = programs.seconds, programs.dips, programs.hooks_s
-    return Exported(pages.tally, task.seed, task.hand.name, tuple(files), *told, notes=notes)
+    return Exported(pages.tally, task.seed, task.hand.name, tuple(files), *told, drawing, notes=notes)

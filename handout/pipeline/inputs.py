@@ -38,18 +38,24 @@ class Source:
 
 
 def read_source(
-    words: Sequence[str], file: str | None, listener: Listener = SILENT, given: frozenset[str] | None = None
+    words: Sequence[str],
+    file: str | None,
+    listener: Listener = SILENT,
+    given: frozenset[str] | None = None,
+    *,
+    svg_text: str = "leave",
 ) -> Source:
     """The text, the letter or the drawing that some words, or --file, mean.
 
-    The listener hears what was left out of a drawing; `given` as in `Source`.
+    The listener hears what was left out of a drawing; `given` as in `Source`; `svg_text` : whether the texts of an SVG
+    are kept to "write" them, or left out.
 
     Raises
     ------
     InputError
         Nothing to write, or a file that is missing or cannot be read.
     """
-    drawing = _drawing(words, file, listener)
+    drawing = _drawing(words, file, listener, texts=svg_text == "write")
     if drawing is not None:
         return Source(Path(file or words[0]).name, drawing)
     return written_source(*_named_file(words, file, listener), listener, given)
@@ -186,7 +192,7 @@ def is_file(word: str) -> bool:
         return False
 
 
-def _drawing(words: Sequence[str], file: str | None, listener: Listener) -> Drawing | None:
+def _drawing(words: Sequence[str], file: str | None, listener: Listener, *, texts: bool) -> Drawing | None:
     """The drawing that a single word (or --file) names, by a suffix of drawings; None where it is a text."""
     name = words[0] if len(words) == 1 and file is None else file if not words else None
     if name is None or len(name) > _LONGEST_NAME or Path(name).suffix.lower() not in _DRAWINGS:
@@ -195,9 +201,9 @@ def _drawing(words: Sequence[str], file: str | None, listener: Listener) -> Draw
         return None
     from handout.sources import read_drawing
 
-    drawing = read_drawing(name)
+    drawing = read_drawing(name, texts=texts)
     if drawing.about.get("left_out"):
-        listener.say(f"Left out of {name}: {', '.join(drawing.about['left_out'])}.")
+        listener.note(f"Left out of {name}: {', '.join(drawing.about['left_out'])}.")
     return drawing
 
 

@@ -56,6 +56,18 @@ class HookOptions:
 
 
 @dataclass(frozen=True)
+class DrawingOptions:
+    """What becomes of a drawing that is given for a text."""
+
+    svg_text: str = option(
+        "write",
+        FILES,
+        "Texts of an SVG: write them in the hand, at their places, or leave them out.",
+        choices=("write", "leave"),
+    )
+
+
+@dataclass(frozen=True)
 class PlotOptions:
     """How something is plotted.
 

@@ -11,6 +11,7 @@ import math
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +28,7 @@ from handout.pipeline.plot_request import AttendanceOptions, Operator, PartOptio
 from handout.pipeline.programs import hooked, pressed_evenly
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.pipeline.texts import STROKES, TextDocument, style_notes
-from handout.pipeline.writing import Document, one_pen, open_document, written
+from handout.pipeline.writing import Document, asked, one_pen, open_document, written
 from handout.plotting import fit_to_bed, open_port, plan
 from handout.plotting.connections import is_simulated as is_simulated
 from handout.plotting.connections import surroundings
@@ -180,13 +181,14 @@ def plot(
         connected.close()
         raise
     listener.say(f"{profile.title}: {_amount(job)}, job {job.name}.")
-    notes = _notes(document, profile, options)
+    sentences, drawing = asked(document, _fitting(request, profile))
+    notes = (*sentences, *_notes(document, profile, options))
     listener.note(*notes)  # before the sheet is laid in
     reports = _run(job, port, attendance, account, operator or Unattended(port, listener), connected)
     job = load(job.folder)
     tally = sum((Tally(**counts) for counts in job.told), Tally())
     result = written(tally, document.task, (), notes)
-    return Plotted(job, tuple(reports), result.facts(), tally, document.task.seed, notes=notes)
+    return Plotted(job, tuple(reports), {**result.facts(), **drawing}, tally, document.task.seed, notes=notes)
 
 
 def keep(request: PlotRequest, port: str | None = None) -> tuple[Job, tuple[str, ...]]:
@@ -194,7 +196,9 @@ def keep(request: PlotRequest, port: str | None = None) -> tuple[Job, tuple[str,
     profile = asked_machine(request.plotting, port)
     document = open_document(request.source, request.writing, request.sheet, request.picture)
     options = job_options(request.plotting, profile, document.task.fast, document.timed)
-    return _begun(request, document, profile, options, port or "", SILENT), _notes(document, profile, options)
+    sentences, _ = asked(document, _fitting(request, profile))
+    notes = (*sentences, *_notes(document, profile, options))
+    return _begun(request, document, profile, options, port or "", SILENT), notes
 
 
 def preview(
@@ -219,13 +223,19 @@ def preview(
         drawings = [fit_to_bed(drawing, profile) for drawing in drawings]
     shown, plans = _shown(drawings, request.part, profile, options, listener)
     besides = said([planned.drawing for planned in plans], profile)
-    notes = (*_notes(document, profile, options), *style_notes(task, drawings), *besides)
+    sentences, drawing = asked(document, _fitting(request, profile))
+    notes = (*sentences, *_notes(document, profile, options), *style_notes(task, drawings), *besides)
     listener.note(*notes)
     look = dataclasses.replace(task.look, show_travel=show_travel)
     files = write_drawings(shown, paths, look)
     account.planned(plans)
     result = written(Tally.of(pages.manuscripts, [planned.drawing for planned in plans]), task, files, notes)
-    return _previewed(plans, result.facts(), result.files, result.tally, task.seed, notes)
+    return _previewed(plans, {**result.facts(), **drawing}, result.files, result.tally, task.seed, notes)
+
+
+def _fitting(request: PlotRequest, profile: Plotter) -> Callable[[Drawing], Drawing] | None:
+    """What shrinks a drawing onto the bed, where that is asked for."""
+    return partial(fit_to_bed, profile=profile) if request.writing.fit else None
 
 
 def with_hooks(planned: Plan) -> Drawing:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
@@ -52,11 +52,12 @@ class Document(Protocol):
 
 @dataclass(frozen=True)
 class DrawingDocument:
-    """A drawing, which is taken as it is."""
+    """A drawing, which is taken as it is; `manuscript` : the writing in it, if any of its texts were written."""
 
     name: str
     drawing: Drawing
     task: WritingTask
+    manuscript: Manuscript | None = None
     notes: tuple[str, ...] = ()
     inks: tuple[str, ...] = ()
 
@@ -66,8 +67,8 @@ class DrawingDocument:
         return self.drawing.timed
 
     def draw(self, wanted: frozenset[str] = INK, row: int | None = None, tell: Tell = silent) -> Pages:
-        """See there: a page without writing, for what counts words and lines."""
-        return Pages([Manuscript((), self.drawing.page, 0.0)], [self.drawing])
+        """See there: a page, without writing where none of its texts were written, for what counts words and lines."""
+        return Pages([self.manuscript or Manuscript((), self.drawing.page, 0.0)], [self.drawing])
 
     def check(self, row: int | None = None) -> None:
         """See there."""
@@ -96,7 +97,20 @@ def open_document(
     notes = [f"{' and '.join(asked)}: a drawing is taken as it is; handout restyle moves it anew."] if asked else []
     plain = replace(writing, style=None, prime=None, temperature=None, pose=None)
     task = prepare(plain, sheet, picture, lined=False)
-    return DrawingDocument(source.text, source.drawing, task, tuple(notes))
+    from handout.pipeline.svg_texts import with_texts
+
+    drawing, manuscript, told = with_texts(source.text, source.drawing, task)
+    return DrawingDocument(source.text, drawing, task, manuscript, (*notes, *told))
+
+
+def asked(document: Document, fit: Callable[[Drawing], Drawing] | None = None) -> tuple[list[str], Facts]:
+    """What a drawing asks for, see `svg_texts.described`, and of others nothing; `fit` : shrinks it onto a bed."""
+    if not isinstance(document, DrawingDocument):
+        return [], {}
+    from handout.pipeline.svg_texts import described
+
+    sentence, facts = described(document.name, document.drawing if fit is None else fit(document.drawing))
+    return [sentence], {"drawing": facts}
 
 
 def one_pen(document: Document) -> list[str]:

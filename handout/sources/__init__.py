@@ -51,8 +51,8 @@ def suffixes() -> list[str]:
     return sorted([*_MODULES, *_OTHERS])
 
 
-def read_drawing(path: str | Path) -> Drawing:
-    """Read a drawing from a file whose suffix says the format.
+def read_drawing(path: str | Path, *, texts: bool = False) -> Drawing:
+    """Read a drawing from a file whose suffix says the format; `texts` : see `svg.from_svg`.
 
     Returns
     -------
@@ -78,12 +78,12 @@ def read_drawing(path: str | Path) -> Drawing:
         raise InputError(f"{path} is larger than {_LARGEST // 2**20} MiB: simplify the drawing or split it.")
     try:
         with np.errstate(over="ignore", invalid="ignore"):  # what is too large is refused, see `recorded.refuse_far`
-            # without what a preview of a plot shows besides: what its plotter does, and pale, what is not plotted
             if suffix in _OTHERS:
                 drawing = _OTHERS[suffix](data, path)
             else:
-                module = _MODULES[suffix]
-                drawing = getattr(import_module(f"handout.sources.{module}"), f"from_{module}")(data)
+                module, options = _MODULES[suffix], {"texts": texts} if suffix == ".svg" else {}
+                drawing = getattr(import_module(f"handout.sources.{module}"), f"from_{module}")(data, **options)
+            # without what a preview of a plot shows besides: what its plotter does, and pale, what is not plotted
             about = {name: value for name, value in drawing.about.items() if name not in ("hooks", "part")}
             match drawing.about.get("part"):
                 case [_, _, pale]:

@@ -34,7 +34,7 @@ def run(*arguments):
 
 
 def test_a_drawing_is_previewed_and_what_is_left_out_is_said(folder):
-    done = run("plot", "drawing.svg", "--dry-run", "preview.json", "--json")
+    done = run("plot", "drawing.svg", "--dry-run", "preview.json", "--json", "--svg-text", "leave")
     facts = json.loads(done.stdout)
     assert (facts["strokes"], facts["pages"], facts["characters"]) == (4, 1, 0)
     assert "Left out of drawing.svg: 1 x text" in done.stderr
@@ -109,3 +109,53 @@ def test_a_drawing_that_cannot_be_read_is_refused_and_nothing_is_written(folder)
     with pytest.raises(InputError, match=r"bad\.svg: There is no line to draw: 1 filled outline without a stroke"):
         run("plot", "bad.svg", "--dry-run", "p.svg")
     assert not (folder / "p.svg").exists()
+
+
+TEXTS = """<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"
+ width="100mm" height="80mm" viewBox="0 0 100 80"><g inkscape:groupmode="layer" inkscape:label="words">
+ <text x="10" y="20" font-size="8">hum</text><text x="50" y="40" font-size="8" text-anchor="middle">num</text>
+ <text x="90" y="20" font-size="8" style="text-anchor:end;fill:#2040c0">mum</text>
+ <text transform="translate(20 70) rotate(-90)" font-size="10">
+   <tspan>run</tspan></text>
+ <text x="50" y="60" font-size="1em" xml:space="preserve">a<tspan dy="-4" font-size="5">n</tspan> m</text>
+ <text x="50" y="70" font-size="6">\u65e5\u672c</text><text x="9" y="70" font-size="0.1">tiny</text></g></svg>"""
+
+
+def test_texts_are_written_where_they_stand_and_it_is_said(folder):
+    (folder / "texts.svg").write_text(TEXTS, encoding="utf-8")
+    done = run("plot", "texts.svg", "--dry-run", "a.json", "--json", "--seed", "1", "--variation", "0")
+    facts = json.loads(done.stdout)
+    assert facts["drawing"]["page_mm"] == [100, 80] and set(facts["drawing"]["layers"]) == {"words"}
+    assert set(facts["drawing"]["colours"]) == {"#000000", "#2040c0"} and facts["characters"] == 15
+    assert any("\u65e5\u672c" in note and "no form" in note for note in facts["notes"])
+    assert any("'tiny'" in note and "x-height" in note for note in facts["notes"])
+    assert any(note.startswith("texts.svg asks for a sheet of 100 x 80 mm") for note in facts["notes"])
+    strokes = read_drawing("a.json").strokes
+    words = {}
+    for stroke in strokes:
+        words.setdefault(stroke.word, []).append(stroke.xy)
+    boxes = [(np.concatenate(xy).min(axis=0), np.concatenate(xy).max(axis=0)) for xy in words.values()]
+    (hum, num, mum, run_, *_) = boxes
+    assert hum[0][0] == pytest.approx(10, abs=1.5) and hum[1][1] == pytest.approx(20, abs=0.5)
+    assert (num[0][0] + num[1][0]) / 2 == pytest.approx(50, abs=1.5) and num[1][1] == pytest.approx(40, abs=0.5)
+    assert mum[1][0] == pytest.approx(90, abs=1.5)
+    assert run_[1][1] == pytest.approx(70, abs=1.5) and run_[1][0] == pytest.approx(20, abs=0.5)
+    assert np.ptp(np.array(run_)[:, 1]) > 2 * np.ptp(np.array(run_)[:, 0])  # upwards
+    assert np.ptp(np.array(num)[:, 1]) == pytest.approx(8 * 1.2 / 3.75, rel=0.2)  # the x-height
+
+
+def test_texts_are_plotted_and_exported(folder):
+    (folder / "texts.svg").write_text(TEXTS, encoding="utf-8")
+    plotted = json.loads(run("plot", "texts.svg", "--port", "sim", "--json", "--seed", "1").stdout)
+    exported = json.loads(run("export", "texts.svg", "-o", "a.gcode", "--json", "--seed", "1").stdout)
+    assert plotted["drawing"] == exported["drawing"] and plotted["strokes"] == exported["strokes"] > 5
+    over = run("plot", "drawing.svg", "--dry-run", "c.json")
+    assert "'hello': it would go over the edge" in over.stderr and len(read_drawing("c.json").strokes) == 4
+    left = run("export", "drawing.svg", "-o", "b.gcode", "--svg-text", "leave")
+    assert "Left out of drawing.svg: 1 x text" in left.stderr
+
+
+def test_a_file_of_text_alone_needs_a_size(folder):
+    (folder / "a.svg").write_text('<svg xmlns="http://www.w3.org/2000/svg"><text y="9">a</text></svg>')
+    with pytest.raises(InputError, match="give its <svg> a width and a height"):
+        run("plot", "a.svg", "--dry-run", "a.png")

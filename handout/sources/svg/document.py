@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -22,6 +23,7 @@ _GROUPS = {"g", "a", "svg", "switch", "symbol"}
 _SHAPES = {"path", "line", "polyline", "polygon", "rect", "circle", "ellipse"}
 _LEFT_OUT = {"text": "text", "flowRoot": "text", "image": "picture", "foreignObject": "foreign object"}
 _DRAWN = {*_GROUPS, *_SHAPES, *_LEFT_OUT, "use"}
+_BLANKS = re.compile(r"\s+")
 _LEAST = 1e-9  # a shape or a scale that is smaller is nothing
 
 
@@ -40,6 +42,28 @@ class Line:
 
 
 @dataclass(frozen=True, eq=False)
+class Text:
+    """A part of a text on one line, without its font.
+
+    to_mm : (2, 3), the map from its px.
+    x, y : px, the place of its chunk on its baseline; x None: it goes on behind the part before, and dx px further.
+    size : of its letters, px; anchor : "start", "middle" or "end", what of its chunk is at x.
+    after : how many lines are drawn before it.
+    """
+
+    text: str
+    to_mm: Array
+    x: float | None
+    y: float
+    dx: float
+    size: float
+    anchor: str
+    layer: str
+    colour: str
+    after: int = 0
+
+
+@dataclass(frozen=True, eq=False)
 class _Frame:
     """What holds where an element stands: the map into mm, the style, the layer, the size of the viewport in px."""
 
@@ -52,15 +76,19 @@ class _Frame:
 
 @dataclass(eq=False)
 class Walk:
-    """A document while it is read; `left_out` counts, in words, what is not in the lines."""
+    """A document while it is read.
+
+    left_out : counts, in words, what is not in the lines; texts : found besides, if they are wanted.
+    """
 
     root: Element
     left_out: Counter[str] = field(default_factory=Counter)
+    texts: list[Text] | None = None
 
     def __post_init__(self) -> None:
         self._named = {name: element for element in self.root.iter() if (name := element.get("id"))}
         self._sheet = Sheet([element.text or "" for element in self.root.iter("style")])
-        self._used = 0
+        self._used = self._lines = 0
         self._using: list[Element] = []
 
     def lines(self) -> Iterator[Line]:
@@ -106,7 +134,9 @@ class Walk:
     def _content(self, element: Element, frame: _Frame) -> Iterator[Line]:
         """What an element draws, given what holds inside it."""
         tag = element.tag
-        if tag in _LEFT_OUT:
+        if tag == "text" and self.texts is not None and frame.style.visible:
+            self._text(element, frame)
+        elif tag in _LEFT_OUT:
             self.left_out[_LEFT_OUT[tag]] += frame.style.visible
         elif tag == "use":
             yield from self._use(element, frame)
@@ -162,7 +192,57 @@ class Walk:
             placed = path @ turn.T + away
             if not np.isfinite(placed).all():
                 raise InputError(f"<{element.tag}{_id(element)}> has a point that is infinitely far away.")
+            self._lines += 1
             yield Line(placed, frame.layer, style.colour, element.attrib)
+
+    def _text(self, element: Element, frame: _Frame) -> None:
+        """Take a text apart where its place, size or colour changes; runs of blanks are one, as SVG has them."""
+        style = frame.style
+        found = [Text("", frame.to_mm, 0.0, 0.0, 0.0, style.size, style.anchor, frame.layer, "", self._lines)]
+        for string, style, moves in self._strings(element, frame, frame.style, {}):
+            last, x, look = found[-1], moves.get("x"), (style.size, style.text_colour)
+            if x is not None or not last.text or last.text.endswith(" "):
+                string = string.lstrip()
+            if not moves and (not string.strip() or look == (last.size, last.colour)):
+                found[-1] = replace(last, text=last.text + string)
+                continue
+            y, dx = moves.get("y", last.y) + moves.get("dy", 0.0), moves.get("dx", 0.0)
+            found.append(replace(last, text=string, x=x, y=y, dx=dx, size=look[0], anchor=style.anchor, colour=look[1]))
+        if self.texts is not None and any(text.text.strip() for text in found):
+            self.texts += found
+
+    def _strings(
+        self, element: Element, frame: _Frame, style: Style, moves: dict[str, float]
+    ) -> Iterator[tuple[str, Style, dict[str, float]]]:
+        """The strings of a text in order, each with its style and where those elements put it that begin with it."""
+        moves = moves | self._moves(element, frame.size, style.size)
+        pieces: list[str | Element | None] = [element.text]
+        for child in element:
+            pieces += [child, child.tail]
+        for piece in pieces:
+            if isinstance(piece, Element):
+                inner = style.inside(self._sheet.of(piece.tag, piece.attrib))
+                self.left_out["text on a path"] += piece.tag == "textPath" and inner.shown
+                drawn = piece.tag in ("tspan", "a") and inner.shown and inner.visible
+                strings = list(self._strings(piece, frame, inner, moves)) if drawn else []
+            else:
+                strings = [(_BLANKS.sub(" ", piece), style, moves)] if piece else []
+            yield from strings
+            moves = {} if strings else moves
+
+    def _moves(self, element: Element, whole: tuple[float, float], em: float) -> dict[str, float]:
+        """What an element of a text says of its place, px: x, y, dx and dy, of its first letter."""
+        moves: dict[str, float] = {}
+        for name in ("x", "y", "dx", "dy"):
+            values = element.get(name, "").replace(",", " ").split()
+            try:
+                if values:
+                    moves[name] = frames.length(values[0], whole[name[-1] == "y"], em=em)
+            except InputError as error:
+                raise InputError(f"<{element.tag}{_id(element)}>: {name}: {error}.") from None
+            if len(values) > 1:
+                self.left_out["list of places of letters (the first counts)"] += 1
+        return moves
 
     def _paths(self, element: Element, size: tuple[float, float]) -> list[Array]:
         """The subpaths of a shape, in its own units."""

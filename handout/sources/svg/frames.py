@@ -19,7 +19,6 @@ from handout.values import Array
 
 PX = 25.4 / 96  # mm
 _UNITS = {"": 1.0, "px": 1.0, "mm": 1 / PX, "cm": 10 / PX, "in": 96.0, "pt": 96 / 72, "pc": 16.0, "q": 0.25 / PX}
-_UNITS |= {"em": 16.0, "ex": 8.0}
 _LENGTH = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-zA-Z]*|%)\s*\Z")
 _TRANSFORM = re.compile(r"([a-zA-Z]{1,20})[ ]?\(([^()]*)\)")
 _ALIGN = {"xMin": 0.0, "xMid": 0.5, "xMax": 1.0, "YMin": 0.0, "YMid": 0.5, "YMax": 1.0}
@@ -27,8 +26,8 @@ _ALIGN = {"xMin": 0.0, "xMid": 0.5, "xMax": 1.0, "YMin": 0.0, "YMid": 0.5, "YMax
 IDENTITY: Array = np.eye(2, 3)
 
 
-def length(text: str | None, whole: float, default: float = 0.0) -> float:
-    """A length in px (user units); `whole` is what 100 % means.
+def length(text: str | None, whole: float, default: float = 0.0, em: float = 16.0) -> float:
+    """A length in px (user units); `whole` is what 100 % means, `em` the size of letters.
 
     Raises
     ------
@@ -39,9 +38,10 @@ def length(text: str | None, whole: float, default: float = 0.0) -> float:
         return default
     match = _LENGTH.match(text)
     unit = match.group(2).lower() if match else ""
-    if match is None or (unit != "%" and unit not in _UNITS):
+    units = {**_UNITS, "%": whole / 100, "em": em, "ex": em / 2}
+    if match is None or unit not in units:
         raise InputError(f"{text[:30]!r} is not a length")
-    value = float(match.group(1)) * (whole / 100 if unit == "%" else _UNITS[unit])
+    value = float(match.group(1)) * units[unit]
     if not math.isfinite(value):
         raise InputError(f"{text[:30]!r} is not a finite length")
     return value

@@ -30,8 +30,10 @@ _MOMENT = 0.0015  # s by which whole milliseconds may make one stroke end after 
 _MARGIN = 5.0  # mm around a drawing whose page is not known
 
 
-def from_svg(data: bytes) -> Drawing:
+def from_svg(data: bytes, *, texts: bool = False) -> Drawing:
     """Read what an SVG file strokes.
+
+    texts : keep its texts as `about["texts"]`, a tuple of `document.Text`, for who writes them; else they are left out.
 
     Paths, basic shapes, nested groups and viewports, transforms, units, ``use`` and style sheets of simple rules are
     understood; curves become points within 0.02 mm of them.  A stroke has the name of its Inkscape layer, and the
@@ -53,14 +55,14 @@ def from_svg(data: bytes) -> Drawing:
     root = markup.parse(data, "SVG", doctype=True)
     if root.tag != "svg":
         raise InputError(f"This is not SVG: its root element is <{root.tag}>, not <svg>.")
-    walk = Walk(root)
+    walk = Walk(root, texts=[] if texts else None)
     lines, needed = [], 0.0
     for line in walk.lines():
         needed += pathdata.points_needed([line.path], _TOLERANCE)
         if needed > _MOST_POINTS:
             raise InputError(f"The drawing has more than {_MOST_POINTS} points: simplify it, or split it into several.")
         lines.append(line)
-    if not lines:
+    if not lines and not walk.texts:
         raise InputError(_nothing(walk.left_out))
     about: dict[str, Any] = {}
     if walk.left_out:
@@ -68,6 +70,8 @@ def from_svg(data: bytes) -> Drawing:
     drawing = _own(root, lines)
     if drawing is not None:
         return drawing
+    if walk.texts:
+        about["texts"] = tuple(walk.texts)
     strokes = tuple(_strokes(lines))
     return Drawing(strokes, _page(root, strokes), {"title": _title(root)} | about, timed=False)
 
@@ -112,6 +116,8 @@ def _points(path: Array) -> Array:
 def _page(root: Element, strokes: Sequence[Stroke]) -> Page:
     width, height = (side * PX for side in size(root))
     if not (width > 0 and height > 0):
+        if not strokes:
+            raise InputError("It holds text alone and says no size: give its <svg> a width and a height.")
         reach = np.max([stroke.xy.max(axis=0) for stroke in strokes], axis=0)
         width, height = (max(float(side) + _MARGIN, 2 * _MARGIN) for side in reach)
     return JsonPage(width, height).page()

@@ -11,6 +11,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from handout.errors import InputError
+from handout.sources.svg import frames
+
 _SIMPLE = re.compile(r"(\*|[A-Za-z][\w-]*)?((?:[.#][\w-]+)*)\Z")
 _PARTS = re.compile(r"[.#][\w-]+")
 _NONE = {"none", "transparent"}
@@ -21,7 +24,7 @@ class Style:
     """What of a style matters for lines.
 
     stroke, fill, color : as they are written; visible : neither hidden nor transparent; line : the stroke has a width
-    and is not transparent; dashed; whole : nothing of it is cut away.
+    and is not transparent; dashed; size : of letters, px; anchor : which place of a text is at its point.
     """
 
     stroke: str = "none"
@@ -32,6 +35,8 @@ class Style:
     line: bool = True
     filling: bool = True
     dashed: bool = False
+    size: float = 16.0
+    anchor: str = "start"
 
     @property
     def stroked(self) -> bool:
@@ -48,12 +53,20 @@ class Style:
         """The colour of the line as ``"#rrggbb"``; "" where it is none, such as a gradient."""
         return hexadecimal(self.color if self.stroke.lower() == "currentcolor" else self.stroke)
 
+    @property
+    def text_colour(self) -> str:
+        """The colour of letters, which are filled, or stroked alone."""
+        paint = self.fill if self.filled else self.stroke
+        return hexadecimal(self.color if paint.lower() == "currentcolor" else paint)
+
     def inside(self, properties: Mapping[str, str]) -> Style:
         """The style of an element with these properties inside one of this style."""
         style = self
         for name, value in properties.items():
             value = value.strip()
-            if name in _PROPERTIES and value and value != "inherit":
+            if name == "font-size":
+                style = replace(style, size=_letters(value, style.size))
+            elif name in _PROPERTIES and value and value != "inherit":
                 style = replace(style, **_PROPERTIES[name](value))
         return style
 
@@ -74,7 +87,16 @@ _PROPERTIES: dict[str, Callable[[str], dict[str, Any]]] = {
     "fill-opacity": lambda value: {"filling": not _nothing(value)},
     "display": lambda value: {"shown": False} if value == "none" else {},
     "opacity": _invisible,
+    "text-anchor": lambda value: {"anchor": value},
 }
+
+
+def _letters(value: str, around: float) -> float:
+    """px, of letters so large inside others; a word such as "small" leaves them."""
+    try:
+        return max(frames.length(value, around, around, em=around), 0.0)
+    except InputError:
+        return around
 
 
 def _nothing(value: str) -> bool:
