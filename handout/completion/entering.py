@@ -106,7 +106,7 @@ class Links:
         line = self._ways.lines[way].xy[:: 1 if self._leaving else -1]
         line = line - line[0] + start[0]
         if start[1] >= 0:
-            line = _led_on(strokes[start[1]][:: 1 if self._leaving else -1], line, _LED * x_height)
+            line = _lead_line(strokes[start[1]][:: 1 if self._leaving else -1], line, _LED * x_height)
         return Link(line, int(np.clip(self._ways.owned[way], 1, len(line) - 2)), start[1])
 
     def _usual(self, some: Indices) -> Indices:
@@ -134,7 +134,7 @@ class Links:
         return furthest, -1
 
 
-def _led_on(stroke: Array, line: Array, reach: float) -> Array:
+def _lead_line(stroke: Array, line: Array, reach: float) -> Array:
     """A line (n, 2) from the end of a stroke (m, 2), which it leaves in the stroke's direction."""
     run = arc_length(line)
     k = int(np.clip(np.searchsorted(run, reach), 1, len(line) - 1))

@@ -70,7 +70,7 @@ class LetterMaker:
             return Supply()
         if marks[0] == DOTLESS:
             numbers = [number for number in self._best(base, 4 * _FORMS) if len(self._dot(number))]
-            forms = [_with_neighbours(self._hand, n, self._dot(n), letter, ()) for n in numbers[:_FORMS]]
+            forms = [_specimen_of_glyph(self._hand, n, self._dot(n), letter, ()) for n in numbers[:_FORMS]]
             return Supply(forms, f"{base} without its dot", True)
         return self._accented(letter, base, marks[0], fallback)
 
@@ -100,7 +100,7 @@ class LetterMaker:
             return self._on_lent(letter, base, mark, marks) if fallback else Supply()
         no_vertices = np.zeros(0, dtype=np.intp)
         specimens = [
-            _with_neighbours(
+            _specimen_of_glyph(
                 self._hand,
                 number,
                 self._dot(number) if mark not in NOT_ABOVE else no_vertices,
@@ -271,7 +271,7 @@ def _line(hand: ScannedHand, number: int, vertices: Indices) -> LineGraph:
     return LineGraph(page.to_line(glyph.line, ink.uv), ink.radius / page.pitch, ink.density, ink.uv, ink.edges)
 
 
-def _with_neighbours(hand: ScannedHand, number: int, gone: Indices, letter: str, marks: Sequence[Part]) -> Specimen:
+def _specimen_of_glyph(hand: ScannedHand, number: int, gone: Indices, letter: str, marks: Sequence[Part]) -> Specimen:
     """A glyph without the vertices `gone`, in its surroundings, and with marks."""
     glyph = hand.glyphs[number]
     beside = [(glyph.before, -1), (number, 0), (glyph.after, 1)]

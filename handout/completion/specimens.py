@@ -70,10 +70,11 @@ def add_page(hand: ScannedHand, specimens: Sequence[Specimen]) -> ScannedHand:
     like = hand.pages[0]
     spots, page = _origins(specimens, like)
     laid = [
-        [_laid(part, spot, like) for part in specimen.parts] for specimen, spot in zip(specimens, spots, strict=True)
+        [_lay_part(part, spot, like) for part in specimen.parts]
+        for specimen, spot in zip(specimens, spots, strict=True)
     ]
     pixels = _page_pixels(hand, specimens, laid, spots, page, like)
-    graph, first = _united([graph for some in laid for graph in some], like.pixel)
+    graph, first = _unite_graphs([graph for some in laid for graph in some], like.pixel)
     rows = np.unique(spots[:, 1])
     sheet = ScannedPage(
         "put together",
@@ -113,7 +114,7 @@ def _origins(specimens: Sequence[Specimen], like: ScannedPage) -> tuple[Array, P
     return np.array(origins), Page(widest, y + 0.4 * _TALL * like.pitch, "sheet")
 
 
-def _laid(part: Part, spot: Array, like: ScannedPage) -> LineGraph:
+def _lay_part(part: Part, spot: Array, like: ScannedPage) -> LineGraph:
     """A part on the sheet, mm."""
     graph = part.graph
     xy = spot + graph.xy * [like.pitch, -like.pitch]
@@ -159,7 +160,7 @@ def _page_pixels(
     return pixels
 
 
-def _united(graphs: Sequence[LineGraph], pixel: float) -> tuple[LineGraph, list[int]]:
+def _unite_graphs(graphs: Sequence[LineGraph], pixel: float) -> tuple[LineGraph, list[int]]:
     """All lines as one graph on the sheet's own picture, and each one's first vertex."""
     first = np.cumsum([0, *map(len, graphs)]).tolist()
     xy, radius, density = (

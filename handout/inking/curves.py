@@ -100,9 +100,9 @@ class _Row:
         self.t: Array = np.concatenate([s.t for s in strokes])
         self.z: _Points = np.concatenate([s.xy for s in strokes]) @ _PLANE
         self.velocity = self._velocities()
-        self.check_t = _between(self.t, (self.t[:-1] + self.t[1:]) / 2)
+        self.check_t = _interleave(self.t, (self.t[:-1] + self.t[1:]) / 2)
         bow = (self.velocity[:-1] - self.velocity[1:]) * np.diff(self.t) / 8
-        self.check = _between(self.z, (self.z[:-1] + self.z[1:]) / 2 + bow)
+        self.check = _interleave(self.z, (self.z[:-1] + self.z[1:]) / 2 + bow)
 
     def _velocities(self) -> _Points:
         """Of the parabola through three neighbours; at an end, of the parabola that ends there."""
@@ -142,7 +142,7 @@ class _Row:
         return np.asarray(np.maximum.reduceat(np.abs(place - self.check[at]), begin))
 
 
-def _between(at: NDArray[_Number], half_step: NDArray[_Number]) -> NDArray[_Number]:
+def _interleave(at: NDArray[_Number], half_step: NDArray[_Number]) -> NDArray[_Number]:
     """The two in turn: at, half, at, half, … at."""
     both = np.empty(len(at) + len(half_step), dtype=at.dtype)
     both[::2], both[1::2] = at, half_step

@@ -134,7 +134,7 @@ def pieces(drawing: Drawing, width: float, flow: Flow, rng: np.random.Generator)
     load = (load + _DOT_INK * dots) * ample
     # a dot is pressed on, not passed over
     load = load * np.clip(width / way.length, 1.0, _DOT)
-    return _uneven(way, np.maximum(wide, _THINNEST) / 2, load, flow, rng)
+    return _add_noise(way, np.maximum(wide, _THINNEST) / 2, load, flow, rng)
 
 
 def _resting(
@@ -154,8 +154,8 @@ def _resting(
     landed, stayed = np.repeat(size[0], sizes), np.repeat(size[1] * stays, sizes)
     dots = landed * np.exp(-((way.since / _DOT_REACH) ** 2)) + stayed * np.exp(-((way.left / _DOT_REACH) ** 2))
     fast = np.clip((way.speed - 0.8 * PACE) / PACE, 0.0, 1.0)
-    dry = 1 / (1 + np.exp(np.clip((_RARE - 1.6 * fast - _along(rng, m, 0.22)) / 0.12, -30, 30)))
-    ample = np.exp(flow.level * _along(rng, m, 18.0)) * (1 - flow.skip * dry)
+    dry = 1 / (1 + np.exp(np.clip((_RARE - 1.6 * fast - _smooth_noise(rng, m, 0.22)) / 0.12, -30, 30)))
+    ample = np.exp(flow.level * _smooth_noise(rng, m, 18.0)) * (1 - flow.skip * dry)
     return flow.touch * dots, np.repeat(stays, sizes) & (way.left < _SLOWING), ample
 
 
@@ -182,14 +182,14 @@ def _way(stroke: Stroke, curve: curves.Curve) -> tuple[Any, ...]:
     nib = np.zeros(count, dtype=np.complex128)
     if stroke.nib > 0 and stroke.rotation is not None:
         nib = 0.5 * stroke.nib * np.exp(1j * np.interp(middle, stroke.t, np.unwrap(stroke.rotation)))
-        width = across(nib, np.diff(place))
+        width = width_across(nib, np.diff(place))
     since = (s[:-1] + s[1:]) / 2
     turned = stroke.rotation is not None or stroke.azimuth is not None
     slope = np.interp(middle, stroke.t, footprints.edge(stroke)) if turned else np.full(count, np.nan)
     return place[:-1], place[1:], speed, dwell, press, length, width, nib, since, s[-1] - since, slope
 
 
-def across(nib: NDArray[np.complex128], way: NDArray[np.complex128]) -> Array:
+def width_across(nib: NDArray[np.complex128], way: NDArray[np.complex128]) -> Array:
     """(m,): how wide a line a flat nib leaves along `way`, in the unit of `nib`, half its edge."""
     along = way * nib.conj() / np.maximum(np.abs(way * nib), 1e-12)
     return np.asarray(2 * np.abs(nib) * (np.abs(along.imag) + NIB_THICKNESS * np.abs(along.real)))
@@ -204,12 +204,12 @@ def _pressure(stroke: Stroke, t: Array, place: NDArray[np.complex128], speed: Ar
     return np.asarray(PRESSURE + 0.1 * lean(speed) + 0.1 * down)
 
 
-def _uneven(way: _Way, radius: Array, load: Array, flow: Flow, rng: np.random.Generator) -> Pieces:
+def _add_noise(way: _Way, radius: Array, load: Array, flow: Flow, rng: np.random.Generator) -> Pieces:
     """Pieces with the noise of the pen; it is drawn in the same order for all pens, whether they use it or not."""
     m = len(radius)
-    drift, patch = _along(rng, m, 1.2), _along(rng, m, 0.2)
-    left, right = flow.ragged * _along(rng, m, 0.07), flow.ragged * _along(rng, m, 0.07)
-    lanes = flow.streak * (0.8 * _along(rng, m, 0.9, LANES, 0.7) + 0.6 * _along(rng, m, 0.25, LANES, 1.2))
+    drift, patch = _smooth_noise(rng, m, 1.2), _smooth_noise(rng, m, 0.2)
+    left, right = flow.ragged * _smooth_noise(rng, m, 0.07), flow.ragged * _smooth_noise(rng, m, 0.07)
+    lanes = flow.streak * (0.8 * _smooth_noise(rng, m, 0.9, LANES, 0.7) + 0.6 * _smooth_noise(rng, m, 0.25, LANES, 1.2))
     blobs = rng.random((3, m))
     load = load * np.exp(flow.drift * drift + flow.patch * patch)
     step = way.b - way.a
@@ -224,10 +224,10 @@ def _uneven(way: _Way, radius: Array, load: Array, flow: Flow, rng: np.random.Ge
     back = 5
     total = np.cumsum(turn)
     turning = total - np.r_[np.zeros(min(back, m)), total[:-back]][:m]
-    return _with_blobs(whole, turning, flow, blobs)
+    return _add_blobs(whole, turning, flow, blobs)
 
 
-def _along(rng: np.random.Generator, m: int, size: float, lanes: int = 1, across: float = 0.0) -> Array:
+def _smooth_noise(rng: np.random.Generator, m: int, size: float, lanes: int = 1, across: float = 0.0) -> Array:
     """(m,) or (m, lanes): noise of mean 0 and deviation 1, smooth over `size` mm along and `across` lanes."""
     from scipy.ndimage import gaussian_filter
 
@@ -242,7 +242,7 @@ def _along(rng: np.random.Generator, m: int, size: float, lanes: int = 1, across
     return np.asarray(noise[:m, 0] if lanes == 1 else noise.take(np.arange(m) % _REPEAT, axis=0))
 
 
-def _with_blobs(whole: Pieces, turning: Array, flow: Flow, chance: Array) -> Pieces:
+def _add_blobs(whole: Pieces, turning: Array, flow: Flow, chance: Array) -> Pieces:
     """The pieces, and the lumps of ink that gather at a ball's rim and come off once it has turned round."""
     # a turn stays near for five pieces, which share its chance
     hit = np.flatnonzero(chance[0] < flow.goop / 5 * np.clip(turning - 1.0, 0, 1))

@@ -55,7 +55,7 @@ FOOTPRINTS = {
 }
 
 
-def marked(drawing: Drawing, pen: Pen) -> Drawing:
+def mark_drawing(drawing: Drawing, pen: Pen) -> Drawing:
     """The drawing with the width, or the edge, that the pen's footprint gives each stroke.
 
     Strokes that have a width of their own keep it, as those of a handstyle; a stroke without pressure is pressed as
@@ -66,7 +66,7 @@ def marked(drawing: Drawing, pen: Pen) -> Drawing:
         return drawing
     widths = _room(drawing.strokes, pen.width) if footprint.flat else [pen.width] * len(drawing.strokes)
     each = zip(drawing.strokes, widths, strict=True)
-    return replace(drawing, strokes=tuple(_marked(stroke, width, footprint, pen.width) for stroke, width in each))
+    return replace(drawing, strokes=tuple(_mark_stroke(stroke, width, footprint, pen.width) for stroke, width in each))
 
 
 def _room(strokes: Sequence[Stroke], width: float) -> list[float]:
@@ -82,7 +82,7 @@ def _room(strokes: Sequence[Stroke], width: float) -> list[float]:
     return widths.tolist()
 
 
-def _marked(stroke: Stroke, width: float, footprint: Footprint, usual: float) -> Stroke:
+def _mark_stroke(stroke: Stroke, width: float, footprint: Footprint, usual: float) -> Stroke:
     if stroke.width is not None or stroke.nib > 0:
         return stroke
     pressure = np.full(len(stroke.t), USUAL_PRESSURE) if stroke.pressure is None else stroke.pressure

@@ -94,7 +94,7 @@ def seam(a: _Pixels, b: _Pixels, both: _Mask, to_a: _Mask, to_b: _Mask) -> _Mask
     return from_a
 
 
-def parted(a: Layer, b: Layer) -> tuple[Layer, Layer]:
+def part_layers(a: Layer, b: Layer) -> tuple[Layer, Layer]:
     """Two layers of which one goes on where the other ends: what both show is left to one of them, pixel by pixel.
 
     Both show the same line where their vertices lie on each other and lead the same way.  Of the pixels of that line
@@ -107,13 +107,13 @@ def parted(a: Layer, b: Layer) -> tuple[Layer, Layer]:
     if left >= right or top >= bottom:
         return a, b
     window = left, top, right, bottom
-    same = _same(a, b), _same(b, a)
+    same = _shared_vertices(a, b), _shared_vertices(b, a)
     if not (same[0].any() and same[1].any()):
         return a, b
     views = [layer.view(window) for layer in (a, b)]
     lines = [_part(near, shared) for (_, near), shared in zip(views, same, strict=True)]
     both = lines[0] | lines[1]
-    rest = [_grown((near >= 0) & ~line) & both for (_, near), line in zip(views, lines, strict=True)]
+    rest = [_grow_mask((near >= 0) & ~line) & both for (_, near), line in zip(views, lines, strict=True)]
     ends = [_part(near, _ending(layer) & shared) for (_, near), layer, shared in zip(views, (a, b), same, strict=True)]
     to_a = (rest[0] & ~rest[1]) | (ends[1] & ~ends[0] & both)
     to_b = (rest[1] & ~rest[0]) | (ends[0] & ~ends[1] & both)
@@ -123,10 +123,10 @@ def parted(a: Layer, b: Layer) -> tuple[Layer, Layer]:
         return a, b
     inks = [rgba for rgba, _ in views]
     from_a = seam(inks[0], inks[1], both, to_a, to_b)
-    return _without(a, window, both & from_a), _without(b, window, both & ~from_a)
+    return _clear_pixels(a, window, both & from_a), _clear_pixels(b, window, both & ~from_a)
 
 
-def _same(layer: Layer, other: Layer) -> _Mask:
+def _shared_vertices(layer: Layer, other: Layer) -> _Mask:
     """Vertices (n,) of a layer that lie on the other's line."""
     from scipy.spatial import cKDTree
 
@@ -155,13 +155,13 @@ def _part(near: NDArray[np.int32], vertices: _Mask) -> _Mask:
     return np.asarray((near >= 0) & vertices[near])
 
 
-def _grown(mask: _Mask) -> _Mask:
+def _grow_mask(mask: _Mask) -> _Mask:
     import cv2
 
     return np.asarray(cv2.dilate(mask.view(np.uint8), np.ones((3, 3), np.uint8)), dtype=bool)
 
 
-def _without(layer: Layer, window: tuple[int, int, int, int], gone: _Mask) -> Layer:
+def _clear_pixels(layer: Layer, window: tuple[int, int, int, int], gone: _Mask) -> Layer:
     """The layer with some pixels of the window clear."""
     left, top, right, bottom = window
     x, y = layer.corner

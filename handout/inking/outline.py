@@ -29,7 +29,7 @@ def edge(stroke: Stroke) -> Array:
     return half_edge * np.column_stack([np.cos(stroke.rotation), np.sin(stroke.rotation)])
 
 
-def as_round(drawing: Drawing, scale: float) -> Drawing:
+def round_strokes(drawing: Drawing, scale: float) -> Drawing:
     """The drawing with every stroke of a flat nib as many of a round point, side by side, at `scale` pixels a mm."""
     if not any(stroke.nib > 0 for stroke in drawing.strokes):
         return drawing
@@ -116,7 +116,7 @@ def _ribbons(place: Array, radius: Array, ends: Indices) -> list[Array]:
     aside = normal * radius[vertex][:, None]
     left, right = place[vertex] + aside, place[vertex] - aside
     parts = [slice(a, a + n) for a, n in zip(first.tolist(), size.tolist(), strict=True)]
-    return [_turned(np.concatenate([left[part], right[part][::-1]])) for part in parts]
+    return [_orient(np.concatenate([left[part], right[part][::-1]])) for part in parts]
 
 
 def _swept(stroke: Stroke, curve: Curve) -> list[Array]:
@@ -134,7 +134,7 @@ def _swept(stroke: Stroke, curve: Curve) -> list[Array]:
     hulls = []
     for before, after in pairwise(corners):
         both = np.concatenate([before, after])
-        hulls.append(_turned(both[ConvexHull(both).vertices]))
+        hulls.append(_orient(both[ConvexHull(both).vertices]))
     return hulls
 
 
@@ -147,7 +147,7 @@ def _discs(places: Array, radii: Array) -> list[Array]:
     return np.split(np.repeat(places, count, axis=0) + corners, last[:-1])
 
 
-def _turned(polygon: Array) -> Array:
+def _orient(polygon: Array) -> Array:
     """The polygon, turning the way discs do."""
     x, y = polygon.T
     twice = float(x[:-1] @ y[1:] - y[:-1] @ x[1:] + x[-1] * y[0] - y[-1] * x[0])

@@ -156,10 +156,10 @@ def sheet(paper: Paper, page: Page, dpi: float, rng: np.random.Generator) -> NDA
     size = max(1, round(page.height * dpi / 25.4)), max(1, round(page.width * dpi / 25.4))
     if paper.name not in PAPERS:
         return _picture(paper.name, size)
-    return _made(paper, size, 25.4 / dpi, tooth(rng))
+    return _make_sheet(paper, size, 25.4 / dpi, tooth(rng))
 
 
-def laid(raster: Raster, ground: NDArray[np.uint8] | None = None) -> NDArray[np.uint8]:
+def lay_ink(raster: Raster, ground: NDArray[np.uint8] | None = None) -> NDArray[np.uint8]:
     """(h, w, 3) uint8, device RGB: ink on paper (h, w, 3), or on white.
 
     Paper gives back less light where there is ink, by what ink on white does: its grain is seen through thin ink.
@@ -171,13 +171,13 @@ def laid(raster: Raster, ground: NDArray[np.uint8] | None = None) -> NDArray[np.
         return flat
     under = ground.reshape(-1, 3)
     page = ground.copy()
-    for at in plain.inked(raster.rgba[..., 3], raster.rows):
+    for at in plain.inked_parts(raster.rgba[..., 3], raster.rows):
         light = flat.reshape(-1, 3)[at].astype(np.float32) / 255
         page.reshape(-1, 3)[at] = np.rint(under[at] * light)
     return page
 
 
-def _made(paper: Paper, size: tuple[int, int], unit: float, surface: Tooth) -> NDArray[np.uint8]:
+def _make_sheet(paper: Paper, size: tuple[int, int], unit: float, surface: Tooth) -> NDArray[np.uint8]:
     """A sheet of pixels of `unit` mm, some rows at a time."""
     height, width = size
     lines = _lines(paper, size, unit)
@@ -208,11 +208,11 @@ def _lines(paper: Paper, size: tuple[int, int], unit: float) -> tuple[Array, Arr
         return np.zeros(width), np.zeros(height)
     pitch = paper.pitch or _PITCH[paper.name]
     head = pitch if paper.head is None else paper.head
-    rows = _covered(height, unit, pitch, pitch if paper.first is None else paper.first, head)
-    return (_covered(width, unit, pitch, pitch, pitch) if paper.name == "squared" else np.zeros(width)), rows
+    rows = _cover_shares(height, unit, pitch, pitch if paper.first is None else paper.first, head)
+    return (_cover_shares(width, unit, pitch, pitch, pitch) if paper.name == "squared" else np.zeros(width)), rows
 
 
-def _covered(count: int, unit: float, pitch: float, first: float, head: float) -> Array:
+def _cover_shares(count: int, unit: float, pitch: float, first: float, head: float) -> Array:
     """(count,): share of pixels of `unit` mm on lines `pitch` mm apart, one of them at `first`, from `head` on."""
     at = (np.arange(count * _FINER) + 0.5) * unit / _FINER
     on = np.abs((at - first + pitch / 2) % pitch - pitch / 2) < _THICK / 2

@@ -76,7 +76,7 @@ def coverage(drawing: Drawing, dpi: float, *, width: float = 0.4, variation: flo
     """
     scale = dpi / 25.4
     cover = np.zeros(shape(drawing, dpi, width, variation), np.uint8)
-    drawing = outline.as_round(drawing, scale)
+    drawing = outline.round_strokes(drawing, scale)
     if drawing.strokes:
         _paint(cover, _pieces(drawing, scale, width, variation))
     return cover
@@ -99,7 +99,7 @@ def ink(
     table = np.empty((256, 4), dtype=np.float32)
     table[:, :3], table[:, 3] = colour, np.arange(256, dtype=np.float32) / 255
     pixels = rgba.reshape(-1, 4)
-    for at in inked(cover):
+    for at in inked_parts(cover):
         pixels[at] = table[cover.reshape(-1)[at]]
     return Raster(rgba, dpi)
 
@@ -136,14 +136,14 @@ def flatten(raster: Raster, paper: Colour = WHITE) -> NDArray[np.uint8]:
     flat = np.empty((height, width, 3), dtype=np.uint8)
     flat[:] = np.tile(np.rint(np.clip(base, 0, 1) * 255).astype(np.uint8), (width, 1))  # by rows: ten times as fast
     pixels = raster.rgba.reshape(-1, 4)
-    for at in inked(raster.rgba[..., 3], raster.rows):
+    for at in inked_parts(raster.rgba[..., 3], raster.rows):
         rgba = pixels[at]
         mixed = base + (rgba[:, :3] - base) * rgba[:, 3:]
         flat.reshape(-1, 3)[at] = np.rint(np.clip(mixed, 0, 1) * 255)
     return flat
 
 
-def inked(cover: NDArray[Any], rows: tuple[int, int] | None = None) -> Iterator[NDArray[np.intp]]:
+def inked_parts(cover: NDArray[Any], rows: tuple[int, int] | None = None) -> Iterator[NDArray[np.intp]]:
     """Flat indices of the pixels (h, w) that are not 0, some rows at a time: most of a page is paper.
 
     rows : see `values.Raster`.

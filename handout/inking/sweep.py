@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from handout.errors import InputError
 from handout.hand.scanned import ScannedHand, ScannedPage
 from handout.inking.source import source_of
-from handout.inking.swatches import clear, lettered
+from handout.inking.swatches import clear, letter_vertices
 from handout.inking.warping import nearest
 from handout.motion.timing import arc_length
 from handout.peaks import peaks
@@ -123,7 +123,7 @@ def stock(hand: ScannedHand) -> Stock:
     InputError
         There are too few.
     """
-    unit, ink = hand.pages[0].pixel, [lettered(hand, k) for k in range(len(hand.pages))]
+    unit, ink = hand.pages[0].pixel, [letter_vertices(hand, k) for k in range(len(hand.pages))]
     radii = [page.graph.radius[some] / unit for page, some in zip(hand.pages, ink, strict=True)]
     usual = float(np.median(np.concatenate(radii))) if sum(map(len, radii)) else 1.0
     each = [list(_lines(page, some, usual, unit)) for page, some in zip(hand.pages, ink, strict=True)]
@@ -151,13 +151,13 @@ def _lines(page: ScannedPage, ink: NDArray[np.bool_], usual: float, unit: float)
         if run[-1] < 2 * usual or not clear_ink[path].any():
             continue
         at = np.linspace(0, run[-1], round(float(run[-1])) + 1)
-        xy = _at(at, run, (graph.uv[path] + 0.5) * (page.pixel / unit) - 0.5)
-        radius = _at(at, run, graph.radius[path] / unit)
+        xy = _interpolate(at, run, (graph.uv[path] + 0.5) * (page.pixel / unit) - 0.5)
+        radius = _interpolate(at, run, graph.radius[path] / unit)
         loose = graph.degree[path[[0, -1]]] < 2
         away = np.minimum(np.where(loose[0], np.inf, at), np.where(loose[1], np.inf, at[-1] - at))
-        free = (_at(at, run, clear_ink[path]) > 0.99) & (away > _JUNCTION * usual) & (radius < _WIDEST * usual)
+        free = (_interpolate(at, run, clear_ink[path]) > 0.99) & (away > _JUNCTION * usual) & (radius < _WIDEST * usual)
         if free.any():
-            xy = _smoothed(xy, _EVEN * usual)
+            xy = _smooth_line(xy, _EVEN * usual)
             along, features = _along(xy), _features(xy, loose, usual)
             longer = np.concatenate([xy[0] - out[::-1] * along[0], xy, xy[-1] + out * along[-1]])
             held = np.clip(np.arange(-more, len(xy) + more), 0, len(xy) - 1)
@@ -179,23 +179,23 @@ def _darkness(page: ScannedPage, xy: Array, unit: float) -> Array:
         return np.zeros(0)
     texture = page.texture
     mean = cv2.blur(texture.rgba[:, :, 3], (3, 3))
-    x, y = np.rint(_on_page(xy, unit, page) - texture.corner).astype(np.intp).T
+    x, y = np.rint(_to_page(xy, unit, page) - texture.corner).astype(np.intp).T
     h, w = texture.shape
     return np.asarray(mean[np.clip(y, 0, h - 1), np.clip(x, 0, w - 1)] / 255, dtype=np.float64)
 
 
-def _on_page(xy: Array, unit: float, page: ScannedPage) -> Array:
+def _to_page(xy: Array, unit: float, page: ScannedPage) -> Array:
     """Pixels of a page, of places in pixels of `unit` mm."""
     return np.asarray((xy + 0.5) * (unit / page.pixel) - 0.5)
 
 
-def _at(at: Array, run: Array, values: Array) -> Array:
+def _interpolate(at: Array, run: Array, values: Array) -> Array:
     if values.ndim == 1:
         return np.interp(at, run, values)
     return np.column_stack([np.interp(at, run, column) for column in values.T])
 
 
-def _smoothed(xy: Array, reach: float) -> Array:
+def _smooth_line(xy: Array, reach: float) -> Array:
     """A line (n, 2) smoothed by a Gaussian; its ends stay."""
     wide = min(len(xy) - 1, int(3 * reach))
     if wide < 1:
@@ -250,7 +250,7 @@ class Sweep:
             way = Way(way.xy[:1] + np.array([[-0.5, 0.0], [0.5, 0.0]]), way.ends)
             run = arc_length(way.xy)
         at = np.linspace(0, run[-1], max(2, round(float(run[-1])) + 1))
-        xy = _at(at, run, way.xy)
+        xy = _interpolate(at, run, way.xy)
         turns = _cusps(xy, self._stock.usual)
         for a, b in pairwise([0, *turns, len(xy) - 1]):
             self._ink(page, xy[a : b + 1], way.ends, (a > 0, b < len(xy) - 1))
@@ -323,7 +323,7 @@ class Sweep:
         across = np.column_stack([-along[:, 1], along[:, 0]])
         page = self._hand.pages[int(some.page[low[0]])]
         offsets = np.arange(-half, half + 1) / _FINE
-        where = _on_page(xy[:, None] + offsets[:, None] * across[:, None], self._hand.pages[0].pixel, page)
+        where = _to_page(xy[:, None] + offsets[:, None] * across[:, None], self._hand.pages[0].pixel, page)
         where -= page.texture.corner
         picture = source_of(page).premultiplied
         ink = cv2.remap(

@@ -25,7 +25,7 @@ import numpy as np
 
 from handout.errors import InputError
 from handout.hand.scanned import ScannedHand
-from handout.inking.layers import Layer, parted
+from handout.inking.layers import Layer, part_layers
 from handout.inking.source import Source, source_of
 from handout.inking.warping import MARGIN, warp
 from handout.values import Array, Ink, Manuscript, Raster
@@ -99,7 +99,7 @@ def texture(manuscript: Manuscript, hand: ScannedHand, dpi: float, *, margin: fl
     for line in manuscript.lines:
         words = groupby((placed for placed in line.placed if placed.ink is not None), key=lambda placed: placed.word)
         inks = [ink for _, word in words for ink in snap_to_pixels([placed.ink for placed in word if placed.ink], dpi)]
-        for layer in _parted(_layers(inks, sources, dpi, (height, width), margin), dpi):
+        for layer in _part_neighbours(_layers(inks, sources, dpi, (height, width), margin), dpi):
             # where there is some ink already, that which covers more is seen
             x, y = layer.corner
             laid, flat = layer.rgba.reshape(-1, 4), rgba.reshape(-1, 4)
@@ -134,7 +134,7 @@ def _layers(
             raise InputError(f"A glyph is written with ink of page {ink.source} of a hand of {len(sources)} pages.")
         source = sources[ink.source]
         layer = (
-            _kept(_Line.of(ink), ref(source), dpi, shape, margin)
+            _kept_layer(_Line.of(ink), ref(source), dpi, shape, margin)
             if dpi <= _SCREEN
             else warp(ink, source, dpi, shape, margin=margin)
         )
@@ -158,22 +158,22 @@ class _Line:
 
 
 @lru_cache(maxsize=_KEPT)
-def _kept(line: _Line, place: ref[Source], dpi: float, shape: tuple[int, int], margin: float) -> Layer | None:
+def _kept_layer(line: _Line, place: ref[Source], dpi: float, shape: tuple[int, int], margin: float) -> Layer | None:
     source = place()  # which is large: the ink that is kept does not keep it
     assert source is not None, "who asks holds it"
     return warp(line.ink, source, dpi, shape, margin=margin)
 
 
-_kept_parted = lru_cache(maxsize=_KEPT)(parted)  # of the same two layers
+_kept_parted = lru_cache(maxsize=_KEPT)(part_layers)  # of the same two layers
 
 
-def _parted(layers: Iterator[Layer], dpi: float) -> Iterator[Layer]:
+def _part_neighbours(layers: Iterator[Layer], dpi: float) -> Iterator[Layer]:
     """The layers, each parted from the one before where both show one line."""
     before: Layer | None = None
     for layer in layers:
         current = layer
         if before is not None:
-            before, current = (_kept_parted if dpi <= _SCREEN else parted)(before, layer)
+            before, current = (_kept_parted if dpi <= _SCREEN else part_layers)(before, layer)
             yield before
         before = current
     if before is not None:

@@ -53,7 +53,7 @@ def to_pdf(
     named = {
         "Title": about.title(first),
         "Subject": about.describe(first),
-        "Keywords": about.as_json({"seed": first.about.get("seed"), "hand": first.about.get("hand")}),
+        "Keywords": about.json_text({"seed": first.about.get("seed"), "hand": first.about.get("hand")}),
         "Creator": f"handout {__version__}",
     }
     information = {key: text.encode("utf-16-be", "replace").hex().upper() for key, text in named.items()}

@@ -77,16 +77,17 @@ def fit_report(drawing: Drawing, page: PlannedPage) -> bytes:
     rows = max(1, int(np.ceil(_clock(page)[-1] / _SECONDS)))
     upper = high * scale + 2 * _MARGIN
     height = upper + 14 + rows * (_ROW + _GAP)
+    figures = about.escape_xml(_figures(page))
     parts = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         f'<svg xmlns="http://www.w3.org/2000/svg" width="190mm" height="{height:.1f}mm" viewBox="0 0 190 {height:.1f}" '
         'font-family="sans-serif" fill="none">',
-        f"<title>{about.escaped(_figures(page))}</title>",
+        f"<title>{figures}</title>",
         f'<rect width="190" height="{height:.1f}" fill="#fff"/>',
         f'<svg width="190" height="{upper:.1f}">',  # which hides targets far outside
         *_shapes(drawing, page, np.array([left, top]), scale),
         "</svg>",
-        f'<text x="{_MARGIN}" y="{upper + 5:.1f}" font-size="3.2" fill="#333">{about.escaped(_figures(page))}</text>',
+        f'<text x="{_MARGIN}" y="{upper + 5:.1f}" font-size="3.2" fill="#333">{figures}</text>',
         *_speeds(drawing, page, upper + 12, rows),
         "</svg>\n",
     ]

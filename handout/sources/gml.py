@@ -57,7 +57,7 @@ def from_gml(data: bytes) -> Drawing:
         raise InputError(f"This GML has {points} points of a pen that draws; at least {_LEAST} are needed.")
     several: dict[str, Any] = {"drawings": len(strokes_of)} if len(strokes_of) > 1 else {}
     several |= {"letters": letters} if any(letters) else {}
-    return recorded.as_drawing(_apart(strokes_of), "GML", _client_texts(root) | several)
+    return recorded.make_drawing(_spread_drawings(strokes_of), "GML", _client_texts(root) | several)
 
 
 def _strokes(drawing: Element, scale: Array, rotated: bool, numbers: Iterator[int]) -> list[Raw]:
@@ -72,7 +72,7 @@ def _strokes(drawing: Element, scale: Array, rotated: bool, numbers: Iterator[in
     return strokes
 
 
-def _apart(drawings: Sequence[Sequence[Raw]]) -> list[Raw]:
+def _spread_drawings(drawings: Sequence[Sequence[Raw]]) -> list[Raw]:
     """The strokes of all drawings, laid out in rows so that no drawing covers another."""
     if len(drawings) == 1:
         return list(drawings[0])

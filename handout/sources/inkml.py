@@ -96,8 +96,11 @@ def from_inkml(data: bytes, *, unit: float = 1.0) -> Drawing:
             raise InputError(said) from error
         strokes = [_stroke(trace, number) for number, trace in enumerate(traces, 1)]
         return Drawing(tuple(strokes), page, about)
-    raw = [Raw(_xy(each), each.channels.get("T"), _pen(each), *each.notes[:3], start=each.start) for each in traces]
-    return recorded.as_drawing(raw, "InkML", {kind: text for kind, text in notes.items() if kind}, fit=False)
+    raw = [
+        Raw(_xy(each), each.channels.get("T"), _pen_channels(each), *each.notes[:3], start=each.start)
+        for each in traces
+    ]
+    return recorded.make_drawing(raw, "InkML", {kind: text for kind, text in notes.items() if kind}, fit=False)
 
 
 class _Formats:
@@ -271,7 +274,7 @@ def _xy(trace: _Trace) -> Array:
     return np.column_stack([trace.channels["X"], trace.channels["Y"]])
 
 
-def _pen(trace: _Trace) -> dict[str, Any]:
+def _pen_channels(trace: _Trace) -> dict[str, Any]:
     """What a trace knows of the pen besides its place, by the names of `Stroke`."""
     c = trace.channels
     tilt, azimuth = _pose(c)
@@ -283,8 +286,10 @@ def _stroke(trace: _Trace, number: int) -> Stroke:
     try:
         if "T" not in trace.channels:
             raise ValueError("it has no times")
-        recorded.refuse_far(f"Trace {number}", _xy(trace), trace.channels["T"], nib=trace.notes.nib, **_pen(trace))
-        return Stroke(trace.channels["T"], _xy(trace), **_pen(trace), **trace.notes._asdict())
+        recorded.refuse_far(
+            f"Trace {number}", _xy(trace), trace.channels["T"], nib=trace.notes.nib, **_pen_channels(trace)
+        )
+        return Stroke(trace.channels["T"], _xy(trace), **_pen_channels(trace), **trace.notes._asdict())
     except ValueError as error:
         raise InputError(f"Trace {number} cannot be used: {error}.") from error
 

@@ -43,7 +43,7 @@ class Raw:
     start: float | None = None
 
 
-def as_drawing(raw: Sequence[Raw], what: str, about: Mapping[str, Any], *, fit: bool = True) -> Drawing:
+def make_drawing(raw: Sequence[Raw], what: str, about: Mapping[str, Any], *, fit: bool = True) -> Drawing:
     """A drawing of raw strokes.
 
     Samples at which the clock stands still are left out, since devices report a resting pen again and again; where no
@@ -69,7 +69,7 @@ def as_drawing(raw: Sequence[Raw], what: str, about: Mapping[str, Any], *, fit: 
     for number, stroke in enumerate(raw, 1):
         t = stroke.start if stroke.t is None else stroke.t
         refuse_far(f"Stroke {number} of this {what}", stroke.xy + shift, t, **stroke.channels)
-    clocked = _clocked(raw)
+    clocked = _has_clock(raw)
     timing = {} if clocked else {"timing": f"assumed: {RATE:g} samples a second"}
     first = raw[0]
     origin = float(first.t[0]) if first.t is not None and clocked else first.start or 0.0
@@ -129,7 +129,7 @@ def refuse_far(what: str, xy: Array, t: ArrayLike | None = None, **channels: Arr
             raise InputError(f"{what} takes {greatest - least:.4g} s; at most {_LONGEST:g} s are read.")
 
 
-def _clocked(raw: Sequence[Raw]) -> bool:
+def _has_clock(raw: Sequence[Raw]) -> bool:
     """Whether the samples have times that mean something."""
     steps = [np.diff(stroke.t) > 0 for stroke in raw if stroke.t is not None]
     if len(steps) != len(raw):

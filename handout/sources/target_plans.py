@@ -72,7 +72,7 @@ def from_json(data: bytes) -> TargetPlan:
     if wrong:
         raise InputError(f"pen_up: {wrong[0]} is no target; they are numbered 0 to {len(file.targets) - 1}.")
     first = _Reference(file.targets, file.covariances)
-    references = tuple(_read(each, number) for number, each in enumerate([first, *file.references]))
+    references = tuple(_read_reference(each, number) for number, each in enumerate([first, *file.references]))
     try:
         places, _ = fuse_references(references)
     except (ValueError, np.linalg.LinAlgError) as error:
@@ -92,7 +92,7 @@ def from_json(data: bytes) -> TargetPlan:
     return TargetPlan(moved, Page(max(width, 1.0), max(height, 1.0)), tuple(file.pen_up))
 
 
-def _read(reference: _Reference, number: int) -> Reference:
+def _read_reference(reference: _Reference, number: int) -> Reference:
     where = "" if number == 0 else f"Reference {number}: "
     targets = np.array(reference.targets, dtype=np.float64).reshape(-1, 2)
     spreads = None if reference.covariances is None else np.array(reference.covariances, dtype=np.float64)

@@ -58,11 +58,11 @@ def from_uim(data: bytes) -> Drawing:
         root = _message(parts.get(b"INPT", b""))
         known: dict[bytes, _Channel] = {}
         for context in _inner(root, 1):
-            known |= _described(context)
+            known |= _describe_channels(context)
         strokes = [raw for data in _inner(root, 2) if (raw := _raw(_samples(_message(data), known))) is not None]
     except (struct.error, IndexError, ValueError, OverflowError) as error:
         raise InputError("This UIM is cut off or damaged.") from error
-    return recorded.as_drawing(strokes, "UIM file", {})
+    return recorded.make_drawing(strokes, "UIM file", {})
 
 
 def _message(data: bytes) -> Message:
@@ -107,7 +107,7 @@ def _number(message: Message, number: int) -> int:
     return next((value for value in message.get(number, []) if isinstance(value, int)), 0)
 
 
-def _described(context: bytes) -> dict[bytes, _Channel]:
+def _describe_channels(context: bytes) -> dict[bytes, _Channel]:
     """Channels by their identifiers, of the context of an input."""
     known = {}
     for sensor in _inner(_message(context), 5):

@@ -32,7 +32,7 @@ _FINE = 4  # points on the curve for each segment
 _BAND = 1 << 22  # pixels of the page looked through at a time
 
 
-def passed(
+def pass_brush(
     drawing: Drawing, dpi: float, brush: Brush, pen: Pen, rng: np.random.Generator
 ) -> Iterator[tuple[NDArray[np.intp], NDArray[np.float32]]]:
     """Flat indices (n,) of the pixels that are painted, and the light (n, 3) in 0–1 that they send back; in parts.
@@ -47,7 +47,7 @@ def passed(
         sized = brush.sized(float(width.mean()) * dpi / 25.4)
         pressed = USUAL_PRESSURE if stroke.pressure is None else float(stroke.pressure.mean())
         row = chooser.row(bends(line), pressed - USUAL_PRESSURE)
-        ribbon = _coloured(sized.quilted(row), brush.colour, stroke.colour or pen.colour)
+        ribbon = _recolour(sized.quilted(row), brush.colour, stroke.colour or pen.colour)
         lay(canvas, ribbon, line * (dpi / 25.4), width * (dpi / 50.8))
     pixels = canvas.reshape(-1, 4)
     for start in range(0, len(pixels), _BAND):
@@ -56,7 +56,7 @@ def passed(
         yield at, np.minimum(1 - (ink[:, 3:] - ink[:, :3]), 1)
 
 
-def _coloured(ink: NDArray[np.float32], own: str, colour: str) -> NDArray[np.float32]:
+def _recolour(ink: NDArray[np.float32], own: str, colour: str) -> NDArray[np.float32]:
     """Premultiplied ink (…, 4) that absorbs as one colour does, as another: its streaks stay darker and lighter."""
     if colour == own:
         return ink

@@ -274,12 +274,12 @@ def _stroke(light: _Pixels, clear: _Mask, labels: NDArray[np.int32], label: int,
     density = _density(part, cv2.resize(body.astype(np.uint8), light.shape[1::-1])[window] > 0)
     beside = cv2.dilate(body.astype(np.uint8), _disc(_BY * width))
     by = np.asarray(cv2.resize(beside, light.shape[1::-1], interpolation=cv2.INTER_NEAREST)[window] > 0)
-    density = _without_marks(np.where(own & ~clear[window], density, 0), by, width / scale)
+    density = _drop_marks(np.where(own & ~clear[window], density, 0), by, width / scale)
     line = (spine + 0.5) / scale - 0.5 - low
     return Found(part, np.asarray(density, dtype=np.float32), line, width / scale, (int(low[0]), int(low[1])))
 
 
-def _without_marks(density: _Pixels, by: _Mask, width: float) -> _Pixels:
+def _drop_marks(density: _Pixels, by: _Mask, width: float) -> _Pixels:
     """The density of a stroke without what lies apart from it: level and upright rests of a frame, and numbers."""
     import cv2
 
@@ -339,7 +339,7 @@ def _smooth_spine(way: Array, body: _Mask, dark: _Pixels) -> tuple[Array, float]
     at = np.stack([x, y], axis=1).astype(np.float64)
     width = 2 * float(np.percentile(_distance(body)[body], 98))
     cut = round(_FORKED * width)
-    line = _resampled(way) if len(way) > 1 else way
+    line = _resample_line(way) if len(way) > 1 else way
     if len(line) > 2 * cut + 0.4 * width:
         line = line[cut:-cut]
         half = max(2, round(_CALM * width))
@@ -353,7 +353,7 @@ def _smooth_spine(way: Array, body: _Mask, dark: _Pixels) -> tuple[Array, float]
         angle = float(np.angle((gradient**2).sum())) / 2 + np.pi / 2
         line = at.mean(axis=0) + np.linspace(-0.1, 0.1, 5)[:, None] * width * np.array([np.cos(angle), np.sin(angle)])
     step = max(2, round(0.4 * width))
-    line = _resampled(line)
+    line = _resample_line(line)
     out = [line[k] - line[m] for k, m in ((0, min(step, len(line) - 1)), (-1, max(-step - 1, -len(line))))]
     out = [v / max(float(np.hypot(*v)), 1e-9) for v in out]
     far = np.arange(1, round(1.6 * width))[:, None]
@@ -364,7 +364,7 @@ def _smooth_spine(way: Array, body: _Mask, dark: _Pixels) -> tuple[Array, float]
     return (line if np.count_nonzero(inside) >= _BLOB * width else np.zeros((0, 2))), width
 
 
-def _resampled(line: Array, step: float = 1.0) -> Array:
+def _resample_line(line: Array, step: float = 1.0) -> Array:
     """The line with points `step` apart."""
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
     keep = np.concatenate([[True], np.diff(along) > 1e-9])

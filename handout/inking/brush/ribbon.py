@@ -109,7 +109,7 @@ def _edges(cover: NDArray[np.floating[Any]]) -> Array:
     return np.asarray(np.where(some[:, None], sides, 0.0))
 
 
-def straightened(found: Found, most_rows: int = _MOST_ROWS) -> tuple[Ribbon, Array, float]:
+def straighten_stroke(found: Found, most_rows: int = _MOST_ROWS) -> tuple[Ribbon, Array, float]:
     """The ribbon of a stroke; its tail is the end that the paint streaks towards.
 
     most_rows : of the ribbon; no more than the picture has pixels.
@@ -118,13 +118,13 @@ def straightened(found: Found, most_rows: int = _MOST_ROWS) -> tuple[Ribbon, Arr
     -------
     The ribbon; (n, 2) float, pixels: its spine from head to tail; half the stroke's width, pixels.
     """
-    spine, half = _centred(found)
+    spine, half = _centre_spine(found)
     rows = int(np.clip(round(2 * SPAN * half), 2 * ROWS, most_rows))
     rows -= rows % ROWS
     columns = max(1, round(rows / (SPAN * SEGMENTS)))
     step = 2 * half / (SEGMENTS * columns)
-    line = _spaced(spine, step)
-    density, light = _unwrapped(found.density, line, half, rows), _unwrapped(found.light, line, half, rows)
+    line = _space_evenly(spine, step)
+    density, light = _unwrap_picture(found.density, line, half, rows), _unwrap_picture(found.light, line, half, rows)
     here = np.flatnonzero(density.mean(axis=0) > _FAINT)
     first, count = int(here[0]), -(-(int(here[-1]) + 1 - int(here[0])) // columns)
     cut = slice(first, first + count * columns)
@@ -148,14 +148,14 @@ def straightened(found: Found, most_rows: int = _MOST_ROWS) -> tuple[Ribbon, Arr
     return Ribbon(np.ascontiguousarray(ribbon.rgba[:, ::-1]), -bend[::-1]), line[::-1], half
 
 
-def _centred(found: Found) -> tuple[Array, float]:
+def _centre_spine(found: Found) -> tuple[Array, float]:
     """The spine in the middle between the stroke's edges, and half the stroke's width, pixels."""
     from scipy.ndimage import gaussian_filter1d
 
-    spine, half = _spaced(found.spine, 1.0), found.width / 2
+    spine, half = _space_evenly(found.spine, 1.0), found.width / 2
     for _ in range(3):
         rows = 2 * round(1.6 * half)
-        band = gaussian_filter1d(_unwrapped(found.density, spine, half, rows, 1.6), 0.06 * half, axis=0)
+        band = gaussian_filter1d(_unwrap_picture(found.density, spine, half, rows, 1.6), 0.06 * half, axis=0)
         band = gaussian_filter1d(band, 0.3 * half, axis=1)
         sides = _edges(band) * 1.6 * half
         inked = np.flatnonzero(band.max(axis=0) > _EDGE)
@@ -174,7 +174,7 @@ def _centred(found: Found) -> tuple[Array, float]:
         spline = make_lsq_spline(core, line[core], knots, 2)
         at = np.arange(len(line), dtype=np.float64)
         inside = np.clip(at, first, last)
-        spine = _spaced(spline(inside) + spline.derivative()(inside) * (at - inside)[:, None], 1.0)
+        spine = _space_evenly(spline(inside) + spline.derivative()(inside) * (at - inside)[:, None], 1.0)
     return spine, half
 
 
@@ -185,13 +185,13 @@ def _normals(line: Array) -> Array:
     return np.asarray(way[:, ::-1] * [-1.0, 1.0])
 
 
-def _spaced(line: Array, step: float) -> Array:
+def _space_evenly(line: Array, step: float) -> Array:
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
     at = np.arange(0, along[-1] + 1e-9, step)
     return np.stack([np.interp(at, along, line[:, k]) for k in (0, 1)], axis=1)
 
 
-def _unwrapped(picture: _Pixels, line: Array, half: float, rows: int, span: float = SPAN) -> _Pixels:
+def _unwrap_picture(picture: _Pixels, line: Array, half: float, rows: int, span: float = SPAN) -> _Pixels:
     """(rows, n[, 3]): a picture along a line, `span` half widths on either side; nothing beyond its rim."""
     import cv2
 
