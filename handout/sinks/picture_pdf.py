@@ -58,7 +58,12 @@ def page_picture(page: Page, pixels: DevicePixels | None) -> PagePicture:
 
 def _picture(page: Page, pixels: NDArray[np.uint8], x: int, y: int, dpi: float) -> PagePicture:
     height, width = pixels.shape[:2]
-    return PagePicture(_placing(pixels, x, y, dpi, page), width, height, zlib.compress(pixels.tobytes(), 6))
+    # on the grid of the printer's pixels, which is counted from the top left of the sheet; PDF counts from the bottom
+    pixel = 72 / dpi
+    bottom = page.height / _POINT - (y + height - _INSET) * pixel
+    matrix = ((width - 2 * _INSET) * pixel, 0, 0, (height - 2 * _INSET) * pixel, (x + _INSET) * pixel, bottom)
+    placing = f"q {' '.join(map(_number, matrix))} cm /Im Do Q".encode()
+    return PagePicture(placing, width, height, zlib.compress(pixels.tobytes(), 6))
 
 
 class PdfWriter:
@@ -159,15 +164,3 @@ def document(path: Path, about: Mapping[str, Any] | None = None) -> Iterator[Pdf
 def _number(value: float) -> str:
     """Seven decimals: exact to far less than the inset above."""
     return f"{value:.7f}".rstrip("0").rstrip(".")
-
-
-def _placing(pixels: NDArray[np.uint8], x: int, y: int, dpi: float, page: Page) -> bytes:
-    """The content stream that puts the picture, whose corner is pixel (x, y), on the grid of the printer's pixels.
-
-    The grid is counted from the top left of the sheet, as printers count it; PDF counts from the bottom.
-    """
-    pixel = 72 / dpi
-    height, width = pixels.shape[:2]
-    bottom = page.height / _POINT - (y + height - _INSET) * pixel
-    matrix = ((width - 2 * _INSET) * pixel, 0, 0, (height - 2 * _INSET) * pixel, (x + _INSET) * pixel, bottom)
-    return f"q {' '.join(map(_number, matrix))} cm /Im Do Q".encode()

@@ -65,7 +65,11 @@ def make_drawing(raw: Sequence[Raw], what: str, about: Mapping[str, Any], *, fit
     if not raw:
         raise InputError(f"This {what} has no movement of a pen on paper.")
     refuse_many(sum(len(stroke.xy) for stroke in raw), what)
-    shift, page = _sheet(np.concatenate([stroke.xy for stroke in raw]), fit)
+    points = np.concatenate([stroke.xy for stroke in raw])
+    low, high = points.min(axis=0), points.max(axis=0)
+    shift = _MARGIN - low if fit else np.where(low < 0, _MARGIN - low, 0.0)
+    width, height = (high + shift + np.minimum(low + shift, _MARGIN)).tolist()
+    page = Page(max(width, 1.0), max(height, 1.0))
     for number, stroke in enumerate(raw, 1):
         t = stroke.start if stroke.t is None else stroke.t
         refuse_far(f"Stroke {number} of this {what}", stroke.xy + shift, t, **stroke.channels)
@@ -135,14 +139,6 @@ def _has_clock(raw: Sequence[Raw]) -> bool:
     if len(steps) != len(raw):
         return False
     return 2 * sum(int(step.sum()) for step in steps) >= sum(len(step) for step in steps)
-
-
-def _sheet(points: Array, fit: bool) -> tuple[Array, Page]:
-    """By how much the writing is moved, and its page, whatever the points are."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    shift = _MARGIN - low if fit else np.where(low < 0, _MARGIN - low, 0.0)
-    width, height = (high + shift + np.minimum(low + shift, _MARGIN)).tolist()
-    return shift, Page(max(width, 1.0), max(height, 1.0))
 
 
 def lean(tilt_x: Array, tilt_y: Array) -> tuple[Array, Array]:
