@@ -62,23 +62,19 @@ def pack(members: Mapping[str, Content | Packed], behind: bytes = b"", level: in
             info.compress_type = zipfile.ZIP_STORED if name.endswith(_KEPT) else zipfile.ZIP_DEFLATED
             info.external_attr = 0o644 << 16
             if isinstance(content, Packed):
-                _copy(archive, info, content)
+                # write a packed part behind the others, as `ZipFile.writestr` writes one that it has packed
+                assert archive.fp is not None
+                info.compress_type, info.CRC = content.info.compress_type, content.info.CRC
+                info.file_size, info.compress_size = content.info.file_size, len(content.data)
+                archive.fp.seek(archive.start_dir)
+                info.header_offset = archive.fp.tell()
+                archive.fp.write(info.FileHeader() + content.data)
+                archive.start_dir = archive.fp.tell()
+                archive.filelist.append(info)
+                archive.NameToInfo[info.filename] = info
             else:
                 archive.writestr(info, content_bytes(content), compresslevel=level)
     return stream.getvalue()
-
-
-def _copy(archive: zipfile.ZipFile, info: zipfile.ZipInfo, part: Packed) -> None:
-    """Write a packed part behind the others, as `ZipFile.writestr` writes one that it has packed."""
-    assert archive.fp is not None
-    info.compress_type, info.CRC = part.info.compress_type, part.info.CRC
-    info.file_size, info.compress_size = part.info.file_size, len(part.data)
-    archive.fp.seek(archive.start_dir)
-    info.header_offset = archive.fp.tell()
-    archive.fp.write(info.FileHeader() + part.data)
-    archive.start_dir = archive.fp.tell()
-    archive.filelist.append(info)
-    archive.NameToInfo[info.filename] = info
 
 
 def write(path: Path, members: Mapping[str, Content]) -> None:

@@ -19,7 +19,7 @@ from handout import units
 from handout.hand import page_editor, resegmentation
 from handout.hand.ligatures import LigatureFinder
 from handout.hand.page_editor import PaintError
-from handout.hand.places import Place, graphemes, places
+from handout.hand.places import Place, graphemes, places, word_numbers
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
 from handout.values import Array, Indices, readonly_indices
 
@@ -103,7 +103,15 @@ class HandEditor:
     def letter(self, within: Sequence[Spot], text: str) -> None:
         """Let the writing inside a polygon be one letter, whosever it was."""
         _one_letter(text)
-        vertices = self._inside(within)
+        if len(within) < 3:
+            raise CorrectionError(f"{len(within)} corners make no polygon; give three or more")
+        for corner in within:
+            self._on_page(corner)
+        inside = page_editor.filled(self._scan, within).under(self._scan.graph.uv)
+        if not inside.any():
+            x, y = np.mean(np.array(within), axis=0)
+            raise CorrectionError(f"no writing inside the polygon around ({x:g}, {y:g})")
+        vertices = np.flatnonzero(inside)
         for number in set(self._owner[vertices].tolist()) - {NOBODY}:
             self._robbed(number, vertices)
         self._owner[vertices] = NOBODY
@@ -137,7 +145,11 @@ class HandEditor:
         self._order.insert(self._order.index(number) + 1, new)
         self._owner[second] = new
         sure = replace(glyph, confidence=1.0, confirmed=False, kept_out=False, ligatures=())
-        halves = _halves(glyph.place)
+        # the places of the two parts
+        halves: tuple[Place, Place] = (
+            "start" if glyph.place in ("start", "alone") else "middle",
+            "end" if glyph.place in ("end", "alone") else "middle",
+        )
         self._glyphs[number] = replace(sure, letter=names[0], vertices=first, after=new, place=halves[0])
         at = NOBODY if names[1] != glyph.letter else glyph.at
         self._glyphs.append(replace(sure, letter=names[1], vertices=second, before=number, place=halves[1], at=at))
@@ -329,18 +341,6 @@ class HandEditor:
         piece = _pieces(edges[loose[edges].all(axis=1)], len(loose))
         return np.flatnonzero(loose & (piece == piece[vertex]))
 
-    def _inside(self, within: Sequence[Spot]) -> Indices:
-        """The vertices inside a polygon."""
-        if len(within) < 3:
-            raise CorrectionError(f"{len(within)} corners make no polygon; give three or more")
-        for corner in within:
-            self._on_page(corner)
-        inside = page_editor.filled(self._scan, within).under(self._scan.graph.uv)
-        if not inside.any():
-            x, y = np.mean(np.array(within), axis=0)
-            raise CorrectionError(f"no writing inside the polygon around ({x:g}, {y:g})")
-        return np.flatnonzero(inside)
-
     def _robbed(self, number: int, vertices: Indices) -> None:
         """Take vertices away from a glyph; one that has none left is gone."""
         left = np.setdiff1d(self._glyph(number).vertices, vertices)
@@ -356,7 +356,15 @@ class HandEditor:
 
         taking : it may be one that other ink was taken for.
         """
-        line = self._line(vertices, text, missing=not taking)
+        # Of the lines that are about as near, take the one whose text has the letter there: where a baseline is off by
+        # half a line the nearest may be a neighbour's, whose letter of that name would be moved across the page.
+        page, unit = self._scan, self._scan.x_height / self._scan.pitch
+        x, y = page.graph.uv[vertices].mean(axis=0)
+        off = np.array([abs(page.to_line(i, (x, y))[0, 1] / unit - 0.5) for i in range(len(page.baselines))])
+        near = np.flatnonzero(off <= off.min() + _AS_NEAR).tolist()
+        found = {line: self._nearest(line, float(x), text, not taking, NOBODY) for line in near}
+        costs = {line: off[line] + _ASIDE * one[1] for line, one in found.items() if one is not None}
+        line = int(min(costs, key=costs.__getitem__) if costs else off.argmin())
         word = max((g.word for g in self._glyphs if g is not None and g.page == self._page), default=-1) + 1
         number = len(self._glyphs)
         self._owner[vertices] = number
@@ -382,23 +390,8 @@ class HandEditor:
                 self._glyphs[i] = replace(other, letter="", at=NOBODY, confidence=0.0, confirmed=False, kept_out=False)
         usual = places(written)[at] if at >= 0 else glyph.place
         if at >= 0:
-            begins = [not u.isspace() and (i == 0 or written[i - 1].isspace()) for i, u in enumerate(written[: at + 1])]
-            glyph = replace(glyph, word=sum(begins) - 1)
+            glyph = replace(glyph, word=word_numbers(written)[at])
         self._glyphs[number] = replace(glyph, letter=text, at=at, place=place or usual, confidence=1.0, confirmed=True)
-
-    def _line(self, vertices: Indices, text: str, missing: bool) -> int:
-        """The line that loose vertices are a letter of: of those about as near, the one whose text has it there.
-
-        Where the baseline is off by half a line the nearest may be a neighbour's, whose letter of that name would be
-        moved across the page.
-        """
-        page, unit = self._scan, self._scan.x_height / self._scan.pitch
-        x, y = page.graph.uv[vertices].mean(axis=0)
-        off = np.array([abs(page.to_line(i, (x, y))[0, 1] / unit - 0.5) for i in range(len(page.baselines))])
-        near = np.flatnonzero(off <= off.min() + _AS_NEAR).tolist()
-        found = {line: self._nearest(line, float(x), text, missing, NOBODY) for line in near}
-        costs = {line: off[line] + _ASIDE * one[1] for line, one in found.items() if one is not None}
-        return int(min(costs, key=costs.__getitem__) if costs else off.argmin())
 
     def _grapheme(self, number: int, text: str, missing: bool = False) -> int | None:
         """Index in the transcript of the letter `text` that a glyph can be, None if there is none.
@@ -652,11 +645,6 @@ def _side(a: Array, b: Array, c: Array) -> Array:
     """Positive where c lies on one side of the line through a and b, negative on the other; rows of points."""
     ab, ac = b - a, c - a
     return np.asarray(ab[..., 0] * ac[..., 1] - ab[..., 1] * ac[..., 0])
-
-
-def _halves(place: Place) -> tuple[Place, Place]:
-    """Places of the two letters that one is parted into."""
-    return "start" if place in ("start", "alone") else "middle", "end" if place in ("end", "alone") else "middle"
 
 
 def _whole(place: Place, other_place: Place, in_order: bool) -> Place:

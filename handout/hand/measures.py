@@ -243,11 +243,8 @@ def _kinds(colours: Array) -> Indices:
         return np.zeros(0, dtype=np.intp)
     away = colours - 1
     directions = away / np.maximum(np.linalg.norm(away, axis=1), 1e-9)[:, None]
-    return _large(hues.kinds(directions, _INK_SHARE), directions)
-
-
-def _large(kind: Indices, directions: Array) -> Indices:
-    """The kinds, with those of very few members joined to the nearest of the others, numbered from 0."""
+    # the kinds, with those of very few members joined to the nearest of the others, numbered from 0
+    kind = hues.kinds(directions, _INK_SHARE)
     count = np.bincount(kind)
     large = np.flatnonzero(count >= max(_INK_SHARE * len(kind), 1))
     centres = np.stack([directions[kind == number].mean(axis=0) for number in large])

@@ -143,6 +143,8 @@ def without_rule(
     PaintError
         No stroke runs along there.
     """
+    from handout.branching import branches
+
     start, along = np.array(a), np.array(b) - np.array(a)
     length = float(np.linalg.norm(along))
     if length < width:
@@ -151,7 +153,14 @@ def without_rule(
     uv = page.graph.uv
     away = (uv - start) @ np.array([-along[1], along[0]])
     place = (uv - start) @ along
-    level = np.abs(_directions(page.graph) @ along) > np.cos(np.radians(_SETTINGS.level))
+    # (n, 2) unit: the direction of the line at every vertex, between those some edges away on both sides
+    directions = np.zeros((len(page.graph), 2))
+    for path in branches(page.graph.edges, len(page.graph)):
+        at = np.arange(len(path))
+        ahead, behind = (np.clip(at + by, 0, len(path) - 1) for by in (_SETTINGS.around, -_SETTINGS.around))
+        directions[path] = page.graph.uv[path[ahead]] - page.graph.uv[path[behind]]
+    directions /= np.maximum(np.linalg.norm(directions, axis=1), 1e-9)[:, None]
+    level = np.abs(directions @ along) > np.cos(np.radians(_SETTINGS.level))
     on = level & (np.abs(away) <= width / 2) & (place >= -width) & (place <= length + width)
     least = _covered(place[on], page.pixel)
     if not least:
@@ -371,15 +380,3 @@ def _discs(
 def _covered(place: Array, pixel: float) -> int:
     """How many bins along a rule have a stroke."""
     return len(np.unique(np.floor(place * pixel / _SETTINGS.bin)))
-
-
-def _directions(graph: LineGraph) -> Array:
-    """(n, 2) unit: the direction of the line at every vertex, between those some edges away on both sides."""
-    from handout.branching import branches
-
-    directions = np.zeros((len(graph), 2))
-    for path in branches(graph.edges, len(graph)):
-        at = np.arange(len(path))
-        ahead, behind = (np.clip(at + by, 0, len(path) - 1) for by in (_SETTINGS.around, -_SETTINGS.around))
-        directions[path] = graph.uv[path[ahead]] - graph.uv[path[behind]]
-    return np.asarray(directions / np.maximum(np.linalg.norm(directions, axis=1), 1e-9)[:, None])

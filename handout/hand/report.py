@@ -32,7 +32,10 @@ def facts(hand: ScannedHand) -> dict[str, Any]:
         "joined": sum(bool(glyph.ligatures) for glyph in hand.glyphs),
         "unnamed": sum(not glyph.letter for glyph in hand.glyphs),
         "pages": [_page(hand, number) for number in range(len(hand.pages))],
-        "letters": [_letter(hand, letter) for letter in hand.letters],
+        "letters": [
+            {"letter": letter, **{p: hand.instances[letter, p] for p in PLACES}, "total": hand.letters[letter]}
+            for letter in hand.letters
+        ],
         "short": [letter for letter, count in hand.letters.items() if count < LEAST],
         "least": LEAST,
         "kept_out": sum(glyph.kept_out for glyph in hand.glyphs),
@@ -74,10 +77,6 @@ def _page(hand: ScannedHand, number: int) -> dict[str, Any]:
         "pitch_mm": round(page.pitch, 2),
         "slant": round(page.slant, 3),
     }
-
-
-def _letter(hand: ScannedHand, letter: str) -> dict[str, Any]:
-    return {"letter": letter, **{p: hand.instances[letter, p] for p in PLACES}, "total": hand.letters[letter]}
 
 
 def _doubted(hand: ScannedHand, number: int) -> dict[str, Any]:

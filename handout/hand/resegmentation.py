@@ -55,11 +55,6 @@ class _Pen:
         return np.asarray(white + (self.colour - white) * self.opacity, dtype=np.float64)
 
 
-def _pen(page: ScannedPage) -> _Pen:
-    colour, opacity = usual_ink(page)
-    return _Pen((colour[::-1] if page.texture.blue_first else colour).astype(float), opacity / 255, usual_half(page))
-
-
 @dataclass(frozen=True, eq=False)
 class _Window:
     """A part of a page.  before, after : (h, w) its ink."""
@@ -120,7 +115,9 @@ def _segmented(page: ScannedPage, cover: Cover, segment: Segment, held: Array) -
 
     held : (n, 2) pixels: middles of strokes that stay.
     """
-    unit, pen = page.x_height / page.pixel, _pen(page)
+    colour, opacity = usual_ink(page)
+    rgb = (colour[::-1] if page.texture.blue_first else colour).astype(float)
+    unit, pen = page.x_height / page.pixel, _Pen(rgb, opacity / 255, usual_half(page))
     reach, near = round(_SETTINGS.first * unit), round(_SETTINGS.margin * unit)
     (x, y), (height, width) = cover.corner, cover.values.shape
     sides = np.array([y - reach, x - reach, y + height + reach, x + width + reach])

@@ -32,7 +32,11 @@ def frequencies_again(
     wished : the characters that the hand should have.
     """
     wanted = frequencies(target)
-    lacking, found = letters_again(sure, wished), _pairs(hand)
+    # the pairs of letters that stand side by side in the hand's words
+    beside = (
+        hand.glyphs[glyph.before].letter + glyph.letter for glyph in hand.glyphs if glyph.before >= 0 and glyph.letter
+    )
+    lacking, found = letters_again(sure, wished), Counter(beside)
     common = sorted(wanted.pairs.items(), key=lambda item: (-item[1], item[0]))[:COMMONEST]
     pairs = {
         pair: share * (1 - found[pair] / LEAST)
@@ -42,11 +46,3 @@ def frequencies_again(
     # what texts never have is asked for once, among the characters; sentences are chosen for the rest
     letters = {letter: lack for letter, lack in lacking.items() if letter in wanted.letters}
     return Frequencies(letters, pairs), "".join(lacking)
-
-
-def _pairs(hand: ScannedHand) -> Counter[str]:
-    """How often each pair of letters stands side by side in the hand's words."""
-    beside = (
-        hand.glyphs[glyph.before].letter + glyph.letter for glyph in hand.glyphs if glyph.before >= 0 and glyph.letter
-    )
-    return Counter(beside)

@@ -218,8 +218,13 @@ def read_codes(
     grey: NDArray[np.uint8], registration: Registration, boxes: Array, versions: tuple[int, ...] = VERSIONS[::-1]
 ) -> list[bytes]:
     """What can be read of the codes in some boxes (n, 4) mm, each as bytes; `versions` that they may be of, in turn."""
+    import cv2
+
     contents: list[bytes] = []
-    smooth = _smoothed(grey, registration, boxes)
+    # blur away detail much finer than the finest module, at whose mercy single samples would be
+    finest = (boxes[0, 2] - boxes[0, 0]) / side_modules(VERSIONS[-1]) * registration.dpi / 25.4
+    sigma = 0.3 * finest
+    smooth = grey if sigma < 0.8 else np.asarray(cv2.GaussianBlur(grey, (0, 0), sigma), dtype=np.uint8)
     for box in boxes:
         for version in versions:
             data = _read(smooth, registration, box, side_modules(version))
@@ -230,20 +235,19 @@ def read_codes(
     return contents
 
 
-def _smoothed(grey: NDArray[np.uint8], registration: Registration, boxes: Array) -> NDArray[np.uint8]:
-    """The picture, freed of detail much finer than the finest module, which single samples would be at the mercy of."""
-    import cv2
-
-    finest = (boxes[0, 2] - boxes[0, 0]) / side_modules(VERSIONS[-1]) * registration.dpi / 25.4
-    sigma = 0.3 * finest
-    return grey if sigma < 0.8 else np.asarray(cv2.GaussianBlur(grey, (0, 0), sigma))
-
-
 def _read(grey: NDArray[np.uint8], registration: Registration, box: Array, side: int) -> bytes | None:
+    from scipy.ndimage import convolve, gaussian_filter, maximum_filter, minimum_filter
+
     for grid in _grids(grey, registration, box, side):
         grey_modules = _sampled(grey, registration.pixels(grid.reshape(-1, 2)).reshape(side, side, 2))
         for strength in _SHARPEN:
-            text = _decoded(_black(_sharpened(grey_modules, strength)))
+            # take away what neighbours spilt into a module: at 150 dpi a module is no larger than the blur
+            # dark is told against the neighbourhood: light falls off across a code, and ink is uneven
+            modules = np.asarray(
+                grey_modules + strength * (grey_modules - convolve(grey_modules, _AROUND, mode="nearest"))
+            )
+            low, high = minimum_filter(modules, 9, mode="nearest"), maximum_filter(modules, 9, mode="nearest")
+            text = _decoded(np.asarray(modules < gaussian_filter((low + high) / 2, 2.0, mode="nearest")))
             data = from_base45(text) if text else None
             if data:
                 return data
@@ -292,21 +296,6 @@ def _sampled(grey: NDArray[np.uint8], pixels: Array) -> Array:
     white = cv2.BORDER_CONSTANT
     values = cv2.remap(grey, flat[..., 0], flat[..., 1], cv2.INTER_LINEAR, borderMode=white, borderValue=255)
     return np.asarray(values, dtype=np.float64).reshape(pixels.shape[:-1])
-
-
-def _sharpened(modules: Array, strength: float) -> Array:
-    """Modules (m, m) less what their neighbours spilt into them: at 150 dpi a module is no larger than the blur."""
-    from scipy.ndimage import convolve
-
-    return np.asarray(modules + strength * (modules - convolve(modules, _AROUND, mode="nearest")))
-
-
-def _black(modules: Array) -> NDArray[np.bool_]:
-    """Modules (m, m) that are dark against their neighbourhood: light falls off across a code, and ink is uneven."""
-    from scipy.ndimage import gaussian_filter, maximum_filter, minimum_filter
-
-    low, high = minimum_filter(modules, 9, mode="nearest"), maximum_filter(modules, 9, mode="nearest")
-    return np.asarray(modules < gaussian_filter((low + high) / 2, 2.0, mode="nearest"))
 
 
 def _decoded(black: NDArray[np.bool_]) -> str:

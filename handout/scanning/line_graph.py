@@ -118,7 +118,9 @@ def fitted_to_ink(
     inner = np.flatnonzero(before >= 0)
     half = np.full(count, usual)
     for round_ in range(_FIT.rounds):
-        normal = _normals(xy, before[inner], after[inner])
+        way = xy[after[inner]] - xy[before[inner]]
+        way /= np.maximum(np.linalg.norm(way, axis=1), 1e-9)[:, None]
+        normal = np.stack([-way[:, 1], way[:, 0]], axis=1)
         right, left, centre = _across(xy[inner], normal, usual, weight, ink)
         if not round_:
             measured = np.full(count, usual)
@@ -164,12 +166,6 @@ def sampled(image: NDArray[np.float32], xy: Array) -> Array:
         )
         values[start : start + 30_000] = remapped[:, 0]
     return values.reshape(xy.shape[:-1]).astype(np.float64)
-
-
-def _normals(xy: Array, before: Indices, after: Indices) -> Array:
-    way = xy[after] - xy[before]
-    way /= np.maximum(np.linalg.norm(way, axis=1), 1e-9)[:, None]
-    return np.stack([-way[:, 1], way[:, 0]], axis=1)
 
 
 def _bends(xy: Array, edges: Indices, usual: float) -> Indices:

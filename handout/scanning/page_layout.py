@@ -9,7 +9,6 @@ Source: own method.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,28 +79,26 @@ def outline(rgb: NDArray[np.uint8]) -> list[Array | None]:
     piece = _sheet(np.asarray(grey, dtype=np.uint8))
     if piece is None:
         return [None] * 4
-    grey = _evenly_lit(grey, piece)
-    piece = _sheet(grey)
-    if piece is None:
-        return [None] * 4
-    contour = max(cv2.findContours(piece, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0], key=len)
-    points = contour.reshape(-1, 2).astype(np.float64)
-    corners = _corners(points)
-    if piece.sum() < _OUTLINE.full * cv2.contourArea(corners.astype(np.float32)):
-        return [None] * 4
-    sides = _sides(points, corners, np.asarray(grey, dtype=np.float64))
-    # the middle of a pixel of the smaller picture
-    return [None if side is None else np.array([(side[0] + 0.5) / factor - 0.5, side[1]]) for side in sides]
-
-
-def _evenly_lit(grey: NDArray[Any], piece: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """(h, w): the picture without the fall of light over a piece of the sheet, so that all of it is as bright."""
+    # take away the fall of light over the piece of the sheet, so that all of it is as bright
     rows, columns = np.nonzero(piece[::4, ::4])
     light = np.log(np.maximum(grey[::4, ::4][rows, columns], 1.0))
     level, down, across = np.linalg.lstsq(np.column_stack([np.ones(len(rows)), rows, columns]), light, rcond=None)[0]
     y, x = np.arange(grey.shape[0])[:, None] / 4, np.arange(grey.shape[1]) / 4
     even = grey / np.exp(down * y + across * x + level - float(light.mean()))
-    return np.asarray(np.clip(even, 0, 255), dtype=np.uint8)
+    lit = np.asarray(np.clip(even, 0, 255), dtype=np.uint8)
+    piece = _sheet(lit)
+    if piece is None:
+        return [None] * 4
+    contour = max(cv2.findContours(piece, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0], key=len)
+    points = contour.reshape(-1, 2).astype(np.float64)
+    # the outermost points (4, 2) of the contour along the diagonals, clockwise from the upper left
+    diagonals = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=np.float64)
+    corners = points[np.argmax(points @ diagonals.T, axis=0)]
+    if piece.sum() < _OUTLINE.full * cv2.contourArea(corners.astype(np.float32)):
+        return [None] * 4
+    sides = _sides(points, corners, np.asarray(lit, dtype=np.float64))
+    # the middle of a pixel of the smaller picture
+    return [None if side is None else np.array([(side[0] + 0.5) / factor - 0.5, side[1]]) for side in sides]
 
 
 def _sheet(grey: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
@@ -121,12 +118,6 @@ def _sheet(grey: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
     if not _OUTLINE.share[0] < stats[largest, cv2.CC_STAT_AREA] / grey.size < _OUTLINE.share[1]:
         return None
     return np.asarray(labels == largest, dtype=np.uint8)
-
-
-def _corners(points: Array) -> Array:
-    """(4, 2): the outermost points of a contour along the diagonals, clockwise from the upper left."""
-    diagonals = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=np.float64)
-    return np.asarray(points[np.argmax(points @ diagonals.T, axis=0)])
 
 
 def _sides(points: Array, corners: Array, grey: Array) -> list[Array | None]:

@@ -32,7 +32,16 @@ def page_of_pdf(path: Path, page: int | None) -> tuple[NDArray[np.uint8], float,
     with _opened(path) as document:
         count = len(document)
         index = page_index(count, page, path)
-        return *_drawn(document[index], path, source_of(path, page, count)), count
+        sheet = document[index]
+        width, height = sheet.get_size()  # points
+        picture = _native(sheet, width * height)
+        if picture is None:
+            raise InputError(
+                f"{source_of(path, page, count)} holds no picture of a page, only text or drawings: it is not a scan. "
+                "Print and scan it, or save it as a PNG of 300 dpi."
+            )
+        dpi = min(picture, _FINEST)
+        return *(_rendered(sheet, path, dpi), dpi), count
 
 
 def count_of_pdf(path: Path) -> int:
@@ -104,18 +113,6 @@ def _opened(path: Path, content: bytes | None = None) -> Iterator[Any]:
     finally:
         if document is not None:
             document.close()
-
-
-def _drawn(sheet: Any, path: Path, source: str) -> tuple[NDArray[np.uint8], float]:
-    width, height = sheet.get_size()  # points
-    picture = _native(sheet, width * height)
-    if picture is None:
-        raise InputError(
-            f"{source} holds no picture of a page, only text or drawings: it is not a scan. Print and scan it, or save "
-            "it as a PNG of 300 dpi."
-        )
-    dpi = min(picture, _FINEST)
-    return _rendered(sheet, path, dpi), dpi
 
 
 def _native(sheet: Any, whole: float) -> float | None:

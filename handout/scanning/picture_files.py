@@ -178,20 +178,16 @@ def _as_rgb(image: Image_, path: Path) -> NDArray[np.uint8]:
     if image.mode == "F" or image.mode.startswith("I"):
         return _grey(np.asarray(image), path)
     if image.mode in ("RGBA", "LA", "PA", "La", "RGBa") or "transparency" in image.info:
-        return _on_white(image)
+        # pixels (h, w, 3) of a picture with transparent parts, laid on white
+        from PIL import Image
+
+        rgb = np.empty((image.height, image.width, 3), dtype=np.uint8)
+        for top in range(0, image.height, _ROWS):
+            over = image.crop((0, top, image.width, min(top + _ROWS, image.height))).convert("RGBA")
+            white = Image.new("RGBA", over.size, "white")
+            rgb[top : top + _ROWS] = np.asarray(Image.alpha_composite(white, over))[:, :, :3]
+        return rgb
     return np.array(image if image.mode == "RGB" else image.convert("RGB"), dtype=np.uint8)
-
-
-def _on_white(image: Image_) -> NDArray[np.uint8]:
-    """Pixels (h, w, 3) of a picture with transparent parts, laid on white."""
-    from PIL import Image
-
-    rgb = np.empty((image.height, image.width, 3), dtype=np.uint8)
-    for top in range(0, image.height, _ROWS):
-        over = image.crop((0, top, image.width, min(top + _ROWS, image.height))).convert("RGBA")
-        white = Image.new("RGBA", over.size, "white")
-        rgb[top : top + _ROWS] = np.asarray(Image.alpha_composite(white, over))[:, :, :3]
-    return rgb
 
 
 def _by_profile(image: Image_, path: Path) -> Image_:
@@ -270,10 +266,7 @@ def scan_of(picture: Picture, dpi: float | None = None) -> Scan:
         dpi = plausible_dpi(picture)
     else:
         refuse_oversize(picture, dpi)
-    return _reduced(Scan(picture.rgb, float(dpi), picture.source, told=given_by_user))
-
-
-def _reduced(scan: Scan) -> Scan:
+    scan = Scan(picture.rgb, float(dpi), picture.source, told=given_by_user)
     import cv2
 
     if scan.dpi <= _FINE:

@@ -109,7 +109,10 @@ def find_printed_lines(rgb: NDArray[np.uint8], width: float, height: float) -> P
         return None
     down = _lines(_light_taken(np.ascontiguousarray(rgb.transpose(1, 0, 2)), height, width), height)
     columns, margins = _columns(down, rules)
-    left, right = _margins(margins, width, height)
+    # where the margin lines come furthest in, left and right
+    ends = [(line.at - abs(line.slope) * height / 2, line.at + abs(line.slope) * height / 2) for line in margins]
+    left = max((high for (low, high) in ends if 0.03 * width < high < 0.35 * width), default=None)
+    right = min((low for (low, high) in ends if 0.65 * width < low < 0.97 * width), default=None)
     distance = _pitch(columns) if columns else None
     return PrintedSheet(rules, pitch, fine, distance, left, right, (*row[0], *rules), (*columns, *margins))
 
@@ -136,7 +139,16 @@ def _lines(absorbed: NDArray[np.float32], length: float) -> list[PrintedLine]:
     middles = np.array([strip.mean() + 0.5 for strip in strips]) / _SEARCH.scale
     profiles = np.stack([absorbed[:, strip].mean(axis=1) for strip in strips])  # (strips, h, 3)
     heights = [_peaks(profile) for profile in profiles]
-    slope = _usual_slope(heights, middles)
+    # the slope at which most peaks of neighbouring strips follow each other
+    slopes = np.linspace(-_SEARCH.steepest, _SEARCH.steepest, 97)
+    votes = np.zeros(len(slopes))
+    for apart in (3, 6):
+        for a, b in ((i, i + apart) for i in range(_SEARCH.strips - apart)):
+            step = middles[b] - middles[a]
+            slopes_between = (heights[b][None, :] - heights[a][:, None]).ravel() / step
+            votes += (np.abs(slopes_between[:, None] - slopes) < 0.15 / step).sum(axis=0)
+    best = np.flatnonzero(votes >= 0.98 * votes.max())
+    slope = float(slopes[best].mean()) if votes.max() > 0 else 0.0
     free = [np.ones(len(peaks), dtype=bool) for peaks in heights]
     # what is seen in half of the strips is seen in one of these
     seed_strips = range(_SEARCH.strips // 4, 3 * _SEARCH.strips // 4, 2)
@@ -174,19 +186,6 @@ def _peaks(profile: NDArray[np.float32]) -> Array:
     before, middle, after = total[at - 1], total[at], total[at + 1]
     curve = np.maximum(2 * middle - before - after, 1e-9)
     return np.asarray((at + 0.5 + 0.5 * (after - before) / curve) / _SEARCH.scale)
-
-
-def _usual_slope(heights: list[Array], middles: Array) -> float:
-    """The slope at which most peaks of neighbouring strips follow each other."""
-    slopes = np.linspace(-_SEARCH.steepest, _SEARCH.steepest, 97)
-    votes = np.zeros(len(slopes))
-    for apart in (3, 6):
-        for a, b in ((i, i + apart) for i in range(_SEARCH.strips - apart)):
-            step = middles[b] - middles[a]
-            slopes_between = (heights[b][None, :] - heights[a][:, None]).ravel() / step
-            votes += (np.abs(slopes_between[:, None] - slopes) < 0.15 / step).sum(axis=0)
-    best = np.flatnonzero(votes >= 0.98 * votes.max())
-    return float(slopes[best].mean()) if votes.max() > 0 else 0.0
 
 
 def _followed(
@@ -351,11 +350,3 @@ def _columns(
         if (angle > least or line.contrast > _SEARCH.stronger * strength) and line.seen >= _SEARCH.seen
     ]
     return (tuple(row[0]) if row else ()), margins
-
-
-def _margins(lines: list[PrintedLine], width: float, height: float) -> tuple[float | None, float | None]:
-    """Where the margin lines come furthest in, left and right."""
-    ends = [(line.at - abs(line.slope) * height / 2, line.at + abs(line.slope) * height / 2) for line in lines]
-    left = [high for (low, high) in ends if 0.03 * width < high < 0.35 * width]
-    right = [low for (low, high) in ends if 0.65 * width < low < 0.97 * width]
-    return max(left, default=None), min(right, default=None)

@@ -75,7 +75,16 @@ class Window:
 
     def contrast(self) -> tuple[Floats, Array]:
         """(h, w, 3) the difference of each colour from the paper around it, and (3,) that of the page's ink."""
-        paper = _paper(self)
+        # (h, w, 3) the paper: what lies around the ink, without anything as thin as a stroke
+        import cv2
+
+        hole = _grown(self.ink, 2 * self.half).astype(np.uint8)
+        filled = fill_smooth(self.rgb, hole)
+        step = max(2, round(self.half))
+        small = cv2.resize(filled, None, fx=1 / step, fy=1 / step, interpolation=cv2.INTER_AREA)
+        side = 2 * round(_SETTINGS.ground * self.half / step / 2) + 1
+        calm = cv2.GaussianBlur(cv2.medianBlur(small, min(side, 255)), (0, 0), side / 4)
+        paper = np.asarray(cv2.resize(calm, self.ink.shape[::-1], interpolation=cv2.INTER_LINEAR), dtype=np.float32)
         away = self.rgb.astype(np.float32) - paper
         return away, self.usual - np.median(paper.reshape(-1, 3), axis=0)
 
@@ -174,7 +183,11 @@ def _likelier(window: Window, marked: Bools) -> Floats:
     other = np.zeros(len(flat), dtype=bool)
     ratio = np.zeros(len(flat))
     for _ in range(_SETTINGS.rounds):
-        ratio = _ratio(flat, is_ | other, means)
+        # (n,) log-likelihood ratio of two normal classes with one covariance
+        off = flat - means[np.where((is_ | other), 0, 1)]
+        spread = np.clip(np.median(np.abs(off), axis=0) * 1.4826, _SETTINGS.steady, None)
+        away = ((flat[None] - means[:, None]) / spread) ** 2
+        ratio = np.asarray((away[1] - away[0]).sum(axis=1) / 2)
         other = ratio > 0
         for k, some in enumerate((is_ | other, ~(is_ | other))):
             if some.any():
@@ -183,14 +196,6 @@ def _likelier(window: Window, marked: Bools) -> Floats:
     found = np.zeros(window.ink.shape, dtype=np.float32)
     found[window.ink] = ratio
     return found
-
-
-def _ratio(flat: Array, first: Bools, means: Array) -> Array:
-    """(n,) log-likelihood ratio of two normal classes with one covariance."""
-    off = flat - means[np.where(first, 0, 1)]
-    spread = np.clip(np.median(np.abs(off), axis=0) * 1.4826, _SETTINGS.steady, None)
-    away = ((flat[None] - means[:, None]) / spread) ** 2
-    return np.asarray((away[1] - away[0]).sum(axis=1) / 2)
 
 
 def _features(window: Window) -> Floats:
@@ -216,19 +221,6 @@ def _features(window: Window) -> Floats:
     return np.dstack([own, tint @ across.T.astype(np.float32), width]).astype(np.float32)
 
 
-def _paper(window: Window) -> Floats:
-    """(h, w, 3) the paper: what lies around the ink, without anything as thin as a stroke."""
-    import cv2
-
-    hole = _grown(window.ink, 2 * window.half).astype(np.uint8)
-    filled = fill_smooth(window.rgb, hole)
-    step = max(2, round(window.half))
-    small = cv2.resize(filled, None, fx=1 / step, fy=1 / step, interpolation=cv2.INTER_AREA)
-    side = 2 * round(_SETTINGS.ground * window.half / step / 2) + 1
-    calm = cv2.GaussianBlur(cv2.medianBlur(small, min(side, 255)), (0, 0), side / 4)
-    return np.asarray(cv2.resize(calm, window.ink.shape[::-1], interpolation=cv2.INTER_LINEAR), dtype=np.float32)
-
-
 def _soft(values: Floats, half: float) -> Floats:
     import cv2
 
@@ -239,7 +231,11 @@ def _darkest(values: Floats, half: float) -> Floats:
     """(h, w): the greatest value within a stroke's reach."""
     import cv2
 
-    return np.asarray(cv2.dilate(values, _disc(_SETTINGS.reach * half)), dtype=np.float32)
+    size = 2 * max(1, round(_SETTINGS.reach * half)) + 1
+    return np.asarray(
+        cv2.dilate(values, np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)), dtype=np.uint8)),
+        dtype=np.float32,
+    )
 
 
 def _grown(mask: Bools, by: float) -> Bools:
@@ -249,13 +245,6 @@ def _grown(mask: Bools, by: float) -> Bools:
         return mask
     # of wide discs a dilation takes a hundred times as long
     return np.asarray(cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 5) <= max(1.0, by))
-
-
-def _disc(radius: float) -> NDArray[np.uint8]:
-    import cv2
-
-    size = 2 * max(1, round(radius)) + 1
-    return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)), dtype=np.uint8)
 
 
 def _touching(mask: Bools, places: Bools) -> Bools:

@@ -67,7 +67,9 @@ def without_spurs(xy: Array, edges: Indices, inside: NDArray[np.float32]) -> tup
         spurs = _spurs(xy, edges, inside)
         if not spurs.any():
             break
-        xy, edges = _kept(xy, edges, ~spurs)
+        keep = ~spurs
+        number = np.cumsum(keep) - 1
+        xy, edges = (xy[keep], number[edges[keep[edges].all(axis=1)]])
     return xy, edges
 
 
@@ -134,11 +136,6 @@ def _spurs(xy: Array, edges: Indices, inside: NDArray[np.float32]) -> NDArray[np
             open_at[root] -= 1
             spur[body] = True
     return spur
-
-
-def _kept(xy: Array, edges: Indices, keep: NDArray[np.bool_]) -> tuple[Array, Indices]:
-    number = np.cumsum(keep) - 1
-    return xy[keep], number[edges[keep[edges].all(axis=1)]]
 
 
 @dataclass

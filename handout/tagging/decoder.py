@@ -117,7 +117,8 @@ def read(
     log_states = terms.temper * (log_posterior.astype(np.float64) - terms.prior * log_prior)
     ink = image > INKY
     ink_in_body = _heights(ink[ABOVE - _BODY_UP : ABOVE + _BODY_DOWN])
-    pen = _pen(ink)
+    tall = ink.sum(axis=0)
+    pen = 0.8 * max(float(np.median(tall[tall > 0])), 2.0) if tall.any() else 2.0
     border = np.where(ink_in_body == 0, terms.clear, -terms.cut * np.clip(ink_in_body / pen - 0.5, 0, 3))
     ink_near = _heights(ink[ABOVE - _BODY_UP : ABOVE + _LOW])
     ink_far = _heights(ink[: ABOVE - _BODY_UP]) + _heights(ink[ABOVE + _LOW :])
@@ -130,11 +131,6 @@ def _heights(rows: NDArray[np.bool_]) -> Array:
     """(n,) float: pixels of ink a column, meaned over each step."""
     starts = np.arange(0, rows.shape[1], STEP)
     return np.add.reduceat(rows.sum(axis=0).astype(np.float64), starts) / STEP
-
-
-def _pen(ink: NDArray[np.bool_]) -> float:
-    tall = ink.sum(axis=0)
-    return 0.8 * max(float(np.median(tall[tall > 0])), 2.0) if tall.any() else 2.0
 
 
 def _summed(each: Array) -> Array:

@@ -20,7 +20,7 @@ from handout.alphabet import SPACE
 from handout.hand import vetting
 from handout.hand.author_reader import Reader
 from handout.hand.ligatures import LigatureFinder
-from handout.hand.places import graphemes, places
+from handout.hand.places import graphemes, places, word_numbers
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
 from handout.networks import Floats
 from handout.scanning.text_lines import line_owners
@@ -113,8 +113,7 @@ class PageAligner:
         self._readings: dict[int, list[Reading]] = {}
         self._units = graphemes(page.transcript)
         self._places = places(self._units)
-        begins = [not u.isspace() and (i == 0 or self._units[i - 1].isspace()) for i, u in enumerate(self._units)]
-        self._words: list[int] = (np.cumsum(begins) - 1).tolist()
+        self._words = word_numbers(self._units)
         self._letters = tuple(i for i, unit in enumerate(self._units) if not unit.isspace())
         self._number = {at: k for k, at in enumerate(self._letters)}
         self._exchange: InkExchange | None = None
@@ -175,7 +174,14 @@ class PageAligner:
         if was.graph is page.graph and not bent:
             return
         if not np.array_equal(was.graph.uv, page.graph.uv):
-            self._line_of = _carried(self._line_of, _matched(was.graph.uv, page.graph.uv), page)
+            # the line of each vertex of a page that was painted: as it was, or that whose small letters are nearest
+            found = _matched(was.graph.uv, page.graph.uv)
+            lines, new = np.append(self._line_of, NOBODY)[found], np.flatnonzero(found == NOBODY)
+            x, y = page.graph.uv[new].T
+            middle = 0.5 * page.x_height / page.pixel
+            height = np.abs(np.stack([page.base(line, x) - middle - y for line in range(len(page.baselines))]))
+            lines[new] = height.argmin(axis=0)
+            self._line_of = lines
         if self._exchange is not None:
             odd = self._exchange.odd()
             self._odd = {k: value for k, value in odd.items() if self._letters[k] not in touched}
@@ -461,16 +467,6 @@ def _matched(uv: Array, again: Array) -> Indices:
             away, near = cKDTree(uv).query(again[moved])
             found[moved] = np.where(away < _SAME, near, NOBODY)
     return found
-
-
-def _carried(line_of: Indices, found: Indices, page: ScannedPage) -> Indices:
-    """The line of each vertex of a page that was painted: as it was, or that whose small letters are nearest."""
-    lines, new = np.append(line_of, NOBODY)[found], np.flatnonzero(found == NOBODY)
-    x, y = page.graph.uv[new].T
-    middle = 0.5 * page.x_height / page.pixel
-    height = np.abs(np.stack([page.base(line, x) - middle - y for line in range(len(page.baselines))]))
-    lines[new] = height.argmin(axis=0)
-    return lines
 
 
 def _with_letters(hand: ScannedHand, number: int, drafts: Drafts) -> ScannedHand:

@@ -136,7 +136,13 @@ def gather_sources(
     remaining, sources, source_of = list(texts), list[PageSource](), dict[bytes, str]()
     for path, page in pages:
         picture = read_picture(path, page)
-        _refuse_duplicate(picture, source_of)
+        digest = hashlib.blake2b(np.ascontiguousarray(picture.rgb).data, person=b"scan").digest()
+        if digest in source_of:
+            raise InputError(
+                f"{picture.source} shows the very same picture as {source_of[digest]}: leave one of them out, or its "
+                "letters would count twice."
+            )
+        source_of[digest] = picture.source
         sheet = filled_sheet(picture)
         has_text = len(texts) == len(pages) or (sheet is None and bool(remaining))
         if sheet is None and not has_text:
@@ -161,17 +167,6 @@ def _missing_text(source: str, texts: int, pages: int) -> str:
         f"{source}: what is written on it? Give its text with --text{counts}; only sheets made with `handout "
         "hand prompt` say it themselves."
     )
-
-
-def _refuse_duplicate(picture: Picture, source_of: dict[bytes, str]) -> None:
-    """Raise InputError for a picture that is the same as one before, under another name."""
-    digest = hashlib.blake2b(np.ascontiguousarray(picture.rgb).data, person=b"scan").digest()
-    if digest in source_of:
-        raise InputError(
-            f"{picture.source} shows the very same picture as {source_of[digest]}: leave one of them out, or its "
-            "letters would count twice."
-        )
-    source_of[digest] = picture.source
 
 
 def _prepared(picture: Picture, dpi: float | None, say: Say) -> Prepared:

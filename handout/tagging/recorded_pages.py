@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -51,7 +51,9 @@ def recorded_pages(recordings: Sequence[Recording], say: Say) -> list[Recording]
     """
     pages, pieces = list[Recording](), list[Piece]()
     for recording in recordings:
-        _refuse_empty(recording)
+        bounds = recording.drawing.bounds
+        if bounds is None or max(bounds[2] - bounds[0], bounds[3] - bounds[1]) <= 0:
+            raise InputError(f"{recording.name}: the pen never moves on the paper, so there is nothing to read.")
         if not _clocked(recording.drawing):
             say(f"  {recording.name} does not say when the pen was where: the order is known, the pace is not.")
         if recording.text:
@@ -77,7 +79,9 @@ def page_source(recording: Recording) -> PageSource:
     drawing = recording.drawing
     width = _PEN * recording.x_height
     rgb = plain.image(drawing, _DPI, width=width, variation=0.0)
-    ways = tuple(_even(stroke, curve, width) for stroke, curve in _curved(drawing))
+    ways = tuple(
+        _even(stroke, curve, width) for stroke, curve in zip(drawing.strokes, curves.fit(drawing.strokes), strict=True)
+    )
     named = [
         of[np.searchsorted((stroke.t[1:] + stroke.t[:-1]) / 2, way.t)]
         for of, stroke, way in zip(recording.letters, drawing.strokes, ways, strict=False)
@@ -86,10 +90,6 @@ def page_source(recording: Recording) -> PageSource:
     return PageSource(
         scan, recording.text, ways, drawing.timed, np.concatenate(named) if named else None, recording.lines
     )
-
-
-def _curved(drawing: Drawing) -> Iterator[tuple[Stroke, curves.Curve]]:
-    return zip(drawing.strokes, curves.fit(drawing.strokes), strict=True)
 
 
 def _even(stroke: Stroke, curve: curves.Curve, width: float) -> Stroke:
@@ -107,13 +107,6 @@ def _even(stroke: Stroke, curve: curves.Curve, width: float) -> Stroke:
     unwrapped = {name: np.unwrap(values) if name in TURNS else values for name, values in stroke.pose.items()}
     pose: dict[str, Any] = {name: np.interp(t, stroke.t, values) for name, values in unwrapped.items()}
     return Stroke(t, place, **pose, width=np.full(count, width), word=stroke.word)
-
-
-def _refuse_empty(recording: Recording) -> None:
-    """Raise InputError if there is no writing in it."""
-    bounds = recording.drawing.bounds
-    if bounds is None or max(bounds[2] - bounds[0], bounds[3] - bounds[1]) <= 0:
-        raise InputError(f"{recording.name}: the pen never moves on the paper, so there is nothing to read.")
 
 
 def _factor(name: str, x_height: float, say: Say) -> float:

@@ -329,12 +329,13 @@ def _glyphs(
     for glyph in (*fixed.values(), *extra):
         free[glyph.vertices] = NOBODY
     free[page.dismissed] = NOBODY
-    letters = assign_letters(page.graph, _without(alignment, fixed), free).letter
+    # the others are assigned as if the letters `fixed` were not on the page
+    letters = assign_letters(page.graph, _marked(alignment, dict.fromkeys(fixed, False)), free).letter
     letters = letters_within_reach(page.graph, alignment, letters)
     for number, letter in enumerate(alignment.letters):
         if letter.at in fixed:
             letters[fixed[letter.at].vertices] = number
-    whole = _present(alignment, fixed)
+    whole = _marked(alignment, dict.fromkeys(fixed, True))
     known = {glyph.at for glyph in fixed.values() if glyph.confirmed}
     held = frozenset(number for number, letter in enumerate(whole.letters) if letter.at in known)
     glyphs, _ = extract_glyphs(page, whole, exchanged(page, whole, letters, held))
@@ -350,15 +351,6 @@ def _settled(glyph: ScannedGlyph, fixed: ScannedGlyph | None, cropped: bool) -> 
         # it stands where it stood: what was learned can speak for it
         return replace(glyph, confidence=max(glyph.confidence, fixed.confidence))
     return replace(glyph, confidence=0.0) if cropped else glyph
-
-
-def _without(alignment: Alignment, fixed: Mapping[int, ScannedGlyph]) -> Alignment:
-    """The alignment as if the letters `fixed` were not on the page."""
-    return _marked(alignment, dict.fromkeys(fixed, False))
-
-
-def _present(alignment: Alignment, fixed: Mapping[int, ScannedGlyph]) -> Alignment:
-    return _marked(alignment, dict.fromkeys(fixed, True))
 
 
 def _marked(alignment: Alignment, present: Mapping[int, bool]) -> Alignment:

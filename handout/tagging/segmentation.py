@@ -238,26 +238,22 @@ def rehearsal(text: Sequence[str], rng: np.random.Generator) -> LabelledColumns:
 
 def page_columns(images: Sequence[Image], spans: Sequence[Spans], rng: np.random.Generator) -> LabelledColumns:
     """Columns of the lines of a page, labelled by the letters found on them; every line is distorted several times."""
+    import cv2
+
     parts = []
     for image, letters in zip(images, spans, strict=True):
         for _ in range(_ADAPTATION.copies):
-            distorted, breadth = _distorted(image, rng)
+            # a random breadth, height, slant and shift
+            breadth, height = np.exp(rng.normal(0.0, [_ADAPTATION.breadth, _ADAPTATION.height])).tolist()
+            shear, shift = rng.normal(0.0, [_ADAPTATION.shear, _ADAPTATION.shift * X_HEIGHT])
+            matrix = np.array([[breadth, shear, -shear * ABOVE], [0, height, ABOVE - height * ABOVE + shift]])
+            width = int(image.shape[1] * breadth) + 1
+            distorted = np.asarray(cv2.warpAffine(image, matrix, (width, HEIGHT)), dtype=np.uint8)
             scaled = [(letter, left * breadth, right * breadth) for letter, left, right in letters]
             states = column_states(scaled, column_count(distorted))
             chosen = np.flatnonzero(rng.random(len(states)) < _ADAPTATION.share)
             parts.append(LabelledColumns(describe(distorted, chosen), states[chosen]))
     return joined(parts)
-
-
-def _distorted(image: Image, rng: np.random.Generator) -> tuple[Image, float]:
-    """The line with a random breadth, height, slant and shift, and that breadth."""
-    import cv2
-
-    breadth, height = np.exp(rng.normal(0.0, [_ADAPTATION.breadth, _ADAPTATION.height]))
-    shear, shift = rng.normal(0.0, [_ADAPTATION.shear, _ADAPTATION.shift * X_HEIGHT])
-    matrix = np.array([[breadth, shear, -shear * ABOVE], [0, height, ABOVE - height * ABOVE + shift]])
-    width = int(image.shape[1] * breadth) + 1
-    return np.asarray(cv2.warpAffine(image, matrix, (width, HEIGHT))), float(breadth)
 
 
 def adapted(

@@ -131,15 +131,18 @@ class _HabitualLine:
         up = (self._baseline - xy[:, 1]) / _MM
         return np.column_stack([xy[:, 0] / _MM - self._slant * up, up])
 
-    def _page(self, xy: Array) -> Array:
-        return np.column_stack([(xy[:, 0] + self._slant * xy[:, 1]) * _MM, self._baseline - xy[:, 1] * _MM])
-
     def _moved(
         self, unit: Placed, shift: float, habits: WriterHabits, at: tuple[bool, bool], rng: np.random.Generator
     ) -> Placed:
         """The glyph moved along its line, with its box noted; led in and out where it begins or ends a word."""
         strokes = [self.upright(stroke) + np.array([shift, 0.0]) for stroke in unit.strokes]
-        left, scale = _origin(unit, strokes)
+        # where x = 0 of the drawing lies now, and its scale: least squares with a firm prior
+        drawn, now = np.vstack(unit.glyph.strokes), np.vstack(strokes)
+        a, b = (drawn - drawn.mean(axis=0)).T
+        normal = np.array([[a @ a + _FIRM, a @ b], [a @ b, b @ b + _FIRM]])
+        x = now[:, 0] - now[:, 0].mean()
+        scale, lean = np.linalg.solve(normal, np.array([a @ x + _FIRM, b @ x]))
+        left, scale = float(now[:, 0].mean() - drawn.mean(axis=0) @ (scale, lean)), float(scale)
         box = (left - _BEFORE, left + scale * unit.glyph.width - _BEFORE)
         self.boxes.append((fold(unit.glyph.letter), unit.word, *box))
         if habits.slur and unit.glyph.letter in "nmuhrwia":
@@ -150,17 +153,15 @@ class _HabitualLine:
         if last and habits.tail and unit.glyph.letter.isalpha():
             k = unit.glyph.last_main
             strokes[k] = _led_out(strokes[k], habits.tail * rng.uniform(0.7, 1.2), rng)
-        return replace(unit, strokes=tuple(self._page(stroke) for stroke in strokes))
-
-
-def _origin(unit: Placed, strokes: Sequence[Array]) -> tuple[float, float]:
-    """Where x = 0 of the glyph's drawing has come to, and how broad 1 has become: least squares with a firm prior."""
-    drawn, now = np.vstack(unit.glyph.strokes), np.vstack(strokes)
-    a, b = (drawn - drawn.mean(axis=0)).T
-    normal = np.array([[a @ a + _FIRM, a @ b], [a @ b, b @ b + _FIRM]])
-    x = now[:, 0] - now[:, 0].mean()
-    scale, lean = np.linalg.solve(normal, np.array([a @ x + _FIRM, b @ x]))
-    return float(now[:, 0].mean() - drawn.mean(axis=0) @ (scale, lean)), float(scale)
+        return replace(
+            unit,
+            strokes=tuple(
+                np.column_stack(
+                    [(stroke[:, 0] + self._slant * stroke[:, 1]) * _MM, self._baseline - stroke[:, 1] * _MM]
+                )
+                for stroke in strokes
+            ),
+        )
 
 
 def _led_in(stroke: Array, length: float, rng: np.random.Generator) -> Array:
@@ -188,7 +189,14 @@ def _draw(
 ) -> SyntheticLine:
     paths = [line.upright(stroke.xy) for stroke in strokes]
     words = [stroke.word for stroke in strokes]
-    boxes = _clipped(line.boxes, paths, words)
+    # the boxes of each word end where its ink does, unless that is far beyond them
+    boxes: list[Box] = []
+    for word, group in groupby(line.boxes, key=lambda box: box[1]):
+        boxes_of_word = sorted(group, key=lambda box: box[2] + box[3])
+        ink = np.concatenate([p[:, 0] for p, w in zip(paths, words, strict=True) if w == word])
+        lefts = [max(boxes_of_word[0][2] - _OVER, float(ink.min())), *(box[2] for box in boxes_of_word[1:])]
+        rights = [*lefts[1:], min(boxes_of_word[-1][3] + _OVER, float(ink.max()) + 0.05)]
+        boxes += [(box[0], word, a, b) for box, a, b in zip(boxes_of_word, lefts, rights, strict=True)]
     if struck:
         boxes = _strike(boxes, paths, words, rng)
     ends = np.array([[x, 0.5] for _, _, left, right in boxes for x in (left, right)])
@@ -216,18 +224,6 @@ def _bent(xy: Array, habits: WriterHabits, rng: np.random.Generator) -> Array:
     xy = np.column_stack([x * habits.breadth + habits.shear * (y - 0.5), y])
     xy = xy + warp(xy, rng, habits.wobble, 1.5, 5.0)
     return habits.size * xy + (0.0, habits.rise)
-
-
-def _clipped(boxes: Sequence[Box], paths: Sequence[Array], words: Sequence[int]) -> list[Box]:
-    """The boxes of each word end where its ink does, unless that is far beyond them."""
-    clipped: list[Box] = []
-    for word, group in groupby(boxes, key=lambda box: box[1]):
-        boxes_of_word = sorted(group, key=lambda box: box[2] + box[3])
-        ink = np.concatenate([p[:, 0] for p, w in zip(paths, words, strict=True) if w == word])
-        lefts = [max(boxes_of_word[0][2] - _OVER, float(ink.min())), *(box[2] for box in boxes_of_word[1:])]
-        rights = [*lefts[1:], min(boxes_of_word[-1][3] + _OVER, float(ink.max()) + 0.05)]
-        clipped += [(box[0], word, a, b) for box, a, b in zip(boxes_of_word, lefts, rights, strict=True)]
-    return clipped
 
 
 def _strike(boxes: list[Box], paths: list[Array], words: list[int], rng: np.random.Generator) -> list[Box]:

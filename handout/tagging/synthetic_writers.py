@@ -9,7 +9,7 @@ every letter of the alphabet is seen next to many others.
 from __future__ import annotations
 
 import string
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -105,7 +105,13 @@ def random_writer(hands: Sequence[Hand], rng: np.random.Generator) -> Hand:
         share = rng.uniform(*_BORROWED)
         glyphs |= {letter: forms for letter, forms in other.glyphs.items() if rng.random() < share}
     if rng.random() < _TURNED:
-        glyphs |= _turned(glyphs)
+        # forms of n like u and of m like w: arches that are written from below look so
+        pairs = [(letter, like) for letter, like in (("n", "u"), ("m", "w")) if letter in glyphs and like in glyphs]
+        glyphs |= {
+            letter: glyphs[letter]
+            + tuple(replace(form, letter=letter, form=form.form + _FORM) for form in glyphs[like])
+            for letter, like in pairs
+        }
     return replace(hand, glyphs=glyphs)
 
 
@@ -141,15 +147,6 @@ def _own_form(form: Glyph, rng: np.random.Generator, bend: float, lifted: bool) 
     strokes: list[Array] = np.split(bent, np.cumsum([len(stroke) for stroke in form.strokes])[:-1])
     ends = "lifted" if lifted else form.exit
     return replace(form, strokes=tuple(strokes), width=form.width * float(breadth), exit=ends)
-
-
-def _turned(glyphs: Mapping[str, tuple[Glyph, ...]]) -> dict[str, tuple[Glyph, ...]]:
-    """Forms of n like u and of m like w: arches that are written from below look so."""
-    pairs = [(letter, like) for letter, like in (("n", "u"), ("m", "w")) if letter in glyphs and like in glyphs]
-    return {
-        letter: glyphs[letter] + tuple(replace(form, letter=letter, form=form.form + _FORM) for form in glyphs[like])
-        for letter, like in pairs
-    }
 
 
 def texts(sentences: Sequence[str], rng: np.random.Generator) -> Iterator[str]:
