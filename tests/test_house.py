@@ -2,6 +2,8 @@
 
 import ast
 import re
+import tomllib
+from collections import Counter
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 
@@ -9,6 +11,7 @@ import pytest
 from test_architecture import LAB, PACKAGE, loaded, nodes_of, parsed, walked
 
 FILES = sorted([*PACKAGE.rglob("*.py"), *LAB.rglob("*.py")])
+BUDGET = PACKAGE.parent / "tests" / "budget.toml"
 BIBLIOGRAPHY = PACKAGE.parent / "docs" / "bibliography.md"
 BRANCHES = (ast.If, ast.For, ast.While, ast.IfExp, ast.ExceptHandler, ast.Assert, ast.match_case, ast.comprehension)
 FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
@@ -132,6 +135,36 @@ def test_no_files_import_each_other_in_a_circle():
         TopologicalSorter(modules()).prepare()
     except CycleError as circle:
         raise AssertionError(" → ".join(circle.args[1])) from None
+
+
+def lines_of_rooms() -> dict[str, int]:
+    """The lines of code of each room, of the ground floor under its own name."""
+    found = Counter[str]()
+    for path in PACKAGE.rglob("*.py"):
+        folders = path.relative_to(PACKAGE).parts[:-1]
+        found[folders[0] if folders else "ground floor"] += len(path.read_text(encoding="utf-8").splitlines())
+    return dict(found)
+
+
+def short_helpers() -> list[str]:
+    """Private functions that are called once in their file, and whose bodies have fewer than seven lines."""
+    return [
+        name
+        for path in PACKAGE.rglob("*.py")
+        for node in nodes_of(path)
+        if isinstance(node, FUNCTIONS) and re.fullmatch(r"_[^_]\w*", node.name) and length(node) < 8
+        if len(re.findall(rf"\b{node.name}\b", path.read_text(encoding="utf-8"))) == 2
+        for name in [f"{path.relative_to(PACKAGE)}:{node.name}"]
+    ]
+
+
+@pytest.mark.slow
+def test_rooms_keep_to_their_budgets():
+    """Only `tests/budget.toml` raises a room's lines, and says why."""
+    budget, lines = tomllib.loads(BUDGET.read_text(encoding="utf-8")), lines_of_rooms()
+    assert lines.keys() == budget["lines"].keys()
+    assert {room: count for room, count in lines.items() if count > budget["lines"][room]} == {}
+    assert len(short_helpers()) <= budget["short_helpers"]
 
 
 def test_files_of_tests_have_names_of_their_own():

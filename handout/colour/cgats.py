@@ -26,6 +26,7 @@ _STANDARD = {
     "MEASUREMENT_SOURCE", "PRINT_CONDITIONS", "FILE_DESCRIPTOR", "SAMPLE_BACKING", "FILTER", "POLARIZATION",
     "WEIGHTING_FUNCTION", "COMPUTATIONAL_PARAMETER", "TARGET_TYPE", "COLORANT", "TABLE_DESCRIPTOR", "TABLE_NAME",
 }  # fmt: skip
+_LARGEST = 1e6  # of what is measured of a colour: percent, XYZ or L*a*b*; what is beyond is damage
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,7 @@ class Table:
         Raises
         ------
         InputError
-            No such field, or a value in it that is no number.
+            No such field, or a value in it that is no number, or one beyond any colour.
         """
         for name in names:
             if name not in self.fields:
@@ -71,10 +72,11 @@ class Table:
             for k, place in enumerate(places):
                 try:
                     columns[i, k] = float(row[place])
-                except ValueError as error:
-                    raise InputError(
-                        f"{self.kind}: {names[k]} of set {i + 1} is {row[place]!r}, which is no number."
-                    ) from error
+                except ValueError:
+                    columns[i, k] = np.nan
+                if not abs(columns[i, k]) <= _LARGEST:
+                    what = f"{self.kind}: {names[k]} of set {i + 1} is {row[place]!r}"
+                    raise InputError(f"{what}, which is no number that is measured.")
         return columns
 
 

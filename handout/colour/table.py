@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import io
 import json
+import tokenize
 import zipfile
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -25,6 +27,9 @@ from handout.values import Array, Raster
 
 SIZE = 49  # at 33, dark colours on glossy paper were off by up to ΔE00 1.7 between nodes, and .6 at this
 _SIZES = (9, 129)
+_GREATEST = 10.0  # of a node: colours are 0–1, and what models add beyond is clipped; more is damage
+# how numpy and its reader of zip files meet a damaged file
+_DAMAGED = (zipfile.BadZipFile, zlib.error, tokenize.TokenError)
 _FORMAT = 1
 
 
@@ -40,7 +45,7 @@ class ColourTable:
     Raises
     ------
     InputError
-        Arrays of other shapes, or numbers that are not finite.
+        Arrays of other shapes, or numbers that are no colours.
     """
 
     nodes: Nodes
@@ -53,10 +58,11 @@ class ColourTable:
         for name in ("nodes", "scanned"):
             array = np.array(getattr(self, name), dtype=np.float32)
             side = len(array) if array.ndim else 0
-            if array.shape != (side,) * 3 + (3,) or not _SIZES[0] <= side <= _SIZES[1] or not np.isfinite(array).all():
+            shaped = array.shape == (side,) * 3 + (3,) and _SIZES[0] <= side <= _SIZES[1]
+            if not shaped or not (np.abs(array) <= _GREATEST).all():
                 raise InputError(
-                    f"colour table: {name} must be finite numbers of the shape (s, s, s, 3) with s from "
-                    f"{_SIZES[0]} to {_SIZES[1]}; here it is {array.shape}."
+                    f"colour table: {name} must be numbers from -{_GREATEST:g} to {_GREATEST:g} of the shape "
+                    f"(s, s, s, 3) with s from {_SIZES[0]} to {_SIZES[1]}; here it is {array.shape}."
                 )
             array.flags.writeable = False
             object.__setattr__(self, name, array)
@@ -129,7 +135,7 @@ def load(path: Path) -> ColourTable:
             return ColourTable(stored["nodes"], stored["seen"], header["about"])
     except OSError as error:
         raise InputError(f"Cannot read {path}: {error.strerror or error}.") from error
-    except (ValueError, KeyError, TypeError, AttributeError, EOFError, zipfile.BadZipFile) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, EOFError, SyntaxError, *_DAMAGED) as error:
         raise InputError(f"{path} is not a colour table that this program has written.") from error
 
 

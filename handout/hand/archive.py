@@ -16,6 +16,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
+from tokenize import TokenError
 from typing import Any, TypeVar
 
 import msgspec
@@ -123,12 +124,12 @@ class Archive:
             self._zip = zipfile.ZipFile(path if data is None else io.BytesIO(data))
             infos = self._zip.infolist()
         if len(infos) > _MOST_MEMBERS:
-            raise self._error(f"it holds {len(infos)} parts, more than {_MOST_MEMBERS}")
+            raise self.error(f"it holds {len(infos)} parts, more than {_MOST_MEMBERS}")
         self._sizes = {info.filename: info.file_size for info in infos}
         self._sums = {info.filename: info.CRC for info in infos}
         self._layers: tuple[str, ...] = ()
         if len(self._sizes) < len(infos):
-            raise self._error("it holds two parts of one name")
+            raise self.error("it holds two parts of one name")
 
     def __enter__(self) -> Archive:
         return self
@@ -160,14 +161,14 @@ class Archive:
         """The bytes of a part."""
         name = self._resolved(name)
         if name not in self._sizes:
-            raise self._error(f"{name} is missing")
+            raise self.error(f"{name} is missing")
         if self._sizes[name] > _MOST_BYTES:
-            raise self._error(f"{name} unpacks to {self._sizes[name] >> 20} MB, more than {_MOST_BYTES >> 20}")
+            raise self.error(f"{name} unpacks to {self._sizes[name] >> 20} MB, more than {_MOST_BYTES >> 20}")
         with self._refusing(), self._zip.open(name) as stream:
             # never more than the directory says: what is packed may unpack to more
             data = stream.read(self._sizes[name] + 1)
         if len(data) != self._sizes[name]:
-            raise self._error(f"{name} has another length than it says")
+            raise self.error(f"{name} has another length than it says")
         return data
 
     def packed(self, name: str) -> Packed:
@@ -186,7 +187,7 @@ class Archive:
         try:
             return msgspec.json.decode(self.read(name), type=kind)
         except msgspec.MsgspecError as error:
-            raise self._error(f"{name}: {error}") from error
+            raise self.error(f"{name}: {error}") from error
 
     def array(self, name: str, dtype: str, *shape: int | None) -> NDArray[Any]:
         """A part as an array of `dtype` and `shape` (None: any length), all of its numbers finite."""
@@ -194,14 +195,14 @@ class Archive:
         try:
             # headers of arrays that numpy itself wrote are a few dozen bytes
             array = np.lib.format.read_array(io.BytesIO(data), allow_pickle=False, max_header_size=1000)
-        except (ValueError, EOFError, TypeError, SyntaxError, OverflowError, MemoryError) as error:
-            raise self._error(f"{name} is not an array") from error
+        except (ValueError, EOFError, TypeError, SyntaxError, TokenError, OverflowError, MemoryError) as error:
+            raise self.error(f"{name} is not an array") from error
         fits = array.ndim == len(shape) and all(w in (None, n) for n, w in zip(array.shape, shape, strict=True))
         if array.dtype != np.dtype(dtype) or not fits:
             wanted = ", ".join("any" if n is None else str(n) for n in shape)
-            raise self._error(f"{name} is {array.dtype} of {array.shape}, not {np.dtype(dtype)} of ({wanted})")
+            raise self.error(f"{name} is {array.dtype} of {array.shape}, not {np.dtype(dtype)} of ({wanted})")
         if array.dtype.kind == "f" and not np.isfinite(array).all():
-            raise self._error(f"{name} holds numbers that are not finite")
+            raise self.error(f"{name} holds numbers that are not finite")
         return array
 
     def picture(self, name: str, mode: str, most: int = _MOST_PIXELS) -> NDArray[np.uint8]:
@@ -217,10 +218,10 @@ class Archive:
         try:
             with Image.open(io.BytesIO(data), formats=["PNG", "WEBP"]) as picture:
                 if picture.width * picture.height > most:
-                    raise self._error(f"{name} has {picture.width} × {picture.height} pixels, too many")
+                    raise self.error(f"{name} has {picture.width} × {picture.height} pixels, too many")
                 wanted = {"BGRA": "RGBA", "BGR": "RGB"}.get(mode, mode)
                 if picture.mode != wanted:
-                    raise self._error(f"{name} is a picture in {picture.mode}, not {wanted}")
+                    raise self.error(f"{name} is a picture in {picture.mode}, not {wanted}")
                 # of WebP Pillow makes three copies on the way, which take twice as long as unpacking it
                 pixels = _unpacked(data) if picture.format == "WEBP" else None
                 if pixels is not None:
@@ -228,9 +229,9 @@ class Archive:
                 own = np.asarray(picture)
                 return own if mode == wanted else own[:, :, _SWAPPED[: own.shape[2]]]
         except (OSError, UnidentifiedImageError, SyntaxError, ValueError, struct.error, zlib.error) as error:
-            raise self._error(f"{name} is not a picture") from error
+            raise self.error(f"{name} is not a picture") from error
 
-    def _error(self, why: str) -> InputError:
+    def error(self, why: str) -> InputError:
         return InputError(f"{self._path} cannot be used: {why}; make it again, or take a copy that is whole.")
 
     @contextmanager
@@ -240,6 +241,6 @@ class Archive:
         except OSError as error:
             raise InputError(f"{self._path} cannot be read: {error.strerror or error}.") from error
         except (zipfile.BadZipFile, zlib.error, struct.error, EOFError, ValueError, OverflowError) as error:
-            raise self._error("it is cut off or damaged") from error
+            raise self.error("it is cut off or damaged") from error
         except (NotImplementedError, RuntimeError) as error:
-            raise self._error("it is packed in a way that this program does not use") from error
+            raise self.error("it is packed in a way that this program does not use") from error

@@ -38,6 +38,7 @@ from handout.values import Array, Indices, LineGraph, Moments
 FORMAT = 2  # of the file; any other is refused with what to do
 SUFFIX = ".hand"
 _UV, _RADIUS, _DENSITY = 16.0, 256.0, 100.0  # steps a pixel, a pixel, 1
+_WIDEST = 10.0  # mm, half the width of a line: the widest brush of a pen; set by eye
 _MOMENTS = {"times": 1e5, "pressure": 1e3, "tilt": 1e4, "azimuth": 1e4, "rotation": 1e4}  # steps a second, 1, rad
 _MOST_PAPER = 1_000_000  # pixels; what is kept of it has a few thousand
 _SCAN = "scan.webp"  # of a page, in its folder
@@ -399,9 +400,12 @@ def _page(archive: Archive, pictures: _Pictures, number: int, facts: _Page) -> S
     first, apart = archive.array(folder + "edges.npy", "int32", None, 2).T
     first = _sums(first)
     pixel = 25.4 / facts.dpi if facts.dpi > 0 else 0.0
+    radius = archive.array(folder + "radius.npy", "uint16", count) / _RADIUS * pixel
+    if count and not 0 < radius.min() <= radius.max() <= _WIDEST:
+        raise archive.error(f"{folder}radius.npy holds lines that no pen has drawn")
     graph = LineGraph(
         (uv + 0.5) * pixel,
-        archive.array(folder + "radius.npy", "uint16", count) / _RADIUS * pixel,
+        radius,
         archive.array(folder + "density.npy", "uint8", count) / _DENSITY,
         uv,
         np.column_stack([first, first + apart]),

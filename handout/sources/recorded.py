@@ -61,6 +61,7 @@ def as_drawing(raw: Sequence[Raw], what: str, about: Mapping[str, Any], *, fit: 
     InputError
         No movement of a pen that is down, more than a million samples, or a value that `refuse_far` does not take.
     """
+    raw = [stroke for stroke in raw if len(stroke.xy)]
     if not raw:
         raise InputError(f"This {what} has no movement of a pen on paper.")
     refuse_many(sum(len(stroke.xy) for stroke in raw), what)

@@ -137,6 +137,8 @@ def _statements(text: str) -> Iterator[tuple[str, str]]:
 def _declare(name: str, body: str, state: _State) -> None:
     match = re.fullmatch(r"([XY])_POINTS_PER_(INCH|MM)", name)
     if name == "COORD":
+        if state.components:
+            raise InputError("This UNIPEN file has .COORD behind samples: it has to stand before them.")
         state.coordinates = body.split()
     elif match or name == "POINTS_PER_SECOND":
         try:

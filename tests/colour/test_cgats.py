@@ -106,6 +106,10 @@ def test_a_field_that_is_not_there_and_a_word_for_a_number():
         table.numbers("LAB_L")
     with pytest.raises(InputError, match="SAMPLE_LOC of set 1 is 'A 1', which is no number"):
         table.numbers("SAMPLE_LOC")
+    for wild in ("nan", "inf", "1e300"):
+        (table,) = cgats.parse(GOOD.replace("100.000", wild))
+        with pytest.raises(InputError, match=f"'{wild}', which is no number that is measured"):
+            table.numbers("RGB_R", "RGB_G")
 
 
 def test_a_reading_is_stored_whole(tmp_path):

@@ -93,6 +93,10 @@ def test_an_array_of_objects_is_never_made(tmp_path):
     stream = io.BytesIO()
     np.save(stream, np.array([print], dtype=object), allow_pickle=True)
     assert "not an array" in refusal(tmp_path, {"x.npy": stream.getvalue()}, lambda a: a.array("x.npy", "O", None))
+    cut = io.BytesIO()
+    np.save(cut, np.zeros(3))
+    open_brace = cut.getvalue().replace(b"}", b" ")  # a header that Python's tokens end in the middle of
+    assert "not an array" in refusal(tmp_path, {"x.npy": open_brace}, lambda a: a.array("x.npy", "float64", 3))
 
 
 def test_a_bomb_is_refused_before_it_is_unpacked(tmp_path):

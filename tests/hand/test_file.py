@@ -243,6 +243,18 @@ def test_any_damage_is_refused_or_harmless(whole, tmp_path):
             assert str(path) in str(error)
 
 
+def test_lines_that_no_pen_has_drawn_are_refused(whole, tmp_path):
+    name = "pages/0/radius.npy"
+
+    def wide(data):
+        array, stream = np.load(io.BytesIO(data)), io.BytesIO()
+        np.save(stream, np.where(np.arange(len(array)) == 1, np.uint16(65535), array))
+        return stream.getvalue()
+
+    with pytest.raises(InputError, match="lines that no pen has drawn"):
+        file.load(rewritten(whole, tmp_path / "a.hand", {name: wide}))
+
+
 def never():
     raise AssertionError("worked out again")
 

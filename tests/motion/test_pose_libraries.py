@@ -194,6 +194,11 @@ def test_damaged_files_are_named(pose, tmp_path):
         load(tmp_path / "none.pose")
 
 
+def test_strokes_longer_than_any_page_are_refused(pose):
+    with pytest.raises(InputError, match="longer than any page"):
+        load(Path("a.pose"), to_bytes(replace(pose, unit=9_000.0)))
+
+
 def test_a_later_version_is_named(pose, monkeypatch):
     monkeypatch.setattr(libraries, "_VERSION", 2)
     data = to_bytes(pose)

@@ -67,6 +67,13 @@ def test_an_empty_pen_up_of_unipen_is_not_counted():
     assert drawing.strokes[1].xy[0, 0] - drawing.strokes[0].xy[0, 0] == pytest.approx(1.0)
 
 
+def test_unipen_coordinates_behind_samples_and_empty_components_are_met():
+    with pytest.raises(InputError, match=r"\.COORD behind samples"):
+        from_unipen(b".COORD X Y\n.PEN_DOWN\n1 2\n3 4\n.COORD X Y T P\n.PEN_DOWN\n5 6 7 8\n")
+    two = b".COORD X Y T\n.PEN_DOWN\n1 2 0\n3 4 10\n.PEN_DOWN\n\n.PEN_DOWN\n7 8 30\n9 9 40\n"
+    assert len(from_unipen(two).strokes) == 2
+
+
 def test_unipen_times_may_be_microseconds_or_absent():
     micro = UNIPEN.replace(b" 10 400", b" 10000 400").replace(b" 20 500", b" 20000 500")
     assert from_unipen(micro).strokes[0].t == pytest.approx([0, 0.01, 0.02])

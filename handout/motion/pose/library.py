@@ -31,6 +31,7 @@ _FINE = 64  # parts of a hand unit that places are kept in
 _STEPS = {"pressure": 2048, "tilt": 1024, "azimuth": 1024, "rotation": 1024}  # parts of 1 or of a radian that are kept
 _RIGHT = np.pi / 2
 _STILL = 1e-3  # rad, or share of full pressure: what varies by no more was not measured
+_LARGEST = 10_000.0  # mm, of a stroke, as of drawings
 _MOST = 2_000_000  # samples that a file may hold
 
 
@@ -283,10 +284,12 @@ def load(path: Path, data: bytes | None = None) -> PoseLibrary:
             )
         lengths = file.array("lengths.npy", "int32", None).astype(np.intp)
         n = int(lengths.sum())
-        bad = not len(lengths) or lengths.min() < 1 or n > _MOST or not head.unit > 0
+        bad = not len(lengths) or lengths.min() < 1 or n > _MOST or not 0 < head.unit <= _LARGEST
         if bad or not head.channels or not set(head.channels) <= set(POSE):
             raise InputError(f"{path} cannot be used: it holds no strokes with a pose; learn it again.")
         xy = np.cumsum(file.array("path.npy", "int32", n, 2), axis=0) / _FINE
+        if n and np.ptp(xy, axis=0).max() * head.unit > _LARGEST:
+            raise InputError(f"{path} cannot be used: its strokes are longer than any page; learn it again.")
         names = [name for name in POSE if name in head.channels]
         channels = {name: np.cumsum(file.array(f"{name}.npy", "int32", n)) / _STEPS[name] for name in names}
     return PoseLibrary(xy, channels, lengths, head.unit, head.title, tuple(head.notices))
