@@ -100,7 +100,7 @@ def content_bytes(content: Content) -> bytes:
     return msgspec.json.format(msgspec.json.encode(content), indent=1)
 
 
-def _unpacked(data: bytes) -> NDArray[np.uint8] | None:
+def _unpack_pixels(data: bytes) -> NDArray[np.uint8] | None:
     """The pixels (h, w, channels) of a picture, blue first; None if it is damaged."""
     import cv2
 
@@ -223,7 +223,7 @@ class Archive:
                 if picture.mode != wanted:
                     raise self.error(f"{name} is a picture in {picture.mode}, not {wanted}")
                 # of WebP Pillow makes three copies on the way, which take twice as long as unpacking it
-                pixels = _unpacked(data) if picture.format == "WEBP" else None
+                pixels = _unpack_pixels(data) if picture.format == "WEBP" else None
                 if pixels is not None:
                     return pixels if mode != wanted else pixels[:, :, _SWAPPED]
                 own = np.asarray(picture)

@@ -213,7 +213,7 @@ def ink_colours(hand: ScannedHand) -> InkColours:
         colour[numbers] = _usual(hand, number, [pieces[i][1] for i in numbers])
         inked = numbers[np.isfinite(colour[numbers, 0])]
         group[inked] = _kinds(colour[inked]) + group.max() + 1
-    inks = _merged(colour, group)
+    inks = _merge_inks(colour, group)
     of = np.zeros(len(pieces), dtype=np.intp)
     for number, members in enumerate(inks):
         of[members] = number
@@ -254,7 +254,7 @@ def _kinds(colours: Array) -> Indices:
     return np.where(place[kind] >= 0, place[kind], nearest)
 
 
-def _merged(colour: Array, group: Indices) -> list[Indices]:
+def _merge_inks(colour: Array, group: Indices) -> list[Indices]:
     """Members of each ink, the largest first: groups of the pages whose colours are alike are one ink."""
     groups = [np.flatnonzero(group == number) for number in range(int(group.max(initial=-1)) + 1)]
     inks: list[Indices] = []

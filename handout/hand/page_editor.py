@@ -128,7 +128,7 @@ def as_ink(page: ScannedPage, places: Sequence[tuple[float, float]], width: floa
     far = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(way, axis=0), axis=1))]
     count = max(2, int(np.ceil(far[-1] / _SETTINGS.step)) + 1)
     uv = np.column_stack([np.interp(np.linspace(0, far[-1], count), far, way[:, k]) for k in (0, 1)])
-    return _with_line(replace(page, texture=_inked(page, brush(page, places, width))), uv, width / 2)
+    return _with_line(replace(page, texture=_add_ink(page, brush(page, places, width))), uv, width / 2)
 
 
 def without_rule(
@@ -162,13 +162,13 @@ def without_rule(
     directions /= np.maximum(np.linalg.norm(directions, axis=1), 1e-9)[:, None]
     level = np.abs(directions @ along) > np.cos(np.radians(_SETTINGS.level))
     on = level & (np.abs(away) <= width / 2) & (place >= -width) & (place <= length + width)
-    least = _covered(place[on], page.pixel)
+    least = _count_bins(place[on], page.pixel)
     if not least:
         raise PaintError("no stroke runs along there")
     rows = np.rint(away / width).astype(int)
     likes = {0}
     for row in set(rows[level].tolist()) - {0}:
-        if _covered(place[level & (rows == row)], page.pixel) >= _SETTINGS.even * least:
+        if _count_bins(place[level & (rows == row)], page.pixel) >= _SETTINGS.even * least:
             likes.add(row)
     gone = on | (level & np.isin(rows, sorted(likes - {0})))
     cover = line_alone(page.graph, gone, page.shape, page.pixel)
@@ -324,7 +324,7 @@ def with_texture(texture: Texture, pixels: NDArray[np.uint8]) -> Texture:
     return Texture(texture.corner, texture.shape, lambda: pixels, texture.blue_first)
 
 
-def _inked(page: ScannedPage, cover: Cover) -> Texture:
+def _add_ink(page: ScannedPage, cover: Cover) -> Texture:
     """The texture with ink under a cover, its box wide enough for that."""
     texture = wide_enough(page, cover)
     part, values = cover.over(texture.corner, texture.shape)
@@ -377,6 +377,6 @@ def _discs(
     return cover.astype(bool)
 
 
-def _covered(place: Array, pixel: float) -> int:
+def _count_bins(place: Array, pixel: float) -> int:
     """How many bins along a rule have a stroke."""
     return len(np.unique(np.floor(place * pixel / _SETTINGS.bin)))

@@ -39,7 +39,7 @@ def facts(hand: ScannedHand) -> dict[str, Any]:
         "short": [letter for letter, count in hand.letters.items() if count < LEAST],
         "least": LEAST,
         "kept_out": sum(glyph.kept_out for glyph in hand.glyphs),
-        "doubtful": [_doubted(hand, number) for number in doubtful(hand)],
+        "doubtful": [_describe_doubt(hand, number) for number in doubtful(hand)],
         "write_again": {letter: sure for letter, sure in sure_letters(hand).items() if sure < LEAST},
     }
 
@@ -79,7 +79,7 @@ def _page(hand: ScannedHand, number: int) -> dict[str, Any]:
     }
 
 
-def _doubted(hand: ScannedHand, number: int) -> dict[str, Any]:
+def _describe_doubt(hand: ScannedHand, number: int) -> dict[str, Any]:
     glyph = hand.glyphs[number]
     middle = hand.pages[glyph.page].graph.uv[glyph.vertices[len(glyph.vertices) // 2]]
     return {

@@ -103,7 +103,7 @@ class Reading:
     def best(self) -> tuple[str, float]:
         """The likeliest text and its probability, of letters as they look."""
         found = ctc.beams(self.log_posteriors, _BEAM)
-        return _spelt(found[0].labels, self.letters), float(np.exp(found[0].log_probability))
+        return _spell(found[0].labels, self.letters), float(np.exp(found[0].log_probability))
 
     @property
     def text(self) -> str:
@@ -141,7 +141,7 @@ class Reading:
         if best.labels == labels or other <= probability:
             return Verdict(text, probability, text, probability)
         # a letter that looks like that of `text` in its place is written as there
-        seen, wanted = _spelt(best.labels, groups), "".join(_stand_ins("".join(map(fold, text))))
+        seen, wanted = _spell(best.labels, groups), "".join(_stand_ins("".join(map(fold, text))))
         same = len(seen) == len(wanted)
         seen = "".join(text[k] if same and letter == wanted[k] else letter for k, letter in enumerate(seen))
         return Verdict(text, probability, seen, other)
@@ -326,7 +326,7 @@ def _labels(text: str, groups: str) -> tuple[int, ...]:
     return tuple(groups.index(letter) + 1 for letter in seen)
 
 
-def _spelt(labels: tuple[int, ...], letters: str) -> str:
+def _spell(labels: tuple[int, ...], letters: str) -> str:
     return "".join(letters[label - 1] for label in labels)
 
 

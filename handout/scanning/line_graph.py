@@ -127,7 +127,7 @@ def fitted_to_ink(
             measured[inner] = (right + left) / 2
             half = half_widths(measured, edges, count, usual)
         offset, weight_of_offset = _middle(right, left, centre, half[inner])
-        xy = _solved(xy, inner, normal, offset, weight_of_offset, bends, _FIT.stiff * usual)
+        xy = _solve_places(xy, inner, normal, offset, weight_of_offset, bends, _FIT.stiff * usual)
     return xy, half
 
 
@@ -210,7 +210,7 @@ def _across(
     for part in np.array_split(np.arange(len(xy)), max(1, len(xy) * len(steps) // 2_000_000)):
         places = xy[part, None] + normal[part, None] * steps[:, None]
         inky = sampled(ink, places)
-        inky *= _unbroken(inky > 0, reach)
+        inky *= _unbroken_ink(inky > 0, reach)
         weights = sampled(weight, places) * (inky > 0)
         middle = inky[:, reach] / 2
         right[part] = (inky[:, reach + 1 :].sum(axis=1) + middle) * _FIT.sample
@@ -233,14 +233,14 @@ def _middle(right: Array, left: Array, centre: Array, half: Array) -> tuple[Arra
     return np.clip(offset, -_FIT.step, _FIT.step), np.where(alone, 1.0, np.where(bound, _FIT.one_edge, 0.0))
 
 
-def _unbroken(inky: NDArray[np.bool_], middle: int) -> NDArray[np.bool_]:
+def _unbroken_ink(inky: NDArray[np.bool_], middle: int) -> NDArray[np.bool_]:
     """Where ink reaches without a gap from the middle column, so that a neighbouring line does not pull."""
     right = np.minimum.accumulate(inky[:, middle:], axis=1)
     left = np.minimum.accumulate(inky[:, middle::-1], axis=1)[:, ::-1]
     return np.concatenate([left[:, :-1], right], axis=1)
 
 
-def _solved(
+def _solve_places(
     xy: Array, inner: Indices, normal: Array, offset: Array, sure: Array, bends: Indices, stiff: float
 ) -> Array:
     """The places that are nearest to the middles found and bend least: one sparse linear system."""

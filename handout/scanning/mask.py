@@ -92,7 +92,7 @@ def find_mask(
     if method not in METHODS:
         raise ValueError(f"method {method!r} is not one of {METHODS}")
     pen = pen or guess_pen(inks)
-    values = _softened(density.values, soften)
+    values = _soften(density.values, soften)
     ink = hysteresis(values, density)
     if method == "cut":
         weights = PENS[pen]
@@ -173,7 +173,7 @@ def without_specks(
     return np.asarray(keep[labels])
 
 
-def _softened(values: NDArray[np.float32], radius: int) -> NDArray[np.float32]:
+def _soften(values: NDArray[np.float32], radius: int) -> NDArray[np.float32]:
     import cv2
 
     if radius <= 0:

@@ -57,7 +57,7 @@ def refuse_oblique(scan: Scan) -> None:
     for pair in (sides[0::2], sides[1::2]):
         if any(side is None for side in pair):
             continue
-        angle = _between(*(side[1] for side in pair if side is not None))
+        angle = _angle_between(*(side[1] for side in pair if side is not None))
         if angle > _OUTLINE.angle:
             raise InputError(
                 f"{scan.source} was photographed at an angle: opposite edges of the sheet are {angle:.1f}° apart "
@@ -133,7 +133,7 @@ def _sides(points: Array, corners: Array, grey: Array) -> list[Array | None]:
         on_side = inside & (along > 0.1 * length) & (along < 0.9 * length) & (np.abs(across) < 0.04 * length)
         long_enough = on_side.sum() > 0.6 * 0.8 * length > 40
         visible = long_enough and _step(grey, points[on_side], direction) > _OUTLINE.contrast / 2
-        sides.append(_straight(points[on_side]) if visible else None)
+        sides.append(_fit_side(points[on_side]) if visible else None)
     return sides
 
 
@@ -147,7 +147,7 @@ def _step(grey: Array, points: Array, direction: Array) -> float:
     return float(np.median(levels[0] - levels[1]))
 
 
-def _straight(points: Array) -> Array | None:
+def _fit_side(points: Array) -> Array | None:
     """(2, 2): a point and the direction of the line through points (n, 2), or None if they do not lie on one."""
     count = len(points)
     for _ in range(3):
@@ -161,7 +161,7 @@ def _straight(points: Array) -> Array | None:
     return line if len(points) > 0.6 * count else None
 
 
-def _between(a: Array, b: Array) -> float:
+def _angle_between(a: Array, b: Array) -> float:
     """Degrees between two directions."""
     return float(np.degrees(np.arccos(np.clip(abs(float(a @ b)), 0, 1))))
 
@@ -193,7 +193,7 @@ def find_gutter(ink: NDArray[np.bool_], dpi: float) -> Gutter | None:
     if not len(rows):
         return None
     part = cells[rows[0] : rows[-1] + 1]
-    width, at = max(_band(_leaning(part, lean)) for lean in _LEANS.tolist())
+    width, at = max(_band(_shear_cells(part, lean)) for lean in _LEANS.tolist())
     if width * _GUTTER.cell < _GUTTER.width:
         return None
     cut = round(at * _GUTTER.cell / 25.4 * dpi)
@@ -212,7 +212,7 @@ def _cells(ink: NDArray[np.bool_], dpi: float) -> NDArray[np.bool_]:
     return cells
 
 
-def _leaning(cells: NDArray[np.bool_], lean: float) -> NDArray[np.bool_]:
+def _shear_cells(cells: NDArray[np.bool_], lean: float) -> NDArray[np.bool_]:
     """The cells with their rows moved, so that a band that leans stands upright."""
     middle = len(cells) / 2
     return np.stack([np.roll(row, round(lean * (i - middle))) for i, row in enumerate(cells)])

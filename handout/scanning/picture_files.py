@@ -134,7 +134,7 @@ def _read_image(path: Path, page: int | None) -> Picture:
                 refuse_large(image.width, image.height, path)
             if image.format == "TIFF" and getattr(image, "tag_v2", {}).get(284) == 2:
                 return _by_tifffile(path, page)  # Pillow misreads 16-bit planes
-            dpi, photographed = image.info.get("dpi"), _photographed(image)
+            dpi, photographed = image.info.get("dpi"), _is_photograph(image)
             ImageOps.exif_transpose(image, in_place=True)
             rgb = _as_rgb(image, path)
             return Picture(rgb, square_resolution(dpi, path), source_of(path, page, frames), photographed)
@@ -166,7 +166,7 @@ def _reason(error: BaseException, path: Path) -> str:
     return "it is not an image that can be read, or it is damaged or cut off; copy it again, or scan it as PNG"
 
 
-def _photographed(image: Image_) -> bool:
+def _is_photograph(image: Image_) -> bool:
     exif = image.getexif()
     return any(exif.get(tag) for tag in _CAMERA) and bool(exif.get_ifd(0x8769).get(_EXPOSED))
 

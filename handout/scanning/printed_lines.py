@@ -157,10 +157,10 @@ def _lines(absorbed: NDArray[np.float32], length: float) -> list[PrintedLine]:
     lines = []
     for s, k in seeds:
         if free[s][k]:
-            chain = _followed(s, k, heights, free, middles, slope)
+            chain = _follow_chain(s, k, heights, free, middles, slope)
             for strip, peak in chain:
                 free[strip][peak] = False
-            line = _fitted(chain, heights, middles, profiles, length)
+            line = _fit_line(chain, heights, middles, profiles, length)
             if line is not None:
                 lines.append(line)
     return _parallel(sorted(lines, key=lambda line: line.at))
@@ -188,7 +188,7 @@ def _peaks(profile: NDArray[np.float32]) -> Array:
     return np.asarray((at + 0.5 + 0.5 * (after - before) / curve) / _SEARCH.scale)
 
 
-def _followed(
+def _follow_chain(
     s: int, k: int, heights: list[Array], free: list[NDArray[np.bool_]], middles: Array, slope: float
 ) -> list[tuple[int, int]]:
     """The chain of peaks through one peak, to both sides: (strip, number) of each."""
@@ -213,7 +213,7 @@ def _followed(
     return chain
 
 
-def _fitted(
+def _fit_line(
     chain: list[tuple[int, int]], heights: list[Array], middles: Array, profiles: NDArray[np.float32], length: float
 ) -> PrintedLine | None:
     """The straight line through the peaks that belong together, if there are enough of them."""
@@ -295,7 +295,7 @@ def _heavy(lines: list[PrintedLine], place: Indices) -> tuple[tuple[PrintedLine,
     if every > 1:  # without what has the place of a heavy line but is none
         heavy_lines &= contrast > np.sqrt(np.median(contrast[heavy_lines]) * np.median(contrast[~heavy_lines]))
     line_at = {int(p): line for p, line, heavy in zip(place, lines, heavy_lines, strict=True) if heavy}
-    return _filled(line_at, every), fine
+    return _fill_row(line_at, every), fine
 
 
 def _classes(fine: float, place: Indices) -> list[tuple[int, int]]:
@@ -312,7 +312,7 @@ def _ratio(contrast: Array, among: NDArray[np.bool_]) -> float:
     return heavy / max(float(np.median(others)), 1e-9) if heavy > 1.1 * np.percentile(others, 80) else 0.0
 
 
-def _filled(seen_lines: dict[int, PrintedLine], every: int) -> tuple[PrintedLine, ...]:
+def _fill_row(seen_lines: dict[int, PrintedLine], every: int) -> tuple[PrintedLine, ...]:
     """The lines of a row, with those between two that were not seen."""
     places = np.array(sorted(seen_lines))
     interpolated = partial(np.interp, xp=places)

@@ -121,7 +121,7 @@ def with_ink(window: Window, scribble: Bools) -> Found:
     floor = _SETTINGS.noise * deviation * np.sqrt(float(usual @ usual) / size)
     density[(share < floor) | ~alike] = 0
     open_ = ((density > 0) & ~window.ink) | scribble
-    near = _touching(_grown(open_, _SETTINGS.gap * window.half / 2), scribble)
+    near = _pieces_under(_grown(open_, _SETTINGS.gap * window.half / 2), scribble)
     domain = _grown(open_ & near, 2.0)
     sure = (scribble | (window.ink & domain)).astype(np.int8)
     cost = np.where(density > 0, -_WEIGHTS.ink * np.minimum(density, 1), _WEIGHTS.paper)
@@ -140,13 +140,13 @@ def without_ink(window: Window, scribble: Bools) -> Bools:
     likelier = _likelier(window, marked)
     like = (window.ink & (likelier > _SETTINGS.plain)) | marked
     near = _in_line(window, like, scribble)
-    near |= _touching(_grown(window.ink & (likelier > 0), window.half), scribble)
+    near |= _pieces_under(_grown(window.ink & (likelier > 0), window.half), scribble)
     domain = window.ink & _grown(near & window.ink & ((likelier > 0) | marked), 2 * window.half)
     edge = domain & _grown(window.ink & ~domain, 1.0)
     cost = np.where(window.ink, np.clip(likelier, -_SETTINGS.most, _SETTINGS.most) - _SETTINGS.stay, 0)
     sure = np.where(scribble, -1, np.where(edge | window.held, 1, 0)).astype(np.int8)
     gone = domain & ~field_cut(window.rgb, cost.astype(np.float32), domain, _WEIGHTS, sure)
-    gone &= _touching(_grown(gone, 2 * window.half), scribble) | _in_line(window, gone, scribble)
+    gone &= _pieces_under(_grown(gone, 2 * window.half), scribble) | _in_line(window, gone, scribble)
     return window.ink & ~gone & ~scribble
 
 
@@ -155,7 +155,7 @@ def _in_line(window: Window, like: Bools, scribble: Bools) -> Bools:
 
     A rule, or the limb of a stain, is known by its direction; a round one has all directions alike.
     """
-    found = like & _touching(_grown(like, window.half), scribble)
+    found = like & _pieces_under(_grown(like, window.half), scribble)
     grid: Array = np.indices(like.shape).astype(np.float64)
     y, x = grid[0], grid[1]
     for _ in range(_SETTINGS.rounds):
@@ -166,7 +166,7 @@ def _in_line(window: Window, like: Bools, scribble: Bools) -> Bools:
         dx, dy = np.linalg.eigh(np.cov(places.T))[1][:, 1].tolist()
         off = np.abs((places - [mx, my]) @ np.array([-dy, dx]))
         strip = np.abs((y - my) * dx - (x - mx) * dy) <= np.percentile(off, 95) + window.half
-        reached = like & strip & _touching(_grown((like & strip) | found, window.x_height), scribble)
+        reached = like & strip & _pieces_under(_grown((like & strip) | found, window.x_height), scribble)
         if not (reached & ~found).any():
             break
         found |= reached
@@ -247,7 +247,7 @@ def _grown(mask: Bools, by: float) -> Bools:
     return np.asarray(cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 5) <= max(1.0, by))
 
 
-def _touching(mask: Bools, places: Bools) -> Bools:
+def _pieces_under(mask: Bools, places: Bools) -> Bools:
     """The pieces of a mask (h, w) that lie under some places."""
     import cv2
 

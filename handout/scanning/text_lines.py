@@ -90,7 +90,7 @@ def find_text_lines(mask: NDArray[np.bool_], dpi: float, count: int | None = Non
     places = places[smooth[places] >= 0.07 * high]
     middles = [first + (float(place) + 0.5) * _BIN for place in places]
     if count and len(middles) != count:
-        middles, pitch = _counted(levels, count)
+        middles, pitch = _place_lines(levels, count)
     traces = _traces(extremes.left, levels, slope, centre, middles, pitch)
     widest = _widest(extremes.left, traces, centre)
     lines = on_baselines(extremes, traces, centre, min(pitch, widest))
@@ -132,7 +132,7 @@ def _period(profile: Array) -> float:
     return float(lags[part[lags] >= min(0.75 * best, best)][0]) * _BIN
 
 
-def _counted(levels: Array, count: int) -> tuple[list[float], float]:
+def _place_lines(levels: Array, count: int) -> tuple[list[float], float]:
     """Levels of exactly `count` lines, and their pitch.
 
     For each of several pitches the chain of peaks of the profile that holds most, gaps unlike the pitch costing.
@@ -303,11 +303,11 @@ def line_owners(mask: NDArray[np.bool_], lines: Sequence[PixelBaseline]) -> NDAr
         corner = (slice(top, top + high), slice(left, left + wide))
         mask_of = label[corner] == number
         sharing = np.flatnonzero(body_pixels[:, number] > _SHARED * most_pixels[number])
-        line_of[corner][mask_of] = _shared(mask_of, (left, top), lines, sharing)[mask_of]
+        line_of[corner][mask_of] = _share_components(mask_of, (left, top), lines, sharing)[mask_of]
     return line_of
 
 
-def _shared(
+def _share_components(
     piece: NDArray[np.bool_], corner: tuple[int, int], lines: Sequence[PixelBaseline], among: NDArray[np.intp]
 ) -> NDArray[np.int16]:
     """(h, w) the line of every pixel of a component that lies in the bodies of several lines."""

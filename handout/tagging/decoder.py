@@ -180,7 +180,7 @@ def decode(
         best, starts[row] = _STEPS[kind](reading, best, letter, widths, hold)
         if kind != "gap" and row < len(steps) - 1:
             best = best + reading.border
-    left, right = _traced(starts, [kind for kind, _ in steps], reading.columns)
+    left, right = _trace_borders(starts, [kind for kind, _ in steps], reading.columns)
     return Decoded(left * STEP, right * STEP, float(best[-1]), right > left)
 
 
@@ -207,9 +207,9 @@ def _letter(
     thirds = reading.letters[:, state(letter, 0) : state(letter, 0) + THIRDS]
     a, b, c = thirds.T
     prior = -0.5 * (np.log(long / usual) / terms.sigma) ** 2
-    total = _delayed(before - a, long) + prior[:, None]
-    total += _delayed(a - b, long - first)
-    total += _delayed(b - c, long - second)
+    total = _delay_rows(before - a, long) + prior[:, None]
+    total += _delay_rows(a - b, long - first)
+    total += _delay_rows(b - c, long - second)
     ends = np.arange(len(before))
     if hold is not None:
         there = (np.abs(STEP * ends - hold.right) <= hold.reach)[None] & (
@@ -225,7 +225,7 @@ def _letter(
     return np.where(skipped, lost, best), np.where(skipped, ends, start).astype(np.int32)
 
 
-def _delayed(values: Array, by: NDArray[np.intp]) -> Array:
+def _delay_rows(values: Array, by: NDArray[np.intp]) -> Array:
     """(k, n): row i is `values` moved right by by[i] columns, NEVER coming in from the left."""
     most, count = int(by.max()), len(values)
     padded = np.full(most + count, NEVER)
@@ -278,7 +278,7 @@ def _junk(reading: Reading, before: Array, letter: str, widths: Mapping[str, flo
 _STEPS = {"edge": _edge, "letter": _letter, "gap": _gap, "space": _space, "junk": _junk}
 
 
-def _traced(starts: NDArray[np.int32], kinds: Sequence[str], end: int) -> tuple[Array, Array]:
+def _trace_borders(starts: NDArray[np.int32], kinds: Sequence[str], end: int) -> tuple[Array, Array]:
     """Left and right borders, in columns, of every letter and space, by going back from the end."""
     spans = []
     for row in range(len(kinds) - 1, -1, -1):

@@ -79,11 +79,11 @@ def scanned_page(written: WrittenPage, transcript: str) -> ScannedPage:
         texture=Texture((left + dx, top + dy), (bottom - top, right - left), lambda: cut),
         paper=np.asarray(cv2.resize(paper, size, interpolation=cv2.INTER_AREA), dtype=np.uint8),
         moments=written.moments,
-        scan=_around(scan, uv, text_lines.pitch / scan.pixel) if written.moments is None else None,
+        scan=_keep_around(scan, uv, text_lines.pitch / scan.pixel) if written.moments is None else None,
     )
 
 
-def _around(scan: Scan, uv: Array, reach: float) -> KeptScan | None:
+def _keep_around(scan: Scan, uv: Array, reach: float) -> KeptScan | None:
     """The scan up to `reach` pixels from some places (n, 2) of the file's own picture; elsewhere its usual colour."""
     import cv2
 

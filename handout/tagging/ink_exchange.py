@@ -33,11 +33,17 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
 from handout.hand import outlier_score
-from handout.hand.author_reader import Reader, author_reader, reads_alone, surprises, usual_surprise
+from handout.hand.author_reader import (
+    Reader,
+    author_reader,
+    picture_of_vertices,
+    reads_alone,
+    surprises,
+    usual_surprise,
+)
 from handout.hand.glyph_features import COUNT, features_of
 from handout.hand.outlier_score import Siblings
 from handout.hand.scanned import ScannedHand, ScannedPage
-from handout.hand.word_pictures import picture_of_vertices
 from handout.tagging.alignment import Alignment
 from handout.tagging.glyph_extraction import extract_glyphs
 from handout.values import Array, Indices

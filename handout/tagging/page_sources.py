@@ -149,7 +149,7 @@ def gather_sources(
             refuse_mirrored(picture)
             raise InputError(_missing_text(picture.source, len(texts), len(pages)))
         text = remaining.pop(0)[1] if has_text else sheet.transcript if sheet else ""
-        sources.append(PageSource(sheet.prepared if sheet else _prepared(picture, dpi, say), text))
+        sources.append(PageSource(sheet.prepared if sheet else _prepare_plain(picture, dpi, say), text))
     if remaining:
         raise InputError(
             f"--text {remaining[-1][0]}: every scan without a text of its own has one already; leave it out."
@@ -169,7 +169,7 @@ def _missing_text(source: str, texts: int, pages: int) -> str:
     )
 
 
-def _prepared(picture: Picture, dpi: float | None, say: Say) -> Prepared:
+def _prepare_plain(picture: Picture, dpi: float | None, say: Say) -> Prepared:
     """A page that is no prompt sheet."""
     scan = scan_of(picture, dpi)
     if dpi and picture.own and max(dpi, picture.own) > _DIFFERENT * min(dpi, picture.own):
@@ -218,10 +218,10 @@ def tagged_pages(
         say(f"Page {number + 1} of {len(sources)}: {source.prepared.scan.source} …")
         rng = np.random.default_rng((seed, number))
         part = within(tell, number / len(sources), (number + 1) / len(sources), f"page {number + 1}: ")
-        yield _tagged(source, scale, rng, pen, say, method, part)
+        yield _tag_source(source, scale, rng, pen, say, method, part)
 
 
-def _tagged(
+def _tag_source(
     source: PageSource,
     scale: Scale | None,
     rng: np.random.Generator,

@@ -160,7 +160,7 @@ def by_segments(
     tell(0.0, "the letters")
     widths = page.widths(lines)
     held = held or [{}] * len(lines)
-    decoded = [_decoded(page, i, line, widths, page.networks, held[i]) for i, line in enumerate(lines)]
+    decoded = [_decode_line(page, i, line, widths, page.networks, held[i]) for i, line in enumerate(lines)]
     if not adapting or len(lines) < _ADAPTATION.folds:
         return decoded
     best = [of_line[-1] for of_line in decoded]
@@ -176,11 +176,11 @@ def by_segments(
         learned = page_columns([page.images[i] for i in others], letters, rng)
         networks = adapted(page.networks, learned, rehearsed, rng, learning, known)
         for i in np.flatnonzero(fold == half).tolist():
-            single[i] += _decoded(page, i, lines[i], widths, networks, held[i])
+            single[i] += _decode_line(page, i, lines[i], widths, networks, held[i])
     return single
 
 
-def _decoded(
+def _decode_line(
     page: PageReader,
     number: int,
     line: TranscriptLine,

@@ -67,7 +67,7 @@ def write_lines(
 
     struck : strike out a word now and then.
     """
-    lines, strokes, _ = _written(text, hand, habits, rng)
+    lines, strokes, _ = _write_text(text, hand, habits, rng)
     return [_draw(line, of_line, habits, rng, struck) for line, of_line in zip(lines, strokes, strict=True) if of_line]
 
 
@@ -76,7 +76,7 @@ def habitual_strokes(
 ) -> Iterator[tuple[str, list[Array], list[Indices]]]:
     """The words of `text`: the strokes of each in the order of writing (upright, x-heights, y up), and of every sample
     the letter of the word that it writes."""
-    for line, strokes, letters in zip(*_written(text, hand, habits, rng, engine), strict=True):
+    for line, strokes, letters in zip(*_write_text(text, hand, habits, rng, engine), strict=True):
         if not strokes:
             continue
         paths = [line.upright(stroke.xy) for stroke in strokes]
@@ -89,7 +89,7 @@ def habitual_strokes(
             yield "".join(at.values()), [bent[k] for k in own], of
 
 
-def _written(
+def _write_text(
     text: str, hand: Hand, habits: WriterHabits, rng: np.random.Generator, engine: str = "optimal-control"
 ) -> tuple[list[_HabitualLine], list[list[Stroke]], list[list[Indices]]]:
     """The lines of a text with a writer's habits, the strokes of each, and the letter in the text of every sample."""
@@ -123,7 +123,7 @@ class _HabitualLine:
             for i, unit in enumerate(word):
                 lifted = not unit.joined
                 shift += (habits.tight if lifted else 0.5 * habits.tight) if i else 0.0
-                placed.append(self._moved(unit, shift, habits, (i == 0, i == len(word) - 1), rng))
+                placed.append(self._move_glyph(unit, shift, habits, (i == 0, i == len(word) - 1), rng))
         self.line = replace(line, placed=tuple(placed))
 
     def upright(self, xy: Array) -> Array:
@@ -131,7 +131,7 @@ class _HabitualLine:
         up = (self._baseline - xy[:, 1]) / _MM
         return np.column_stack([xy[:, 0] / _MM - self._slant * up, up])
 
-    def _moved(
+    def _move_glyph(
         self, unit: Placed, shift: float, habits: WriterHabits, at: tuple[bool, bool], rng: np.random.Generator
     ) -> Placed:
         """The glyph moved along its line, with its box noted; led in and out where it begins or ends a word."""
@@ -210,7 +210,7 @@ def _draw(
         for (letter, *_), a, b in zip(boxes, edges[::2], edges[1::2], strict=True)
         if b > a
     )
-    return SyntheticLine(_drawn(pieces[:-1], habits.pen * X_HEIGHT), spans)
+    return SyntheticLine(_draw_strokes(pieces[:-1], habits.pen * X_HEIGHT), spans)
 
 
 def _ends_of(paths: Sequence[Array]) -> Array:
@@ -244,7 +244,7 @@ def _strike(boxes: list[Box], paths: list[Array], words: list[int], rng: np.rand
     return struck
 
 
-def _drawn(paths: Sequence[Array], pen: float) -> Image:
+def _draw_strokes(paths: Sequence[Array], pen: float) -> Image:
     """(HEIGHT, w) uint8: the strokes as a round pen draws them."""
     import cv2
 

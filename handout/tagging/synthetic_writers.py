@@ -157,7 +157,7 @@ def texts(sentences: Sequence[str], rng: np.random.Generator) -> Iterator[str]:
             yield " ".join(rng.choice(np.array(sentences, dtype=object), _SENTENCES))
             continue
         yield " ".join(
-            _group(rng) if rng.random() < _GROUPED else _dressed(words[int(rng.integers(len(words)))], rng)
+            _group(rng) if rng.random() < _GROUPED else _dress_word(words[int(rng.integers(len(words)))], rng)
             for _ in range(_WORDS)
         )
 
@@ -172,7 +172,7 @@ def _group(rng: np.random.Generator) -> str:
     return "".join(group)
 
 
-def _dressed(word: str, rng: np.random.Generator) -> str:
+def _dress_word(word: str, rng: np.random.Generator) -> str:
     """A word as it is, with a capital, all in capitals, in quotation marks, or followed by a mark."""
     chance = rng.random()
     if chance < 0.12:
