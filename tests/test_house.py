@@ -109,7 +109,7 @@ def modules() -> dict[str, set[str]]:
 
 @pytest.mark.slow
 def test_functions_fit_on_a_screen():
-    assert [name for name, function in functions() if length(function) > 50] == []
+    assert [name for name, function in functions() if length(function) > 80] == []
 
 
 def test_functions_take_few_arguments():

@@ -30,7 +30,7 @@ _SIZES = (9, 129)
 _GREATEST = 10.0  # of a node: colours are 0–1, and what models add beyond is clipped; more is damage
 # how numpy and its reader of zip files meet a damaged file
 _DAMAGED = (zipfile.BadZipFile, zlib.error, tokenize.TokenError)
-_FORMAT = 1
+_FORMAT = 1  # of the file, for later ones
 
 
 @dataclass(frozen=True, eq=False)

@@ -139,7 +139,7 @@ def find_heights(
             heights = pen_heights.find(bench)
         else:
             heights = trial
-            pen_heights.tried(bench, trial)
+            pen_heights.draw_trial(bench, trial)
     keys = saved_heights.lines(heights, profile)
     if path is not None:
         saved_heights.save(source, path, keys)

@@ -44,7 +44,7 @@ from handout.plotting.jobs.runner import is_about_zero as is_about_zero
 from handout.plotting.planning.hooking import said
 from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
-from handout.plotting.setup.pen_heights import replaced
+from handout.plotting.setup.pen_heights import replace_heights
 from handout.profiles import Plotter
 from handout.sinks import Look, check_outputs, write_drawings
 from handout.values import Drawing
@@ -331,7 +331,7 @@ def asked_machine(plotting: PlotOptions, port: str | None) -> Plotter:
             raise InputError(f"{what}: {text!r} is not a number, as pen.up and pen.down in the profile are.") from None
 
     if plotting.pen_up is not None or plotting.pen_down is not None:
-        profile = replaced(profile, height(plotting.pen_up, "pen up"), height(plotting.pen_down, "pen down"))
+        profile = replace_heights(profile, height(plotting.pen_up, "pen up"), height(plotting.pen_down, "pen down"))
     return hooked(profile, plotting.hooks)
 
 

@@ -88,7 +88,7 @@ def hooked(profile: Plotter, options: HookOptions) -> Plotter:
     from handout import profiles
     from handout.pipeline.options import millimetres
     from handout.plotting.planning.hooking import check
-    from handout.plotting.setup.pen_heights import replaced
+    from handout.plotting.setup.pen_heights import replace_heights
 
     given = {
         name: tuple(filter(None, map(str.strip, text.split(";"))))
@@ -106,7 +106,7 @@ def hooked(profile: Plotter, options: HookOptions) -> Plotter:
     for name in profiles.HOOKS:
         for step in told.steps(name):
             if (value := getattr(step, "value", None)) is not None:
-                replaced(profile, None, value)
+                replace_heights(profile, None, value)
     return changed
 
 

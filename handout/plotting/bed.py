@@ -8,16 +8,19 @@ upright is turned a quarter to the left if more of it fits then: its top edge li
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+import msgspec
 import numpy as np
 
 from handout.errors import DoesNotFit
-from handout.profiles import Plotter
+from handout.profiles import Bed, Length, Plotter
 from handout.summary import one_line
-from handout.values import Array, Drawing, Page, Stroke, readonly
+from handout.values import Array, Drawing, Page, readonly
 
 _SLACK = 0.05  # mm beyond the bed that no machine notices
+_LEAST = 10.0  # mm of travel that make a bed
 # where the zero of a machine is, as a person sees it
 CORNERS = {"bottom-left": "lower left corner", "top-left": "upper left corner", "centre": "middle"}
 
@@ -86,6 +89,29 @@ def reach(profile: Plotter) -> tuple[Array, Array]:
     return (np.zeros(2), size) if zero_in_corner_ahead else (np.array([0.0, -size[1]]), np.array([size[0], 0.0]))
 
 
+def narrow(profile: Plotter, ends: Sequence[tuple[float, float]], refusals: Sequence[str]) -> Bed:
+    """The part of the bed that a machine's own travel leaves.
+
+    Parameters
+    ----------
+    ends : (least, greatest) of x and y that it reaches, mm, in the coordinates of a program.
+    refusals : of x and of y, the sentence of the error, with a place ``{}`` for what is left.
+
+    Raises
+    ------
+    DoesNotFit
+        Less than `_LEAST` is left, or not where a page would be laid.
+    """
+    sizes = []
+    for name, (low, high), refusal, least, greatest in zip("xy", ends, refusals, *reach(profile), strict=True):
+        low, high = max(low, float(least)), min(high, float(greatest))
+        size = 2 * min(-low, high) if profile.bed.origin == "centre" else high - low
+        if size < _LEAST or not low <= _SLACK or not high >= -_SLACK:
+            raise DoesNotFit(refusal.format(f"{name} from {low:.4g} to {high:.4g} mm"))
+        sizes.append(Length(size))
+    return msgspec.structs.replace(profile.bed, width=sizes[0], height=sizes[1])
+
+
 def check(xy: Array, profile: Plotter, way_out: str = "--fit or a larger bed") -> None:
     """Raise DoesNotFit for the machine coordinate, (n, 2) mm, that is farthest outside the bed."""
     least, greatest = reach(profile)
@@ -137,11 +163,10 @@ def fit_to_bed(drawing: Drawing, profile: Plotter) -> Drawing:
     scale = min(1.0, max(straight, turned))
     edge = np.abs(_inset(profile))  # the sheet is larger than what the machine reaches, by so much all around
     edge = edge if straight >= turned else edge[::-1]
-    strokes = tuple(_scaled(stroke, corner - edge / scale, scale) for stroke in drawing.strokes)
+    strokes = []
+    for stroke in drawing.strokes:
+        pen_width = None if stroke.width is None else stroke.width * scale
+        xy = (stroke.xy - (corner - edge / scale)) * scale
+        strokes.append(dataclasses.replace(stroke, xy=xy, width=pen_width))
     page = Page(width * scale + 2 * edge[0], height * scale + 2 * edge[1], drawing.page.name)
-    return dataclasses.replace(drawing, strokes=strokes, page=page)
-
-
-def _scaled(stroke: Stroke, corner: Array, scale: float) -> Stroke:
-    width = None if stroke.width is None else stroke.width * scale
-    return dataclasses.replace(stroke, xy=(stroke.xy - corner) * scale, width=width)
+    return dataclasses.replace(drawing, strokes=tuple(strokes), page=page)

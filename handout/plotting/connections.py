@@ -16,7 +16,7 @@ import msgspec
 from handout.errors import DeviceError, InputError, PortError
 from handout.plotting import announcements
 from handout.plotting.dialects import DIALECTS, dialect
-from handout.plotting.greetings import Clues, Firmware, Fitting, narrowed, recognise
+from handout.plotting.greetings import Clues, Firmware, Fitting, narrow_profiles, recognise
 from handout.plotting.moonraker_ports import is_moonraker, open_moonraker
 from handout.plotting.network_ports import is_network, open_network
 from handout.plotting.ports import Port, SerialDevice, SerialPort, TimedReader, serial_devices
@@ -101,16 +101,12 @@ def ask(port: Port, dialects: Sequence[str], wakes: float = _WAKES) -> Answer | 
         known = recognise(data.decode("ascii", "replace"))
         answer = question.answer.search(said)
         if known is not None and known.dialect in ("", *dialects):
-            words = answer.group(1) if answer else _first_words(data)
+            first = next((line.strip() for line in data.splitlines() if len(line.strip()) > 2), b"")
+            words = answer.group(1) if answer else first
             return Answer(known.dialect, words.decode("ascii", "replace").strip(" :"), known)
         if known is None and answer is not None:
             return Answer(name, answer.group(1).decode("ascii", "replace").strip(" :"))
     return None
-
-
-def _first_words(data: bytes) -> bytes:
-    """The first line that says anything."""
-    return next((line.strip() for line in data.splitlines() if len(line.strip()) > 2), b"")
 
 
 def _listen(port: Port) -> bytes:
@@ -131,7 +127,11 @@ def identify(url: str, open_at: Callable[[str, int], Port] = _open_at) -> Answer
     PortError
         The port cannot be opened.
     """
-    speeds = _speeds(url)
+    if is_moonraker(url):
+        speeds: dict[str, tuple[int, ...]] = {"klipper": (115200,)}
+    else:  # on a network any speed is the same
+        own = {name: dialect(name).question.bauds for name in DIALECTS}
+        speeds = {name: (115200,) for name, bauds in own.items() if bauds} if is_network(url) else own
     bauds = sorted({baud for bauds in speeds.values() for baud in bauds}, key=lambda baud: baud != 115200)
     for baud in bauds:
         port = open_at(url, baud)
@@ -145,14 +145,6 @@ def identify(url: str, open_at: Callable[[str, int], Port] = _open_at) -> Answer
     return None
 
 
-def _speeds(url: str) -> dict[str, tuple[int, ...]]:
-    """The dialects that may be spoken at an address, with their usual speeds (of a network: any)."""
-    if is_moonraker(url):
-        return {"klipper": (115200,)}
-    speeds = {name: dialect(name).question.bauds for name in DIALECTS}
-    return {name: (115200,) for name, bauds in speeds.items() if bauds} if is_network(url) else speeds
-
-
 def _fitting(url: str, answer: Answer, port: Port) -> Fitting:
     """Which profiles fit a machine, by what else it says and where it is."""
     if answer.known is None or not answer.dialect:
@@ -163,7 +155,7 @@ def _fitting(url: str, answer: Answer, port: Port) -> Fitting:
         said += _listen(port).decode("ascii", "replace")
     device = next((one for one in serial_devices() if one.name == url), None)
     clues = Clues(said) if device is None else Clues(said, device.title, device.usb)
-    return narrowed(answer.known, answer.firmware, clues)
+    return narrow_profiles(answer.known, answer.firmware, clues)
 
 
 def find_port(
@@ -178,7 +170,7 @@ def find_port(
         None, or several.
     """
     serial = bool(dialect(profile.dialect).question.bauds)
-    boards = _candidates(profile, _usb_devices(ports)) if serial else []
+    boards = _find_candidates(profile, _usb_devices(ports)) if serial else []
     if not boards and (found := _on_network(profile.dialect)):
         return found
     if not boards and not serial:
@@ -219,7 +211,7 @@ def _usb_devices(ports: Sequence[SerialDevice] | None) -> list[SerialDevice]:
     return [port for port in (serial_devices() if ports is None else ports) if port.usb is not None]
 
 
-def _candidates(profile: Plotter, devices: Sequence[SerialDevice]) -> list[str]:
+def _find_candidates(profile: Plotter, devices: Sequence[SerialDevice]) -> list[str]:
     """Ports that a machine can be at: with an id that its dialect claims, or, if it claims none, that no other does."""
     claimed = {usb: name for name in DIALECTS for usb in dialect(name).usb}
     claims = profile.dialect if profile.dialect in claimed.values() else None

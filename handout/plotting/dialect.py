@@ -174,7 +174,7 @@ class Dialect:
     shortest_segment : steps that a segment has at least.
     lowering_bytes : bytes that are asked and answered before the pen is lowered.
     clues : further questions that no machine takes for a command to move, whose answers tell machines of the dialect
-        apart (`greetings.narrowed`).
+        apart (`greetings.narrow_profiles`).
     in_hand : s of motion that it must be sent ahead, however much ink that is, or it stops in the middle of a stroke.
     pen_values : of a servo; None if the dialect has words of its own for the pen.
     steps_setting : where the machine keeps its steps per mm, "" if its scale is not set so.

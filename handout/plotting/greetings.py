@@ -1,9 +1,9 @@
 """Who a controller is by what it says: its greeting, and its answers to the questions of the dialects.
 
 A dialect is not a machine: boards do not say which frame they move, so that several profiles may fit, the likeliest
-first.  What else a board says narrows them (`narrowed`): a name that somebody gave it, its travel, the chip of its USB
-port.  And some firmwares answer a dialect's question without speaking it.  Each row's own words stand, with where they
-were recorded, in `tests/plotting/test_greetings.py`.
+first.  What else a board says narrows them (`narrow_profiles`): a name that somebody gave it, its travel, the chip of
+its USB port.  And some firmwares answer a dialect's question without speaking it.  Each row's own words stand, with
+where they were recorded, in `tests/plotting/test_greetings.py`.
 """
 
 from __future__ import annotations
@@ -147,7 +147,7 @@ _EBB_CHIP = (0x04D8, 0xFD92)  # its makers' documentation
 _FRAME = 12.0
 
 
-def narrowed(firmware: Firmware, words: str, clues: Clues) -> Fitting:
+def narrow_profiles(firmware: Firmware, words: str, clues: Clues) -> Fitting:
     """The profile that a machine has, or the two that it could have.
 
     words : its firmware, in its own words.

@@ -169,7 +169,9 @@ def lost(url: str) -> PortError:
 
 def unreachable(url: str, host: str, error: OSError) -> PortError:
     """The error of a place that takes no connection."""
-    reason = f"nobody on this network is called {host}" if isinstance(error, socket.gaierror) else _reason(error)
+    reason = "it does not answer" if isinstance(error, TimeoutError) else (error.strerror or str(error)).lower()
+    if isinstance(error, socket.gaierror):
+        reason = f"nobody on this network is called {host}"
     return PortError(
         f"{url} cannot be opened ({reason}): check the address, that the machine is switched on and on the network, "
         "and that no other program is connected to it."
@@ -193,7 +195,3 @@ def _connected(url: str) -> socket.socket:
     made.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))  # closing aborts
     made.settimeout(None)
     return made
-
-
-def _reason(error: OSError) -> str:
-    return "it does not answer" if isinstance(error, TimeoutError) else (error.strerror or str(error)).lower()

@@ -126,19 +126,21 @@ def test_long_strokes_are_parted_where_they_are_slow(length, every):
     t = np.linspace(0.0, 10.0, 400)
     x = length * (t / 10 + np.sin(2 * np.pi * 2 * t) / (2 * np.pi * 2 * 10) * 0.9)  # slow twice a second
     whole = Stroke(t, np.stack([x, np.zeros(400)], axis=1), word=3)
-    parts = hooking.parted(Drawing((whole,), Page(400, 100)), every).strokes
+    parts = hooking.part_strokes(Drawing((whole,), Page(400, 100)), every).strokes
     assert max(part.length for part in parts) <= every + 1e-3 and all(part.word == 3 for part in parts)
     assert sum(part.length for part in parts) == pytest.approx(whole.length)
     assert all(hooking.is_join(parts, at) for at in range(1, len(parts)))
     assert length / every <= len(parts) <= math.ceil(length / (0.8 * every))
-    again = hooking.parted(Drawing(parts, Page(400, 100)), every)
+    again = hooking.part_strokes(Drawing(parts, Page(400, 100)), every)
     assert again.strokes == parts
     if every - length / len(parts) > length / 20:  # there is a slow place near every join
         assert all(part.speed[0] < 0.2 * whole.speed.mean() for part in parts[1:])
 
 
 def test_a_dip_that_has_to_be_within_a_stroke_is_told():
-    strokes = hooking.parted(Drawing((line(0, 30.0), line(1, 90.0)), Page(100, 50), {"words": ["a", "long"]}), 50.0)
+    strokes = hooking.part_strokes(
+        Drawing((line(0, 30.0), line(1, 90.0)), Page(100, 50), {"words": ["a", "long"]}), 50.0
+    )
     (said,) = hooking.said([strokes], hooked(dip=("go 290 200",), every=50.0))
     assert "is longer than the 50 mm" in said and said.endswith("1 time, in: long.")
     assert "lies on the sheet" in hooking.said([strokes], hooked(before_page=("go 20 20",)))[0]

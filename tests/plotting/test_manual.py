@@ -126,10 +126,10 @@ def test_home_after_an_interrupt(tmp_path, monkeypatch, name, home_after):
 
 def test_other_heights_of_the_pen():
     servo, z, own = (profiles.find(name, "plotter") for name in ("axidraw-v3", "grbl-z", "hp-7475a"))
-    pen = pen_heights.replaced(servo, 14000.0, None).pen
+    pen = pen_heights.replace_heights(servo, 14000.0, None).pen
     assert (pen.up, pen.down) == (14000.0, servo.pen.down)
     follows = msgspec.structs.replace(z, pen=msgspec.structs.replace(z.pen, pressed=z.pen.down - 0.5))
-    pen = pen_heights.replaced(follows, None, z.pen.down - 0.2).pen
+    pen = pen_heights.replace_heights(follows, None, z.pen.down - 0.2).pen
     assert pen.pressed == pytest.approx(z.pen.down - 0.7)
     for profile, up, down, says in (
         (servo, 50.0, None, "outside 5400"),
@@ -140,7 +140,7 @@ def test_other_heights_of_the_pen():
         (own, 1.0, None, "no heights to set"),
     ):
         with pytest.raises(InputError, match=says):
-            pen_heights.replaced(profile, up, down)
+            pen_heights.replace_heights(profile, up, down)
 
 
 def test_a_plotter_that_was_stopped_within_relative_vectors_goes_where_it_is_told():

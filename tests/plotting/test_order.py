@@ -6,7 +6,7 @@ from cursive import page
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from handout.plotting.planning.order import by_tour, by_travel, shortened
+from handout.plotting.planning.order import by_tour, by_travel, shorten_travel
 from handout.values import Drawing, Page, Stroke
 
 
@@ -151,4 +151,4 @@ def test_words_of_a_page_of_handwriting_save_a_tenth(hand):
     layout = handout.Layout(handout.page("A5"))
     page_, *_ = handout.compose(text, loaded, layout, np.random.default_rng(1))
     drawing = handout.trace(page_, loaded, np.random.default_rng(1))
-    assert travel(shortened(drawing)) < 0.9 * travel(drawing.strokes)
+    assert travel(shorten_travel(drawing)) < 0.9 * travel(drawing.strokes)

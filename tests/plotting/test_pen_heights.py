@@ -117,7 +117,7 @@ def test_an_interrupt_while_a_row_is_drawn_lifts_the_pen(name):
 
     controller.send = interrupted
     with pytest.raises(KeyboardInterrupt):
-        pen_heights.tried(bench, pen_heights.Heights(bench.pen.up, bench.pen.down))
+        pen_heights.draw_trial(bench, pen_heights.Heights(bench.pen.up, bench.pen.down))
     port.read(2.0)
     assert drawing[-1] and not port.pen_is_down
 
@@ -147,7 +147,9 @@ def test_a_pen_that_is_clamped_hard_is_not_pressed(tmp_path):
 def test_given_heights_are_tried():
     _, port, controller = met("simulated")
     person = Looking(port)
-    pen_heights.tried(pen_heights.begin(controller, port, person, lambda _: None), pen_heights.Heights(20.0, 100.0))
+    pen_heights.draw_trial(
+        pen_heights.begin(controller, port, person, lambda _: None), pen_heights.Heights(20.0, 100.0)
+    )
     values = {value for _, value in port.paper.power if value}
     assert {20.0, 100.0} <= values and len(port.executed().strokes) == 2
     assert len(person.asked) == 1

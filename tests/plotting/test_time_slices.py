@@ -72,8 +72,8 @@ def test_time_is_given_where_it_is_missing_and_nowhere_else():
     t = np.arange(0, 3, 0.005)
     x = 20 + 10 * t + 15 * np.tanh((t - 1.5) / 0.06)
     drawing = Drawing((Stroke(t, np.stack([x, np.full_like(x, 40)], axis=1)),), Page(148, 210))
-    path = time_scaling.smoothed(on_one_clock([drawing.strokes[0].t], [drawing.strokes[0].xy]))
-    slow = time_scaling.scaled(path, time_slices.motion_limits(machine(acceleration=Acceleration(1000))))
+    path = time_scaling.smooth_trajectory(on_one_clock([drawing.strokes[0].t], [drawing.strokes[0].xy]))
+    slow = time_scaling.slow_down(path, time_slices.motion_limits(machine(acceleration=Acceleration(1000))))
     longer = np.diff(slow.trajectory.t) / np.diff(path.trajectory.t)
     at = path.trajectory.t[1:]
     assert longer.max() > 1.3 and (longer >= 1 - 1e-9).all()
@@ -117,7 +117,7 @@ def test_travels_speed_up_and_brake():
 
 def test_motors_turn_round_between_slices():
     made = plan(page(words=4), machine(acceleration=Acceleration(5000)))
-    path = time_scaling.smoothed(
+    path = time_scaling.smooth_trajectory(
         on_one_clock(
             [s.t for s in made.drawing.strokes], [made.placement.to_machine(s.xy) for s in made.drawing.strokes]
         )
@@ -166,7 +166,7 @@ def test_awkward_strokes_are_planned_all_the_same(drawing, speed, gantry):
 def test_a_path_is_followed_between_its_samples():
     t = np.linspace(0, 2, 401)
     circle = np.stack([50 + 5 * np.cos(5 * t), 50 + 5 * np.sin(5 * t)], axis=1)
-    path = time_scaling.smoothed(Trajectory(t[::2], circle[::2], np.zeros(201, dtype=int)))
+    path = time_scaling.smooth_trajectory(Trajectory(t[::2], circle[::2], np.zeros(201, dtype=int)))
     assert np.hypot(*(path.at(t) - circle).T)[4:-4].max() < 1e-3
 
 

@@ -9,26 +9,17 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, ClassVar, Generic, TypeVar
 
 import msgspec
-import numpy as np
 
 from handout import signals
 from handout.errors import DeviceError, DeviceSilent
 from handout.plotting.dialect import Controller, Log, StateReport, ignore_report
 from handout.plotting.ports import Port, TimedReader
 from handout.profiles import Limits, Plotter
-from handout.values import Array
 
 Reply = TypeVar("Reply")
 
 GLANCE = 0.25  # s that a machine is listened to at a time, before silence is reckoned with
 RESTARTED = "The plotter restarted by itself and no longer knows where it is: check its power and its cable."
-
-
-def distance_to_lines(place: Array, begin: Array, end: Array) -> Array:
-    """(n,) distance of a place (k,) from straight lines between points (n, k), in their unit."""
-    way, to = end - begin, place - begin
-    share = np.clip((to * way).sum(axis=1) / np.maximum((way * way).sum(axis=1), 1e-12), 0.0, 1.0)
-    return np.asarray(np.linalg.norm(to - share[:, None] * way, axis=1))
 
 
 class Conversation(ABC, Generic[Reply]):

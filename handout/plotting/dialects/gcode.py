@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Callable
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Sequence
+from typing import ClassVar
 
 from handout import units
 from handout.plotting import pen_lift
-from handout.plotting.planning.blocks import Lines
+from handout.plotting.dialect import Command
+from handout.plotting.planning.blocks import Block, Lines, Move, Pause, Pen
 from handout.plotting.planning.plan import Plan
 from handout.profiles import Pen as PenProfile
 from handout.profiles import Plotter
@@ -47,9 +50,91 @@ def number(value: float, digits: int = 3) -> str:
     return "0" if text in ("-0", "") else text
 
 
-def lines(block: Lines) -> list[bytes]:
-    """Lines of the user's own, as they are."""
-    return [f"{line}\n".encode("ascii") for line in block.lines]
+def move(x: float, y: float, speed: float) -> bytes:
+    """A straight move to a place, mm, at a speed in mm/s."""
+    return f"G1X{number(x)}Y{number(y)}F{number(speed * 60, 1)}\n".encode()
+
+
+def pause_ms(seconds: float) -> bytes:
+    """Stand still when all motion is done, told in milliseconds."""
+    return f"G4P{round(seconds * 1000)}\n".encode()
+
+
+class Program(ABC):
+    """The commands of a plan, from how numbers are meant to a stop that is answered when all motion is done.
+
+    What a controller remembers is not repeated: an axis that does not change, the feed, the pen.
+
+    Attributes
+    ----------
+    standing : answered when all motion is done; modes : how numbers are meant, repeated after lines of the user's own
+    words : what the controller remembers of the moves before, by letter.
+    """
+
+    standing: ClassVar[bytes] = b"M400\n"
+    modes: ClassVar[tuple[bytes, ...]]
+
+    def __init__(self, profile: Plotter, blocks: Sequence[Block]) -> None:
+        self.profile, self.blocks = profile, blocks
+        self.words: dict[str, str] = {}
+
+    def commands(self) -> Iterator[Command]:
+        """All commands; a block is done with the last of its own."""
+        yield from (Command(line, 0) for line in self.open())
+        down: bool | None = None
+        for index, block in enumerate(self.blocks):
+            if isinstance(block, Pen):
+                lowered = pen_lift.lowered(self.profile.pen, block.value)
+                told = self.move_pen(block.down, lowered) if block.down != down else []
+                down = block.down
+            elif isinstance(block, Pause):
+                told = [self.pause(block.seconds)]
+            elif isinstance(block, Lines):
+                told = self.obey(block)
+            else:
+                assert isinstance(block, Move)  # timed moves are for machines that keep time
+                told = self.move(block, index)
+            yield from (Command(line, index + (at == len(told))) for at, line in enumerate(told, 1))
+        yield from (Command(line, len(self.blocks)) for line in self.close())
+
+    @abstractmethod
+    def open(self) -> list[bytes]:
+        """How numbers are meant, and the zero if it is where the pen stands."""
+
+    @abstractmethod
+    def move_pen(self, down: bool, profile: PenProfile) -> list[bytes]:
+        """Lower or lift the pen and wait for it."""
+
+    def pause(self, seconds: float) -> bytes:
+        """Stand still when all motion is done."""
+        return pause_ms(seconds)
+
+    def obey(self, block: Lines) -> list[bytes]:
+        """Lines of the user's own, which wait until it stands and may change all that it remembers."""
+        self.words.clear()
+        return [self.standing, *(f"{line}\n".encode("ascii") for line in block.lines), *self.modes]
+
+    def move(self, block: Move, index: int) -> list[bytes]:
+        """A straight move to a place."""
+        return [self.line(block)]
+
+    def line(self, block: Move) -> bytes:
+        """The line of a move, with only the words that change something."""
+        words = {"X": number(block.x), "Y": number(block.y)}
+        words |= {} if block.z is None else {"Z": number(block.z)}
+        words |= {"F": number(block.feed, 1)}
+        changed = "".join(letter + value for letter, value in words.items() if self.words.get(letter) != value)
+        self.words |= words
+        return f"G1{changed}\n".encode()
+
+    def close(self) -> list[bytes]:
+        """Answered when all motion is done; motors stay powered, and the pen lifted."""
+        return [self.standing]
+
+    def forget_pen(self) -> None:
+        """Forget what moving the pen has changed, or may have: everything, if the lines are the user's own."""
+        for letter in {"command": "XYZF", "z": "ZF"}.get(self.profile.pen.lift, ""):
+            self.words.pop(letter, None)
 
 
 def pen(

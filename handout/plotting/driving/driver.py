@@ -174,7 +174,12 @@ def draw(
     plan = _for_its_limits(plan, msgspec.structs.replace(controller.profile, bed=profile.bed), monitor)
     instrumented = port if isinstance(port, InstrumentedPort) else None
     if fresh:
-        _warn_of_the_sheet(plan, monitor)
+        if plan.placement.turned:
+            monitor.log("The page is turned to fit the bed: its top edge lies to the left.")
+        if (warning := bed.beyond_paper(plan.drawing)) is not None:
+            monitor.log(warning)
+        for sentence in hooking.said([plan.drawing], plan.profile):
+            monitor.log(sentence)
         if instrumented is not None:
             instrumented.lay(plan.drawing.page, plan.placement)
     stream = _Stream(plan, controller, monitor, port, instrumented)
@@ -199,16 +204,6 @@ def _for_its_limits(plan: Plan, profile: Plotter, monitor: Monitor) -> Plan:
         return plan
     monitor.log("The plot is planned anew for the plotter's own limits.")
     return replan(plan.drawing, profile, speed=plan.speed, order=plan.order, whole=plan.whole)
-
-
-def _warn_of_the_sheet(plan: Plan, monitor: Monitor) -> None:
-    """Say how a fresh sheet has to lie, and what would not be drawn on it."""
-    if plan.placement.turned:
-        monitor.log("The page is turned to fit the bed: its top edge lies to the left.")
-    if (warning := bed.beyond_paper(plan.drawing)) is not None:
-        monitor.log(warning)
-    for sentence in hooking.said([plan.drawing], plan.profile):
-        monitor.log(sentence)
 
 
 @contextlib.contextmanager
@@ -268,7 +263,10 @@ class _Stream:
         """Tell everyone who wants to know what has changed."""
         machine, first = self.controller, self._before
         before, self._counts = self._counts, (machine.sent - first, machine.taken - first, machine.executed - first)
-        self._note_proof(machine.proven - first)
+        if (proven := machine.proven - first) > self._proven:  # no command up to there came over wrong
+            self._proven = proven
+            if self.monitor.proved is not None:
+                self.monitor.proved(self.commands[proven - 1].done)
         if self._counts == before:
             return
         executed = max(self._counts[2], 0)
@@ -280,27 +278,16 @@ class _Stream:
             self._told = at
             self.monitor.progress(at / whole, whole - at)
 
-    def _note_proof(self, proven: int) -> None:
-        """Tell of how much is known that no command came over wrong."""
-        if proven > self._proven:
-            self._proven = proven
-            if self.monitor.proved is not None:
-                self.monitor.proved(self.commands[proven - 1].done)
-
     def _listen(self, report: StateReport) -> None:
         """Note what it says when it says it: by the time that a command is sent it may be old."""
         machine, first = self.controller, self._before
         self.observer.note(self._clock(), report.executed - first, report.place, machine.since, machine.sent - first)
-        if report.queued is not None:
-            self._watch_queue(report.queued, report.taken - self._before)
-
-    def _watch_queue(self, queued: int, taken: int) -> None:
-        """In the middle of a stroke, when the queue has had time to fill, the machine must not run out of moves."""
-        first = taken - self.plan.profile.port.queue
-        if first < 1 or taken >= len(self.commands) or not self.guard.draws(taken):
+        taken, queued = report.taken - first, report.queued
+        filled = taken - self.plan.profile.port.queue
+        if queued is None or filled < 1 or taken >= len(self.commands) or not self.guard.draws(taken):
             return
-        stroke = self._strokes[first]
-        if stroke >= 0 and self._strokes[taken] == stroke:
+        # in the middle of a stroke, when the queue has had time to fill, the machine must not run out of moves
+        if self._strokes[filled] >= 0 and self._strokes[taken] == self._strokes[filled]:
             self.min_queue = queued if self.min_queue is None else min(self.min_queue, queued)
 
 

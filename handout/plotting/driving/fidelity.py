@@ -167,16 +167,14 @@ def _match(xy: Array, guess: Array, path: Array) -> Array:
 
 def _timed(moving: list[tuple[Stroke, Stroke]]) -> tuple[float, float]:
     """Correlation and rms, as a share of the peak, of the speeds at the same times, at the best lag of all."""
-    want, lagged = (np.concatenate(column) for column in zip(*(_in_time(a, b) for a, b in moving), strict=True))
+    wanted, executed = [], []  # at equal steps of time, (n,); at the same times and every lag, (n, lags)
+    for a, b in moving:
+        t = _grid(a)
+        wanted.append(_speed_at(t, a.t, along_path(a.xy)))
+        executed.append(_speed_at((t - a.t[0] + b.t[0])[:, None] + _LAGS, b.t, along_path(b.xy)))
+    want, lagged = np.concatenate(wanted), np.concatenate(executed)
     best = int(np.argmin(((lagged - want[:, None]) ** 2).sum(axis=0)))
     return _correlation(want, lagged[:, best]), _rms(want, lagged[:, best])
-
-
-def _in_time(a: Stroke, b: Stroke) -> tuple[Array, Array]:
-    """Intended speeds at equal steps of time, and executed ones at the same times and every lag: (n,), (n, lags)."""
-    t = _grid(a)
-    lagged = (t - a.t[0] + b.t[0])[:, None] + _LAGS
-    return _speed_at(t, a.t, along_path(a.xy)), _speed_at(lagged, b.t, along_path(b.xy))
 
 
 def _rms(want: Array, have: Array) -> float:

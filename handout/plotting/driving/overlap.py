@@ -104,13 +104,19 @@ class OverlapGuard:
         return bool(self._ink[number + 1] > self._ink[number])
 
     def _may_go(self, number: int, executed: int) -> bool:
-        self._look(number, executed)
+        if self._pending is not None and self._pending[1].done():
+            self._wait()
+        early = self._time is not None and self._way(number) > _EARLY * self.overlap
+        if early and self._pending is None and self._is_worth_it(number, executed):
+            self._ask(executed)
         if self._secured >= number:
             self._outruns &= not self._lowers[number]
             return True
         if self._lowers[number]:
             self._outruns = False
-            return self._may_lower(number)
+            # if the stroke may have to outrun a slow disk, only once all before it is secured
+            whole = self._way(number) + float(self._stroke[number] - self._ink[number + 1])
+            return self._fits(number) and (whole <= self.overlap or not self._is_slow())
         return self._fits(number) or not self.draws(number) or self._may_exceed(number, executed)
 
     def _fits(self, number: int) -> bool:
@@ -119,14 +125,10 @@ class OverlapGuard:
             return True
         return float(self._clock[number + 1] - self._clock[self._secured]) <= self._least
 
-    def _may_lower(self, number: int) -> bool:
-        """Whether a stroke may begin: if it may have to outrun a slow disk, only once all before it is secured."""
-        whole = self._way(number) + float(self._stroke[number] - self._ink[number + 1])
-        return self._fits(number) and (whole <= self.overlap or not self._is_slow())
-
     def _may_exceed(self, number: int, executed: int) -> bool:
         """Whether a stroke may go on beyond the overlap: where the machine would run dry before the disk is done."""
-        if self._time is None or (self._in_hand(number, executed) > self.overlap and executed < number):
+        in_hand = float(self._ink[number + 1] - self._ink[executed])  # mm, once the command is sent
+        if self._time is None or (in_hand > self.overlap and executed < number):
             return False
         if self._pending is None and not self._is_worth_it(number, executed):
             return False  # the machine's turn
@@ -134,7 +136,13 @@ class OverlapGuard:
         spare = max(has - _RESERVE, 0.5 * has, _BRIEF)
         if not self._outruns and not self._is_slow() and self._is_kept_within(spare, executed):
             return self._may_go(number, executed)
-        self._outrun()
+        self._outruns = True  # for the rest of the stroke the disk is not waited for
+        if not self._told:
+            self._told = True
+            self._log(
+                f"The disk is too slow for an overlap of {self.overlap:g} mm, and the pen does not wait for it within "
+                f"a stroke: after a power cut up to {max(self._longest, self.overlap):.0f} mm may be drawn twice."
+            )
         return True
 
     def _is_kept_within(self, seconds: float, executed: int) -> bool:
@@ -153,18 +161,6 @@ class OverlapGuard:
         """Ink that is not secured once command `number` is sent, mm."""
         return float(self._ink[number + 1] - self._ink[self._secured])
 
-    def _in_hand(self, number: int, executed: int) -> float:
-        """Ink that the machine has in hand once command `number` is sent, mm."""
-        return float(self._ink[number + 1] - self._ink[executed])
-
-    def _look(self, number: int, executed: int) -> None:
-        """See whether the disk has kept what it was asked to, and ask in good time."""
-        if self._pending is not None and self._pending[1].done():
-            self._wait()
-        early = self._time is not None and self._way(number) > _EARLY * self.overlap
-        if early and self._pending is None and self._is_worth_it(number, executed):
-            self._ask(executed)
-
     def _is_worth_it(self, number: int, executed: int) -> bool:
         """Whether enough has been executed since the last time, or all that was sent."""
         gained = float(self._ink[executed] - self._ink[self._secured])
@@ -173,16 +169,17 @@ class OverlapGuard:
     def _ask(self, executed: int) -> None:
         since, done = self._now(), self._secure()
         self._pending = executed, done, since
-        done.add_done_callback(lambda _: self._timed(since))  # it may be looked at much later
+
+        def note_time(_: Future[None]) -> None:  # it may be looked at much later
+            self._took = self._now() - since
+
+        done.add_done_callback(note_time)
 
     def _wait(self) -> None:
         assert self._pending is not None
         executed, done, _ = self._pending
         done.result()
         self._secured, self._pending = executed, None
-
-    def _timed(self, since: float) -> None:
-        self._took = self._now() - since
 
     def _is_slow(self) -> bool:
         """Whether the disk takes longer than a machine can go on with what it has in hand."""
@@ -191,16 +188,6 @@ class OverlapGuard:
 
     def _now(self) -> float:
         return 0.0 if self._time is None else self._time()
-
-    def _outrun(self) -> None:
-        """For the rest of the stroke the disk is not waited for."""
-        self._outruns = True
-        if not self._told:
-            self._told = True
-            self._log(
-                f"The disk is too slow for an overlap of {self.overlap:g} mm, and the pen does not wait for it within "
-                f"a stroke: after a power cut up to {max(self._longest, self.overlap):.0f} mm may be drawn twice."
-            )
 
 
 def ink(plan: Plan) -> Array:

@@ -197,7 +197,12 @@ class Journal:
         self._check()
         line = " ".join(text.split())
         with self._lock:
-            self._waiting = [*_behind(self._waiting, line), line]
+            # of places at the end, those of the same kind are left out: a later place says it all
+            many = len(self._waiting)
+            while _kind(line) and many and _kind(self._waiting[many - 1]):
+                many -= 1
+            others = [other for other in self._waiting[many:] if _kind(other) != _kind(line)]
+            self._waiting = [*self._waiting[:many], *others, line]
             self.standing = _after(self.standing, line)
         if self._asked is None or self._asked.done():
             self._asked = self._disk.submit(self._put, False)
@@ -239,16 +244,6 @@ class Journal:
         with contextlib.suppress(RuntimeError):  # closed before
             self._disk.submit(self._file.close)
         self._disk.shutdown()
-
-
-def _behind(waiting: list[str], line: str) -> list[str]:
-    """The waiting lines without those that a new line of this kind replaces: places of the same kind at the end."""
-    if not (kind := _kind(line)):
-        return waiting
-    many = len(waiting)
-    while many and _kind(waiting[many - 1]):
-        many -= 1
-    return waiting[:many] + [line for line in waiting[many:] if _kind(line) != kind]  # a later place says it all
 
 
 def _kind(line: str) -> str:

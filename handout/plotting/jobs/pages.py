@@ -19,8 +19,8 @@ from handout import atomic
 from handout.errors import InputError
 from handout.plotting import bed
 from handout.plotting.jobs.parts import Layer, Layers, arranged, survey
-from handout.plotting.planning.hooking import parted
-from handout.plotting.planning.order import shortened
+from handout.plotting.planning.hooking import part_strokes
+from handout.plotting.planning.order import shorten_travel
 from handout.plotting.planning.plan import Order
 from handout.profiles import Plotter
 from handout.sinks.drawing_json import to_json
@@ -72,13 +72,13 @@ def keep(page: NewPage, folder: Path, number: int, profile: Plotter, layers: Lay
 def laid_out(drawing: Drawing, profile: Plotter, layers: Layers, order: Order) -> Drawing:
     """The drawing with its strokes as a job draws them: layer after layer, each by itself, and none with more ink than
     the pen has between two dips."""
-    drawing = parted(arranged(drawing, layers), profile.hooks.dip_every)
+    drawing = part_strokes(arranged(drawing, layers), profile.hooks.dip_every)
     if order == "writing" or not drawing.strokes:
         return drawing
     home = bed.place(drawing.page, profile).to_page(np.zeros((1, 2)))[0]
     clock, strokes = 0.0, list[Stroke]()
     for layer in survey(drawing, layers):
-        run = shortened(dataclasses.replace(drawing, strokes=drawing.strokes[layer.first : layer.ends[-1]]), home)
+        run = shorten_travel(dataclasses.replace(drawing, strokes=drawing.strokes[layer.first : layer.ends[-1]]), home)
         later = max(clock - float(run[0].t[0]), 0.0) + (_CHANGE if strokes else 0.0)
         strokes += [dataclasses.replace(stroke, t=stroke.t + later) for stroke in run] if later else run
         clock = float(run[-1].t[-1]) + later

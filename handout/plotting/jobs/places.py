@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from handout.plotting.planning.blocks import Pen
 from handout.plotting.planning.hooking import piece
 from handout.plotting.planning.plan import Plan
-from handout.values import Array, Drawing, Stroke
+from handout.values import Array, Drawing
 
 
 class Place(NamedTuple):
@@ -87,35 +87,28 @@ def _reached(plan: Plan) -> Array:
 
 def drawn(drawing: Drawing, place: Place) -> Drawing:
     """The part of a drawing that lies before a place."""
-    whole = drawing.strokes[: place.stroke]
-    broken = [_until(stroke, place.time) for stroke in drawing.strokes[place.stroke : place.stroke + 1]]
-    return dataclasses.replace(drawing, strokes=(*whole, *(stroke for stroke in broken if stroke is not None)))
+    whole, time = drawing.strokes[: place.stroke], place.time
+    for stroke in drawing.strokes[place.stroke : place.stroke + 1]:
+        if time >= stroke.t[0] and (time > stroke.t[0] or len(stroke.t) == 1):
+            whole = (*whole, stroke if time >= stroke.t[-1] else piece(stroke, float(stroke.t[0]), time))
+    return dataclasses.replace(drawing, strokes=whole)
 
 
 def remaining(drawing: Drawing, place: Place) -> Drawing:
     """The rest of a drawing after a place, where the broken stroke begins; times, words and layers stay."""
     if place.stroke >= len(drawing.strokes):
         return dataclasses.replace(drawing, strokes=())
-    broken = _from(drawing.strokes[place.stroke], place.time)
-    whole = drawing.strokes[place.stroke + 1 :]
-    return dataclasses.replace(drawing, strokes=whole if broken is None else (broken, *whole))
+    stroke, time, whole = drawing.strokes[place.stroke], place.time, drawing.strokes[place.stroke + 1 :]
+    if (time <= stroke.t[0] and len(stroke.t) > 1) or time < stroke.t[0]:
+        whole = (stroke, *whole)
+    elif time < stroke.t[-1]:
+        whole = (piece(stroke, time, float(stroke.t[-1])), *whole)
+    return dataclasses.replace(drawing, strokes=whole)
 
 
 def onward(before: Place, left: Drawing, whole: Drawing, after: Place) -> Place:
     """A place on the rest of a drawing, as a place on the whole drawing."""
     return max(before, Place(after.stroke + len(whole.strokes) - len(left.strokes), after.time))
-
-
-def _until(stroke: Stroke, time: float) -> Stroke | None:
-    if time < stroke.t[0] or (time == stroke.t[0] and len(stroke.t) > 1):
-        return None
-    return stroke if time >= stroke.t[-1] else piece(stroke, float(stroke.t[0]), time)
-
-
-def _from(stroke: Stroke, time: float) -> Stroke | None:
-    if (time <= stroke.t[0] and len(stroke.t) > 1) or time < stroke.t[0]:
-        return stroke
-    return None if time >= stroke.t[-1] else piece(stroke, time, float(stroke.t[-1]))
 
 
 # mm that a machine may stand beside what it was told to draw: segments, steps, a bed that is not quite 1:1

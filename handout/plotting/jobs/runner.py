@@ -228,7 +228,10 @@ class _Run:
     def _parts(self, port: Port, patience: float) -> None:
         journal = self.journal
         while (part := self._next()) is not None:
-            self._warn()
+            trouble = "" if self.supply is None or self._warned else self.supply.trouble()
+            if trouble:  # a page will be missing
+                self._warned = True
+                self.log(f"{trouble} The pages before that are drawn.")
             number = journal.standing.part
             before = self.job.parts[number - 1] if number else None
             fresh = not journal.standing.begun and (
@@ -259,13 +262,6 @@ class _Run:
             else:
                 with halting(self.controller):
                     self.controller.go(0.0, 0.0)
-
-    def _warn(self) -> None:
-        """Say that a page will be missing as soon as that is known."""
-        trouble = "" if self.supply is None or self._warned else self.supply.trouble()
-        if trouble:
-            self._warned = True
-            self.log(f"{trouble} The pages before that are drawn.")
 
     def _find_zero(self, controller: Controller, at_zero: bool) -> None:
         """Make sure that the machine knows its zero and stands in it."""
@@ -331,13 +327,24 @@ class _Run:
         whole = job.drawing(number)
         left = remaining(whole, journal.standing.place)
         profile = msgspec.structs.replace(controller.profile, bed=job.profile.bed)
-        if not left.strokes:
-            self._close_page(whole, controller, port)
+        if not left.strokes:  # what comes after a page that is drawn, from its beginning
+            last = dataclasses.replace(whole, strokes=whole.strokes[-1:])
+            closing = plan(last, profile, speed=job.options.speed, whole=(False, True)).after_page()
+            if closing is not None:
+                draw(closing, controller, port, job.profile, Monitor(log=self.log), fresh=False)
             return
         planned = plan(left, profile, speed=job.options.speed, whole=self._whole(number))
         keeper = _Keeper(journal, whole, left, planned)
+        monitor = Monitor(
+            progress=self._progress(number, planned, keeper),
+            watch=keeper.note,
+            proved=keeper.proved,
+            secure=keeper.secure,
+            overlap=job.options.overlap,
+            log=self.log,
+        )
         try:
-            report = draw(planned, controller, port, job.profile, self._monitor(number, planned, keeper), fresh=fresh)
+            report = draw(planned, controller, port, job.profile, monitor, fresh=fresh)
         except BaseException as error:
             keeper.write()
             if isinstance(error, DeviceGarbled) or controller.spoilt:
@@ -350,24 +357,6 @@ class _Run:
             self.plotted(report, port)
         observation = dataclasses.replace(report.observation, executed=None)
         self.reports.append(dataclasses.replace(report, observation=observation, plan=None))
-
-    def _close_page(self, whole: Drawing, controller: Controller, port: Port) -> None:
-        """What comes after a page that is drawn, from its beginning."""
-        profile = msgspec.structs.replace(controller.profile, bed=self.job.profile.bed)
-        last = dataclasses.replace(whole, strokes=whole.strokes[-1:])
-        closing = plan(last, profile, speed=self.job.options.speed, whole=(False, True)).after_page()
-        if closing is not None:
-            draw(closing, controller, port, self.job.profile, Monitor(log=self.log), fresh=False)
-
-    def _monitor(self, number: int, planned: Plan, keeper: _Keeper) -> Monitor:
-        return Monitor(
-            progress=self._progress(number, planned, keeper),
-            watch=keeper.note,
-            proved=keeper.proved,
-            secure=keeper.secure,
-            overlap=self.job.options.overlap,
-            log=self.log,
-        )
 
     def _progress(self, number: int, planned: Plan, keeper: _Keeper) -> Progress | None:
         """The progress of a part converted into that of the whole job, by ink."""

@@ -101,7 +101,7 @@ def begin(
         job.write()
         atomic.write(work / JOURNAL, b"")
         prune(base)
-        return _named(job, base)
+        return dataclasses.replace(job, folder=free_name(work, base))
 
 
 def add(job: Job, number: int, page: NewPage) -> None:
@@ -138,11 +138,6 @@ def _new_folder(base: Path) -> Iterator[Path]:
         if isinstance(error, OSError):
             raise InputError(f"Cannot keep the job in {base}: {error.strerror or error}.") from error
         raise
-
-
-def _named(job: Job, base: Path) -> Job:
-    """Give the job's folder its name."""
-    return dataclasses.replace(job, folder=free_name(job.folder, base))
 
 
 def free_name(work: Path, base: Path) -> Path:

@@ -77,7 +77,7 @@ def pieces(
     def marked(text: str) -> tuple[float, Array]:
         return _marks(text, words, pages, profile, speed)
 
-    first, last = _first(begin, from_word, words, marked), len(words) - 1
+    first, last = _find_first(begin, from_word, words, marked), len(words) - 1
     if end:
         place, marks = marked(end)
         last = int(np.searchsorted(marks[:-1], place, side="left")) - 1
@@ -90,7 +90,7 @@ def pieces(
     return [Piece(sheet, (run := list(group))[0].first, run[-1].stop) for sheet, group in chosen]
 
 
-def _first(
+def _find_first(
     begin: str | None, word: str | None, words: Sequence[_Word], marked: Callable[[str], tuple[float, Array]]
 ) -> int:
     """The run of strokes that a part begins with."""

@@ -22,5 +22,5 @@ which share:
     toolpath.py       all moves of a page, liftings and rests included, and when each begins
 
 To add a step: a function of its own, called in `planner.plan` or in the `plan` of one of the three; to add an order of
-strokes: a name in `plan.Order`, and `order.shortened`.
+strokes: a name in `plan.Order`, and `order.shorten_travel`.
 """

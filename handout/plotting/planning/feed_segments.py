@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from handout.plotting import pen_lift
 from handout.plotting.dialects import dialect
 from handout.plotting.planning import feeds, lookahead, pace, segments
-from handout.plotting.planning.blocks import Block, Move
+from handout.plotting.planning.blocks import Move
 from handout.plotting.planning.lookahead import Motion
 from handout.plotting.planning.plan import Plan, Request
 from handout.plotting.planning.segments import Trajectory
@@ -50,15 +50,12 @@ def plan(request: Request) -> Plan:
     feed, motion = run(toolpath, profile)
     starts = start_times(toolpath, motion, profile)
     target = toolpath.drawn_times(cuts, np.interp(cuts.t, asked.path.t, asked.target))
-    return Plan.of(request, toolpath, motion, starts, _blocks(toolpath, feed), target)
-
-
-def _blocks(toolpath: Toolpath, feed: Array) -> tuple[Block, ...]:
     xyz, feeds_ = toolpath.points[1:].tolist(), feed.tolist()
     height = (toolpath.draws & toolpath.follows_pressure).tolist()
-    return toolpath.blocks(
+    blocks = toolpath.blocks(
         lambda row: Move(xyz[row][0], xyz[row][1], feeds_[row], xyz[row][2] if height[row] else None)
     )
+    return Plan.of(request, toolpath, motion, starts, blocks, target)
 
 
 def cut(path: Trajectory, profile: Plotter) -> Trajectory:
@@ -87,7 +84,13 @@ def run(toolpath: Toolpath, profile: Plotter) -> tuple[Array, Motion]:
     blocks = lookahead.blocks(toolpath.points, toolpath.stands, machine_of(profile))
     pen_up = pen_up_speeds(toolpath, profile)
     most = feeds.greatest(blocks, limits.acceleration, float(limits.draw_speed))
-    crowding = _crowding(toolpath, 1.0 / capacity(profile))
+    crowding = np.ones(len(toolpath.kind))
+    if toolpath.draws.any():
+        # segments are run more slowly where too many follow on each other and the queue would run empty; it makes up
+        # for a few short ones: what counts is the mean over `_BURST` of them
+        time = np.convolve(np.where(toolpath.draws, toolpath.requested_time, 1.0), np.ones(_BURST), "same")
+        time = np.maximum(time[: len(toolpath.kind)], 1e-9)
+        crowding = np.asarray(np.maximum(_BURST * (1.0 / capacity(profile)) / time, 1.0))
     wanted = toolpath.requested_time * crowding
     crowded = crowding > 1.0  # no time is to be made up where lines could not follow
     most[crowded] = np.minimum(most, blocks.length / np.maximum(wanted, 1e-9))[crowded]
@@ -96,17 +99,6 @@ def run(toolpath: Toolpath, profile: Plotter) -> tuple[Array, Motion]:
     visible = depth(toolpath, motion, profile)
     short = lookahead.run(blocks, feed / 60.0, visible)
     return feed, short if abs(float((short.duration - motion.duration).sum())) > _CHANGED else motion
-
-
-def _crowding(toolpath: Toolpath, line_time: float) -> Array:
-    """How much slower segments have to be run where too many follow on each other, or the queue would run empty.
-
-    The queue makes up for a few short ones; what counts is the mean over `_BURST` of them.
-    """
-    if not toolpath.draws.any():
-        return np.ones(len(toolpath.kind))
-    time = np.convolve(np.where(toolpath.draws, toolpath.requested_time, 1.0), np.ones(_BURST), "same")
-    return np.asarray(np.maximum(_BURST * line_time / np.maximum(time[: len(toolpath.kind)], 1e-9), 1.0))
 
 
 def capacity(profile: Plotter) -> float:

@@ -1,8 +1,8 @@
 """Where hooks come in a drawing: what is done before and after it and its strokes, and before which strokes to dip.
 
 A dip falls between two strokes, since a pen cannot be lifted within one unseen; a stroke that needs more ink than there
-is between two dips is parted first (`parted`), where the pen is slowest.  Of all ways to dip often enough the one is
-taken that dips within the fewest strokes, then within the fewest words, then least often, and of these the one that
+is between two dips is parted first (`part_strokes`), where the pen is slowest.  Of all ways to dip often enough the one
+is taken that dips within the fewest strokes, then within the fewest words, then least often, and of these the one that
 loads the pen most evenly: a shortest path over the strokes.
 
 Source: own method.
@@ -22,6 +22,7 @@ import numpy as np
 from handout import hooks, units
 from handout.hooks import Steps
 from handout.plotting import bed
+from handout.plotting.planning.segments import distance_to_lines
 from handout.profiles import HOOKS, Plotter
 from handout.values import Array, Drawing, Stroke
 
@@ -49,7 +50,7 @@ NONE = Hooking()
 
 
 def hooking(drawing: Drawing, profile: Plotter, whole: tuple[bool, bool]) -> Hooking:
-    """The hooks of a machine on a drawing of `parted` strokes.
+    """The hooks of a machine on a drawing whose strokes are parted (`part_strokes`).
 
     whole : whether the page begins with the drawing, and ends with it.
 
@@ -83,7 +84,10 @@ def dips(strokes: Sequence[Stroke], every: float) -> frozenset[int]:
     A stroke that is longer by itself has a load of its own.
     """
     ink = np.append(0.0, np.cumsum([stroke.length for stroke in strokes]))
-    costs = np.array([_cost(strokes, at) if at else 0.0 for at in range(len(strokes))])
+    costs = np.zeros(len(strokes))
+    for at in range(1, len(strokes)):
+        within_word = 0 <= strokes[at].word == strokes[at - 1].word
+        costs[at] = _WITHIN_STROKE if is_join(strokes, at) else _DIP + (_WITHIN_WORD if within_word else 0.0)
     firsts = np.searchsorted(ink, ink - every - _TOUCH)
     best, before = np.zeros(len(ink)), np.zeros(len(ink), dtype=np.intp)
     for end in range(1, len(ink)):
@@ -98,19 +102,12 @@ def dips(strokes: Sequence[Stroke], every: float) -> frozenset[int]:
     return frozenset(chosen)
 
 
-def _cost(strokes: Sequence[Stroke], at: int) -> float:
-    """What it costs to dip before a stroke."""
-    if is_join(strokes, at):
-        return _WITHIN_STROKE
-    return _DIP + (_WITHIN_WORD if 0 <= strokes[at].word == strokes[at - 1].word else 0.0)
-
-
 def is_join(strokes: Sequence[Stroke], at: int) -> bool:
     """Whether a stroke goes on where the one before it ended: they are parts of one line."""
     return at > 0 and bool(np.abs(strokes[at - 1].xy[-1] - strokes[at].xy[0]).max() <= _TOUCH)
 
 
-def parted(drawing: Drawing, every: float) -> Drawing:
+def part_strokes(drawing: Drawing, every: float) -> Drawing:
     """The drawing with all strokes longer than `every` mm parted where the pen is slowest; every: 0 for never."""
     if every <= 0 or all(stroke.length <= every + _TOUCH for stroke in drawing.strokes):
         return drawing
@@ -119,7 +116,7 @@ def parted(drawing: Drawing, every: float) -> Drawing:
 
 
 def said(drawings: Sequence[Drawing], profile: Plotter) -> list[str]:
-    """What is to be said of the hooks on pages of `parted` strokes, in sentences."""
+    """What is to be said of the hooks on pages whose strokes are parted, in sentences."""
     sentences = [sentence for drawing in drawings for sentence in _said(drawing, profile)]
     return list(dict.fromkeys(sentences))
 
@@ -155,19 +152,16 @@ def _pieces(stroke: Stroke, every: float) -> Iterator[Stroke]:
     reach = 0.5 * (every - length / many)  # two that are as far apart as can be leave no part too long
     begin = float(stroke.t[0])
     for number in range(1, many):
-        end = _slowest(stroke, along, number * length / many, reach)
+        about = number * length / many
+        inside = np.flatnonzero(np.abs(along - about) <= reach)
+        if len(inside):  # where it is slowest; of equally slow places at the nearest
+            best = np.lexsort((np.abs(along[inside] - about), np.round(stroke.speed[inside], 3)))[0]
+            end = float(stroke.t[inside[best]])
+        else:
+            end = float(np.interp(about, along, stroke.t))
         yield piece(stroke, begin, end)
         begin = end
     yield piece(stroke, begin, float(stroke.t[-1]))
-
-
-def _slowest(stroke: Stroke, along: Array, about: float, reach: float) -> float:
-    """When a stroke is slowest near a length of its path, s; of equally slow places the nearest."""
-    inside = np.flatnonzero(np.abs(along - about) <= reach)
-    if not len(inside):
-        return float(np.interp(about, along, stroke.t))
-    best = np.lexsort((np.abs(along[inside] - about), np.round(stroke.speed[inside], 3)))[0]
-    return float(stroke.t[inside[best]])
 
 
 _CHANNELS = ("pressure", "tilt", "azimuth", "rotation", "width")
@@ -179,16 +173,13 @@ def piece(stroke: Stroke, begin: float, end: float) -> Stroke:
     within = stroke.t[(stroke.t > begin) & (stroke.t < end)]
     t = np.concatenate([[begin], within, [end]])
     xy = np.stack([np.interp(t, stroke.t, stroke.xy[:, axis]) for axis in (0, 1)], axis=1)
-    recorded = {name: values for name in _CHANNELS if (values := getattr(stroke, name)) is not None}
-    channels: dict[str, Any] = {name: _between(name, t, stroke.t, values) for name, values in recorded.items()}
+    channels: dict[str, Any] = {}
+    at = np.minimum(np.searchsorted(stroke.t, t), len(stroke.t) - 1)
+    for name in _CHANNELS:
+        if (values := getattr(stroke, name)) is not None:  # samples stay as they are, to the last digit
+            between = np.interp(t, stroke.t, np.unwrap(values) if name in _ANGLES else values)
+            channels[name] = np.where(stroke.t[at] == t, values[at], between)
     return dataclasses.replace(stroke, t=t, xy=xy, **channels)
-
-
-def _between(name: str, t: Array, times: Array, values: Array) -> Array:
-    """A channel at the times t; its samples stay as they are, to the last digit."""
-    between = np.interp(t, times, np.unwrap(values) if name in _ANGLES else values)
-    at = np.minimum(np.searchsorted(times, t), len(times) - 1)
-    return np.where(times[at] == t, values[at], between)
 
 
 def detours(profile: Plotter) -> list[Array]:
@@ -202,15 +193,12 @@ def without_pots(drawing: Drawing, profile: Plotter) -> Drawing:
     """What was executed, without what a pen did in its pot: strokes that stay near the ways of hooks."""
     to_page = bed.place(drawing.page, profile).to_page
     ways = [to_page(np.array(places)) for name in HOOKS if (places := hooks.goes(profile.hooks.steps(name)))]
-    kept = tuple(stroke for stroke in drawing.strokes if not any(_is_near(stroke.xy, way) for way in ways))
-    return dataclasses.replace(drawing, strokes=kept)
-
-
-def _is_near(xy: Array, way: Array) -> bool:
-    """Whether all of a path is near a way, in one of its straight pieces or at a place."""
-    off = np.full(len(xy), np.inf)
-    for a, b in pairwise([way[0], *way]):
-        along = b - a
-        share = np.clip((xy - a) @ along / max(float(along @ along), 1e-12), 0.0, 1.0)
-        off = np.minimum(off, np.hypot(*(a + share[:, None] * along - xy).T))
-    return bool((off <= _POT).all())
+    kept = []
+    for stroke in drawing.strokes:
+        off = [
+            np.min([distance_to_lines(stroke.xy, a[None], b[None]) for a, b in pairwise([way[0], *way])], axis=0)
+            for way in ways
+        ]
+        if not any((each <= _POT).all() for each in off):  # near one way with all of its path
+            kept.append(stroke)
+    return dataclasses.replace(drawing, strokes=tuple(kept))

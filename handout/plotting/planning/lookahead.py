@@ -113,17 +113,14 @@ def blocks(points: Array, stands: Flags, machine: Machine) -> Blocks:
     if machine.curves and not machine.jerk:
         limit = _curve_speed2 if machine.curves == "short" else _circle_speed2
         corner[1:] = np.minimum(corner[1:], limit(unit, length, acceleration))
-    radius[1:] = _radius(np.diff(points, axis=0))  # whole steps would make rough what is smooth
+    way = np.diff(points, axis=0)  # whole steps would make rough what is smooth
+    chord = np.maximum(np.sqrt((way * way).sum(axis=1)), _REST)
+    cosine = (way[:-1] * way[1:]).sum(axis=1) / (chord[:-1] * chord[1:])
+    angle = np.arccos(np.clip(cosine, -1.0, 1.0))
+    # of the curve of which each two lines are chords; a turn of more than a quarter is none
+    radius[1:] = np.where(cosine > 0, 0.5 * (chord[:-1] + chord[1:]) / np.maximum(angle, _REST), np.inf)
     corner[stands], radius[stands] = 0.0, np.inf
     return Blocks(length, acceleration, along(unit, machine.rate), corner, radius)
-
-
-def _radius(move: Array) -> Array:
-    """Radius of the curve of which each two lines are chords, mm; infinite for a turn of more than a quarter."""
-    length = np.maximum(np.sqrt((move * move).sum(axis=1)), _REST)
-    cosine = (move[:-1] * move[1:]).sum(axis=1) / (length[:-1] * length[1:])
-    angle = np.arccos(np.clip(cosine, -1.0, 1.0))
-    return np.where(cosine > 0, 0.5 * (length[:-1] + length[1:]) / np.maximum(angle, _REST), np.inf)
 
 
 def along(unit: Array, limits: Array) -> Array:

@@ -8,6 +8,7 @@ strokes are drawn in any order, from either end, and closed ones from anywhere.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -20,7 +21,7 @@ _LIFT = 0.1  # s between the strokes of a drawing
 _KICKS, _SPENT = 5, 800_000  # disturbances a stroke, and strokes turned round by all of them: about half a second
 
 
-def shortened(drawing: Drawing, home: Array | None = None) -> tuple[Stroke, ...]:
+def shorten_travel(drawing: Drawing, home: Array | None = None) -> tuple[Stroke, ...]:
     """The strokes in an order in which the pen travels less, on one clock; as they are if that gains nothing.
 
     Parameters
@@ -55,19 +56,30 @@ def by_tour(strokes: tuple[Stroke, ...], home: Array | None = None) -> tuple[Str
     if len(strokes) < 2:
         return strokes
     begun = list(strokes)
-    closed = [at for at, stroke in enumerate(strokes) if _is_closed(stroke)]
+    closed = []
+    for at, stroke in enumerate(strokes):
+        ends = stroke.xy[[0, -1]]
+        if len(stroke.t) > 3 and np.hypot(*(ends[1] - ends[0])) < _CLOSED and stroke.length > 10 * _CLOSED:
+            closed.append(at)
     order: list[int] = []
     for last in (False, False, True) if closed else (True,):
-        order = _order(_ends(begun), home, thorough=last)
+        ends = np.array([[stroke.xy[0], stroke.xy[-1]] for stroke in begun])
+        order = _order(ends, home, thorough=last)
         _begin_anew(begun, closed, order, home)
-    drawn = tuple(_reversed(begun[point >> 1]) if point & 1 else begun[point >> 1] for point in order)
+    drawn = []
+    for point in order:
+        stroke = begun[point >> 1]
+        if point & 1:  # drawn from its end
+            t = stroke.t[0] + (stroke.t[-1] - stroke.t[::-1])
+            stroke = _picked(stroke, np.arange(len(stroke.t))[::-1], t)
+        drawn.append(stroke)
     if _way(drawn, home) >= _way(strokes, home) - 1e-9:
         return strokes
-    return _on_one_clock(drawn)
-
-
-def _ends(strokes: list[Stroke]) -> Array:
-    return np.array([[stroke.xy[0], stroke.xy[-1]] for stroke in strokes])
+    clock, timed = 0.0, []
+    for stroke in drawn:
+        timed.append(dataclasses.replace(stroke, t=stroke.t - stroke.t[0] + clock))
+        clock = float(timed[-1].t[-1]) + _LIFT
+    return tuple(timed)
 
 
 def _order(ends: Array, home: Array | None, *, thorough: bool) -> list[int]:
@@ -83,11 +95,6 @@ def _order(ends: Array, home: Array | None, *, thorough: bool) -> list[int]:
     gap = np.hypot(*(points[at] - points[np.roll(at, 1) ^ 1]).T)
     first = int(gap.argmax())
     return tour[first:] + tour[:first]
-
-
-def _is_closed(stroke: Stroke) -> bool:
-    ends = stroke.xy[[0, -1]]
-    return len(stroke.t) > 3 and bool(np.hypot(*(ends[1] - ends[0])) < _CLOSED) and stroke.length > 10 * _CLOSED
 
 
 def _begin_anew(strokes: list[Stroke], closed: list[int], order: list[int], home: Array | None) -> None:
@@ -118,11 +125,6 @@ def _rolled(stroke: Stroke, first: int) -> Stroke:
     return _picked(stroke, at, t)
 
 
-def _reversed(stroke: Stroke) -> Stroke:
-    t = stroke.t[0] + (stroke.t[-1] - stroke.t[::-1])
-    return _picked(stroke, np.arange(len(stroke.t))[::-1], t)
-
-
 def _picked(stroke: Stroke, at: Indices, t: Array) -> Stroke:
     """The samples `at` of a stroke at other times."""
     channels = ("pressure", "tilt", "azimuth", "rotation", "width")
@@ -130,15 +132,7 @@ def _picked(stroke: Stroke, at: Indices, t: Array) -> Stroke:
     return dataclasses.replace(stroke, t=t, xy=stroke.xy[at], **values_of)
 
 
-def _on_one_clock(strokes: tuple[Stroke, ...]) -> tuple[Stroke, ...]:
-    clock, timed = 0.0, []
-    for stroke in strokes:
-        timed.append(dataclasses.replace(stroke, t=stroke.t - stroke.t[0] + clock))
-        clock = float(timed[-1].t[-1]) + _LIFT
-    return tuple(timed)
-
-
-def _way(strokes: tuple[Stroke, ...], home: Array | None) -> float:
+def _way(strokes: Sequence[Stroke], home: Array | None) -> float:
     """Length of all moves through the air, mm."""
     ends = 0.0 if home is None else sum(np.hypot(*(xy - home)) for xy in (strokes[0].xy[0], strokes[-1].xy[-1]))
     return _travel(strokes) + float(ends)
@@ -149,51 +143,40 @@ def by_travel(strokes: tuple[Stroke, ...]) -> tuple[Stroke, ...]:
 
     Strokes of one word stay in their order.  A stroke of no known word is a word of its own.
     """
-    words = _words(strokes)
+    found: dict[tuple[str, int], list[int]] = {}  # strokes of each word, words in the order in which they were begun
+    for index, stroke in enumerate(strokes):
+        found.setdefault(("word", stroke.word) if stroke.word >= 0 else ("alone", index), []).append(index)
+    words = list(found.values())
     if len(words) < 2:
         return strokes
     start = np.array([strokes[word[0]].xy[0] for word in words])
     end = np.array([strokes[word[-1]].xy[-1] for word in words])
     gap = np.hypot(*(start[None] - end[:, None]).transpose(2, 0, 1))  # from the end of row to the start of column
     order = list(range(len(words)))
-    for candidate in (order, _nearest_next(gap)):
-        better = _moved_about(candidate, gap)
+    left, nearest = np.ones(len(gap), dtype=bool), [0]  # from the first word always on to the nearest that is left
+    left[0] = False
+    for _ in range(len(gap) - 1):
+        nearest.append(int(np.argmin(np.where(left, gap[nearest[-1]], np.inf))))
+        left[nearest[-1]] = False
+    for candidate in (order, nearest):
+        better = _move_words(candidate, gap)
         if _length(better, gap) < _length(order, gap) - 1e-9:
             order = better
     ordered = tuple(strokes[index] for word in order for index in words[word])
     return ordered if _travel(ordered) < _travel(strokes) - 1e-9 else strokes
 
 
-def _travel(strokes: tuple[Stroke, ...]) -> float:
+def _travel(strokes: Sequence[Stroke]) -> float:
     start = np.array([stroke.xy[0] for stroke in strokes[1:]])
     end = np.array([stroke.xy[-1] for stroke in strokes[:-1]])
     return float(np.hypot(*(start - end).T).sum())
-
-
-def _words(strokes: tuple[Stroke, ...]) -> list[list[int]]:
-    """Indices of the strokes of each word, words in the order in which they were begun."""
-    words: dict[tuple[str, int], list[int]] = {}
-    for index, stroke in enumerate(strokes):
-        words.setdefault(("word", stroke.word) if stroke.word >= 0 else ("alone", index), []).append(index)
-    return list(words.values())
 
 
 def _length(order: list[int], gap: Array) -> float:
     return float(gap[order[:-1], order[1:]].sum())
 
 
-def _nearest_next(gap: Array) -> list[int]:
-    """From the first word always on to the nearest that is left."""
-    left = np.ones(len(gap), dtype=bool)
-    order = [0]
-    left[0] = False
-    for _ in range(len(gap) - 1):
-        order.append(int(np.argmin(np.where(left, gap[order[-1]], np.inf))))
-        left[order[-1]] = False
-    return order
-
-
-def _moved_about(order: list[int], gap: Array) -> list[int]:
+def _move_words(order: list[int], gap: Array) -> list[int]:
     """Move runs of one to three words to wherever that shortens the way, until nothing does."""
     order = list(order)
     for _ in range(_ROUNDS):

@@ -219,19 +219,16 @@ class Plan:
     def intended(self) -> Drawing:
         """The strokes as they were meant to be drawn: at the speed asked for, or the best for one without time."""
         if not self.drawing.timed:
-            return self._at_best()
+            toolpath = self.toolpath
+            count = np.bincount(toolpath.stroke[toolpath.draws], minlength=len(toolpath.first))
+            drawn = []
+            for row, many, stroke in zip(toolpath.first, count, self.drawing.strokes, strict=True):
+                t = np.append(0.0, np.cumsum(self.target_time[row : row + many]))
+                drawn.append(Stroke(t, self._on_page(toolpath.points[row : row + many + 1]), word=stroke.word))
+            return Drawing(tuple(drawn), self.drawing.page, self.drawing.about, timed=False)
         factor = 1.0 if self.speed == "fast" else float(self.speed)
         strokes = (dataclasses.replace(stroke, t=stroke.t / factor) for stroke in self.drawing.strokes)
         return dataclasses.replace(self.drawing, strokes=tuple(strokes))
-
-    def _at_best(self) -> Drawing:
-        toolpath = self.toolpath
-        count = np.bincount(toolpath.stroke[toolpath.draws], minlength=len(toolpath.first))
-        strokes = []
-        for row, many, stroke in zip(toolpath.first, count, self.drawing.strokes, strict=True):
-            t = np.append(0.0, np.cumsum(self.target_time[row : row + many]))
-            strokes.append(Stroke(t, self._on_page(toolpath.points[row : row + many + 1]), word=stroke.word))
-        return Drawing(tuple(strokes), self.drawing.page, self.drawing.about, timed=False)
 
 
 def _turns(way: Array) -> Array:

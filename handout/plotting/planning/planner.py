@@ -20,8 +20,8 @@ from handout.errors import InputError
 from handout.plotting import bed
 from handout.plotting.dialects import dialect
 from handout.plotting.planning import feed_segments, time_slices, vectors
-from handout.plotting.planning.hooking import hooking, parted
-from handout.plotting.planning.order import shortened
+from handout.plotting.planning.hooking import hooking, part_strokes
+from handout.plotting.planning.order import shorten_travel
 from handout.plotting.planning.plan import Order, Plan, Request, Speed
 from handout.plotting.planning.segments import on_one_clock
 from handout.profiles import Plotter
@@ -56,7 +56,7 @@ def plan(
     InputError
         Nothing to draw, or a speed that is not positive.
     """
-    drawing = parted(drawing, profile.hooks.dip_every)
+    drawing = part_strokes(drawing, profile.hooks.dip_every)
     drawing = dataclasses.replace(drawing, strokes=_ordered(drawing, profile, speed, order))
     speed = speed if drawing.timed else "fast"
     placement = bed.place(drawing.page, profile)
@@ -78,4 +78,4 @@ def _ordered(drawing: Drawing, profile: Plotter, speed: Speed, order: Order) -> 
         raise InputError(f'order: {order!r} is neither "writing" nor "travel".')
     if order == "writing":
         return drawing.strokes
-    return shortened(drawing, bed.place(drawing.page, profile).to_page(np.zeros((1, 2)))[0])
+    return shorten_travel(drawing, bed.place(drawing.page, profile).to_page(np.zeros((1, 2)))[0])

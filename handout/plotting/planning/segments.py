@@ -118,7 +118,7 @@ def _follow(path: Trajectory, breakpoints: Array, deviation: float) -> Array:
     for _ in range(_PASSES):
         ends = path.at(breakpoints)
         piece = np.clip(np.searchsorted(breakpoints, path.t, side="right") - 1, 0, len(breakpoints) - 2)
-        away = _from_chord(path.xy, ends[piece], ends[piece + 1])
+        away = distance_to_lines(path.xy, ends[piece], ends[piece + 1])
         away[path.stroke_at(breakpoints[piece]) != path.stroke_at(breakpoints[piece + 1])] = 0.0
         order = np.lexsort((away, piece))
         farthest = order[np.flatnonzero(np.diff(piece[order], append=-1))]
@@ -129,13 +129,11 @@ def _follow(path: Trajectory, breakpoints: Array, deviation: float) -> Array:
     return breakpoints
 
 
-def _from_chord(points: Array, start: Array, end: Array) -> Array:
-    """Distance of each point from its own straight segment.  (n,) mm."""
-    along = end - start
-    squared = np.maximum((along * along).sum(axis=1), _TINY)
-    share = np.clip(((points - start) * along).sum(axis=1) / squared, 0.0, 1.0)
-    off = points - start - share[:, None] * along
-    return np.asarray(np.sqrt((off * off).sum(axis=1)))
+def distance_to_lines(place: Array, begin: Array, end: Array) -> Array:
+    """(n,) distance of places (k,) or (n, k) from straight lines between points (n, k), in their unit."""
+    way, to = end - begin, place - begin
+    share = np.clip((to * way).sum(axis=1) / np.maximum((way * way).sum(axis=1), _TINY), 0.0, 1.0)
+    return np.asarray(np.linalg.norm(to - share[:, None] * way, axis=1))
 
 
 def _merge(path: Trajectory, breakpoints: Array, wanted: Array, shortest: float) -> Array:

@@ -97,12 +97,13 @@ def _tamed(slope: Array, way: Array) -> Array:
     return np.asarray(slope * np.minimum(most, 1.0)[:, None])
 
 
-def smoothed(trajectory: Trajectory) -> TimedCurve:
+def smooth_trajectory(trajectory: Trajectory) -> TimedCurve:
     """A track as a curve; long straight lines are cut into pieces."""
     trajectory = _cut_lines(trajectory)
     gap, chord = _chords(trajectory)
     length = gap * np.hypot(*chord.T)
-    turn = _turn(chord)
+    a, b = chord[:-1], chord[1:]
+    turn = np.abs(np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1)))  # 0 where the pen rests
     smooth = np.zeros(len(trajectory.t), dtype=bool)
     both = np.maximum(length[1:], length[:-1])
     sampled = np.maximum(gap[1:], gap[:-1]) <= SETTINGS.sample_gap
@@ -117,7 +118,7 @@ def smoothed(trajectory: Trajectory) -> TimedCurve:
     return TimedCurve(trajectory, smooth)
 
 
-def scaled(path: TimedCurve, limits: MotionLimits) -> TimedCurve:
+def slow_down(path: TimedCurve, limits: MotionLimits) -> TimedCurve:
     """The path with as much more time as the machine needs; every stroke begins and ends at rest."""
     trajectory = path.trajectory
     if len(trajectory.t) < 2:
@@ -158,7 +159,9 @@ def _greatest(path: TimedCurve, gap: Array, chord: Array, hand: Array, limits: M
     most = np.full(len(hand), limits.speed)
     early, late = np.append(gap[:1], gap), np.append(gap, gap[-1:])
     turning = np.zeros(len(hand))
-    turning[1:-1] = _across(chord)
+    mean, change = chord[1:] + chord[:-1], np.diff(chord, axis=0)
+    cross = mean[:, 0] * change[:, 1] - mean[:, 1] * change[:, 0]  # of the velocity, across its direction
+    turning[1:-1] = np.abs(cross) / np.maximum(np.hypot(*mean.T), SETTINGS.tiny)
     turning /= 0.5 * (early + late)
     smooth = path.smooth & (turning > limits.acceleration)
     most[smooth] = np.minimum(most[smooth], hand[smooth] * np.sqrt(limits.acceleration / turning[smooth]))
@@ -193,17 +196,3 @@ def _chords(trajectory: Trajectory) -> tuple[Array, Array]:
     chord = np.diff(trajectory.xy, axis=0) / gap[:, None]
     chord[trajectory.stroke[1:] != trajectory.stroke[:-1]] = 0.0
     return gap, chord
-
-
-def _across(chord: Array) -> Array:
-    """(n − 2,) mm/s: by how much the velocity changes across its direction from each piece to the next."""
-    mean, change = chord[1:] + chord[:-1], np.diff(chord, axis=0)
-    cross = mean[:, 0] * change[:, 1] - mean[:, 1] * change[:, 0]
-    return np.asarray(np.abs(cross) / np.maximum(np.hypot(*mean.T), SETTINGS.tiny))
-
-
-def _turn(chord: Array) -> Array:
-    """(n − 2,) rad, between each piece and the next; 0 where the pen rests."""
-    a, b = chord[:-1], chord[1:]
-    cross = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    return np.asarray(np.abs(np.arctan2(cross, (a * b).sum(axis=1))))

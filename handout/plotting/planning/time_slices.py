@@ -40,9 +40,9 @@ _CORNER = np.radians(30.0)  # a turn by more is the end of a slice
 def plan(request: Request) -> Plan:
     """A plan of timed moves; see `planner.plan`."""
     profile, asked = request.profile, pace(request)
-    path = time_scaling.smoothed(asked.path)
+    path = time_scaling.smooth_trajectory(asked.path)
     target = np.interp(path.trajectory.t, asked.path.t, asked.target)
-    slow = time_scaling.scaled(path, motion_limits(profile))
+    slow = time_scaling.slow_down(path, motion_limits(profile))
     cuts, when = slices(slow, profile)
     drawn = np.interp(path.trajectory.t, asked.path.t, asked.drawn)  # on the drawing's clock, which has the pressure
     clock = np.interp(when, slow.trajectory.t, drawn) * request.factor
@@ -104,7 +104,11 @@ def slices(path: TimedCurve, profile: Plotter) -> tuple[Trajectory, Array]:
     trajectory = path.trajectory
     first, last = stroke_ends(trajectory.stroke)
     mix = motion_limits(profile).mix
-    corner = _corners(path)
+    # samples at which a straight line ends and another begins in another direction
+    arriving, leaving = path.velocities
+    cross = arriving[:, 0] * leaving[:, 1] - arriving[:, 1] * leaving[:, 0]
+    turn = np.abs(np.arctan2(cross, (arriving * leaving).sum(axis=1)))
+    corner = ~path.smooth & (turn > _CORNER)
     length = min(max(1.0 / profile.segment_rate, _SHORTEST), 4 * _TRAVEL)
     least = 1.0 / profile.limits.steps_per_mm
     clocks, times = [], []
@@ -123,14 +127,6 @@ def slices(path: TimedCurve, profile: Plotter) -> tuple[Trajectory, Array]:
     stroke = np.repeat(np.arange(len(clocks)), [len(clock) for clock in clocks])
     when = np.concatenate(times)
     return Trajectory(np.concatenate(clocks), path.at(when), trajectory.stroke[first][stroke]), when
-
-
-def _corners(path: TimedCurve) -> Array:
-    """(n,) bool: samples at which a straight line ends and another begins in another direction."""
-    arriving, leaving = path.velocities
-    cross = arriving[:, 0] * leaving[:, 1] - arriving[:, 1] * leaving[:, 0]
-    turn = np.abs(np.arctan2(cross, (arriving * leaving).sum(axis=1)))
-    return np.asarray(~path.smooth & (turn > _CORNER))
 
 
 def _ends_of_slices(

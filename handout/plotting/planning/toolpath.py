@@ -243,7 +243,23 @@ def lay_out(
     build.to_stroke(len(first), np.zeros(2), Hooking(after_stroke=hooked.after_stroke))
     if hooked.after_page:
         build.at_zero("after_page", hooked.after_page)
-    return _toolpath(build, np.array(first, dtype=np.intp))
+    pause = np.zeros(build.count + 1)
+    for row, seconds in build.pauses:
+        pause[row] += seconds
+    stands = np.zeros(build.count + 1, dtype=bool)
+    stands[build.stands] = True
+    kind, strokes, many = np.array(build.kinds, dtype=np.intp).reshape(-1, 3).T
+    return Toolpath(
+        points=readonly(np.concatenate(build.points), None, 3),
+        kind=np.repeat(kind, many).astype(np.int8),
+        stroke=np.repeat(strokes, many),
+        requested_time=np.concatenate([*build.requested_time, np.zeros(0)]),
+        stands=stands[:-1],
+        pause=pause,
+        first=np.array(first, dtype=np.intp),
+        instructions=tuple(build.instructions),
+        hooks=tuple(build.hooks),
+    )
 
 
 def pen_up_speeds(toolpath: Toolpath, profile: Plotter) -> Array:
@@ -252,26 +268,6 @@ def pen_up_speeds(toolpath: Toolpath, profile: Plotter) -> Array:
     speeds = {TRAVEL: float(profile.limits.travel_speed), LIFT: float(pen.z_speed), DRAW: float(pen.z_speed)}
     speeds |= {LOWER: pen_lift.lowering_speed(pen), WIPE: float(profile.limits.draw_speed)}
     return np.array([speeds[kind] for kind in range(5)])[toolpath.kind]
-
-
-def _toolpath(build: _Builder, first: NDArray[np.intp]) -> Toolpath:
-    pause = np.zeros(build.count + 1)
-    for row, seconds in build.pauses:
-        pause[row] += seconds
-    stands = np.zeros(build.count + 1, dtype=bool)
-    stands[build.stands] = True
-    kind, stroke, many = np.array(build.kinds, dtype=np.intp).reshape(-1, 3).T
-    return Toolpath(
-        points=readonly(np.concatenate(build.points), None, 3),
-        kind=np.repeat(kind, many).astype(np.int8),
-        stroke=np.repeat(stroke, many),
-        requested_time=np.concatenate([*build.requested_time, np.zeros(0)]),
-        stands=stands[:-1],
-        pause=pause,
-        first=first,
-        instructions=tuple(build.instructions),
-        hooks=tuple(build.hooks),
-    )
 
 
 def start_times(toolpath: Toolpath, motion: Motion, profile: Plotter) -> Array:

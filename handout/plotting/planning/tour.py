@@ -49,17 +49,14 @@ def shortest(ends: Array, kicks: int) -> list[int]:
     if len(ends) < 2:
         return [2 * stroke for stroke in range(len(ends))]
     if len(ends) == 2:  # the longer of its two links will be left out
-        return min([0, 2], [0, 3], key=lambda tour: _links(ends, tour).min())
+        points = ends.reshape(-1, 2)
+        links = [np.hypot(*(points[tour] - points[np.roll(tour, 1) ^ 1]).T).min() for tour in ([0, 2], [0, 3])]
+        return [0, 2] if links[0] <= links[1] else [0, 3]
     points = ends.reshape(-1, 2)
     search = _Search(_fragments(points), points)
     search.improve(range(len(points)))
     search.disturb(kicks)
     return search.tour
-
-
-def _links(ends: Array, tour: list[int]) -> Array:
-    points, at = ends.reshape(-1, 2), np.array(tour)
-    return np.asarray(np.hypot(*(points[at] - points[np.roll(at, 1) ^ 1]).T))
 
 
 def _fragments(points: Array) -> list[int]:

@@ -54,15 +54,18 @@ def plan(request: Request) -> Plan:
     cuts = _shorter(segments.cut(request.path, SETTINGS.rate, SETTINGS.shortest / per_mm, SETTINGS.deviation))
     cuts = dataclasses.replace(cuts, xy=np.round(cuts.xy * per_mm) / per_mm)
     toolpath = lay_out(cuts, np.zeros(len(request.drawing.strokes)), profile, request.hooked)
-    lines = _lines(toolpath, profile)
+    lines = lookahead.blocks(toolpath.points, toolpath.stands, machine_of(profile))
+    if not profile.limits.junction_deviation > 0:  # the pen stands at every end of a vector
+        lines = dataclasses.replace(lines, corner=np.zeros(len(lines.corner)))
     target = toolpath.requested_time / request.factor
     feed = _feeds(toolpath, lines, np.zeros_like(target) if request.speed == "fast" else target, profile)
     motion = lookahead.run(lines, feed * lines.rate / _fastest(profile), profile.port.queue)
     xy, feeds = toolpath.points[1:, :2].tolist(), (feed * 60.0).tolist()
     blocks = toolpath.blocks(lambda row: Move(xy[row][0], xy[row][1], feeds[row]))
-    starts = start_times(toolpath, motion, profile) + _fetching(profile) - profile.pen.up_time  # it is up already
+    fetching = float(profile.hpgl.pen_time)
+    starts = start_times(toolpath, motion, profile) + fetching - profile.pen.up_time  # it is up already
     starts = starts + _starved(blocks, toolpath, starts, profile)
-    starts[-1] += _fetching(profile) if profile.hpgl.pens > 1 else 0.0
+    starts[-1] += fetching if profile.hpgl.pens > 1 else 0.0
     target = target if request.drawing.timed else motion.duration
     return Plan.of(request, toolpath, motion, starts, blocks, np.where(toolpath.draws, target, 0.0))
 
@@ -83,18 +86,6 @@ def _fastest(profile: Plotter) -> float:
     return float(max(profile.limits.draw_speed, profile.limits.travel_speed))
 
 
-def _fetching(profile: Plotter) -> float:
-    return float(profile.hpgl.pen_time)
-
-
-def _lines(toolpath: Toolpath, profile: Plotter) -> Blocks:
-    """The vectors of the toolpath; without a junction deviation, the pen stands at every end of one."""
-    lines = lookahead.blocks(toolpath.points, toolpath.stands, machine_of(profile))
-    if profile.limits.junction_deviation > 0:
-        return lines
-    return dataclasses.replace(lines, corner=np.zeros(len(lines.corner)))
-
-
 def _feeds(toolpath: Toolpath, lines: Blocks, wanted: Array, profile: Plotter) -> Array:
     """The velocity of every move, mm/s: of each stroke the one that makes it last as long as it is meant to.
 
@@ -102,30 +93,35 @@ def _feeds(toolpath: Toolpath, lines: Blocks, wanted: Array, profile: Plotter) -
     pen that waits leaves a blot.
     """
     limits, draws = profile.limits, toolpath.draws
-    feed = np.where(toolpath.kind == WIPE, _speeds(profile)[-1], float(limits.travel_speed))
+    # velocities that the plotter has, mm/s, slow to fast
+    step, most = float(profile.hpgl.speed_step), float(limits.draw_speed)
+    speeds = step * np.unique(np.round(np.geomspace(1, max(int(most / step + 1e-6), 1), SETTINGS.speeds)))
+    feed = np.where(toolpath.kind == WIPE, speeds[-1], float(limits.travel_speed))
     if not draws.any():
         return feed
     stroke, many = toolpath.stroke[draws], len(toolpath.first)
+
+    def run(feeds: Array) -> Array:
+        return lookahead.run(lines, feeds * lines.rate / _fastest(profile), profile.port.queue).duration
+
+    lifted = np.where(draws, 0.0, run(feed))  # (n,) s; then (strokes,) s between the end of the stroke before and each
+    gaps = np.diff(np.concatenate([[0.0], np.cumsum(lifted + toolpath.pause[:-1])])[toolpath.first], prepend=0.0)
     durations = np.asarray(np.bincount(stroke, wanted[draws], many), dtype=float)
-    durations = _as_they_come(
-        durations, np.bincount(stroke, minlength=many), _gaps(toolpath, lines, feed, profile), profile
-    )
-    speeds = _speeds(profile)
-    took = np.array([_times(toolpath, lines, feed, v, profile) for v in speeds])
-    chosen = _settled(np.abs(took - durations) / np.maximum(durations, 1e-9))
+    durations = _wait_for_wire(durations, np.bincount(stroke, minlength=many), gaps, profile)
+    took = np.array([np.bincount(stroke, run(np.where(draws, v, feed))[draws], many) for v in speeds], dtype=float)
+    # how far each velocity misses the time of each stroke, as a share of it; changed only where it matters
+    off = np.abs(took - durations) / np.maximum(durations, 1e-9)
+    best = off.argmin(axis=0)
+    chosen, now = np.empty(many, dtype=np.intp), int(best[0])
+    for index, wish in enumerate(best.tolist()):
+        if off[now, index] > off[wish, index] + SETTINGS.matters:
+            now = wish
+        chosen[index] = now
     feed[draws] = speeds[chosen][stroke]
     return feed
 
 
-def _gaps(toolpath: Toolpath, lines: Blocks, feed: Array, profile: Plotter) -> Array:
-    """(strokes,) s between the end of the stroke before and the beginning of each."""
-    nominal = feed * lines.rate / _fastest(profile)
-    took = np.where(toolpath.draws, 0.0, lookahead.run(lines, nominal, profile.port.queue).duration)
-    done = np.concatenate([[0.0], np.cumsum(took + toolpath.pause[:-1])])[toolpath.first]
-    return np.diff(done, prepend=0.0)
-
-
-def _as_they_come(durations: Array, vectors: Index, gaps: Array, profile: Plotter) -> Array:
+def _wait_for_wire(durations: Array, vectors: Index, gaps: Array, profile: Plotter) -> Array:
     """(strokes,) s that strokes take: long enough for what is not in the plotter when one begins to come meanwhile.
 
     durations, gaps : (strokes,) s: of each, and before each, in which the wire gets ahead; vectors : how many each has.
@@ -138,36 +134,6 @@ def _as_they_come(durations: Array, vectors: Index, gaps: Array, profile: Plotte
         took.append(max(time, (need - ahead) / rate))
         ahead = min(ahead + took[-1] * rate - need, SETTINGS.ahead)
     return np.array(took)
-
-
-def _times(toolpath: Toolpath, lines: Blocks, feed: Array, speed: float, profile: Plotter) -> Array:
-    """(strokes,) s that the strokes take at a velocity, mm/s."""
-    nominal = np.where(toolpath.draws, speed, feed) * lines.rate / _fastest(profile)
-    took = lookahead.run(lines, nominal, profile.port.queue).duration
-    return np.asarray(
-        np.bincount(toolpath.stroke[toolpath.draws], took[toolpath.draws], len(toolpath.first)), dtype=float
-    )
-
-
-def _speeds(profile: Plotter) -> Array:
-    """Velocities that the plotter has, mm/s, slow to fast."""
-    step, most = float(profile.hpgl.speed_step), float(profile.limits.draw_speed)
-    count = max(int(most / step + 1e-6), 1)
-    return step * np.unique(np.round(np.geomspace(1, count, SETTINGS.speeds)))
-
-
-def _settled(off: Array) -> Index:
-    """For each stroke the index of its velocity, changed only where it matters.
-
-    off : (speeds, strokes) float, how far each velocity misses the time of each stroke, as a share of it.
-    """
-    best = off.argmin(axis=0)
-    chosen, now = np.empty(off.shape[1], dtype=np.intp), int(best[0])
-    for stroke, wish in enumerate(best.tolist()):
-        if off[now, stroke] > off[wish, stroke] + SETTINGS.matters:
-            now = wish
-        chosen[stroke] = now
-    return chosen
 
 
 def _starved(blocks: tuple[Block, ...], toolpath: Toolpath, starts: Array, profile: Plotter) -> Array:

@@ -118,24 +118,17 @@ def vernier(along: int, name: str, profile: Plotter, scale: float) -> Panel:
     down = [mark(start + number * (pitch - STEP), 1.0, number) for number in reversed(numbers)]
     lines = tuple(line(points, speed) for points in [lead[0], *up, lead[1], *down])
     length, across = start + (last + 1.5) * pitch, middle + 1.3 * reach
-    captions = [
-        _beside(along, start + number * pitch, across, f"{number * STEP:.1f}".replace("0.", ".", 1), size)
-        for number in range(0, last + 1, 4)
-    ]
+    captions = []
+    for number in range(0, last + 1, 4):
+        text = f"{number * STEP:.1f}".replace("0.", ".", 1).replace("-.0", "0").replace(".0", "0")
+        where = start + number * pitch
+        x, y = (where - 0.6 * size, across + 2.3 * size) if along == 0 else (across + 0.8 * size, where + size / 2)
+        captions.append(Caption(text, x, y, size))
     if along == 0:
         captions.append(Caption(f"{name} play", 0.0, across + 5.0 * size, size))
         return Panel(f"play {name}", length, across + 6.0 * size, lines, tuple(captions))
     captions.append(Caption(f"{name} play", 0.0, length + 2.6 * size, size))
     return Panel(f"play {name}", across + 5.0 * size, length + 3.6 * size, lines, tuple(captions))
-
-
-def _beside(along: int, where: float, across: float, text: str, size: float) -> Caption:
-    text = text.replace("-.0", "0").replace(".0", "0")
-    return (
-        Caption(text, where - 0.6 * size, across + 2.3 * size, size)
-        if along == 0
-        else Caption(text, across + 0.8 * size, where + size / 2, size)
-    )
 
 
 def _ladder(greatest: float) -> list[float]:
@@ -205,7 +198,11 @@ def left_behind(seconds: float, profile: Plotter) -> float:
 def ends(profile: Plotter, scale: float) -> Panel:
     """Lines that end at a rule, others beyond a gap: how far a tail reaches says what `pen.up_time` lacks, ms."""
     size, speed = letters(scale), pace(profile)
-    shown = _shown_tails(profile, 8.0 * scale, 4.5 * size)
+    # the longest delays whose tails have room, two if their numbers do not run into each other: ms, and mm
+    ways = [(ms, left_behind(ms / 1000, profile)) for ms in _TAILS]
+    fitting = [tail for tail in ways if 0.8 < tail[1] < 8.0 * scale] or ways[:1]
+    apart = [tail for tail in fitting[:-1] if fitting[-1][1] - tail[1] > 4.5 * size]
+    shown = [*apart[-1:], fitting[-1]]
     first, top, row, count = 8.0 * scale, 7.6 * size, 3.0 * size, 4
     far = max(2.0 * shown[-1][1], 6.0 * scale)  # the pen gathers speed up to the middle of its way
     bottom = top + (count - 0.4) * row
@@ -219,14 +216,6 @@ def ends(profile: Plotter, scale: float) -> Panel:
         lines.append(line([(0.0, y), (first, y)], speed))
         lines.append(line([(first + far, y), (first + far + 3 * scale, y)], speed))
     return Panel("ends", max(first + far + 3 * scale, 8 * size), bottom, tuple(lines), tuple(captions))
-
-
-def _shown_tails(profile: Plotter, room: float, apart: float) -> list[tuple[int, float]]:
-    """The longest delays whose tails have room, two if their numbers do not run into each other: ms, and mm."""
-    ways = [(ms, left_behind(ms / 1000, profile)) for ms in _TAILS]
-    fitting = [tail for tail in ways if 0.8 < tail[1] < room] or ways[:1]
-    last = fitting[-1]
-    return [*[tail for tail in fitting[:-1] if last[1] - tail[1] > apart][-1:], last]
 
 
 def dots(profile: Plotter, scale: float) -> Panel:

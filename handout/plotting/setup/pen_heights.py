@@ -62,7 +62,7 @@ def check(profile: Plotter) -> None:
     pen_lift.at(profile.pen, profile.pen.down)
 
 
-def replaced(profile: Plotter, up: float | None, down: float | None) -> Plotter:
+def replace_heights(profile: Plotter, up: float | None, down: float | None) -> Plotter:
     """The profile with other heights of its pen; a pen that follows pressure does so by as much as before.
 
     Raises
@@ -206,9 +206,15 @@ def find(bench: Bench) -> Heights:
     steps, way = Steps(profile), abs(profile.pen.down - profile.pen.up)
     with bench.working():
         touching = _asked(bench, steps, "t", "the pen just touches the paper", may_turn=not steps.lift_z)
-        if steps.lift_z and _is_to_be_zero(bench, touching):
-            bench.controller.level()
-            touching = bench.at = 0.0
+        if steps.lift_z:
+            bench.person.hear(
+                f"The paper is at {touching:g} mm. A Z axis that finds its zero by a switch will find it there again; "
+                "one that has none forgets it when it is switched off."
+            )
+            answers = {"y": "yes: it has no switch, or does not use it", "n": "no"}
+            if bench.person.answer("Call this height 0 until it is switched off?", answers) == "y":
+                bench.controller.level()
+                touching = bench.at = 0.0
         above = steps.from_(touching, -way)
         up = (steps.least if steps.sign > 0 else steps.greatest) if above is None else above
         bench.take(up=up, down=touching)
@@ -237,15 +243,6 @@ def _asked(bench: Bench, steps: Steps, done: str, means: str, *, may_turn: bool)
             bench.person.hear(f"It goes no further than {steps.least:g} to {steps.greatest:g}.")
         else:
             bench.go(there)
-
-
-def _is_to_be_zero(bench: Bench, touching: float) -> bool:
-    bench.person.hear(
-        f"The paper is at {touching:g} mm. A Z axis that finds its zero by a switch will find it there again; one that "
-        "has none forgets it when it is switched off."
-    )
-    answers = {"y": "yes: it has no switch, or does not use it", "n": "no"}
-    return bench.person.answer("Call this height 0 until it is switched off?", answers) == "y"
 
 
 def _pressed(bench: Bench, steps: Steps, down: float, up: float) -> float:
@@ -278,7 +275,7 @@ def _chosen(bench: Bench, steps: Steps, first: float, up: float, question: str) 
             first = float(values[-1])
 
 
-def tried(bench: Bench, heights: Heights) -> None:
+def draw_trial(bench: Bench, heights: Heights) -> None:
     """Draw one row at heights that are given."""
     bench.take(up=heights.up, down=heights.down)
     with bench.working():

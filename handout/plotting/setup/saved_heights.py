@@ -45,7 +45,7 @@ def lines(heights: Heights, profile: Plotter) -> dict[str, float]:
     return keys
 
 
-def edited(text: str, keys: dict[str, float]) -> str:
+def edit_profile(text: str, keys: dict[str, float]) -> str:
     """A profile's text with other numbers in ``[pen]``; the comments of these lines say where they are from."""
     group, rows = "", list[str]()
     for row in text.splitlines():
@@ -65,7 +65,7 @@ def edited(text: str, keys: dict[str, float]) -> str:
 def check(source: Path, keys: dict[str, float]) -> None:
     """Raise InputError unless a profile can have these numbers, before anything is tried with them."""
     try:
-        _tried(edited(source.read_text(encoding="utf-8"), keys), source, source, keys)
+        _try_profile(edit_profile(source.read_text(encoding="utf-8"), keys), source, source, keys)
     except InputError as error:
         raise InputError(str(error).replace(f"{source}: ", "", 1)) from error
 
@@ -78,8 +78,8 @@ def save(source: Path, path: Path, keys: dict[str, float]) -> None:
     InputError
         The numbers are none that a profile can have, or the file cannot be written.
     """
-    text = edited(source.read_text(encoding="utf-8"), keys)
-    _tried(text, source, path, keys)
+    text = edit_profile(source.read_text(encoding="utf-8"), keys)
+    _try_profile(text, source, path, keys)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -87,7 +87,7 @@ def save(source: Path, path: Path, keys: dict[str, float]) -> None:
     atomic.write(path, text.encode("utf-8"))
 
 
-def _tried(text: str, source: Path, path: Path, keys: dict[str, float]) -> None:
+def _try_profile(text: str, source: Path, path: Path, keys: dict[str, float]) -> None:
     with tempfile.TemporaryDirectory() as folder:
         trial = Path(folder) / path.name
         trial.write_text(text, encoding="utf-8")

@@ -6,7 +6,7 @@ The parts are those of `panels`, packed on the page; their words are written by 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from handout.plotting.dialects import dialect
 from handout.plotting.setup import panels
 from handout.plotting.setup.panels import Caption, Panel
 from handout.profiles import Plotter
-from handout.values import Drawing, Line, Manuscript, Page, Placed, Stroke
+from handout.values import Drawing, Line, Manuscript, Page, Placed
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
 
@@ -130,8 +130,9 @@ def _meet(first: Spot, second: Spot, gap: float) -> bool:
 
 def _drawn(spots: Sequence[Spot], profile: Plotter, page: Page, rng: np.random.Generator) -> Drawing:
     """All parts on one clock: first what is tested, part by part, then the words."""
-    lines = [_shifted(stroke, x, y) for x, y, panel in spots for stroke in panel.lines]
-    strokes = [*lines]
+    strokes = [
+        dataclasses.replace(stroke, xy=stroke.xy + np.array([x, y])) for x, y, panel in spots for stroke in panel.lines
+    ]
     for hand, pace in ((_PRINT, 1.6), (_JOINED, 1.0)):
         captions = [
             dataclasses.replace(caption, x=caption.x + x, y=caption.y + y)
@@ -141,20 +142,11 @@ def _drawn(spots: Sequence[Spot], profile: Plotter, page: Page, rng: np.random.G
         ]
         strokes += written(captions, hand, page, rng, pace).strokes
     about = {"program": f"handout {__version__}", "title": "test sheet", "device": profile.name}
-    return Drawing(tuple(_in_turn(strokes)), page, about)
-
-
-def _shifted(stroke: Stroke, x: float, y: float) -> Stroke:
-    return dataclasses.replace(stroke, xy=stroke.xy + np.array([x, y]))
-
-
-def _in_turn(strokes: Sequence[Stroke]) -> Iterator[Stroke]:
-    """The same one after the other on one clock."""
-    clock = 0.0
-    for stroke in strokes:
-        t = stroke.t - stroke.t[0] + clock
-        yield dataclasses.replace(stroke, t=t, word=-1)
-        clock = float(t[-1]) + _LIFT
+    clock, turns = 0.0, []
+    for stroke in strokes:  # one after the other on one clock
+        turns.append(dataclasses.replace(stroke, t=stroke.t - stroke.t[0] + clock, word=-1))
+        clock = float(turns[-1].t[-1]) + _LIFT
+    return Drawing(tuple(turns), page, about)
 
 
 _WIDE = 400.0  # mm, more than any caption needs

@@ -210,7 +210,9 @@ class SimulatedPlotter(InstrumentedPort):
                 self._restart()
             if self._silent:
                 continue
-            self._receive()
+            for piece in self._wire.receive(self.now):
+                if self.firmware.urgent(piece):
+                    self._restart()
             if self.firmware.next <= self.now:
                 self.firmware.step()
                 self._ended = self.now
@@ -234,11 +236,6 @@ class SimulatedPlotter(InstrumentedPort):
         late = self.options.late if ok and self.faults.past("late") else 0.0
         soonest = max(self.now, self._stalls) + self.options.latency + len(data) * self._wire.byte + late
         self._out.append((max(soonest, self._out[-1][0] if self._out else 0.0), self.faults.answered(data)))
-
-    def _receive(self) -> None:
-        for piece in self._wire.receive(self.now):
-            if self.firmware.urgent(piece):
-                self._restart()
 
     def _restart(self) -> None:
         self._wire.clear()
@@ -297,30 +294,24 @@ class SimulatedPlotter(InstrumentedPort):
         fault = self.options.fault
         if not fault or not self.faults.past(fault):
             return False
-        strikes: dict[str, Callable[[], None]] = {
-            "jam": self._fall_silent,
-            "unplugged": self._unplug,
-            "power-cut": self._lose_power,
+        others: dict[str, Callable[[], None]] = {
             "error": self.firmware.refuse,
             "alarm": self.firmware.alarm,
             "lost-board": self.firmware.lose_board,
             "reset": self._begin_anew,
             "hold": self.firmware.hold,
-            "stall": self._stall,
         }
-        if fault not in strikes or not self.faults.strikes(fault):
+        known = {"jam", "unplugged", "power-cut", "stall", *others}
+        if fault not in known or not self.faults.strikes(fault):
             return False
-        strikes[fault]()
+        if fault == "jam":
+            self._silent = True
+        elif fault == "unplugged":
+            self._gone = True
+        elif fault == "power-cut":
+            self._dies = self.now
+        elif fault == "stall":
+            self._stalls = self.now + _STALL
+        else:
+            others[fault]()
         return fault not in {"unplugged", "hold", "stall", *self.firmware.obeys}  # what it has, it does
-
-    def _fall_silent(self) -> None:
-        self._silent = True
-
-    def _stall(self) -> None:
-        self._stalls = self.now + _STALL
-
-    def _unplug(self) -> None:
-        self._gone = True
-
-    def _lose_power(self) -> None:
-        self._dies = self.now

@@ -45,6 +45,8 @@ class Line:
 class Queue:
     """Moves that have been read and not yet handed to the steppers."""
 
+    least = 1  # steps of a move that is queued
+
     def __init__(self, axes: Axes, size: int) -> None:
         self.axes, self.size = axes, size
         self.lines: deque[Line] = deque()
@@ -62,24 +64,29 @@ class Queue:
 
         Returns whether there was anything to move; less than a step is not.
         """
-        axes = self.axes
-        there = [math.floor(x * s + 0.5) for x, s in zip(target, axes.steps, strict=True)]
+        steps = self.axes.steps
+        there = [math.floor(x * s + 0.5) for x, s in zip(target, steps, strict=True)]
         dx, dy, dz = (a - b for a, b in zip(there, self.position, strict=True))
         count = max(abs(dx), abs(dy), abs(dz))
-        if count == 0:
+        if count < self.least:
             return False
-        way = (dx / axes.steps[0], dy / axes.steps[1], dz / axes.steps[2])
+        way = (dx / steps[0], dy / steps[1], dz / steps[2])
         mm = math.sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2])
         unit = (way[0] / mm, way[1] / mm, way[2] / mm)
-        nominal = max(min(feed, axes.along(unit, axes.speed)), 1 / 60)
-        most = min(self._corner(unit), nominal * nominal, self._nominal**2) if self.lines else 0.0
-        acceleration = axes.along(unit, axes.acceleration)
-        line = Line(self.position, (dx, dy, dz), count, mm, mm, unit, acceleration, nominal, most)
+        line = Line(self.position, (dx, dy, dz), count, mm, mm, unit, 0.0, 0.0, 0.0)
+        self.limit(line, feed)
         self.lines.append(line)
-        self._unit, self._nominal = unit, nominal
+        self._unit, self._nominal = unit, line.nominal
         self.position = (there[0], there[1], there[2])
         self.plan()
         return True
+
+    def limit(self, line: Line, feed: float) -> None:
+        """Set how fast a new line may be run at a feed, how fast begun, and its acceleration."""
+        axes = self.axes
+        line.nominal = max(min(feed, axes.along(line.unit, axes.speed)), 1 / 60)
+        line.most = min(self._corner(line.unit), line.nominal * line.nominal, self._nominal**2) if self.lines else 0.0
+        line.acceleration = axes.along(line.unit, axes.acceleration)
 
     def _corner(self, unit: Vector) -> float:
         """Square of the speed at which the corner between the last move and a new direction may be taken."""
@@ -95,18 +102,18 @@ class Queue:
         half = math.sqrt(0.5 * (1.0 - cosine))
         return acceleration * self.axes.deviation * half / (1.0 - half)
 
-    def plan(self) -> None:
-        """Set the entry speeds: back from a stop at the end, then forward from the first line.
+    def plan(self, settled: int = 1) -> None:
+        """Set the entry speeds: back from a stop at the end, then forward from the last line that is settled.
 
         The first line's own is left alone: what comes before it has been handed over and cannot be changed any more.
         """
         lines = self.lines
         after = 0.0
-        for index in range(len(lines) - 1, 0, -1):
+        for index in range(len(lines) - 1, settled - 1, -1):
             line = lines[index]
             after = min(line.most, after + 2.0 * line.acceleration * line.mm)
             line.entry = after
-        for index in range(len(lines) - 1):
+        for index in range(settled - 1, len(lines) - 1):
             line, following = lines[index], lines[index + 1]
             reached = line.entry + 2.0 * line.acceleration * line.mm
             if reached < following.entry:

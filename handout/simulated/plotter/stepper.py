@@ -137,21 +137,17 @@ class Stepper:
     def prepare(self) -> None:
         """Prepare slices as long as there is room and something to do."""
         while self.moving and len(self._slices) < self.ahead:
-            if self._ramp is None and not self._begin_line():
-                return
+            if self._ramp is None:
+                if not self.queue.lines or (self.holding and self._speed <= 0.0):
+                    return
+                line = self.queue.lines[0]
+                self._steps_left, self._spare = line.count, 0.0
+                if not self.holding:
+                    self._speed = math.sqrt(line.entry)
+                self._make_ramp(line)
             self._slice()
             if self.holding and self._speed <= 0.0:
                 return
-
-    def _begin_line(self) -> bool:
-        if not self.queue.lines or (self.holding and self._speed <= 0.0):
-            return False
-        line = self.queue.lines[0]
-        self._steps_left, self._spare = line.count, 0.0
-        if not self.holding:
-            self._speed = math.sqrt(line.entry)
-        self._make_ramp(line)
-        return True
 
     def _make_ramp(self, line: Line) -> None:
         """From the present speed over what is left of the line; to a stop on the way if the machine is to hold."""
@@ -187,7 +183,10 @@ class Stepper:
             self._spare = (left - exact) * each
             self._emit(line, left, time - self._spare)
         if left == 0:
-            self._end_line(line)
+            if len(self.queue.lines) == 1:
+                self._speed = 0.0
+            self.queue.lines.popleft()
+            self._ramp = None
         elif end >= ramp.time:  # held on the way
             self._speed = 0.0
 
@@ -200,9 +199,3 @@ class Stepper:
             )
             self._slices.append((time, (there[0], there[1], there[2])))
         self._steps_left = left
-
-    def _end_line(self, line: Line) -> None:
-        if len(self.queue.lines) == 1:
-            self._speed = 0.0
-        self.queue.lines.popleft()
-        self._ramp = None

@@ -12,8 +12,8 @@ from handout.plotting import plan
 from handout.plotting.dialects.ebb import DIALECT as ebb
 from handout.plotting.dialects.ebb import protocol
 from handout.plotting.dialects.ebb.conversation import EbbConversation
-from handout.plotting.dialects.ebb.firmware import UNKNOWN, Version
 from handout.plotting.dialects.ebb.protocol import About, Error, Note, Ok, Values
+from handout.plotting.dialects.ebb.stepping import UNKNOWN, Version
 from handout.plotting.planning.blocks import Move, Pause, Pen, Timed
 
 PROFILE = profiles.find("axidraw-v3", "plotter")

@@ -19,7 +19,7 @@ BLOCKS = [
 def commands(blocks, profile):
     """As in a file, without what comes before the first block and after the last."""
     program = list(protocol.program(blocks, profile, absolute=True))
-    before, after = len(protocol.MODES), len(protocol.closing())
+    before, after = len(protocol.MODES), 1
     assert [command.done for command in program[:before]] == [0] * before
     assert [command.done for command in program[-after:]] == [len(blocks)] * after
     return program[before:-after]

@@ -9,13 +9,24 @@ import numpy as np
 
 from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent
 from handout.plotting.dialect import BUTTON_LOOK, ButtonPressed, Log, StateReport
-from handout.plotting.dialects.base import BaseController, distance_to_lines
+from handout.plotting.dialects.base import BaseController
 from handout.plotting.dialects.ebb import protocol
 from handout.plotting.dialects.ebb.conversation import QUEUE, REST, Asked, EbbConversation, check_power
-from handout.plotting.dialects.ebb.firmware import BUTTON, CURRENT, FLAGS, MOTION, POSITION, STOP, TIME
 from handout.plotting.dialects.ebb.protocol import About
-from handout.plotting.dialects.ebb.stepping import Motors, StepCounter, mixing
+from handout.plotting.dialects.ebb.stepping import (
+    BUTTON,
+    CURRENT,
+    FLAGS,
+    MOTION,
+    POSITION,
+    STOP,
+    TIME,
+    Motors,
+    StepCounter,
+    mixing,
+)  # fmt: skip
 from handout.plotting.planning import time_slices
+from handout.plotting.planning.segments import distance_to_lines
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
 from handout.values import Array
@@ -137,7 +148,14 @@ class EbbController(BaseController):
             self.wait()
         if self.sent and self.version >= POSITION:
             self._check_steps()
-            self._check_return(self._steps())
+            # every program ends where it began, at zero; the board's own count must say so too
+            steps = self._steps()
+            x, y = np.linalg.solve(mixing(self.profile), np.array(steps, dtype=float)).tolist()
+            if max(map(abs, steps)) > _ASTRAY:
+                self.log(
+                    f"The plotter has counted other steps than it was told: it stands {x:.2f}, {y:.2f} mm from its "
+                    "zero. Look whether the lines are where they should be."
+                )
 
     def _check_steps(self) -> None:
         """Compare its count of steps with the steps that were sent, while it stands with the pen lifted.
@@ -163,56 +181,33 @@ class EbbController(BaseController):
             self._pens.append(self._up)
             self.conversation.put(b"QP\r")
 
-    def _check_return(self, steps: tuple[int, int]) -> None:
-        """Every program ends where it began, at zero; the board's own count must say so too."""
-        x, y = np.linalg.solve(mixing(self.profile), np.array(steps, dtype=float)).tolist()
-        if max(map(abs, steps)) > _ASTRAY:
-            self.log(
-                f"The plotter has counted other steps than it was told: it stands {x:.2f}, {y:.2f} mm from its zero. "
-                "Look whether the lines are where they should be."
-            )
-
     def _answered(self, asked: Asked, numbers: tuple[int, ...]) -> None:
-        """Call the question's handler; anything else is a command of the program, or a rest that asked."""
-        handlers = {
-            "QB": self._button_answered,
-            "QC": check_power,
-            "QG": self._flags_answered,
-            "QM": self._motion_answered,
-            "QP": self._pen_answered,
-        }
-        if asked.name in handlers:
-            handlers[asked.name](numbers)
-        elif asked.number >= 0 or asked.data == REST:
-            self._command_answered(asked)
-
-    def _button_answered(self, numbers: tuple[int, ...]) -> None:
-        self._pressed |= numbers[:1] == (1,)
-
-    def _flags_answered(self, numbers: tuple[int, ...]) -> None:
-        if len(numbers) == 1:
+        """Note an answer; anything but a question is a command of the program, or a rest that asked."""
+        if asked.name == "QB":
+            self._pressed |= numbers[:1] == (1,)
+        elif asked.name == "QC":
+            check_power(numbers)
+        elif asked.name == "QG" and len(numbers) == 1:
             self._pressed |= bool(numbers[0] & protocol.PRESSED)
             self._look(busy=bool(numbers[0] & protocol.BUSY), waiting=bool(numbers[0] & protocol.WAITING))
-
-    def _motion_answered(self, numbers: tuple[int, ...]) -> None:
-        if len(numbers) == 4:
+        elif asked.name == "QM" and len(numbers) == 4:
             self._look(busy=numbers[0] != 0, waiting=numbers[3] != 0)
+        elif asked.name == "QP":
+            self._check_pen(up=numbers[:1] == (1,))
+        elif asked.number >= 0 or asked.data == REST:
+            self.taken = max(self.taken, asked.number + 1)
+            if asked.name in protocol.QUEUED:
+                self._moves.append(asked.number if asked.number >= 0 else self.taken)
+                if len(self._moves) >= self._in_hand:
+                    self.executed = max(self.executed, self._moves[-self._in_hand])
+                    self.listener(StateReport(self.taken, self.executed))
 
-    def _pen_answered(self, numbers: tuple[int, ...]) -> None:
-        up = numbers[:1] == (1,)
+    def _check_pen(self, up: bool) -> None:
         if self._pens and self._pens.popleft() != up:
             raise DeviceGarbled(
                 f"The plotter's pen is {'lifted' if up else 'down'} and should not be: a command came "
                 "over wrong, and what it drew last may be wrong. Use a shorter cable, and no hub."
             )
-
-    def _command_answered(self, asked: Asked) -> None:
-        self.taken = max(self.taken, asked.number + 1)
-        if asked.name in protocol.QUEUED:
-            self._moves.append(asked.number if asked.number >= 0 else self.taken)
-            if len(self._moves) >= self._in_hand:
-                self.executed = max(self.executed, self._moves[-self._in_hand])
-                self.listener(StateReport(self.taken, self.executed))
 
     def _look(self, busy: bool, waiting: bool) -> None:
         """Count what has been executed: the question was answered after all taken commands were in the queue."""
@@ -292,9 +287,12 @@ class EbbController(BaseController):
         conversation, self._stopped = self.conversation, True
         stop = b"ES\r" if self.version >= STOP else b""
         conversation.port.write(b"".join([stop, *protocol.lifted(self.profile.pen), b"V\r"]))
-        self._wait_for_about(
-            conversation.timeout + sum(asked.seconds for asked in conversation.open) + self.profile.pen.up_time
-        )
+        patience = conversation.timeout + sum(asked.seconds for asked in conversation.open) + self.profile.pen.up_time
+        for replies in conversation.listen(patience):  # all answers up to the one to V are passed over
+            if any(isinstance(reply, About) for reply in replies):
+                break
+        else:
+            raise DeviceSilent("The plotter does not answer any more.")
         conversation.open.clear()
         self._pens.clear()
         with contextlib.suppress(DeviceAlarm):
@@ -302,14 +300,11 @@ class EbbController(BaseController):
             if conversation.struck:
                 self._forget()
             elif self.version >= POSITION:
-                self.spoilt = self._is_astray()
-
-    def _is_astray(self) -> bool:
-        """Whether it has stopped away from the paths of all commands that may have been under way."""
-        way = np.array(self._way, dtype=float)
-        place = np.array(self._steps(), dtype=float) - np.array(self._off)
-        off = distance_to_lines(place, way[:-1], way[1:])
-        return bool(off.min(initial=np.inf) > _BESIDE * self.profile.limits.steps_per_mm) and len(off) > 0
+                # spoilt where it has stopped away from the paths of all commands that may have been under way
+                way = np.array(self._way, dtype=float)
+                place = np.array(self._steps(), dtype=float) - np.array(self._off)
+                off = distance_to_lines(place, way[:-1], way[1:])
+                self.spoilt = len(off) > 0 and bool(off.min() > _BESIDE * self.profile.limits.steps_per_mm)
 
     def _forget(self) -> None:
         """Switch motors off and clear the counters: the next to connect will know that its place is lost."""
@@ -317,13 +312,6 @@ class EbbController(BaseController):
         self.conversation.ask(b"EM,0,0\r")
         if self.version >= POSITION:
             self.conversation.ask(b"CS\r")
-
-    def _wait_for_about(self, patience: float) -> None:
-        """Pass over all answers until the one to V."""
-        for replies in self.conversation.listen(patience):
-            if any(isinstance(reply, About) for reply in replies):
-                return
-        raise DeviceSilent("The plotter does not answer any more.")
 
     def home(self) -> None:
         """It has no switches; its counters know the way back to where its motors were switched on."""

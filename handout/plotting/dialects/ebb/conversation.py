@@ -17,8 +17,8 @@ from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent
 from handout.plotting.dialect import Log
 from handout.plotting.dialects.base import GLANCE, Conversation, unanswered
 from handout.plotting.dialects.ebb import protocol
-from handout.plotting.dialects.ebb.firmware import CURRENT, ENABLED, MOTION, POSITION, SIGNED, UNKNOWN
 from handout.plotting.dialects.ebb.protocol import About, Error, Note, Ok, Reply, Values
+from handout.plotting.dialects.ebb.stepping import CURRENT, ENABLED, MOTION, POSITION, SIGNED, UNKNOWN
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
 

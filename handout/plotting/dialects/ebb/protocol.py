@@ -13,8 +13,7 @@ from typing import NamedTuple
 from handout.errors import InputError
 from handout.plotting import pen_lift
 from handout.plotting.dialect import Command
-from handout.plotting.dialects.ebb.firmware import HOME, Version
-from handout.plotting.dialects.ebb.stepping import Motors
+from handout.plotting.dialects.ebb.stepping import HOME, Motors, Version
 from handout.plotting.planning.blocks import Block, Lines, Move, Pause, Pen, Timed
 from handout.profiles import Pen as PenProfile
 from handout.profiles import Plotter
@@ -164,18 +163,11 @@ def reach(profile: PenProfile) -> list[bytes]:
 
 
 def opening(profile: Plotter) -> list[bytes]:
-    """The pen is lifted, and the carriage goes to its zero, if it is not there."""
-    return [*lifted(profile.pen), *_zero(profile)]
-
-
-def _zero(profile: Plotter) -> list[bytes]:
-    """Bring the carriage to its zero, for all moves are relative to where it stands."""
-    version = Version.of(profile.firmware)
-    if version < HOME:  # zero is wherever it stands
-        return []
-    if profile.bed.zero == "here":
-        return [command("CS")]
-    return [command("HM", round(_HOME_SPEED * profile.limits.steps_per_mm))]
+    """Lift the pen, and bring the carriage to its zero, for all moves are relative to where it stands."""
+    if Version.of(profile.firmware) < HOME:  # zero is wherever it stands
+        return lifted(profile.pen)
+    home = command("HM", round(_HOME_SPEED * profile.limits.steps_per_mm))
+    return [*lifted(profile.pen), command("CS") if profile.bed.zero == "here" else home]
 
 
 def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:

@@ -10,12 +10,12 @@ accumulator has grown by rate·T + ½·acceleration·T².
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from handout.plotting.dialects.ebb.firmware import HOME, SIGNED, STEPS, TIME, Version
 from handout.plotting.planning.blocks import Timed
 from handout.profiles import Plotter
 from handout.values import Array
@@ -24,6 +24,45 @@ TICKS = 25_000  # a second
 WHOLE = 1 << 31  # of an accumulator: a step
 _FASTEST = WHOLE - 1  # one step a tick
 _STEEPEST = 0.75  # share of the change of speed that would bring a motor to rest at an end of a move counted in steps
+
+
+class Version(NamedTuple):
+    """Of the firmware of an EBB; (0, 0, 0): unknown."""
+
+    major: int
+    minor: int
+    patch: int
+
+    @classmethod
+    def of(cls, text: str) -> Version:
+        """From "2.8.1"; unknown from anything else."""
+        match = re.fullmatch(r"(\d+)\.(\d+)(?:\.(\d+))?", text)
+        return cls(*(int(part or 0) for part in match.groups())) if match else UNKNOWN
+
+    @classmethod
+    def from_answer(cls, text: str) -> Version | None:
+        """From what the board answers to V, such as "EBBv13_and_above EB Firmware Version 2.8.1"."""
+        match = re.search(r"Firmware Version (\d+\.\d+(?:\.\d+)?)", text)
+        return cls.of(match.group(1)) if match else None
+
+    def __str__(self) -> str:
+        return f"{self.major}.{self.minor}.{self.patch}"
+
+
+UNKNOWN = Version(0, 0, 0)
+
+# the firmware since which there is what
+CURRENT = Version(2, 2, 3)  # QC: the voltage of the motors' power
+STOP = Version(2, 2, 7)  # ES
+POSITION = Version(2, 4, 3)  # QS, CS
+MOTION = Version(2, 4, 4)  # QM
+BUTTON = POSITION  # QB is older, but who pauses must find its place again
+STEPS = Version(2, 5, 3)  # LM
+FLAGS = Version(2, 6, 2)  # QG: what it is doing, its pen and its button, in one byte
+HOME = Version(2, 6, 2)  # HM; and EM sets the position to zero
+TIME = Version(2, 7, 0)  # LT
+ENABLED = Version(2, 8, 0)  # QE: which motors are on
+SIGNED = Version(3, 0, 0)  # a rate may change its sign under way, and the queue be longer (CU,4)
 
 
 class Slice(NamedTuple):
@@ -67,7 +106,8 @@ class Axis:
         if self.signed and not clear:
             rate, gain = _ramp(needed, part, ticks, crossing=True)
         else:
-            rate, gain = _ramp(max(needed * way, 0.0), _turned(part, way), ticks, crossing=False)
+            turned = part if way > 0 else Slice(*(-value for value in part))
+            rate, gain = _ramp(max(needed * way, 0.0), turned, ticks, crossing=False)
             rate, gain = way * rate, (way * gain if self.signed else gain)
         grown = total(rate, gain, ticks) if self.signed else total(abs(rate), gain, ticks)
         self.at += (1 if self.signed else way) * ((self.filled + grown) // WHOLE)
@@ -78,10 +118,6 @@ class Axis:
         """Steps from where the accumulator is to the goal, when the motor turns that way."""
         share = self.filled / WHOLE - 0.5
         return goal - self.at - (share if self.signed else way * share)
-
-
-def _turned(part: Slice, way: int) -> Slice:
-    return part if way > 0 else Slice(*(-value for value in part))
 
 
 def _ramp(steps: float, part: Slice, ticks: int, crossing: bool) -> tuple[int, int]:
@@ -160,33 +196,24 @@ class Motors:
 
     def _encode(self, parts: list[Slice], whole: int, first: bool) -> bytes:
         """One move, in so many ms or ticks."""
+        pairs = list(zip(self.axes, parts, strict=True))
         if self.version < STEPS:
-            return self._constant(parts, whole)
-        return self._stepped(parts, whole) if self.version < TIME else self._timed(parts, whole, first)
-
-    def _constant(self, parts: list[Slice], ms: int) -> bytes:
-        steps_1, steps_2 = (axis.counted(part.end) for axis, part in zip(self.axes, parts, strict=True))
-        return f"SM,{ms},{steps_1},{steps_2}\r".encode("ascii")
-
-    def _stepped(self, parts: list[Slice], ticks: int) -> bytes:
-        numbers: list[int] = []
-        for axis, part in zip(self.axes, parts, strict=True):
-            steps = axis.counted(part.end)
-            numbers += [*_counted_ramp(steps, part, ticks)] if steps else [0, 0, 0]
-        if numbers[1] == numbers[4] == 0:
-            return _still(ticks)
-        return f"LM,{','.join(map(str, numbers))}\r".encode("ascii")
-
-    def _timed(self, parts: list[Slice], ticks: int, first: bool) -> bytes:
-        (r1, a1), (r2, a2) = (axis.timed(part, ticks, first) for axis, part in zip(self.axes, parts, strict=True))
-        if not (r1 or a1 or r2 or a2):
-            return _still(ticks)
-        clear = ",3" if first else ""
-        return f"LT,{ticks},{r1},{a1},{r2},{a2}{clear}\r".encode("ascii")
-
-
-def _still(ticks: int) -> bytes:
-    return f"SM,{max(round(1000 * ticks / TICKS), 1)},0,0\r".encode("ascii")
+            steps_1, steps_2 = (axis.counted(part.end) for axis, part in pairs)
+            return f"SM,{whole},{steps_1},{steps_2}\r".encode("ascii")
+        if self.version < TIME:
+            numbers: list[int] = []
+            for axis, part in pairs:
+                steps = axis.counted(part.end)
+                numbers += [*_counted_ramp(steps, part, whole)] if steps else [0, 0, 0]
+            stands = numbers[1] == numbers[4] == 0
+            text = f"LM,{','.join(map(str, numbers))}\r"
+        else:
+            (r1, a1), (r2, a2) = (axis.timed(part, whole, first) for axis, part in pairs)
+            stands = not (r1 or a1 or r2 or a2)
+            text = f"LT,{whole},{r1},{a1},{r2},{a2}{',3' if first else ''}\r"
+        if stands:
+            text = f"SM,{max(round(1000 * whole / TICKS), 1)},0,0\r"
+        return text.encode("ascii")
 
 
 def _counted_ramp(steps: int, part: Slice, ticks: int) -> tuple[int, int, int]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import msgspec
 
-from handout.errors import DeviceAlarm, DeviceSilent, DoesNotFit
+from handout.errors import DeviceAlarm, DeviceSilent
 from handout.plotting import bed
 from handout.plotting.dialect import Log
 from handout.plotting.dialects.base import GLANCE, with_limits
@@ -18,7 +18,6 @@ from handout.plotting.ports import Port
 from handout.profiles import Acceleration, Bed, Length, Plotter, Speed
 
 _FINISHES = 300.0  # s a machine may take to finish what another conversation left it to do
-_LEAST = 10.0  # mm of travel that make a bed
 
 
 @dataclass
@@ -194,21 +193,16 @@ def _own_bed(profile: Plotter, info: ControllerInfo) -> Bed:
     settings = info.settings
     if not settings.get(20) or not {130, 131} <= settings.keys():
         return profile.bed
-    least, greatest = bed.reach(profile)
-    sizes = []
-    for axis, name in enumerate("xy"):
-        travel = settings[130 + axis]
+    ends, travels = [], (settings[130], settings[131])
+    for axis, travel in enumerate(travels):
         ahead = info.sizes is not None and info.sizes.forward and int(settings.get(23, 0)) >> axis & 1
         zero = info.offset if profile.bed.zero == "kept" else info.place
         shift = zero[axis] if len(zero) > axis else 0.0
         low, high = (0.0, travel) if ahead else (-travel, 0.0)
-        low = max(low - shift, float(least[axis]))
-        high = min(high - shift, float(greatest[axis]))
-        size = 2 * min(-low, high) if profile.bed.origin == "centre" else high - low
-        if size < _LEAST or not low <= 0.05 or not high >= -0.05:
-            raise DoesNotFit(
-                f"The plotter's soft limits ($20=1, ${130 + axis}={travel:g}) leave {name} from {low:.4g} to "
-                f"{high:.4g} mm of a page laid at 0: set its work zero (G54) to that corner or switch them off ($20=0)."
-            )
-        sizes.append(Length(size))
-    return msgspec.structs.replace(profile.bed, width=sizes[0], height=sizes[1])
+        ends.append((low - shift, high - shift))
+    refusals = [
+        f"The plotter's soft limits ($20=1, ${130 + axis}={travel:g}) leave {{}} of a page laid at 0: set its work "
+        "zero (G54) to that corner or switch them off ($20=0)."
+        for axis, travel in enumerate(travels)
+    ]
+    return bed.narrow(profile, ends, refusals)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import deque
-from collections.abc import Sequence
 
 from handout import signals
 from handout.errors import DeviceGarbled, DeviceSilent
 from handout.plotting.dialect import Log, StateReport
+from handout.plotting.dialects import gcode
 from handout.plotting.dialects.base import BaseController
 from handout.plotting.dialects.grbl import connection, protocol
 from handout.plotting.dialects.grbl.conversation import GrblConversation, Sent
@@ -46,7 +47,9 @@ class GrblController(BaseController):
     def send(self, data: bytes) -> None:
         """Write a line as soon as the receive buffer has room for it."""
         if self._tracking is None:
-            self._tracking = self._new_tracking()
+            if (place := self._place(self.conversation.status())) is not None:
+                settings = self.info.settings
+                self._tracking = PositionTracking(place, (settings.get(31, 0.0), settings.get(30, 1000.0)))
             self._tells = self._tracking is not None
         if self._tracking is not None and self._tracking.send(self.sent, data):
             self._looks.append(self.sent - 1)  # the pen moves: what it did until then must have been seen
@@ -80,13 +83,6 @@ class GrblController(BaseController):
             self._looks.popleft()
             self.conversation.ask_status()
 
-    def _new_tracking(self) -> PositionTracking | None:
-        place = self._place(self.conversation.status())
-        if place is None:
-            return None
-        settings = self.info.settings
-        return PositionTracking(place, (settings.get(31, 0.0), settings.get(30, 1000.0)))
-
     def _place(self, status: Status) -> Place | None:
         """The place that it reports, mm, in the coordinates of the program."""
         scale = self.info.scale
@@ -101,29 +97,27 @@ class GrblController(BaseController):
         free = status.field("Bf")
         size = self.profile.port.queue
         self.queued = max(size - int(free[0]), 0) if free else None
+        in_hand = (self.queued if self.queued is not None else size) + self._ahead
+        resting = status.state == "Idle" and self.taken == self.sent and not self.queued
         place, tracking = self._place(status), self._tracking
-        if tracking is None or place is None:
-            self._count_by_queue(status)
+        if tracking is None or place is None:  # all that its queue can hold may still be waiting
+            self.executed = self.taken if resting else max(self.executed, self.taken - in_hand)
             self.listener(StateReport(self.taken, self.executed, self.queued))
             return
         power = status.field("FS")
-        in_hand = (self.queued if self.queued is not None else size) + self._ahead
         certain = tracking.certain(place, power[1] if len(power) == 2 else None, self.taken, in_hand)
-        resting = status.state == "Idle" and self.taken == self.sent and not self.queued
         if certain is None or (resting and math.dist(place, tracking.at) > FAR):
-            raise DeviceGarbled(_strayed(place))
+            raise DeviceGarbled(
+                f"The plotter is at {place[0]:.1f}, {place[1]:.1f} mm and not on its way, or its pen is not as it "
+                "should be: a command came over wrong. Use a shorter or shielded cable, and keep it away from the "
+                "motors' cables."
+            )
         if self.queued is None:
             self.queued = tracking.moves(certain, self.taken)
         self.executed = max(self.executed, min(self.taken if resting else certain, self.taken))
         self._proven = self.taken if resting else max(self._proven, min(tracking.proven, self.executed))
         tracking.forget(self.executed)
         self.listener(StateReport(self.taken, self.executed, self.queued, place[:2]))
-
-    def _count_by_queue(self, status: Status) -> None:
-        """Without a reported place: all that its queue can hold may still be waiting."""
-        in_hand = (self.profile.port.queue if self.queued is None else self.queued) + self._ahead
-        resting = status.state == "Idle" and self.taken == self.sent and not self.queued
-        self.executed = self.taken if resting else max(self.executed, self.taken - in_hand)
 
     def position(self) -> tuple[float, float] | None:
         """In the coordinates of the program, mm; None after a restart or an alarm until it is homed or told."""
@@ -160,14 +154,14 @@ class GrblController(BaseController):
     def go(self, x: float, y: float) -> None:
         """Lift the pen and travel."""
         speed = float(self.profile.limits.travel_speed)
-        lift, move = protocol.pen(False, self.profile.pen), protocol.move(x, y, speed)
-        self._ask_all([*protocol.MODES, *lift, move, *protocol.closing()])
+        lift = protocol.pen(False, self.profile.pen)
+        self._ask_all([*protocol.MODES, *lift, gcode.move(x, y, speed), protocol.STANDING])
         self._tracking = None
 
     def pen(self, down: bool) -> None:
         """Unlock a machine that has not been homed: it may move its pen."""
         self._unlock()
-        self._ask_all([*protocol.MODES, *protocol.pen(down, self.profile.pen), *protocol.closing()])
+        self._ask_all([*protocol.MODES, *protocol.pen(down, self.profile.pen), protocol.STANDING])
         self._tracking = None
 
     def jog(self, dx: float, dy: float) -> None:
@@ -239,23 +233,14 @@ class GrblController(BaseController):
         offset = self._offset
         self.info.note(conversation.ask(b"$#\n"))
         self._offset = self.info.offset
-        again = [protocol.set_place(place)] if place is not None and _differ(offset, self._offset) else []
+        pairs = itertools.zip_longest(offset, self._offset, fillvalue=math.inf)
+        moved = place is not None and any(abs(a - b) > 1e-4 for a, b in pairs)
+        again = [protocol.set_place(place)] if place is not None and moved else []
         mark = [protocol.MARK] if self._knows else []
         lift = protocol.pen(False, self.profile.pen)
-        self._ask_all([*protocol.MODES, *again, *lift, *mark, *protocol.closing()])
+        self._ask_all([*protocol.MODES, *again, *lift, *mark, protocol.STANDING])
         if not self._knows:  # the way of a pen on a Z axis leaves a mark too
             conversation.reset(self.hurry)
         if again:
             self._offset = offset
         self._tracking = None
-
-
-def _differ(first: Sequence[float], second: Sequence[float]) -> bool:
-    return len(first) != len(second) or any(abs(a - b) > 1e-4 for a, b in zip(first, second, strict=True))
-
-
-def _strayed(place: Place) -> str:
-    return (
-        f"The plotter is at {place[0]:.1f}, {place[1]:.1f} mm and not on its way, or its pen is not as it should be: a "
-        "command came over wrong. Use a shorter or shielded cable, and keep it away from the motors' cables."
-    )

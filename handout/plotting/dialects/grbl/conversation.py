@@ -89,25 +89,19 @@ class GrblConversation(Conversation[Reply]):
         self._waited = 0.0
         answer: list[Reply] = []
         while True:
-            for reply in self._patiently(patience) if patience else self.attend():
+            replies = next(filter(None, self.listen(patience)), None) if patience else self.attend()
+            if replies is None:
+                raise DeviceSilent(f"The plotter did not finish within {patience:g} s.")
+            for reply in replies:
                 if isinstance(reply, Error):
                     raise DeviceAlarm(f"The plotter refused {line.decode().strip()!r}: {reply.description}.")
-                if isinstance(reply, Alarm):
-                    raise DeviceAlarm(f"The plotter stopped with {reply.description}.")
-                if isinstance(reply, Banner):
-                    raise self._restarted()
+                self._check_stop(reply)
                 answer.append(reply)
             if any(isinstance(reply, Ok) for reply in answer):
                 return answer
             at_rest = any(isinstance(reply, Status) and reply.state in ("Idle", "Alarm") for reply in answer[-1:])
             if (at_rest and self._waited > self.timeout) or (self._waited > _LONGEST and not self._held):
                 raise DeviceSilent(f"The plotter stands or is busy but has not answered {line.decode().strip()!r}.")
-
-    def _patiently(self, patience: float) -> list[Reply]:
-        for replies in self.listen(patience):
-            if replies:
-                return replies
-        raise DeviceSilent(f"The plotter did not finish within {patience:g} s.")
 
     def attend(self, glance: float = GLANCE) -> list[Reply]:
         """The next replies.  A controller that says nothing for the time of a glance, s, is asked for its state.
@@ -142,20 +136,19 @@ class GrblConversation(Conversation[Reply]):
                     self._bytes -= len(sent.line)
                     acknowledged(sent)
             elif isinstance(reply, Error):
-                raise DeviceGarbled(self._refused(reply))
-            elif isinstance(reply, Alarm):
-                raise DeviceAlarm(f"The plotter stopped with {reply.description}.")
-            elif isinstance(reply, Banner):
-                raise self._restarted()
+                where = "a line"
+                if self._under_way:
+                    where = f"line {self._under_way[0].number + 1}, {self._under_way[0].line.decode().strip()!r}"
+                raise DeviceGarbled(f"The plotter refused {where}: {reply.description}.")
+            self._check_stop(reply)
 
-    def _restarted(self) -> DeviceAlarm:
-        self.restarted = True
-        return DeviceAlarm(RESTARTED)
-
-    def _refused(self, error: Error) -> str:
-        sent = self._under_way[0] if self._under_way else None
-        where = f"line {sent.number + 1}, {sent.line.decode().strip()!r}" if sent else "a line"
-        return f"The plotter refused {where}: {error.description}."
+    def _check_stop(self, reply: Reply) -> None:
+        """Raise DeviceAlarm for an alarm, and for the greeting of one that has started by itself."""
+        if isinstance(reply, Alarm):
+            raise DeviceAlarm(f"The plotter stopped with {reply.description}.")
+        if isinstance(reply, Banner):
+            self.restarted = True
+            raise DeviceAlarm(RESTARTED)
 
     def _check_hold(self, status: Status) -> None:
         """See whether somebody holds it, and for how long."""

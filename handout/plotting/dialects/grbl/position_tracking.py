@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from handout.plotting.dialects.base import distance_to_lines
+from handout.plotting.planning.segments import distance_to_lines
 
 Place = tuple[float, float, float]
 
@@ -140,9 +140,7 @@ class PositionTracking:
 
     def _wrong_power(self, near: np.ndarray, power: float | None) -> bool:
         """Whether the spindle differs from what it has on every way nearby; only once it has been seen to be told."""
-        if power is None:
-            return False
-        if not near.any():
+        if power is None or not near.any():
             return False
         powers = {value for way, is_near in zip(self._ways, near, strict=True) if is_near for value in way.power}
         if power in powers:

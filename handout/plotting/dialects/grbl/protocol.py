@@ -14,7 +14,7 @@ from handout.plotting import pen_lift
 from handout.plotting.dialect import Command
 from handout.plotting.dialects import gcode
 from handout.plotting.dialects.gcode import number
-from handout.plotting.planning.blocks import Block, Lines, Move, Pause, Pen
+from handout.plotting.planning.blocks import Block, Lines, Move
 from handout.profiles import Pen as PenProfile
 from handout.profiles import Plotter
 
@@ -181,19 +181,9 @@ def writes_memory(line: bytes) -> bool:
     return _WRITERS.match(line.replace(b" ", b"")) is not None
 
 
-def closing() -> list[bytes]:
-    """Answered when all motion is done.  M2 and M30 are left out: they would drop the pen."""
-    return [STANDING]
-
-
 def pen(down: bool, profile: PenProfile) -> list[bytes]:
     """Lower or lift the pen and wait for it."""
     return gcode.pen(down, profile, stand=STANDING, servo=lambda value: f"M3S{number(value)}\n".encode(), pause=pause)
-
-
-def move(x: float, y: float, speed: float) -> bytes:
-    """A straight move to a place, mm, at a speed in mm/s."""
-    return f"G1X{number(x)}Y{number(y)}F{number(speed * 60, 1)}\n".encode()
 
 
 def set_place(place: tuple[float, float, float]) -> bytes:
@@ -204,7 +194,7 @@ def set_place(place: tuple[float, float, float]) -> bytes:
 
 def set_pen(profile: PenProfile, value: float) -> list[bytes]:
     """The pen goes to a value or a height; see `dialect.Dialect`."""
-    return [*MODES, *pen(True, pen_lift.at(profile, value)), *closing()]
+    return [*MODES, *pen(True, pen_lift.at(profile, value)), STANDING]
 
 
 def pause(seconds: float) -> bytes:
@@ -213,44 +203,32 @@ def pause(seconds: float) -> bytes:
 
 
 def program(blocks: Sequence[Block], profile: Plotter, *, absolute: bool = False) -> Iterator[Command]:
-    """The commands of a plan, from how numbers are meant to a stop that is answered when all motion is done.
-
-    What a controller remembers is not repeated: the motion word, an axis that does not change, the feed, the pen.
+    """The commands of a plan; see `gcode.Program`.
 
     absolute : every place is told as it is.  If not, every place but the first is told from the one before (G91): one
         that comes over wrong displaces all that follow, so that every later report of the place tells.
     """
-    yield from (Command(line, 0) for line in MODES)
-    down: bool | None = None
-    memory = _Memory(absolute)
-    for index, block in enumerate(blocks):
-        if isinstance(block, Pen):
-            if block.down != down:
-                *first, last = memory.pen(block.down, pen_lift.lowered(profile.pen, block.value))
-                yield from (Command(line, index) for line in first)
-                yield Command(last, index + 1)
-            down = block.down
-        elif isinstance(block, Pause):
-            yield Command(pause(block.seconds), index + 1)
-        elif isinstance(block, Lines):
-            *first, last = memory.told(block)
-            yield from (Command(line, index) for line in first)
-            yield Command(last, index + 1)
-        else:
-            assert isinstance(block, Move)  # timed moves are for machines that keep time
-            yield Command(memory.move(block), index + 1)
-    yield from (Command(line, len(blocks)) for line in [*memory.back(), *closing()])
+    return _Program(profile, blocks, absolute).commands()
 
 
-class _Memory:
-    """What the machine remembers of the lines before; places in thousandths of a millimetre, as they are told."""
+class _Program(gcode.Program):
+    """Remembers places in thousandths of a millimetre, as they are told, and the motion word besides."""
 
-    def __init__(self, absolute: bool) -> None:
+    standing, modes = STANDING, MODES
+
+    def __init__(self, profile: Plotter, blocks: Sequence[Block], absolute: bool) -> None:
+        super().__init__(profile, blocks)
         self.absolute, self.relative = absolute, False
         self.at: dict[str, int] = {}
         self.motion = self.feed = ""
 
-    def pen(self, down: bool, profile: PenProfile) -> list[bytes]:
+    def open(self) -> list[bytes]:
+        return list(MODES)
+
+    def pause(self, seconds: float) -> bytes:
+        return pause(seconds)
+
+    def move_pen(self, down: bool, profile: PenProfile) -> list[bytes]:
         """Move the pen; heights are absolute."""
         lines = pen(down, profile)
         if profile.lift == "z":
@@ -258,21 +236,22 @@ class _Memory:
         if profile.lift == "command":  # whose lines may change all of it
             self.at, self.motion = {}, ""
         self.feed = self.feed if profile.lift == "servo" else ""
-        return lines if profile.lift == "servo" else [*self.back(), *lines]
+        return lines if profile.lift == "servo" else [*self._back(), *lines]
 
-    def told(self, block: Lines) -> list[bytes]:
-        """Lines of the user's own, which wait until it stands and may change all of it."""
-        lines = [*self.back(), STANDING, *gcode.lines(block), *MODES]
+    def obey(self, block: Lines) -> list[bytes]:
         self.at, self.motion, self.feed = {}, "", ""
-        return lines
+        return [*self._back(), *super().obey(block)]
 
-    def back(self) -> list[bytes]:
+    def close(self) -> list[bytes]:
+        """M2 and M30 are left out: they would drop the pen."""
+        return [*self._back(), STANDING]
+
+    def _back(self) -> list[bytes]:
         """Return to absolute coordinates."""
         relative, self.relative = self.relative, False
         return [b"G90\n"] if relative else []
 
-    def move(self, block: Move) -> bytes:
-        """A line to a place."""
+    def line(self, block: Move) -> bytes:
         there = {"X": round(1000 * block.x), "Y": round(1000 * block.y)}
         there |= {} if block.z is None else {"Z": round(1000 * block.z)}
         changed = {axis: to for axis, to in there.items() if to != self.at.get(axis)}

@@ -246,20 +246,13 @@ class HpglController(BaseController):
         self._still = self._still if read == self._read else 0.0
         while self._ends and self._ends[0][0] <= self._read:
             self._read_moves.append(self._ends.popleft()[1])
-        while self._pushed_out():
+        # of the instructions that were read the last may be under way; those before it are read to their ends, and of
+        # their moves one may be under way and `port.queue` may wait
+        while sum([*self._read_moves][1:-1]) > self.profile.port.queue:
             self._read_moves.popleft()
         self.taken, self.queued = self.sent, sum(moves for _, moves in self._ends)
         self.executed = self.sent - len(self._ends) - len(self._read_moves)
         self._room = free - self._reserve if self._ends else max(free - self._reserve, min(free, _FITS))
-
-    def _pushed_out(self) -> bool:
-        """Whether the oldest instruction that was read has been executed.
-
-        The last one may be under way; those before it are read to their ends, and of their moves one may be under way
-        and `port.queue` may wait.
-        """
-        between = list(self._read_moves)[1:-1]
-        return sum(between) > self.profile.port.queue
 
     def _place(self, patience: float) -> tuple[float, ...]:
         """Answer of OA: x, y in plotter units and whether the pen is down; it may have to finish a line before."""

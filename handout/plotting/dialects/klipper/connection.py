@@ -7,7 +7,7 @@ from typing import Any
 
 import msgspec
 
-from handout.errors import DeviceAlarm, DoesNotFit
+from handout.errors import DeviceAlarm
 from handout.plotting import bed
 from handout.plotting.dialect import Log
 from handout.plotting.dialects.base import with_limits
@@ -17,7 +17,6 @@ from handout.profiles import Acceleration, Bed, Length, Limits, Plotter, Speed
 _STARTS = 40.0  # s that Klipper may take to start
 _LOOK = 0.5  # s between two looks at one that starts
 _GOES = 5.0  # s that it may take until it begins to start anew; half a second was seen
-_LEAST = 10.0  # mm of travel that make a bed
 _QUESTIONS = {
     "toolhead": None, "gcode_move": None, "configfile": ["settings"], "print_stats": ["state", "filename"],
 }  # fmt: skip
@@ -45,7 +44,12 @@ def meet(conversation: MoonrakerConversation, profile: Plotter, log: Log) -> tup
     answer = conversation.result("printer.objects.query", {"objects": _QUESTIONS})
     found = answer.get("status", {}) if isinstance(answer, dict) else {}
     head, settings = found.get("toolhead", {}), found.get("configfile", {}).get("settings", {})
-    _check_free(found.get("print_stats", {}))
+    print_ = found.get("print_stats", {})
+    if print_.get("state") in ("printing", "paused"):  # it obeys whoever asks, even in the middle of a file
+        raise DeviceAlarm(
+            f"Klipper is {print_['state']} with the file {print_.get('filename') or '?'}: wait until that is done, or "
+            "cancel it at its page in the browser."
+        )
     acceleration = float(head.get("max_accel", profile.limits.acceleration))
     limits = _limits(profile, head, settings, log)
     pen = profile.pen
@@ -94,15 +98,6 @@ def _check_pen(conversation: MoonrakerConversation, profile: Plotter) -> None:
         )
 
 
-def _check_free(print_: dict[str, Any]) -> None:
-    """It obeys whoever asks, even in the middle of a file."""
-    if print_.get("state") in ("printing", "paused"):
-        raise DeviceAlarm(
-            f"Klipper is {print_['state']} with the file {print_.get('filename') or '?'}: wait until that is done, or "
-            "cancel it at its page in the browser."
-        )
-
-
 def _limits(profile: Plotter, head: dict[str, Any], settings: dict[str, Any], log: Log) -> Limits:
     """The machine's own limits; of speeds the lesser, all else is the machine's."""
     limits, values = profile.limits, dict[str, float]()
@@ -129,23 +124,15 @@ def _limits(profile: Plotter, head: dict[str, Any], settings: dict[str, Any], lo
 
 def _own_bed(profile: Plotter, head: dict[str, Any], found: dict[str, Any]) -> Bed:
     """The part of the bed that the ends of its axes leave, in the coordinates of a program."""
-    ends = head.get("axis_minimum"), head.get("axis_maximum")
+    ends: list[Any] = [head.get("axis_minimum"), head.get("axis_maximum")]
     move = found.get("gcode_move", {})
     if not all(isinstance(end, list) and len(end) >= 2 for end in ends):
         return profile.bed
-    least, greatest = bed.reach(profile)
-    sizes = []
-    for axis, name in enumerate("xy"):
-        shift = 0.0
-        if profile.bed.zero == "kept" and "homing_origin" in move:
-            shift = float(move["homing_origin"][axis])
-        low = max(float(ends[0][axis]) - shift, float(least[axis]))  # type: ignore[index]
-        high = min(float(ends[1][axis]) - shift, float(greatest[axis]))  # type: ignore[index]
-        size = 2 * min(-low, high) if profile.bed.origin == "centre" else high - low
-        if size < _LEAST or low > 0.05 or high < -0.05:
-            raise DoesNotFit(
-                f"Klipper's axes (position_min, position_max of [stepper_{name}]) leave {name} from {low:.4g} to "
-                f"{high:.4g} mm of a page laid at 0: set bed.origin and the size of the bed in the profile."
-            )
-        sizes.append(Length(size))
-    return msgspec.structs.replace(profile.bed, width=sizes[0], height=sizes[1])
+    shifts = move["homing_origin"] if profile.bed.zero == "kept" and "homing_origin" in move else (0.0, 0.0)
+    low, high = ([float(end[axis]) - float(shifts[axis]) for axis in (0, 1)] for end in ends)
+    refusals = [
+        f"Klipper's axes (position_min, position_max of [stepper_{name}]) leave {{}} of a page laid at 0: set "
+        "bed.origin and the size of the bed in the profile."
+        for name in "xy"
+    ]
+    return bed.narrow(profile, list(zip(low, high, strict=True)), refusals)

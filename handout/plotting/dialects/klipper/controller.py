@@ -19,11 +19,12 @@ import numpy as np
 from handout import signals
 from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent
 from handout.plotting.dialect import Log, StateReport
-from handout.plotting.dialects.base import BaseController, distance_to_lines
-from handout.plotting.dialects.gcode import number
+from handout.plotting.dialects import gcode
+from handout.plotting.dialects.base import BaseController
 from handout.plotting.dialects.klipper import connection, protocol
 from handout.plotting.dialects.klipper.conversation import MoonrakerConversation
 from handout.plotting.dialects.klipper.protocol import Status
+from handout.plotting.planning.segments import distance_to_lines
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
 
@@ -37,11 +38,7 @@ Place = tuple[float, float]
 
 
 # what leads nowhere but where it says; lines of the user's own may lead anywhere
-_OURS = tuple(
-    word.encode("ascii") for word in ("G1", "G4", "M400", "G21", "G90", "M220", "SET_", "MANUAL_STEPPER", "G92")
-)
-
-
+_OURS = (b"G1", b"G4", b"M400", b"G21", b"G90", b"M220", b"SET_", b"MANUAL_STEPPER", b"G92")
 _AXES = re.compile(rb"([XY])\s*([-+]?\d*\.?\d+)")  # of a move
 
 
@@ -243,8 +240,7 @@ class KlipperController(BaseController):
 
     def go(self, x: float, y: float) -> None:
         """Lift the pen and travel."""
-        speed = float(self.profile.limits.travel_speed) * 60
-        move = f"G1X{number(x)}Y{number(y)}F{number(speed, 1)}\n".encode()
+        move = gcode.move(x, y, float(self.profile.limits.travel_speed))
         self._do([*protocol.MODES, *protocol.pen(False, self.profile.pen), move])
 
     def pen(self, down: bool) -> None:
@@ -292,7 +288,14 @@ class KlipperController(BaseController):
                         raise
                 self.conversation.ask(protocol.STANDING)
         except KeyboardInterrupt:
-            self._stop_dead()
+            self.log("The plotter is stopped dead and no longer knows where it is; Klipper is started anew.")
+            self.conversation.result("printer.emergency_stop")
+            connection.restart(self.conversation)
+            if self.profile.pen.lift in ("servo", "command"):
+                self.conversation.fallen, self.conversation.script = False, 0
+                self.conversation.ask(b"".join(protocol.pen(False, self.profile.pen)))
+            else:
+                self._pen_not_lifted()
             return False
         if refused or self._answered < self._sent:  # of the script that was refused, the lines before that
             try:
@@ -303,16 +306,6 @@ class KlipperController(BaseController):
             self.taken = self._sent
             self._count(self._sent)
         return True
-
-    def _stop_dead(self) -> None:
-        self.log("The plotter is stopped dead and no longer knows where it is; Klipper is started anew.")
-        self.conversation.result("printer.emergency_stop")
-        connection.restart(self.conversation)
-        if self.profile.pen.lift in ("servo", "command"):
-            self.conversation.fallen, self.conversation.script = False, 0
-            self.conversation.ask(b"".join(protocol.pen(False, self.profile.pen)))
-        else:
-            self._pen_not_lifted()
 
 
 def _strayed(place: Place) -> DeviceGarbled:

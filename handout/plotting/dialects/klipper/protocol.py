@@ -14,7 +14,7 @@ from handout.plotting import pen_lift
 from handout.plotting.dialect import Command
 from handout.plotting.dialects import gcode
 from handout.plotting.dialects.gcode import number
-from handout.plotting.planning.blocks import Block, Lines, Move, Pause, Pen
+from handout.plotting.planning.blocks import Block
 from handout.profiles import Pen as PenProfile
 from handout.profiles import Plotter
 
@@ -138,25 +138,20 @@ def pen(down: bool, profile: PenProfile) -> list[bytes]:
     if profile.lift == "command":
         lines = profile.down_command if down else profile.up_command
         rest = float(profile.down_time if down else profile.up_time)
-        return [*(f"{line}\n".encode("ascii") for line in lines), pause(rest)]
+        return [*(f"{line}\n".encode("ascii") for line in lines), gcode.pause_ms(rest)]
     ((value, wait),) = pen_lift.way(profile, down)
     speed = pen_lift.lowering_speed(profile) if down else float(profile.z_speed)
     if profile.lift == "z":
-        return [f"G1Z{number(value)}F{number(speed * 60, 1)}\n".encode(), *([pause(wait)] if wait > 0 else [])]
+        return [f"G1Z{number(value)}F{number(speed * 60, 1)}\n".encode(), *([gcode.pause_ms(wait)] if wait > 0 else [])]
     if profile.lift == "stepper":
         moved = f"MANUAL_STEPPER STEPPER={profile.name} MOVE={number(value)} SPEED={number(speed)}\n"
-        return [moved.encode("ascii"), pause(wait)]
-    return [f"SET_SERVO SERVO={profile.name} ANGLE={number(value)}\n".encode("ascii"), pause(wait)]
+        return [moved.encode("ascii"), gcode.pause_ms(wait)]
+    return [f"SET_SERVO SERVO={profile.name} ANGLE={number(value)}\n".encode("ascii"), gcode.pause_ms(wait)]
 
 
 def set_pen(profile: PenProfile, value: float) -> list[bytes]:
     """The pen goes to a value or a height; see `dialect.Dialect`."""
     return [*MODES[:2], *pen(True, pen_lift.at(profile, value)), STANDING]
-
-
-def pause(seconds: float) -> bytes:
-    """Stand still when all motion is done."""
-    return f"G4P{round(seconds * 1000)}\n".encode()
 
 
 def homing(profile: Plotter) -> list[bytes]:
@@ -165,35 +160,16 @@ def homing(profile: Plotter) -> list[bytes]:
 
 
 def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
-    """The commands of a plan, from how numbers are meant to a stop that is answered when all motion is done.
+    """The commands of a plan; see `gcode.Program`."""
+    return _Program(profile, blocks).commands()
 
-    What Klipper remembers is not repeated: an axis that does not change, the feed, the pen.
-    """
-    here = HERE if profile.bed.zero == "here" else ()
-    yield from (Command(line, 0) for line in (*MODES, *here))
-    down: bool | None = None
-    memory: dict[str, str] = {}
-    for index, block in enumerate(blocks):
-        if isinstance(block, Pen):
-            if block.down != down:
-                *first, last = pen(block.down, pen_lift.lowered(profile.pen, block.value))
-                yield from (Command(line, index) for line in first)
-                yield Command(last, index + 1)
-                for axis in {"command": "XYZF", "z": "ZF"}.get(profile.pen.lift, ""):
-                    memory.pop(axis, None)
-            down = block.down
-        elif isinstance(block, Pause):
-            yield Command(pause(block.seconds), index + 1)
-        elif isinstance(block, Lines):
-            told = [STANDING, *gcode.lines(block), *MODES]
-            yield from (Command(line, index + (line is told[-1])) for line in told)
-            memory.clear()
-        else:
-            assert isinstance(block, Move)  # timed moves are for machines that keep time
-            words = {"X": number(block.x), "Y": number(block.y)}
-            words |= {} if block.z is None else {"Z": number(block.z)}
-            words |= {"F": number(block.feed, 1)}
-            changed = "".join(letter + value for letter, value in words.items() if memory.get(letter) != value)
-            memory |= words
-            yield Command(f"G1{changed}\n".encode(), index + 1)
-    yield Command(STANDING, len(blocks))
+
+class _Program(gcode.Program):
+    modes = MODES
+
+    def open(self) -> list[bytes]:
+        return [*MODES, *(HERE if self.profile.bed.zero == "here" else ())]
+
+    def move_pen(self, down: bool, profile: PenProfile) -> list[bytes]:
+        self.forget_pen()
+        return pen(down, profile)

@@ -29,7 +29,7 @@ def meet(conversation: MarlinConversation, profile: Plotter, log: Log) -> tuple[
 
     Raises DeviceSilent if nothing answers, or something that is not Marlin.
     """
-    replies = _greeting(conversation, profile.port.start_up)
+    replies = _hear_greeting(conversation, profile.port.start_up)
     replies += number(conversation, profile.port.start_up + profile.port.timeout, replies)
     _check_numbers(conversation, log)
     answers = conversation.ask(protocol.WHO)
@@ -52,7 +52,7 @@ def meet(conversation: MarlinConversation, profile: Plotter, log: Log) -> tuple[
     return profile, able
 
 
-def _greeting(conversation: MarlinConversation, start_up: float) -> list[Reply]:
+def _hear_greeting(conversation: MarlinConversation, start_up: float) -> list[Reply]:
     """What it says when its port is opened: a board may start anew then, and is deaf until it has greeted."""
     greeting = list[Reply]()
     for replies in conversation.listen(start_up):

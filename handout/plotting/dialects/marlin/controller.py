@@ -114,8 +114,10 @@ class MarlinController(BaseController):
         self._dead = False  # it stopped or was stopped dead: its place is lost, and what it had in hand
         self.conversation = MarlinConversation(port, profile.port.buffer, profile.port.timeout, log, self._worked)
         self.profile, self.able = connection.meet(self.conversation, profile, log)
-        place = next((reply for reply in self.conversation.ask(protocol.WHERE) if isinstance(reply, Position)), None)
-        self._planner_queue = PlannerQueue(self.profile.port.queue, self.profile.limits.steps_per_mm, place)
+        self._planner_queue = PlannerQueue(self.profile.port.queue, self.profile.limits.steps_per_mm, self._where())
+
+    def _where(self) -> Position | None:
+        return next((reply for reply in self.conversation.ask(protocol.WHERE) if isinstance(reply, Position)), None)
 
     def send(self, data: bytes) -> None:
         """Write a command as soon as it has room for one more.
@@ -167,10 +169,8 @@ class MarlinController(BaseController):
     def position(self) -> tuple[float, float] | None:
         """Machine coordinates, mm, once it stands."""
         self.finish()
-        for reply in self.conversation.ask(protocol.WHERE):
-            if isinstance(reply, Position) and not self._dead:
-                return reply.x, reply.y
-        return None
+        place = self._where()
+        return None if place is None or self._dead else (place.x, place.y)
 
     def _stop_and_lift(self) -> None:
         """Send nothing more, let it finish the little that it has in hand, and lift the pen.
@@ -182,7 +182,7 @@ class MarlinController(BaseController):
         conversation = self.conversation
         conversation.go_on()
         self._come_to_rest()
-        self._ask_all([*protocol.MODES[:2], *protocol.pen(False, self.profile.pen), *protocol.closing()])
+        self._ask_all([*protocol.MODES[:2], *protocol.pen(False, self.profile.pen), protocol.STANDING])
         if self._dead:
             conversation.ask(protocol.HERE)  # one that stands in its zero is not believed to know where it is
 
@@ -191,11 +191,11 @@ class MarlinController(BaseController):
         if not conversation.struck and self._runs_out():
             return
         self._dead = True
-        if not conversation.restarted:
-            self._stop_dead()
-        connection.number(
-            conversation, conversation.timeout
-        )  # what waits or is wanted again would be drawn beside its place
+        for _ in range(0 if conversation.restarted else 2):  # again for the commands that waited behind
+            conversation.port.write(b"\n" + protocol.STOP_DEAD)
+            deque(conversation.listen(_DROPS, _MOMENT), maxlen=0)
+        # what waits or is wanted again would be drawn beside its place
+        connection.number(conversation, conversation.timeout)
 
     def _runs_out(self) -> bool:
         """Let it finish, unless somebody interrupts again."""
@@ -209,12 +209,6 @@ class MarlinController(BaseController):
             self.log(f"The plotter is stopped dead, {when}; it no longer knows where it is.")
             return False
         return True
-
-    def _stop_dead(self) -> None:
-        """Stop at once, and again a second later, when it begins the commands that waited behind."""
-        for _ in range(2):
-            self.conversation.port.write(b"\n" + protocol.STOP_DEAD)
-            deque(self.conversation.listen(_DROPS, _MOMENT), maxlen=0)
 
     def home(self) -> None:
         """Lift the pen, and find the zero of X and Y by the switches."""
@@ -240,12 +234,11 @@ class MarlinController(BaseController):
 
     def pen(self, down: bool) -> None:
         """Move the pen as between two strokes."""
-        self._ask_all([*protocol.MODES[:2], *protocol.pen(down, self.profile.pen), *protocol.closing()])
+        self._ask_all([*protocol.MODES[:2], *protocol.pen(down, self.profile.pen), protocol.STANDING])
 
     def jog(self, dx: float, dy: float) -> None:
         """Travel relative to the place that it reports, homed or not."""
-        place = next((reply for reply in self.conversation.ask(protocol.WHERE) if isinstance(reply, Position)), None)
-        if place is None:
+        if (place := self._where()) is None:
             raise DeviceSilent("The plotter did not say where it stands: something was lost on the way.")
         self.go(place.x + dx, place.y + dy)
 

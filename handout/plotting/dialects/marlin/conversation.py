@@ -161,7 +161,7 @@ class MarlinConversation(Conversation[Reply]):
             passed, begun = self.time - begun, self.time
             self._quiet += passed
             self._wait(passed)
-            if self._questions_answered():
+            if self._are_questions_answered():
                 self._up_to(self._last, Ok())
                 return
             if self._quiet > self.timeout + self.grace:
@@ -179,7 +179,7 @@ class MarlinConversation(Conversation[Reply]):
         self._settling = False
         self._wait(self.time - begun)
 
-    def _questions_answered(self) -> bool:
+    def _are_questions_answered(self) -> bool:
         """Whether only questions for its place are open and one was answered: then all were, since it is silent.
 
         They wait for nothing.  The ``ok`` of one was lost, or of a line before them; if one of themselves was lost, the

@@ -206,33 +206,17 @@ def framed(number: int, data: bytes) -> bytes:
     return b"%s*%d\n" % (body, functools.reduce(operator.xor, body))
 
 
-def opening(profile: Plotter) -> list[bytes]:
-    """Units and modes; and the zero, if it is where the pen stands."""
-    here = [HERE] if profile.bed.zero == "here" else []
-    return [*MODES, *here]
-
-
-def closing() -> list[bytes]:
-    """Answered when all motion is done.  Motors stay powered, since zero would be lost with them."""
-    return [STANDING]
-
-
 def pen(down: bool, profile: PenProfile) -> list[bytes]:
     """Lower or lift the pen and wait for it; a servo acts at once, so that the moves before must be done."""
     lines = gcode.pen(
-        down, profile, stand=STANDING, servo=lambda value: f"M280P0S{round(value)}\n".encode(), pause=pause
+        down, profile, stand=STANDING, servo=lambda value: f"M280P0S{round(value)}\n".encode(), pause=gcode.pause_ms
     )
     return [STANDING, *lines] if profile.lift == "servo" else lines
 
 
 def set_pen(profile: PenProfile, value: float) -> list[bytes]:
     """The pen goes to a value or a height; see `dialect.Dialect`."""
-    return [*MODES[:2], *pen(True, pen_lift.at(profile, value)), *closing()]
-
-
-def pause(seconds: float) -> bytes:
-    """Stand still when all motion is done."""
-    return f"G4P{round(seconds * 1000)}\n".encode()
+    return [*MODES[:2], *pen(True, pen_lift.at(profile, value)), STANDING]
 
 
 def homing(profile: Plotter) -> list[bytes]:
@@ -244,75 +228,37 @@ def homing(profile: Plotter) -> list[bytes]:
 
 
 def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
-    """The commands of a plan, from how numbers are meant to a stop that is answered when all motion is done.
+    """The commands of a plan; see `gcode.Program`."""
+    return _Program(profile, blocks).commands()
 
-    What Marlin remembers is not repeated: an axis that does not change, the feed, the pen.
-    """
-    yield from (Command(line, 0) for line in opening(profile))
-    down: bool | None = None
-    memory = _Memory()
-    for index, block in enumerate(blocks):
+
+class _Program(gcode.Program):
+    modes = MODES[:2]
+
+    def open(self) -> list[bytes]:
+        return [*MODES, *([HERE] if self.profile.bed.zero == "here" else [])]
+
+    def move_pen(self, down: bool, profile: PenProfile) -> list[bytes]:
+        self.forget_pen()
+        return pen(down, profile)
+
+    def move(self, block: Move, index: int) -> list[bytes]:
+        """A move between two rests is cut into pieces, since Marlin would wait for more before it begins."""
+        lone = self._rests(index - 1) and self._rests(index + 1)
+        start = tuple(float(self.words[axis]) for axis in "XY" if axis in self.words)
+        if not lone or len(start) < 2 or math.dist(start, (block.x, block.y)) <= _WORTH:
+            return [self.line(block)]
+        pieces = []
+        for share in (piece / _AT_ONCE for piece in range(1, _AT_ONCE)):
+            x, y = (a + share * (b - a) for a, b in zip(start, (block.x, block.y), strict=True))
+            pieces.append(self.line(Move(x, y, block.feed)))
+        return [*pieces, self.line(block)]
+
+    def _rests(self, index: int) -> bool:
+        """Whether the machine comes to rest at a block (or beyond the ends of the plan)."""
+        if not 0 <= index < len(self.blocks):
+            return True
+        block, lift = self.blocks[index], self.profile.pen
         if isinstance(block, Pen):
-            if block.down != down:
-                *first, last = pen(block.down, pen_lift.lowered(profile.pen, block.value))
-                yield from (Command(line, index) for line in first)
-                yield Command(last, index + 1)
-                memory.pen_moved(profile.pen)
-            down = block.down
-        elif isinstance(block, Pause):
-            yield Command(pause(block.seconds), index + 1)
-        elif isinstance(block, Lines):
-            yield from (Command(line, index) for line in [STANDING, *gcode.lines(block), *MODES[:1]])
-            yield Command(MODES[1], index + 1)
-            memory = _Memory()
-        else:
-            assert isinstance(block, Move)  # timed moves are for machines that keep time
-            lone = _rests(blocks, index - 1, profile) and _rests(blocks, index + 1, profile)
-            *first, last = memory.move(block, _AT_ONCE if lone else 1)
-            yield from (Command(line, index) for line in first)
-            yield Command(last, index + 1)
-    yield from (Command(line, len(blocks)) for line in closing())
-
-
-def _rests(blocks: Sequence[Block], index: int, profile: Plotter) -> bool:
-    """Whether the machine comes to rest at a block (or beyond the ends of the plan)."""
-    if not 0 <= index < len(blocks):
-        return True
-    block = blocks[index]
-    if isinstance(block, Pen):
-        return profile.pen.lift != "z" or pen_lift.wait(profile.pen, block.down, 0.0) > 0
-    return isinstance(block, Pause | Lines)
-
-
-class _Memory:
-    """What the machine remembers of the moves before."""
-
-    def __init__(self) -> None:
-        self.x = self.y = self.z = self.feed = ""
-
-    def pen_moved(self, pen: PenProfile) -> None:
-        """Forget what moving the pen may have changed: everything, if the commands are the user's own."""
-        self.z = ""
-        self.feed = self.feed if pen.lift == "servo" else ""
-        if pen.lift == "command":
-            self.x = self.y = ""
-
-    def move(self, block: Move, pieces: int) -> Iterator[bytes]:
-        """The lines of a move, with only the words that change something.
-
-        A move that stands alone is cut into pieces, since Marlin would wait for more before it begins.
-        """
-        if pieces > 1 and self.x and self.y:
-            start = float(self.x), float(self.y)
-            if math.dist(start, (block.x, block.y)) > _WORTH:
-                for share in (piece / pieces for piece in range(1, pieces)):
-                    x, y = (a + share * (b - a) for a, b in zip(start, (block.x, block.y), strict=True))
-                    yield self._line(Move(x, y, block.feed))
-        yield self._line(block)
-
-    def _line(self, block: Move) -> bytes:
-        x, y, feed = number(block.x), number(block.y), number(block.feed, 1)
-        z = self.z if block.z is None else number(block.z)
-        words = [("X", x, self.x), ("Y", y, self.y), ("Z", z, self.z), ("F", feed, self.feed)]
-        self.x, self.y, self.z, self.feed = x, y, z, feed
-        return f"G1{''.join(letter + now for letter, now, before in words if now != before)}\n".encode()
+            return lift.lift != "z" or pen_lift.wait(lift, block.down, 0.0) > 0
+        return isinstance(block, Pause | Lines)

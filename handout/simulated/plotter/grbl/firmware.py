@@ -138,15 +138,12 @@ class GrblFirmware(Firmware):
         if self.stepper.moving:
             self.say("ALARM:3")
             self.locked = True
-        self._forget()
-        self.dead = self.asleep = False
-        self.banner()
-
-    def _forget(self) -> None:
         self._stand_still()
         self.modes, self._untold = Modes(work=self.modes.work), 0
         self._begin()
         self._switch(0.0)
+        self.dead = self.asleep = False
+        self.banner()
 
     def stop(self) -> None:
         """Power goes off."""
@@ -189,7 +186,10 @@ class GrblFirmware(Firmware):
             elif data == b"!":
                 self.stepper.hold()
             elif data == b"~":
-                self._resume()
+                if self.door:
+                    self._spin()
+                self.paused = self.door = False
+                self.stepper.resume(self.now)
             elif data == _DOOR:
                 self.door = True
                 self.stepper.hold()
@@ -201,13 +201,6 @@ class GrblFirmware(Firmware):
     def hold(self) -> None:
         """As its feed-hold button does."""
         self.urgent(b"!")
-
-    def _resume(self) -> None:
-        """Cycle start: go on after a hold, a pause or an open door."""
-        if self.door:
-            self._spin()
-        self.paused = self.door = False
-        self.stepper.resume(self.now)
 
     def _share(self, byte: bytes) -> None:
         """A byte that changes the share of what it is told; new moves obey."""
@@ -276,7 +269,8 @@ class GrblFirmware(Firmware):
         if request.target is not None:
             if self.queue.full:
                 yield "room"
-            if self.settings.limited and not self._within_travel(request.target):
+            in_plane = enumerate(request.target[:2])  # machine space is negative
+            if self.settings.limited and not all(-self.settings.value(130 + a) <= at <= 0.0 for a, at in in_plane):
                 self.stepper.hold()
                 yield "still"
                 self.alarm(2)
@@ -314,10 +308,6 @@ class GrblFirmware(Firmware):
         """Write into its memory, and lose what comes in meanwhile."""
         self.wire.deaf_until = self.now + _WRITING
         yield _WRITING
-
-    def _within_travel(self, target: tuple[float, float, float]) -> bool:
-        """Machine space is negative."""
-        return all(-self.settings.value(130 + axis) <= at <= 0.0 for axis, at in enumerate(target[:2]))
 
     def _beyond(self, target: tuple[float, float, float]) -> bool:
         """Whether a move would run into the end of an axis."""
@@ -367,22 +357,16 @@ class GrblFirmware(Firmware):
         elif line == "$I":
             self._introduce()
         elif match := re.fullmatch(r"\$(\d+)=(-?\d+\.?\d*)", line):
-            yield from self._set(int(match.group(1)), float(match.group(2)))
+            self.settings.change(int(match.group(1)), float(match.group(2)))
+            yield from self._write()
         else:
             raise Refused(3)
 
     def _introduce(self) -> None:
         version = {"": "1.1h.20190830", "grblhal": "1.1f.20230101", "fluidnc": "3.7 FluidNC v3.7.8"}[self.variant]
         self.say(f"[VER:{version}:handout]")
-        if self.variant == "fluidnc":
-            self.say("[OPT:MPHS]")
-        else:
-            more = ",3,0" if self.variant else ""
-            self.say(f"[OPT:V,{self.queue.size},{self.wire.size}{more}]")
-
-    def _set(self, number: int, value: float) -> Iterator[Wait]:
-        self.settings.change(number, value)
-        yield from self._write()
+        sizes = f"V,{self.queue.size},{self.wire.size}{',3,0' if self.variant else ''}"
+        self.say(f"[OPT:{'MPHS' if self.variant == 'fluidnc' else sizes}]")
 
     def _tell_settings(self) -> None:
         for number, value in sorted(self.settings.table.items()):

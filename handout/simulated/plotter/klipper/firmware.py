@@ -213,7 +213,11 @@ class KlipperFirmware(Firmware):
         if method.startswith("printer.") and self.state == "disconnected":
             self._error(number, "Method not found", -32601)
         elif method == "printer.gcode.script":
-            self._script(number, parameters.get("script", ""))
+            if self.state != "ready":
+                self._error(number, self.message, 400)
+                return
+            self._scripts.append((number, parameters.get("script", "").split("\n")))
+            self._run()
         elif method in ("printer.emergency_stop", "printer.firmware_restart", "printer.restart"):
             self._answer(number, "ok")
             if method == "printer.emergency_stop":
@@ -225,13 +229,6 @@ class KlipperFirmware(Firmware):
         else:
             self._error(number, "Method not found", -32601)
 
-    def _script(self, number: Any, text: str) -> None:
-        if self.state != "ready":
-            self._error(number, self.message, 400)
-            return
-        self._scripts.append((number, text.split("\n")))
-        self._run()
-
     def _server_info(self, parameters: dict[str, Any]) -> object:
         connected = self.state != "disconnected"
         return {"klippy_connected": connected, "klippy_state": self.state, "moonraker_version": "v0.11.0 (simulated)"}
@@ -241,17 +238,14 @@ class KlipperFirmware(Firmware):
 
     def _printer_objects_list(self, parameters: dict[str, Any]) -> object:
         usual = ["gcode", "webhooks", "configfile", "mcu", "gcode_move", "print_stats", "motion_report", "toolhead"]
-        return {"objects": [*usual, *self._own_objects()]}
+        pen = self.profile.pen
+        own = {"servo": [f"servo {pen.name}"], "stepper": [f"manual_stepper {pen.name}"]}.get(pen.lift, [])
+        if pen.lift == "command":
+            own = [f"gcode_macro {line.split()[0]}" for line in (*pen.up_command, *pen.down_command)]
+        return {"objects": [*usual, *own]}
 
     def _printer_query_endstops_status(self, parameters: dict[str, Any]) -> object:
         return {"x": "open", "y": "open"} if self.now <= self._gone else "ok"
-
-    def _own_objects(self) -> list[str]:
-        """What its printer.cfg has for the pen."""
-        pen = self.profile.pen
-        if pen.lift == "command":
-            return [f"gcode_macro {line.split()[0]}" for line in (*pen.up_command, *pen.down_command)]
-        return {"servo": [f"servo {pen.name}"], "stepper": [f"manual_stepper {pen.name}"]}.get(pen.lift, [])
 
     def _printer_objects_query(self, parameters: dict[str, Any]) -> object:
         status = {name: self._object(name) for name in parameters.get("objects", {})}
@@ -345,7 +339,11 @@ class KlipperFirmware(Firmware):
             self.toolhead.last_move_time()
             yield "rest"
             yield _HOMING
-            self._home()
+            self.paper.homed(self.now)
+            z = self.toolhead.at[2]
+            self.toolhead.set_position((0.0, 0.0, z))
+            self.paper.believe((0, 0, round(z * self.paper.steps[2])))
+            self.homed, self.base[:2] = self.homed.replace("x", "").replace("y", "") + "xy", [0.0, 0.0]
         elif code in ("G90", "G91"):
             self.relative = code == "G91"
         elif code == "G92":
@@ -399,13 +397,6 @@ class KlipperFirmware(Firmware):
             self._refuses = False
             raise Refused("Move out of range: " + " ".join(f"{value:.3f}" for value in target) + " [0.000]")
         head.move((target[0], target[1], target[2]), self.feed)
-
-    def _home(self) -> None:
-        self.paper.homed(self.now)
-        z = self.toolhead.at[2]
-        self.toolhead.set_position((0.0, 0.0, z))
-        self.paper.believe((0, 0, round(z * self.paper.steps[2])))
-        self.homed, self.base[:2] = self.homed.replace("x", "").replace("y", "") + "xy", [0.0, 0.0]
 
     def _set_position(self, values: dict[str, str]) -> None:
         x, y, z = (float(values.get(letter, at)) for letter, at in zip("XYZ", self.toolhead.at, strict=True))

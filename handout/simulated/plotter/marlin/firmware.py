@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from handout.profiles import Plotter
 from handout.simulated.plotter.firmware import Firmware, Say, Wait
-from handout.simulated.plotter.marlin.planner import Axes, Planner
+from handout.simulated.plotter.marlin.planner import MarlinAxes, Planner
 from handout.simulated.plotter.marlin.reception import Framing, Reception
 from handout.simulated.plotter.options import Options
 from handout.simulated.plotter.paper import Paper
@@ -44,7 +44,7 @@ class MarlinFirmware(Firmware):
         limits, pen = profile.limits, profile.pen
         fastest = options.speed or max(limits.draw_speed, limits.travel_speed)
         travel = options.acceleration or float(limits.acceleration)
-        self.axes = Axes(
+        self.axes = MarlinAxes(
             steps=paper.steps, speed=[fastest, fastest, float(pen.z_speed)],
             acceleration=[travel, travel, float(pen.z_acceleration)], travel=travel,
             deviation=float(limits.junction_deviation), jerk=float(limits.jerk),
@@ -152,10 +152,7 @@ class MarlinFirmware(Firmware):
         """Power comes on: where it stands is its zero, and a Z axis has been cranked up and set."""
         self.paper.lifted(self.now)
         self._forget()
-        steps = self._steps()
-        self.stepper.position = steps
-        self.planner.clear(steps)
-        self.paper.believe(steps)
+        self._stand()
         for line in ("start", "Marlin 2.1.2.1", "", "echo: Last Updated: 2023-05-16 | Author: (handout)"):
             self.say(line)
         self.say("echo: Free Memory: 2731  PlannerBufferBytes: 1152")
@@ -189,9 +186,13 @@ class MarlinFirmware(Firmware):
         """Moves in its planner, of which one is let go when it has been made."""
         return len(self.planner.lines) + self.stepper.ending
 
-    def _steps(self) -> Steps:
+    def _stand(self) -> None:
+        """Believe to stand where the last move leads to."""
         x, y, z = (round((v + o) * s) for v, o, s in zip(self.at, self.offset, self.axes.steps, strict=True))
-        return x, y, z
+        steps: Steps = (x, y, z)
+        self.stepper.position = steps
+        self.planner.clear(steps)
+        self.paper.believe(steps)
 
     def _stand_still(self) -> None:
         if self.stepper.moving:
@@ -279,10 +280,7 @@ class MarlinFirmware(Firmware):
         yield _HOMING
         self.at[:2], self.offset[:2] = [0.0, 0.0], [0.0, 0.0]
         self.paper.homed(self.now)
-        steps = self._steps()
-        self.stepper.position = steps
-        self.planner.clear(steps)
-        self.paper.believe(steps)
+        self._stand()
 
     def _g92(self, words: dict[str, float]) -> Iterator[Wait]:
         for axis, letter in enumerate("XYZ"):
