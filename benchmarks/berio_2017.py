@@ -15,9 +15,10 @@ from scipy.optimize import brentq
 
 from handout.motion import sigma_lognormal_model as lognormal
 from handout.motion.reconstruction import key_points, shape_fit
-from handout.motion.reconstruction.key_points import arc_length, extent, resampled
+from handout.motion.reconstruction.key_points import extent, resample_path
 from handout.motion.reconstruction.plan import LognormalPlan
 from handout.motion.sigma_lognormal_model import MOST_BENT, Pulses
+from handout.motion.timing import arc_length
 from handout.values import Array
 
 _ROUNDS = 10
@@ -31,7 +32,7 @@ def from_shape(xy: Array, *, robust: bool = False) -> LognormalPlan:
         over chord: what this project adds before it goes a way of its own.
     """
     length = float(arc_length(xy)[-1])
-    even = resampled(xy, max(8, round(length / extent(xy) * key_points.SAMPLES) + 1))
+    even = resample_path(xy, max(8, round(length / extent(xy) * key_points.SAMPLES) + 1))
     if robust:
         guess = shape_fit.first_guess(even)
     else:

@@ -25,7 +25,7 @@ from handout.chains import viterbi
 from handout.inking.brush import brushes
 from handout.inking.brush.painting import Sized, bends, lay, spread
 from handout.inking.brush.photographs import Found, find_strokes
-from handout.inking.brush.ribbon import SEGMENTS, SPAN, Ribbon, straightened
+from handout.inking.brush.ribbon import SEGMENTS, SPAN, Ribbon, straighten_stroke
 from handout.inking.brush.synthesis import WITHIN, Chooser, Library, repeated
 from handout.scanning.picture_files import read_picture
 from handout.values import Array, Indices
@@ -159,7 +159,7 @@ def kept_out(found: dict[int, Found], library: Library) -> None:
     chooser = Chooser(library, np.random.default_rng(18))
     real, made, tiles, key = list[tuple[float, Array]](), list[tuple[float, Array]](), list[NDArray[np.uint8]](), []
     for number in KEPT_OUT:
-        ribbon, line, half = straightened(found[number])
+        ribbon, line, half = straighten_stroke(found[number])
         long = float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
         places = spread(line, max(6, round(long / (2 * half) * SEGMENTS)))
         sized = Sized.fitting(library, 2 * half)
@@ -230,7 +230,7 @@ def main() -> None:
     report(brushes.find("dry-brush").library)
     if "HANDOUT_DATA" in os.environ:
         found = page_strokes(Path(os.environ["HANDOUT_DATA"]) / "strokes" / "drybrush" / "page.jpg")
-        learned = [straightened(stroke, _FINEST)[0] for n, stroke in found.items() if n not in KEPT_OUT]
+        learned = [straighten_stroke(stroke, _FINEST)[0] for n, stroke in found.items() if n not in KEPT_OUT]
         library = Library.of(learned)
         print("eight strokes of the page")
         report(library)

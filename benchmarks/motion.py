@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from handout.motion import optimal_control, sigma_lognormal
 from handout.motion import sigma_lognormal_model as lognormal
-from handout.motion.sigma_lognormal_model import REACH
 from handout.motion.tracker import mean
 from handout.values import ActionPlan
 
@@ -69,7 +68,7 @@ def pulses() -> None:
     begun = lognormal.onsets(np.full(59, 0.5), duration)
     these = lognormal.pulses(duration, np.full(59, 0.1), rng.uniform(-1.5, 1.5, 59), begun)
     chords = rng.normal(size=59) + 1j * rng.normal(size=59)
-    start, end = float(these.time(-REACH).min()), float(these.time(REACH).max())
+    start, end = these.span
     t = np.linspace(start, end, 1801)
     windowed, ours = _timed(lambda: lognormal.path(these, chords, start, (end - start) / 1800, 1801), 20)
     dense, theirs = _timed(lambda: lognormal.position(these, chords, t), 10)

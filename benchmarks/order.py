@@ -15,7 +15,7 @@ import numpy as np
 
 import handout
 from handout.plotting.planning.order import by_travel
-from handout.sinks.paths import joined
+from handout.sinks.paths import join_numbers
 from handout.values import Array, Drawing, Page, Stroke
 
 HANDS = ("house-joined", "house-print", "house-quick")
@@ -96,7 +96,9 @@ def drawings() -> None:
 
 def as_svg(paths: list[Array]) -> str:
     """Polylines, as other programs write them."""
-    lines = "".join(f'<polyline points="{joined(np.rint(xy * 1000).astype(int).ravel().tolist())}"/>' for xy in paths)
+    lines = "".join(
+        f'<polyline points="{join_numbers(np.rint(xy * 1000).astype(int).ravel().tolist())}"/>' for xy in paths
+    )
     head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{A4.width}mm" height="{A4.height}mm"'
     return f'{head} viewBox="0 0 {A4.width} {A4.height}"><g fill="none" stroke="black">{lines}</g></svg>'
 

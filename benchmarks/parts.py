@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from handout.hand.scanned import ScannedHand
 from handout.inking.layers import Layer
-from handout.inking.pen_replacement import drawn
+from handout.inking.pen_replacement import ink_drawing
 from handout.inking.plain import flatten
 from handout.values import Array, Indices, LineGraph, Manuscript, Page
 from handout.writing import glyph_index, scanned_words
@@ -105,7 +105,7 @@ def manuscripts(
 
 def grey(sheet: Manuscript, hand: ScannedHand, dpi: float = DPI) -> Grey:
     """Luma of a page on white."""
-    ink = drawn(sheet, hand).ink
+    ink = ink_drawing(sheet, hand).ink
     assert ink is not None
     return np.asarray(np.rint(flatten(ink(dpi)) @ LUMA), dtype=np.uint8)
 

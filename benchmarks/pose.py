@@ -19,11 +19,10 @@ import numpy as np
 
 from handout.inking.pen import usual
 from handout.motion import POSE_METHODS
-from handout.motion.pose.features import FEATURES, resampled, velocities
-from handout.motion.pose.library import PoseLibrary, joined, learn, levelled
-from handout.motion.pose.posing import posed
+from handout.motion.pose.features import FEATURES, resample_path, velocities
+from handout.motion.pose.library import PoseLibrary, join_strokes, learn, level_pose
+from handout.motion.pose.posing import anchors, pose_drawing, shape_stroke
 from handout.motion.pose.synthesis import PoseModel, segments
-from handout.motion.pose.trajectory import anchors, shaped
 from handout.motion.styles.targets import letter_height
 from handout.sinks import Look, write_drawings
 from handout.sources import read_drawing
@@ -74,7 +73,7 @@ class Patches:
 def patches(drawing: Drawing) -> Patches:
     size, shapes, poses, of = 2 * _HALF + 1, [], [], []
     for number, stroke in enumerate(drawing.strokes):
-        xy, at = resampled(stroke.xy, _STEP)
+        xy, at = resample_path(stroke.xy, _STEP)
         if len(xy) < size:
             continue
         ends = np.minimum(1, np.sqrt(np.column_stack([np.arange(len(xy)), np.arange(len(xy))[::-1]]) / _HALF))
@@ -185,11 +184,11 @@ def _judged(known: str, asked: str) -> dict[str, float]:
     query = thinned(truth)
     near, number = matched(query, stock)
     row = {"truth, with the library": correlation(query.pose[near], stock.pose[number])}
-    samples = sum(len(resampled(s.xy, letter_height(page(asked)) / 20)[0]) for s in page(asked).strokes)
+    samples = sum(len(resample_path(s.xy, letter_height(page(asked)) / 20)[0]) for s in page(asked).strokes)
     model(known).nearest(np.zeros((2, 2)))  # the tree is grown once for a library
     for method in POSE_METHODS:
         begun = time.process_time()
-        made = posed(page(asked), model(known), method)
+        made = pose_drawing(page(asked), model(known), method)
         seconds = time.process_time() - begun
         pose = thinned(patches(made)).pose
         row[f"{method}, with the library"] = correlation(pose[near], stock.pose[number])
@@ -206,18 +205,18 @@ def _step(pose: Array) -> float:
 
 def _strange(_: str, asked: str) -> dict[str, float]:
     """With another writer's library, against the truth."""
-    made = thinned(patches(posed(page(asked), model(_OTHER[asked[0]]))))
+    made = thinned(patches(pose_drawing(page(asked), model(_OTHER[asked[0]]))))
     return {"other's library, with the truth": correlation(made.pose, thinned(patches(page(asked))).pose)}
 
 
 def _quality(made_by: PoseModel, asked: str) -> tuple[float, float, float]:
     """r with the truth, samples in a segment, ms a sample."""
     unit = letter_height(page(asked)) / 20
-    paths = [resampled(stroke.xy, unit)[0] for stroke in page(asked).strokes]
+    paths = [resample_path(stroke.xy, unit)[0] for stroke in page(asked).strokes]
     samples = sum(map(len, paths))
     made_by.nearest(paths[0])
     begun = time.process_time()
-    made = posed(page(asked), made_by)
+    made = pose_drawing(page(asked), made_by)
     seconds = time.process_time() - begun
     parts = sum(len(segments(made_by.sequence(made_by.nearest(xy)), made_by.library)) for xy in paths[::4])
     r = correlation(thinned(patches(made)).pose, thinned(patches(page(asked))).pose)
@@ -229,8 +228,8 @@ def sizes() -> None:
     many = learn([page(name) for name in ("n1", "n3", "n4")], "n").library
     parts = many.strokes()
     larger = [(xy * scale, ch) for scale in (0.5, 1.5) for xy, ch in parts]
-    enriched = joined([*parts, *((r[0], {k: np.interp(r[1], np.arange(len(v)), v) for k, v in ch.items()})
-                                 for r, ch in ((resampled(xy, 1.0), ch) for xy, ch in larger))], many)  # fmt: skip
+    enriched = join_strokes([*parts, *((r[0], {k: np.interp(r[1], np.arange(len(v)), v) for k, v in ch.items()})
+                                 for r, ch in ((resample_path(xy, 1.0), ch) for xy, ch in larger))], many)  # fmt: skip
     for count in (10, 150, len(parts), 1000):
         stock = many.chosen(range(count)) if count <= len(parts) else enriched.chosen(range(min(count, 1000)))
         r, length, ms = _quality(PoseModel(stock), "n2")
@@ -250,7 +249,7 @@ def features() -> None:
 def trend() -> None:
     """§3.2: how much of the spread of each channel goes with the place on the page."""
     for name in ("b1", "s1"):
-        before, after = library(name).channels, levelled(library(name)).channels
+        before, after = library(name).channels, level_pose(library(name)).channels
         spreads = (f"{k} {np.std(v):.3f} to {np.std(after[k]):.3f}" for k, v in before.items())
         print(f"  {name}: " + ", ".join(spreads))
 
@@ -261,15 +260,15 @@ def pictures(place: Path) -> None:
     look = Look(usual("brushpen", 1.2), 150, footprint=True)
     queries: dict[str, Callable[[], Drawing]] = {
         "truth": lambda: page("b2"),
-        "own-library": lambda: posed(page("b2"), model("b1")),
-        "average": lambda: posed(page("b2"), model("b1"), "average"),
-        "closest": lambda: posed(page("b2"), model("b1"), "closest"),
-        "other-library": lambda: posed(page("b2"), model("s1")),
-        "drawing": lambda: posed(page("query-catAndFish"), model("b-flower")),
+        "own-library": lambda: pose_drawing(page("b2"), model("b1")),
+        "average": lambda: pose_drawing(page("b2"), model("b1"), "average"),
+        "closest": lambda: pose_drawing(page("b2"), model("b1"), "closest"),
+        "other-library": lambda: pose_drawing(page("b2"), model("s1")),
+        "drawing": lambda: pose_drawing(page("query-catAndFish"), model("b-flower")),
         "mouse": lambda: _bare(page("query-straightEnglish")),
-        "mouse-neatened": lambda: posed(page("query-straightEnglish"), model("b1"), passes=2),
-        "mouse-one-pass": lambda: posed(page("query-straightEnglish"), model("b1"), passes=1),
-        "vector-art": lambda: posed(_spiral(), model("b1"), height=20.0),
+        "mouse-neatened": lambda: pose_drawing(page("query-straightEnglish"), model("b1"), passes=2),
+        "mouse-one-pass": lambda: pose_drawing(page("query-straightEnglish"), model("b1"), passes=1),
+        "vector-art": lambda: pose_drawing(_spiral(), model("b1"), height=20.0),
     }
     for name, made in queries.items():
         write_drawings([made()], [place / f"{name}.png"], look)
@@ -296,7 +295,7 @@ def _matching(known: str, asked: str) -> Drawing:
     """Every other segment in another colour."""
     unit, colours, strokes = letter_height(page(asked)) / 20, ("#c03020", "#2050c0"), list[Stroke]()
     for stroke in page(asked).strokes:
-        xy, _ = resampled(stroke.xy, unit)
+        xy, _ = resample_path(stroke.xy, unit)
         parts = segments(model(known).sequence(model(known).nearest(xy)), library(known))
         for number, part in enumerate(parts):
             place = xy[part.start : part.stop + 1] * unit
@@ -310,9 +309,9 @@ def _stylised(known: str, asked: str, held: bool) -> Drawing:
     """Velocities of a library added up, held at the anchors or not."""
     unit, strokes = letter_height(page(asked)) / 20, list[Stroke]()
     for stroke in page(asked).strokes:
-        xy, _ = resampled(stroke.xy, unit)
+        xy, _ = resample_path(stroke.xy, unit)
         moved = model(known).movement(xy)
-        drawn = shaped(xy, moved, anchors(xy)) if held else xy[:1] + np.cumsum(moved, axis=0) - moved[:1]
+        drawn = shape_stroke(xy, moved, anchors(xy)) if held else xy[:1] + np.cumsum(moved, axis=0) - moved[:1]
         strokes.append(Stroke(np.arange(float(len(xy))) + 10_000 * len(strokes), drawn * unit))
     return Drawing(tuple(strokes), page(asked).page)
 

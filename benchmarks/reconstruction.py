@@ -16,8 +16,8 @@ import handout
 from benchmarks import berio_2017
 from handout.errors import InputError
 from handout.motion.reconstruction import LognormalPlan, from_recording, from_shape, recording_fit
-from handout.motion.reconstruction.key_points import extent, resampled, snr
-from handout.motion.reconstruction.planned_page import sampled
+from handout.motion.reconstruction.key_points import extent, resample_path, snr
+from handout.motion.reconstruction.planned_page import sample_times
 from handout.sources import read_drawing
 from handout.values import Array, Stroke
 
@@ -61,7 +61,7 @@ def _spread(values: list[float]) -> str:
 
 def _shape_snr(stroke: Stroke, plan: LognormalPlan) -> float:
     t = np.linspace(float(plan.onset[0]) - 0.1, plan.end + 0.3, 1600)
-    return snr(resampled(stroke.xy, 400), resampled(plan.at(t), 400))
+    return snr(resample_path(stroke.xy, 400), resample_path(plan.at(t), 400))
 
 
 def _tables(what: str, strokes: list[Stroke]) -> None:
@@ -93,7 +93,7 @@ def _timed(strokes: list[Stroke]) -> None:
     each = (time.process_time() - began) / len(strokes)
     speeds, chords = [], []
     for stroke, plan in zip(strokes, plans, strict=True):
-        recording = recording_fit.prepared(stroke.t, stroke.xy)
+        recording = recording_fit.prepare_recording(stroke.t, stroke.xy)
         wanted: Array = np.column_stack([recording.velocity.real, recording.velocity.imag])
         speeds.append(snr(wanted, plan.velocity(recording.t), about_mean=False))
         chords.append(float(np.abs(plan.chords()).max()) / extent(stroke.xy))
@@ -104,5 +104,5 @@ def _timed(strokes: list[Stroke]) -> None:
     )
     short = np.mean(np.array(chords) <= 3)
     print(f"                 chords within 3 extents {short:.1%}; {1000 * each:.0f} ms each (goals: 95 %, 8 strokes)")
-    slowest = max(float(np.ptp(sampled(plan))) for plan in plans)
+    slowest = max(float(np.ptp(sample_times(plan))) for plan in plans)
     print(f"                 movements last up to {slowest:.1f} s")

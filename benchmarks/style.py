@@ -102,7 +102,7 @@ def of_one_gaussian(learned: Sequence[MovementSequence], judged: Sequence[Moveme
 
 
 def _learn(examples: Sequence[MovementSequence], **more: Any) -> DynamicsModel:
-    return dynamics.learn([sequences.joined(examples)], np.random.default_rng(0), **more)
+    return dynamics.learn([sequences.join_sequences(examples)], np.random.default_rng(0), **more)
 
 
 def prediction() -> None:
@@ -210,7 +210,7 @@ def speed() -> None:
     structure.learn([one], rng)
     print(f"one tag: dynamics in {middle - began:.1f} s, structure in {time.process_time() - middle:.1f} s of CPU")
     row = np.zeros(sequences.columns("ahead"), np.float32)
-    steps = sequences.joined(tagged("fast-tag")[0])
+    steps = sequences.join_sequences(tagged("fast-tag")[0])
     alone, whole = (_fastest(work) for work in (lambda: model.runner.step(row), lambda: model.predict(steps, rng)))
     print(f"inference: {1e6 * alone:.0f} µs a step, {1e6 * whole / len(steps.up):.0f} µs with its features and draw")
 
@@ -248,7 +248,7 @@ def figures() -> None:
         + [(f"1: primed with {name}", _on(given, _primed(learned, name, keep=0.3), rng)) for name in names],
         [("2, 6: reconstruction, virtual targets", _with_targets(planned_page.drawing(fitted), fitted))]
         + [
-            ("7: varied", planned_page.drawing(planned_page.varied(fitted, training.Variation(), rng)))
+            ("7: varied", planned_page.drawing(planned_page.vary_page(fitted, training.Variation(), rng)))
             for _ in range(3)
         ],
         [

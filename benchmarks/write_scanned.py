@@ -21,7 +21,7 @@ from benchmarks.parts import manuscripts
 from benchmarks.write import TEXT, yardstick
 from handout.hand import library
 from handout.hand.scanned import ScannedHand
-from handout.inking.pen_replacement import drawn
+from handout.inking.pen_replacement import ink_drawing
 from handout.inking.plain import flatten
 from handout.motion.trace import trace
 from handout.page_sizes import page
@@ -98,7 +98,7 @@ def written(text: str, hand: ScannedHand, seed: int, name: str = "A4") -> list[b
 
 
 def _pixels(sheet: Manuscript, hand: ScannedHand) -> bytes:
-    ink = drawn(sheet, hand).ink
+    ink = ink_drawing(sheet, hand).ink
     assert ink is not None
     return flatten(ink(DPI)).tobytes()
 

@@ -158,9 +158,9 @@ def _written(hand: Hand | ScannedHand, rng: np.random.Generator) -> Drawing:
     layout = Layout(page(_PAGE), (5.0, 5.0, 5.0, 5.0), x_height=hand.x_height, fit=True)
     manuscript = compose(text, hand, layout, rng, pages=1, fallback=True)[0]
     if hand.pages is not None:
-        from handout.inking.pen_replacement import drawn
+        from handout.inking.pen_replacement import ink_drawing
 
-        return drawn(manuscript, hand)
+        return ink_drawing(manuscript, hand)
     from handout.motion.trace import trace
 
     return trace(manuscript, hand, rng)

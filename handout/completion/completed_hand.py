@@ -53,11 +53,11 @@ def complete_hand(
             "hand with letters as --hand."
         )
     text = normalise(text)
-    places, doubted = lacking(text, hand.repertoire), _doubted(hand, text)
+    places, doubted = lacking(text, hand.repertoire), _doubted_letters(hand, text)
     if not places and not doubted:
         return hand, []
     needed = tuple(sorted(places))
-    completed, supplies = _completed(hand, (needed, tuple(sorted(doubted)) if fallback else ()), fallback, seed)
+    completed, supplies = _add_supplies(hand, (needed, tuple(sorted(doubted)) if fallback else ()), fallback, seed)
     lendable = _lendable(_maker(hand, 0), needed)
     spell(text, replace(completed.repertoire, lendable=lendable), fallback=fallback)
     lent = {x for x, _ in supplies}
@@ -72,7 +72,7 @@ def complete_hand(
     ]
 
 
-def _doubted(hand: ScannedHand, text: str) -> dict[str, list[int]]:
+def _doubted_letters(hand: ScannedHand, text: str) -> dict[str, list[int]]:
     """The letters of a normalised text of which all glyphs of a hand are doubtful, and where they stand."""
     from handout.writing.glyph_index import better_lent
 
@@ -99,7 +99,7 @@ class Outlook:
 def outlook(hand: ScannedHand, text: str) -> tuple[Outlook, ...]:
     """How `complete_hand` would supply each letter of a text that a hand lacks, or doubts; in the order of the text."""
     text = normalise(text)
-    needed, doubted = lacking(text, hand.repertoire), _doubted(hand, text)
+    needed, doubted = lacking(text, hand.repertoire), _doubted_letters(hand, text)
     if not (needed or doubted) or not hand.letters:
         return tuple(Outlook(letter, "missing") for letter in needed)
     maker = _maker(hand, 0)
@@ -117,7 +117,7 @@ def outlook(hand: ScannedHand, text: str) -> tuple[Outlook, ...]:
 
 
 @lru_cache(maxsize=8)  # a batch asks for the same letters again and again
-def _completed(
+def _add_supplies(
     hand: ScannedHand, needed: tuple[tuple[str, ...], tuple[str, ...]], fallback: bool, seed: int
 ) -> tuple[ScannedHand, tuple[tuple[str, Supply], ...]]:
     """The hand with a page of what can be supplied, and each letter with its supply: those lacked, those doubted."""

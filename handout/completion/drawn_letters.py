@@ -103,8 +103,8 @@ class DrawnLetters:
         self, letter: str, strokes: Sequence[Array], last: int, place: Place, rng: np.random.Generator
     ) -> Specimen:
         """A letter with the ligatures that it has in its place; `last` is the stroke that leads to the next."""
-        strokes = _closed(strokes, self.radius)
-        body, ways = self._line(*_welded(strokes, self.radius), strokes), [Way(stroke) for stroke in strokes]
+        strokes = _close_strokes(strokes, self.radius)
+        body, ways = self._line(*_weld_strokes(strokes, self.radius), strokes), [Way(stroke) for stroke in strokes]
         lines, roles, edges, paths = (
             [body.graph.xy],
             [body.role],
@@ -164,7 +164,7 @@ class DrawnLetters:
         """The strokes of a letter in the author's proportions; [] if the drawn hand has none."""
         if letter not in self.house.glyphs:
             return []
-        strokes = _traced(letter, self.house, rng)
+        strokes = _trace_letter(letter, self.house, rng)
         top = max(self._ascender_drawn, *(float(xy[:, 1].max()) for xy in strokes))
         rise = ((self._ascender if letter.islower() else self.capital) - self.x_height) / (top - 1)
         return [self._fitted(xy, rise) for xy in strokes]
@@ -195,7 +195,7 @@ class DrawnLetters:
     def _ascender_drawn(self) -> float:
         """Height of the drawn hand's letters with an ascender, x-heights."""
         rng = np.random.default_rng(0)
-        return float(np.median([max(xy[:, 1].max() for xy in _traced(x, self.house, rng)) for x in "bhl"]))
+        return float(np.median([max(xy[:, 1].max() for xy in _trace_letter(x, self.house, rng)) for x in "bhl"]))
 
     @cached_property
     def _breadth(self) -> float:
@@ -206,7 +206,7 @@ class DrawnLetters:
             if len(numbers) < 2:
                 continue
             widths = [_upright_width(self._hand.outline(int(i))[:, :2], self.slant) for i in numbers]
-            drawn_width = np.ptp(np.concatenate(_traced(letter, self.house, rng))[:, 0]) * self.x_height
+            drawn_width = np.ptp(np.concatenate(_trace_letter(letter, self.house, rng))[:, 0]) * self.x_height
             ratios.append(float(np.median(widths)) / max(float(drawn_width), 1e-6))
         return float(np.clip(np.median(ratios), *_WIDER)) if ratios else 1.0
 
@@ -227,11 +227,11 @@ def _lead_on(ways: list[Way], link: Link, *, leaving: bool) -> None:
         ways[link.stroke] = Way(np.concatenate([link.xy[:0:-1], way.xy]), (False, way.ends[1]))
 
 
-def _closed(strokes: Sequence[Array], radius: float) -> list[Array]:
+def _close_strokes(strokes: Sequence[Array], radius: float) -> list[Array]:
     """Strokes (n, 2) of which what runs beside an earlier part, within a line's width, is led on to that."""
     from scipy.ndimage import gaussian_filter1d
 
-    number, xy = _beside(strokes, radius), np.concatenate(list(strokes))
+    number, xy = _earlier_places(strokes, radius), np.concatenate(list(strokes))
     led, first = [], np.cumsum([0, *map(len, strokes)]).tolist()
     for a, b in pairwise(first):
         aside = xy[number[a:b]] - xy[a:b]
@@ -242,7 +242,7 @@ def _closed(strokes: Sequence[Array], radius: float) -> list[Array]:
     return led
 
 
-def _beside(strokes: Sequence[Array], radius: float) -> Indices:
+def _earlier_places(strokes: Sequence[Array], radius: float) -> Indices:
     """(n,): for each place of strokes the earlier one that it runs beside, within a line's width, or else its own."""
     from scipy.spatial import cKDTree
 
@@ -258,7 +258,7 @@ def _beside(strokes: Sequence[Array], radius: float) -> Indices:
             if begin - leading > 0 and begin < end:
                 away, at = cKDTree(xy[: begin - leading]).query(xy[begin:end])
                 parallel = np.abs((along[at] * along[begin:end]).sum(axis=1)) > _PARALLEL
-                beside = _filled((away < reach) & parallel, away < _LENS * reach)
+                beside = _fill_between((away < reach) & parallel, away < _LENS * reach)
                 number[begin:end] = np.where(beside, number[at], number[begin:end])
                 back = begin - 1 - np.arange(min(int(beside.argmax()), begin - a))  # a hairpin: as the pen came
                 off = np.hypot(*(xy[back] - xy[begin : begin + len(back)]).T)
@@ -267,7 +267,7 @@ def _beside(strokes: Sequence[Array], radius: float) -> Indices:
     return number
 
 
-def _filled(sure: NDArray[np.bool_], maybe: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _fill_between(sure: NDArray[np.bool_], maybe: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """(n,): what is sure, and what is between that where all may be."""
     filled, at = sure.copy(), np.flatnonzero(sure)
     for a, b in pairwise(at.tolist()):
@@ -275,12 +275,12 @@ def _filled(sure: NDArray[np.bool_], maybe: NDArray[np.bool_]) -> NDArray[np.boo
     return filled
 
 
-def _welded(strokes: Sequence[Array], radius: float) -> tuple[Array, Indices]:
+def _weld_strokes(strokes: Sequence[Array], radius: float) -> tuple[Array, Indices]:
     """Strokes (n, 2) as one line, places and edges: what runs beside an earlier part, within its width, is that part.
 
     Ink shows no more than that of a stem that the pen goes up and down again.
     """
-    number, xy = _beside(strokes, radius), np.concatenate(list(strokes))
+    number, xy = _earlier_places(strokes, radius), np.concatenate(list(strokes))
     edges, first = list[Indices](), np.cumsum([0, *map(len, strokes)]).tolist()
     own = number == np.arange(len(xy))
     for a, b in pairwise(first):
@@ -290,7 +290,7 @@ def _welded(strokes: Sequence[Array], radius: float) -> tuple[Array, Indices]:
     return xy[kept], np.searchsorted(kept, np.concatenate(edges))
 
 
-def _traced(letter: str, house: Hand, rng: np.random.Generator) -> list[Array]:
+def _trace_letter(letter: str, house: Hand, rng: np.random.Generator) -> list[Array]:
     """Strokes of a letter as a drawn hand writes it: x-heights, upright, the baseline at y = 0."""
     size = 10.0  # mm: large, so that what depends on mm is small in x-heights
     sheet = single_letter(letter, house, rng, size)

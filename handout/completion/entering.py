@@ -13,7 +13,8 @@ import numpy as np
 
 from handout.hand import measures
 from handout.hand.scanned import ScannedHand
-from handout.values import Array, Indices
+from handout.motion.timing import arc_length
+from handout.values import Array
 from handout.writing.forms import Forms, along
 from handout.writing.joining import cubic
 
@@ -99,21 +100,19 @@ class Links:
         some = some[~np.isnan(cost[some])]
         if not len(some):
             return None
-        which = int(self._usual(some)[:_SOME][int(rng.integers(min(_SOME, len(some))))])
+        # those that are most like all others of them come first
+        lines = [self._ways.lines[self._kept[k]].xy[:: 1 if self._leaving else -1] for k in some.tolist()]
+        each = np.array([along(line - line[0], _COMPARED) for line in lines])
+        between = np.hypot(*np.moveaxis(each[:, None] - each, -1, 0)).mean(axis=2)
+        usual = some[np.median(between, axis=1).argsort(kind="stable")][:_SOME]
+        which = int(usual[int(rng.integers(len(usual)))])
         start, way = starts[which], self._kept[which]
         assert start is not None
         line = self._ways.lines[way].xy[:: 1 if self._leaving else -1]
         line = line - line[0] + start[0]
         if start[1] >= 0:
-            line = _led_on(strokes[start[1]][:: 1 if self._leaving else -1], line, _LED * x_height)
+            line = _lead_line(strokes[start[1]][:: 1 if self._leaving else -1], line, _LED * x_height)
         return Link(line, int(np.clip(self._ways.owned[way], 1, len(line) - 2)), start[1])
-
-    def _usual(self, some: Indices) -> Indices:
-        """Some of the ligatures, those that are most like all others of them first."""
-        lines = [self._ways.lines[self._kept[k]].xy[:: 1 if self._leaving else -1] for k in some.tolist()]
-        each = np.array([along(line - line[0], _COMPARED) for line in lines])
-        apart = np.hypot(*np.moveaxis(each[:, None] - each, -1, 0)).mean(axis=2)
-        return np.asarray(some[np.median(apart, axis=1).argsort(kind="stable")])
 
     def _start(self, body: Array, strokes: Sequence[Array], joined: int, height: float) -> tuple[Array, int] | None:
         """Where a ligature can begin at a height, and the number of the stroke that ends there, or else -1.
@@ -133,9 +132,9 @@ class Links:
         return furthest, -1
 
 
-def _led_on(stroke: Array, line: Array, reach: float) -> Array:
+def _lead_line(stroke: Array, line: Array, reach: float) -> Array:
     """A line (n, 2) from the end of a stroke (m, 2), which it leaves in the stroke's direction."""
-    run = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
+    run = arc_length(line)
     k = int(np.clip(np.searchsorted(run, reach), 1, len(line) - 1))
     back = stroke[-1] - stroke[max(len(stroke) - 4, 0)]
     ahead = line[min(k + 2, len(line) - 1)] - line[max(k - 2, 0)]

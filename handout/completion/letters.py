@@ -69,7 +69,9 @@ class LetterMaker:
         if len(marks) != 1 or len(base) != 1:
             return Supply()
         if marks[0] == DOTLESS:
-            return Supply(self._dotless(letter, base), f"{base} without its dot", True)
+            numbers = [number for number in self._best(base, 4 * _FORMS) if len(self._dot(number))]
+            forms = [_specimen_of_glyph(self._hand, n, self._dot(n), letter, ()) for n in numbers[:_FORMS]]
+            return Supply(forms, f"{base} without its dot", True)
         return self._accented(letter, base, marks[0], fallback)
 
     def instead(self, letter: str) -> Supply:
@@ -98,7 +100,7 @@ class LetterMaker:
             return self._on_lent(letter, base, mark, marks) if fallback else Supply()
         no_vertices = np.zeros(0, dtype=np.intp)
         specimens = [
-            _with_neighbours(
+            _specimen_of_glyph(
                 self._hand,
                 number,
                 self._dot(number) if mark not in NOT_ABOVE else no_vertices,
@@ -131,11 +133,6 @@ class LetterMaker:
         ]
         return Supply(specimens, f"{base}, {base_forms.source}, with a {_NAMES.get(mark, 'mark')}")
 
-    def _dotless(self, letter: str, base: str) -> list[Specimen]:
-        """Forms of ı or ȷ: those of the author's i or j whose dot is known."""
-        numbers = [number for number in self._best(base, 4 * _FORMS) if len(self._dot(number))]
-        return [_with_neighbours(self._hand, n, self._dot(n), letter, ()) for n in numbers[:_FORMS]]
-
     def _seated(self, mark: list[Part], letter: Array, base: str, kind: str) -> list[Part]:
         """A mark (over 0, its lowest point at the gap that it keeps) moved to a letter (n, 2)."""
         if kind in NOT_ABOVE - BELOW:
@@ -145,16 +142,13 @@ class LetterMaker:
             under = letter[letter[:, 1] < low + 0.3 * self._drawn.x_height]
             seat = np.array([0.5 * (under[:, 0].min() + under[:, 0].max()), low])
         else:
-            seat = self._over(mark, letter)
+            # a mark hangs over the middle of a letter's upper part, along the slant
+            x_height, slant, high = self._drawn.x_height, self._drawn.slant, float(letter[:, 1].max())
+            upper = letter[letter[:, 1] > high - 0.4 * x_height]
+            over = min(float(part.graph.xy[:, 1].min()) for part in mark)
+            middle = 0.5 * (upper[:, 0].min() + upper[:, 0].max()) - slant * (float(upper[:, 1].mean()) - high)
+            seat = np.array([middle + slant * over, high])
         return [part.shifted(seat) for part in mark]
-
-    def _over(self, mark: list[Part], letter: Array) -> Array:
-        """Where a mark hangs: over the middle of a letter's upper part, along the slant."""
-        x_height, slant, high = self._drawn.x_height, self._drawn.slant, float(letter[:, 1].max())
-        upper = letter[letter[:, 1] > high - 0.4 * x_height]
-        over = min(float(part.graph.xy[:, 1].min()) for part in mark)
-        middle = 0.5 * (upper[:, 0].min() + upper[:, 0].max()) - slant * (float(upper[:, 1].mean()) - high)
-        return np.array([middle + slant * over, high])
 
     def _within(self, letter: Array, base: str, kind: str) -> Array:
         """Where the origin of a mark goes that touches its letter, or stands beside it; see `writing.drawn_forms`."""
@@ -277,7 +271,7 @@ def _line(hand: ScannedHand, number: int, vertices: Indices) -> LineGraph:
     return LineGraph(page.to_line(glyph.line, ink.uv), ink.radius / page.pitch, ink.density, ink.uv, ink.edges)
 
 
-def _with_neighbours(hand: ScannedHand, number: int, gone: Indices, letter: str, marks: Sequence[Part]) -> Specimen:
+def _specimen_of_glyph(hand: ScannedHand, number: int, gone: Indices, letter: str, marks: Sequence[Part]) -> Specimen:
     """A glyph without the vertices `gone`, in its surroundings, and with marks."""
     glyph = hand.glyphs[number]
     beside = [(glyph.before, -1), (number, 0), (glyph.after, 1)]

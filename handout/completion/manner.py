@@ -116,9 +116,9 @@ class Manner:
     """How an author writes, as far as forms of the built-in hands were bent onto his letters."""
 
     def __init__(self, hand: ScannedHand) -> None:
-        kept = learnt(hand, "manner", VERSION, None, lambda: _measured(hand))
+        kept = learnt(hand, "manner", VERSION, None, lambda: _measure_manner(hand))
         self.spread = Spread(*kept[:5].tolist())
-        self._known = tuple(_unpacked(kept[5:]))
+        self._known = tuple(_unpack_known(kept[5:]))
 
     @property
     def letters(self) -> frozenset[str]:
@@ -137,7 +137,7 @@ class Manner:
         if way is None:
             return [], 0
         form, places = way
-        written = [form.strokes(places + _varied(places, self.spread, rng)) for _ in parted]
+        written = [form.strokes(places + _vary_places(places, self.spread, rng)) for _ in parted]
         cut = [form.parted(strokes) if cut else strokes for strokes, cut in zip(written, parted, strict=True)]
         return cut, form.last
 
@@ -150,8 +150,17 @@ class Manner:
         weight = weight / np.bincount([form.hand for form in forms], minlength=len(HANDS))[[f.hand for f in forms]]
         made = [self._process(form.hand).moved(form, letter) + form.xy for form in forms]
         level = [xy - [float(np.median(xy[:, 0])), 0.0] for xy in made]
-        narrowed = [_beside(xy, form) - _beside(form.xy, form) for xy, form in zip(level, forms, strict=True)]
-        price = _distances(level) @ (weight / weight.sum()) + SETTINGS.narrowed * np.maximum(narrowed, 0.0)
+        narrowed = [
+            _share_beside(xy, form) - _share_beside(form.xy, form) for xy, form in zip(level, forms, strict=True)
+        ]
+        # how far the lines lie apart on the average, x-heights
+        distances = np.zeros((len(level), len(level)))
+        for i, a in enumerate(level):
+            for j, b in enumerate(level[:i]):
+                squares = _squares(a, b)
+                mean = np.sqrt(squares.min(axis=0)).mean() + np.sqrt(squares.min(axis=1)).mean()
+                distances[i, j] = distances[j, i] = 0.5 * mean
+        price = distances @ (weight / weight.sum()) + SETTINGS.narrowed * np.maximum(narrowed, 0.0)
         best = int(np.argmin(price))
         return forms[best], level[best]
 
@@ -262,21 +271,10 @@ def _terms(places: Array, axis: int) -> Array:
     return np.column_stack([x, y, up, down] if axis == 0 else [np.ones(len(x)), y, up, down, x])
 
 
-def _distances(lines: Sequence[Array]) -> Array:
-    """(k, k): x-heights that lines (n, 2) lie apart on the average."""
-    distances = np.zeros((len(lines), len(lines)))
-    for i, a in enumerate(lines):
-        for j, b in enumerate(lines[:i]):
-            squares = _squares(a, b)
-            mean = np.sqrt(squares.min(axis=0)).mean() + np.sqrt(squares.min(axis=1)).mean()
-            distances[i, j] = distances[j, i] = 0.5 * mean
-    return distances
-
-
 _NEAR, _FURTHER, _PARALLEL = 0.22, 5, 0.9  # x-heights, places along the way, and cosine, of strokes side by side
 
 
-def _beside(xy: Array, form: Way) -> float:
+def _share_beside(xy: Array, form: Way) -> float:
     """The share of the places (n, 2) of a bent form that run beside others of it."""
     along, number = form.tangents(xy), np.arange(len(xy))
     near = (_squares(xy, xy) < _NEAR**2) & (np.abs(along @ along.T) > _PARALLEL)
@@ -286,7 +284,7 @@ def _beside(xy: Array, form: Way) -> float:
 _WAVES = (0.9, 2.6)  # x-heights: of the field that bends a letter that is written again
 
 
-def _varied(places: Array, spread: Spread, rng: np.random.Generator) -> Array:
+def _vary_places(places: Array, spread: Spread, rng: np.random.Generator) -> Array:
     """(n, 2): how far places lie from the usual ones when a letter is written once more."""
     breadth, height, lean, rise = rng.normal(0.0, (spread.breadth, spread.height, spread.lean, spread.rise))
     x, y = places.T
@@ -294,11 +292,11 @@ def _varied(places: Array, spread: Spread, rng: np.random.Generator) -> Array:
     return np.asarray(even + warp(places, rng, spread.bend, *_WAVES))
 
 
-def _measured(hand: ScannedHand) -> Array:
+def _measure_manner(hand: ScannedHand) -> Array:
     """What is kept of a hand: its spread, and the form of each built-in hand bent onto each of its letters."""
     seen, moved, varying = list[Known](), list[Array](), list[tuple[Array, Array]]()
     for letter, glyphs in _good_glyphs(hand):
-        bends = [_bent(letter, number, glyphs) for number in _nearest(letter, glyphs[0])]
+        bends = [_bend_form(letter, number, glyphs) for number in _nearest(letter, glyphs[0])]
         seen += [known for known, _, _ in bends]
         moved += [places for _, places, _ in bends]
         if len(glyphs) > 1:
@@ -307,7 +305,7 @@ def _measured(hand: ScannedHand) -> Array:
     for number in sorted({known.way.hand for known in seen}):
         which = [k for k, known in enumerate(seen) if known.way.hand == number]
         learned = _Process([seen[k] for k in which]).learned(np.concatenate([moved[k] for k in which]))
-        kept += [_packed(replace(seen[k], weights=weights)) for k, weights in zip(which, learned, strict=True)]
+        kept += [_pack_known(replace(seen[k], weights=weights)) for k, weights in zip(which, learned, strict=True)]
     return np.asarray(np.round(np.concatenate(kept), _DIGITS), dtype=np.float64)
 
 
@@ -321,7 +319,7 @@ def _good_glyphs(hand: ScannedHand) -> Iterator[tuple[str, list[Written]]]:
                 yield letter, glyphs
 
 
-def _bent(letter: str, number: int, glyphs: Sequence[Written]) -> tuple[Known, Array, tuple[Array, Array]]:
+def _bend_form(letter: str, number: int, glyphs: Sequence[Written]) -> tuple[Known, Array, tuple[Array, Array]]:
     """A form bent onto glyphs; how far its places are moved (n, 2); its usual places, and each glyph's from those."""
     form = ways.way(letter, number)
     fits = [ways.fit(form, glyph) for glyph in glyphs]
@@ -331,7 +329,7 @@ def _bent(letter: str, number: int, glyphs: Sequence[Written]) -> tuple[Known, A
     return Known(letter, number, len(fits), cost, np.zeros_like(moved)), moved, (middle, bent - middle)
 
 
-def _packed(known: Known) -> Array:
+def _pack_known(known: Known) -> Array:
     head = ord(known.letter), known.number, known.glyphs, known.cost, len(known.weights)
     return np.concatenate([head, known.weights.ravel()])
 
@@ -350,7 +348,7 @@ def _nearest(letter: str, glyph: Written) -> Iterator[int]:
         yield int(of_hand[away[of_hand].argmin()])
 
 
-def _unpacked(kept: Array) -> Iterator[Known]:
+def _unpack_known(kept: Array) -> Iterator[Known]:
     at = 0
     while at < len(kept):
         code, number, glyphs, cost, count = kept[at : at + 5].tolist()

@@ -70,10 +70,11 @@ def add_page(hand: ScannedHand, specimens: Sequence[Specimen]) -> ScannedHand:
     like = hand.pages[0]
     spots, page = _origins(specimens, like)
     laid = [
-        [_laid(part, spot, like) for part in specimen.parts] for specimen, spot in zip(specimens, spots, strict=True)
+        [_lay_part(part, spot, like) for part in specimen.parts]
+        for specimen, spot in zip(specimens, spots, strict=True)
     ]
     pixels = _page_pixels(hand, specimens, laid, spots, page, like)
-    graph, first = _united([graph for some in laid for graph in some], like.pixel)
+    graph, first = _unite_graphs([graph for some in laid for graph in some], like.pixel)
     rows = np.unique(spots[:, 1])
     sheet = ScannedPage(
         "put together",
@@ -113,7 +114,7 @@ def _origins(specimens: Sequence[Specimen], like: ScannedPage) -> tuple[Array, P
     return np.array(origins), Page(widest, y + 0.4 * _TALL * like.pitch, "sheet")
 
 
-def _laid(part: Part, spot: Array, like: ScannedPage) -> LineGraph:
+def _lay_part(part: Part, spot: Array, like: ScannedPage) -> LineGraph:
     """A part on the sheet, mm."""
     graph = part.graph
     xy = spot + graph.xy * [like.pitch, -like.pitch]
@@ -131,8 +132,13 @@ def _page_pixels(
     """(h, w, 4) uint8: the sheet's ink, what was drawn in the pen that the hand is written with."""
     scanned = []
     for number, (specimen, graphs) in enumerate(zip(specimens, laid, strict=True)):
-        pairs = zip(specimen.parts, graphs, strict=True)
-        scanned.append(_line(specimen, number, [(g, p.source) for p, g in pairs if p.source != NO_PAGE]))
+        blank = Glyph(specimen.letter, (), (), 0.0)
+        placed = tuple(
+            Placed(blank, (), False, number, 0, Ink(graph, part.source, NOBODY))
+            for part, graph in zip(specimen.parts, graphs, strict=True)
+            if part.source != NO_PAGE
+        )
+        scanned.append(Line(specimen.letter, placed, 0.0))
     rgba = texture(Manuscript(tuple(scanned), page, like.x_height), hand, like.dpi).rgba.copy()
     ways = [
         replace(way, xy=(spot + way.xy * [like.pitch, -like.pitch]) / like.pixel - 0.5)
@@ -154,13 +160,7 @@ def _page_pixels(
     return pixels
 
 
-def _line(specimen: Specimen, number: int, parts: Sequence[tuple[LineGraph, int]]) -> Line:
-    blank = Glyph(specimen.letter, (), (), 0.0)
-    placed = tuple(Placed(blank, (), False, number, 0, Ink(graph, source, NOBODY)) for graph, source in parts)
-    return Line(specimen.letter, placed, 0.0)
-
-
-def _united(graphs: Sequence[LineGraph], pixel: float) -> tuple[LineGraph, list[int]]:
+def _unite_graphs(graphs: Sequence[LineGraph], pixel: float) -> tuple[LineGraph, list[int]]:
     """All lines as one graph on the sheet's own picture, and each one's first vertex."""
     first = np.cumsum([0, *map(len, graphs)]).tolist()
     xy, radius, density = (

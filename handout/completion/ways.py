@@ -177,7 +177,7 @@ def _squares(a: Array, b: Array) -> Array:
     return np.asarray(np.maximum((a * a).sum(axis=1)[:, None] + (b * b).sum(axis=1) - 2 * a @ b.T, 0.0))
 
 
-def _turned(xy: Array, along: Array) -> Array:
+def _turning(xy: Array, along: Array) -> Array:
     """(n, 4): places with the directions of their lines, of which both ways are one."""
     u, v = along.T
     return np.column_stack([xy, _TURN * (u * u - v * v), _TURN * 2 * u * v])
@@ -185,7 +185,7 @@ def _turned(xy: Array, along: Array) -> Array:
 
 def apart(xy: Array, along: Array, glyph: Written) -> float:
     """x-heights that a line (n, 2) and a glyph's own lie apart on the average, when best moved along the line."""
-    line, other = _turned(xy, along), _turned(glyph.xy, glyph.along)
+    line, other = _turning(xy, along), _turning(glyph.xy, glyph.along)
     line[:, 0] -= np.median(line[:, 0])
     squares = _squares(line, other)
     for _ in range(_CENTRING):
@@ -211,7 +211,7 @@ class Fit:
     cost: float
 
 
-def _as_tall(xy: Array, other: Array) -> Array:
+def _scale_height(xy: Array, other: Array) -> Array:
     """Places (n, 2) whose parts over small letters, and below the baseline, reach as far as the heights of another.
 
     What lies far off draws a line no further: without this, ends that are much further out are not found.
@@ -226,15 +226,15 @@ def _as_tall(xy: Array, other: Array) -> Array:
 
 def fit(way: Way, glyph: Written) -> Fit:
     """Bend a way onto a glyph: near what it covers, smooth, and near where it was."""
-    start = _as_tall(way.xy - [float(np.median(way.xy[:, 0])), 0.0], glyph.xy[glyph.own, 1])
-    other = _turned(glyph.xy, glyph.along)
+    start = _scale_height(way.xy - [float(np.median(way.xy[:, 0])), 0.0], glyph.xy[glyph.own, 1])
+    other = _turning(glyph.xy, glyph.along)
     for _ in range(_CENTRING):
-        line = _turned(start, way.along)
+        line = _turning(start, way.along)
         start[:, 0] += _aside(line, other, _squares(line, other), glyph.own)
     bends, moves = way.stiffness
     own, bent, n = np.flatnonzero(glyph.own), start, len(start)
     for stiff in np.geomspace(*_STIFF, _ROUNDS):
-        squares = _squares(_turned(bent, way.tangents(bent)), other)
+        squares = _squares(_turning(bent, way.tangents(bent)), other)
         there, back = squares.argmin(axis=1), squares[:, own].argmin(axis=0)
         weight = 1 / (1 + squares[np.arange(n), there] / _FAR**2)
         pull = weight[:, None] * (glyph.xy[there] - start)

@@ -89,6 +89,15 @@ def write(path: Path, members: Mapping[str, Content]) -> None:
     atomic.write(path, pack(members))
 
 
+def check_version(path: Path, found: tuple[str, int], known: tuple[str, int]) -> None:
+    """Raise InputError for a learned file of another format or version than is known."""
+    if found != known:
+        raise InputError(
+            f"{path} cannot be used: it is {found[0]} version {found[1]}, and this program reads "
+            f"{known[0]} version {known[1]}; take a newer handout, or learn it again."
+        )
+
+
 def content_bytes(content: Content) -> bytes:
     """A part before it is packed."""
     if isinstance(content, bytes):

@@ -62,15 +62,11 @@ class Beziers:
 
 def beziers(fitted: Sequence[Curve]) -> Beziers:
     """Every Bézier of the `fitted` curves, in order; there must be at least one curve."""
-    whole = [_lengthened(curve) for curve in fitted]
+    whole = [c if len(c.t) > 1 else Curve(np.repeat(c.t, 2), np.repeat(c.points, 4, axis=0)) for c in fitted]
     control = np.concatenate([np.stack([c.points[j : 3 * len(c.t) - 5 + j : 3] for j in range(4)]) for c in whole], 1)
     t = np.concatenate([np.stack([c.t[:-1], c.t[1:]]) for c in whole], axis=1)
     owner = np.repeat(np.arange(len(whole)), [len(c.t) - 1 for c in whole])
     return Beziers(control @ _PLANE, t, owner)
-
-
-def _lengthened(curve: Curve) -> Curve:
-    return curve if len(curve.t) > 1 else Curve(np.repeat(curve.t, 2), np.repeat(curve.points, 4, axis=0))
 
 
 def fit(strokes: Sequence[Stroke], tolerance: float = TOLERANCE) -> list[Curve]:
@@ -104,9 +100,9 @@ class _Row:
         self.t: Array = np.concatenate([s.t for s in strokes])
         self.z: _Points = np.concatenate([s.xy for s in strokes]) @ _PLANE
         self.velocity = self._velocities()
-        self.check_t = _between(self.t, (self.t[:-1] + self.t[1:]) / 2)
+        self.check_t = _interleave(self.t, (self.t[:-1] + self.t[1:]) / 2)
         bow = (self.velocity[:-1] - self.velocity[1:]) * np.diff(self.t) / 8
-        self.check = _between(self.z, (self.z[:-1] + self.z[1:]) / 2 + bow)
+        self.check = _interleave(self.z, (self.z[:-1] + self.z[1:]) / 2 + bow)
 
     def _velocities(self) -> _Points:
         """Of the parabola through three neighbours; at an end, of the parabola that ends there."""
@@ -116,7 +112,11 @@ class _Row:
         slope = np.where(inside, np.diff(self.z) / step, 0.0)
         velocity = np.zeros_like(self.z)
         velocity[1:-1] = (slope[:-1] * step[1:] + slope[1:] * step[:-1]) / (step[:-1] + step[1:])
-        velocity[1:-1] *= _roundness(slope * step)
+        # 0 where two long chords meet at a right angle or sharper, a corner that was meant; 1 up to 60°, a bend
+        chord = slope * step
+        size = np.abs(chord)
+        turn = (chord[:-1] * chord[1:].conj()).real / np.maximum(size[:-1] * size[1:], 1e-12)
+        velocity[1:-1] *= np.where(np.minimum(size[:-1], size[1:]) > _LONG, np.clip(2 * turn, 0, 1), 1.0)
         long = self.ends - self.starts > 1
         a, b = self.starts[long], self.ends[long] - 1
         pair = b - a == 1
@@ -142,17 +142,7 @@ class _Row:
         return np.asarray(np.maximum.reduceat(np.abs(place - self.check[at]), begin))
 
 
-def _roundness(chord: _Points) -> Array:
-    """0 where two long chords meet at a right angle or sharper, a corner that was meant; 1 up to 60°, a bend.
-
-    Short chords turn sharply wherever the pen comes to rest, and say nothing.
-    """
-    size = np.abs(chord)
-    turn = (chord[:-1] * chord[1:].conj()).real / np.maximum(size[:-1] * size[1:], 1e-12)
-    return np.asarray(np.where(np.minimum(size[:-1], size[1:]) > _LONG, np.clip(2 * turn, 0, 1), 1.0))
-
-
-def _between(at: NDArray[_Number], half_step: NDArray[_Number]) -> NDArray[_Number]:
+def _interleave(at: NDArray[_Number], half_step: NDArray[_Number]) -> NDArray[_Number]:
     """The two in turn: at, half, at, half, … at."""
     both = np.empty(len(at) + len(half_step), dtype=at.dtype)
     both[::2], both[1::2] = at, half_step

@@ -124,14 +124,17 @@ def pieces(drawing: Drawing, width: float, flow: Flow, rng: np.random.Generator)
     press = np.where(staying, np.maximum(press, _STAYING), press)
     slow = lean(way.speed)
     wide = 1 + flow.width_pressure * (press - PRESSURE) + flow.width_speed * slow + flow.bleed * rest + dots
-    wide = np.where(np.isnan(way.width), width * wide * _nib(way, flow), way.width)
+    # a nib with an edge leaves a thinner line along that edge
+    slope = np.where(np.isnan(way.edge), flow.slope, way.edge)
+    turned = np.abs(np.sin(np.angle(way.b - way.a) - slope))
+    wide = np.where(np.isnan(way.width), width * wide * (1 - flow.nib * (1 - turned)), way.width)
     load = (np.maximum(press, 0.02) / PRESSURE) ** flow.load_pressure * (1 + flow.load_speed * slow)
     # a pen about to leave the paper rests on it so lightly that nothing gathers
     load += flow.pool * rest * np.minimum(press / PRESSURE, 1.0)
     load = (load + _DOT_INK * dots) * ample
     # a dot is pressed on, not passed over
     load = load * np.clip(width / way.length, 1.0, _DOT)
-    return _uneven(way, np.maximum(wide, _THINNEST) / 2, load, flow, rng)
+    return _add_noise(way, np.maximum(wide, _THINNEST) / 2, load, flow, rng)
 
 
 def _resting(
@@ -151,16 +154,9 @@ def _resting(
     landed, stayed = np.repeat(size[0], sizes), np.repeat(size[1] * stays, sizes)
     dots = landed * np.exp(-((way.since / _DOT_REACH) ** 2)) + stayed * np.exp(-((way.left / _DOT_REACH) ** 2))
     fast = np.clip((way.speed - 0.8 * PACE) / PACE, 0.0, 1.0)
-    dry = 1 / (1 + np.exp(np.clip((_RARE - 1.6 * fast - _along(rng, m, 0.22)) / 0.12, -30, 30)))
-    ample = np.exp(flow.level * _along(rng, m, 18.0)) * (1 - flow.skip * dry)
+    dry = 1 / (1 + np.exp(np.clip((_RARE - 1.6 * fast - _smooth_noise(rng, m, 0.22)) / 0.12, -30, 30)))
+    ample = np.exp(flow.level * _smooth_noise(rng, m, 18.0)) * (1 - flow.skip * dry)
     return flow.touch * dots, np.repeat(stays, sizes) & (way.left < _SLOWING), ample
-
-
-def _nib(way: _Way, flow: Flow) -> Array:
-    """(m,): width over the usual width that a nib with an edge leaves in the direction of each piece."""
-    slope = np.where(np.isnan(way.edge), flow.slope, way.edge)
-    across = np.abs(np.sin(np.angle(way.b - way.a) - slope))
-    return np.asarray(1 - flow.nib * (1 - across))
 
 
 def _way(stroke: Stroke, curve: curves.Curve) -> tuple[Any, ...]:
@@ -186,14 +182,14 @@ def _way(stroke: Stroke, curve: curves.Curve) -> tuple[Any, ...]:
     nib = np.zeros(count, dtype=np.complex128)
     if stroke.nib > 0 and stroke.rotation is not None:
         nib = 0.5 * stroke.nib * np.exp(1j * np.interp(middle, stroke.t, np.unwrap(stroke.rotation)))
-        width = across(nib, np.diff(place))
+        width = width_across(nib, np.diff(place))
     since = (s[:-1] + s[1:]) / 2
     turned = stroke.rotation is not None or stroke.azimuth is not None
     slope = np.interp(middle, stroke.t, footprints.edge(stroke)) if turned else np.full(count, np.nan)
     return place[:-1], place[1:], speed, dwell, press, length, width, nib, since, s[-1] - since, slope
 
 
-def across(nib: NDArray[np.complex128], way: NDArray[np.complex128]) -> Array:
+def width_across(nib: NDArray[np.complex128], way: NDArray[np.complex128]) -> Array:
     """(m,): how wide a line a flat nib leaves along `way`, in the unit of `nib`, half its edge."""
     along = way * nib.conj() / np.maximum(np.abs(way * nib), 1e-12)
     return np.asarray(2 * np.abs(nib) * (np.abs(along.imag) + NIB_THICKNESS * np.abs(along.real)))
@@ -208,12 +204,12 @@ def _pressure(stroke: Stroke, t: Array, place: NDArray[np.complex128], speed: Ar
     return np.asarray(PRESSURE + 0.1 * lean(speed) + 0.1 * down)
 
 
-def _uneven(way: _Way, radius: Array, load: Array, flow: Flow, rng: np.random.Generator) -> Pieces:
+def _add_noise(way: _Way, radius: Array, load: Array, flow: Flow, rng: np.random.Generator) -> Pieces:
     """Pieces with the noise of the pen; it is drawn in the same order for all pens, whether they use it or not."""
     m = len(radius)
-    drift, patch = _along(rng, m, 1.2), _along(rng, m, 0.2)
-    left, right = flow.ragged * _along(rng, m, 0.07), flow.ragged * _along(rng, m, 0.07)
-    lanes = flow.streak * (0.8 * _along(rng, m, 0.9, LANES, 0.7) + 0.6 * _along(rng, m, 0.25, LANES, 1.2))
+    drift, patch = _smooth_noise(rng, m, 1.2), _smooth_noise(rng, m, 0.2)
+    left, right = flow.ragged * _smooth_noise(rng, m, 0.07), flow.ragged * _smooth_noise(rng, m, 0.07)
+    lanes = flow.streak * (0.8 * _smooth_noise(rng, m, 0.9, LANES, 0.7) + 0.6 * _smooth_noise(rng, m, 0.25, LANES, 1.2))
     blobs = rng.random((3, m))
     load = load * np.exp(flow.drift * drift + flow.patch * patch)
     step = way.b - way.a
@@ -222,10 +218,16 @@ def _uneven(way: _Way, radius: Array, load: Array, flow: Flow, rng: np.random.Ge
     radius = np.maximum(radius + (left + right) / 2, _THINNEST / 2)
     nib = way.nib * np.where(way.nib == 0, 0, radius / np.fmax(way.width / 2, _THINNEST / 2))
     whole = Pieces(way.a + shift, way.b + shift, radius, load, np.exp(lanes).astype(np.float32), nib)
-    return _with_blobs(whole, _turning(step), flow, blobs)
+    # how far the line has turned within the half millimetre before each piece, rad
+    turn = np.zeros(len(step))
+    turn[1:] = np.abs(np.angle(step[1:] * step[:-1].conj() + 1e-15))
+    back = 5
+    total = np.cumsum(turn)
+    turning = total - np.r_[np.zeros(min(back, m)), total[:-back]][:m]
+    return _add_blobs(whole, turning, flow, blobs)
 
 
-def _along(rng: np.random.Generator, m: int, size: float, lanes: int = 1, across: float = 0.0) -> Array:
+def _smooth_noise(rng: np.random.Generator, m: int, size: float, lanes: int = 1, across: float = 0.0) -> Array:
     """(m,) or (m, lanes): noise of mean 0 and deviation 1, smooth over `size` mm along and `across` lanes."""
     from scipy.ndimage import gaussian_filter
 
@@ -240,16 +242,7 @@ def _along(rng: np.random.Generator, m: int, size: float, lanes: int = 1, across
     return np.asarray(noise[:m, 0] if lanes == 1 else noise.take(np.arange(m) % _REPEAT, axis=0))
 
 
-def _turning(step: NDArray[np.complex128]) -> Array:
-    """(m,) rad: how far the line has turned within the half millimetre before each piece."""
-    turn = np.zeros(len(step))
-    turn[1:] = np.abs(np.angle(step[1:] * step[:-1].conj() + 1e-15))
-    back = 5
-    total = np.cumsum(turn)
-    return np.asarray(total - np.r_[np.zeros(min(back, len(step))), total[:-back]][: len(step)])
-
-
-def _with_blobs(whole: Pieces, turning: Array, flow: Flow, chance: Array) -> Pieces:
+def _add_blobs(whole: Pieces, turning: Array, flow: Flow, chance: Array) -> Pieces:
     """The pieces, and the lumps of ink that gather at a ball's rim and come off once it has turned round."""
     # a turn stays near for five pieces, which share its chance
     hit = np.flatnonzero(chance[0] < flow.goop / 5 * np.clip(turning - 1.0, 0, 1))

@@ -55,7 +55,7 @@ FOOTPRINTS = {
 }
 
 
-def marked(drawing: Drawing, pen: Pen) -> Drawing:
+def mark_drawing(drawing: Drawing, pen: Pen) -> Drawing:
     """The drawing with the width, or the edge, that the pen's footprint gives each stroke.
 
     Strokes that have a width of their own keep it, as those of a handstyle; a stroke without pressure is pressed as
@@ -66,7 +66,7 @@ def marked(drawing: Drawing, pen: Pen) -> Drawing:
         return drawing
     widths = _room(drawing.strokes, pen.width) if footprint.flat else [pen.width] * len(drawing.strokes)
     each = zip(drawing.strokes, widths, strict=True)
-    return replace(drawing, strokes=tuple(_marked(stroke, width, footprint, pen.width) for stroke, width in each))
+    return replace(drawing, strokes=tuple(_mark_stroke(stroke, width, footprint, pen.width) for stroke, width in each))
 
 
 def _room(strokes: Sequence[Stroke], width: float) -> list[float]:
@@ -82,14 +82,22 @@ def _room(strokes: Sequence[Stroke], width: float) -> list[float]:
     return widths.tolist()
 
 
-def _marked(stroke: Stroke, width: float, footprint: Footprint, usual: float) -> Stroke:
+def _mark_stroke(stroke: Stroke, width: float, footprint: Footprint, usual: float) -> Stroke:
     if stroke.width is not None or stroke.nib > 0:
         return stroke
     pressure = np.full(len(stroke.t), USUAL_PRESSURE) if stroke.pressure is None else stroke.pressure
     wide = width * np.maximum(1 + footprint.swell * (pressure - USUAL_PRESSURE), _THINNEST)
     if footprint.flat:
         if stroke.length < _DOT * usual:
-            stroke, wide = _diamond(stroke, width), wide[[0, -1]]
+            # a dot as an edge makes it: put down, and drawn a little across itself
+            ends = [0, -1]
+            known = {name: values[ends] for name, values in stroke.pose.items()}
+            t = stroke.t[ends] if len(stroke.t) > 1 else stroke.t[0] + np.array([0.0, _DOTTING])
+            angle = float(edge(stroke)[0])
+            way = np.array([-np.sin(angle), np.cos(angle)]) * (1 if np.cos(angle) > 0 else -1)  # downwards
+            middle = (stroke.xy.min(axis=0) + stroke.xy.max(axis=0)) / 2
+            stroke = replace(stroke, t=t, xy=middle + np.outer([-0.5, 0.5], way) * _DRAWN * width, **known)
+            wide = wide[[0, -1]]
         return replace(stroke, nib=width, rotation=edge(stroke), width=wide)
     wide = wide * leaning(stroke, footprint.lean)
     if footprint.share and (stroke.rotation is not None or stroke.azimuth is not None):
@@ -106,17 +114,6 @@ def leaning(stroke: Stroke, lean: float) -> Array:
     off = _direction(stroke.xy) - stroke.azimuth
     # as much ink as upright: the ellipse is as much narrower as it is longer
     return np.asarray(np.hypot(np.sqrt(long) * np.sin(off), np.cos(off) / np.sqrt(long)))
-
-
-def _diamond(stroke: Stroke, width: float) -> Stroke:
-    """A dot as an edge makes it: put down, and drawn a little across itself."""
-    ends = [0, -1]
-    known = {name: values[ends] for name, values in stroke.pose.items()}
-    t = stroke.t[ends] if len(stroke.t) > 1 else stroke.t[0] + np.array([0.0, _DOTTING])
-    angle = float(edge(stroke)[0])
-    way = np.array([-np.sin(angle), np.cos(angle)]) * (1 if np.cos(angle) > 0 else -1)  # downwards
-    middle = (stroke.xy.min(axis=0) + stroke.xy.max(axis=0)) / 2
-    return replace(stroke, t=t, xy=middle + np.outer([-0.5, 0.5], way) * _DRAWN * width, **known)
 
 
 def edge(stroke: Stroke) -> Array:

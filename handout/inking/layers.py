@@ -94,23 +94,26 @@ def seam(a: _Pixels, b: _Pixels, both: _Mask, to_a: _Mask, to_b: _Mask) -> _Mask
     return from_a
 
 
-def parted(a: Layer, b: Layer) -> tuple[Layer, Layer]:
+def part_layers(a: Layer, b: Layer) -> tuple[Layer, Layer]:
     """Two layers of which one goes on where the other ends: what both show is left to one of them, pixel by pixel.
 
     Both show the same line where their vertices lie on each other and lead the same way.  Of the pixels of that line
     those beside the rest of either layer are its own, and where a line ends in one layer only, the other has it;
     between them runs the seam.
     """
-    window = _meeting(a, b)
-    if window is None:
+    # the smallest window of the page that holds what the layers share
+    left, top = (max(a.corner[k], b.corner[k]) for k in (0, 1))
+    right, bottom = (min(layer.corner[k] + layer.near.shape[1 - k] for layer in (a, b)) for k in (0, 1))
+    if left >= right or top >= bottom:
         return a, b
-    same = _same(a, b), _same(b, a)
+    window = left, top, right, bottom
+    same = _shared_vertices(a, b), _shared_vertices(b, a)
     if not (same[0].any() and same[1].any()):
         return a, b
     views = [layer.view(window) for layer in (a, b)]
     lines = [_part(near, shared) for (_, near), shared in zip(views, same, strict=True)]
     both = lines[0] | lines[1]
-    rest = [_grown((near >= 0) & ~line) & both for (_, near), line in zip(views, lines, strict=True)]
+    rest = [_grow_mask((near >= 0) & ~line) & both for (_, near), line in zip(views, lines, strict=True)]
     ends = [_part(near, _ending(layer) & shared) for (_, near), layer, shared in zip(views, (a, b), same, strict=True)]
     to_a = (rest[0] & ~rest[1]) | (ends[1] & ~ends[0] & both)
     to_b = (rest[1] & ~rest[0]) | (ends[0] & ~ends[1] & both)
@@ -120,22 +123,10 @@ def parted(a: Layer, b: Layer) -> tuple[Layer, Layer]:
         return a, b
     inks = [rgba for rgba, _ in views]
     from_a = seam(inks[0], inks[1], both, to_a, to_b)
-    return _without(a, window, both & from_a), _without(b, window, both & ~from_a)
+    return _clear_pixels(a, window, both & from_a), _clear_pixels(b, window, both & ~from_a)
 
 
-def _meeting(a: Layer, b: Layer) -> tuple[int, int, int, int] | None:
-    """(left, top, right, bottom) of the smallest window that holds what the layers share, on the page."""
-    (ax, ay, aw, ah), (bx, by, bw, bh) = (_box(layer) for layer in (a, b))
-    left, top, right, bottom = max(ax, bx), max(ay, by), min(aw, bw), min(ah, bh)
-    return (left, top, right, bottom) if left < right and top < bottom else None
-
-
-def _box(layer: Layer) -> tuple[int, int, int, int]:
-    (x, y), (h, w) = layer.corner, layer.near.shape
-    return x, y, x + w, y + h
-
-
-def _same(layer: Layer, other: Layer) -> _Mask:
+def _shared_vertices(layer: Layer, other: Layer) -> _Mask:
     """Vertices (n,) of a layer that lie on the other's line."""
     from scipy.spatial import cKDTree
 
@@ -164,13 +155,13 @@ def _part(near: NDArray[np.int32], vertices: _Mask) -> _Mask:
     return np.asarray((near >= 0) & vertices[near])
 
 
-def _grown(mask: _Mask) -> _Mask:
+def _grow_mask(mask: _Mask) -> _Mask:
     import cv2
 
     return np.asarray(cv2.dilate(mask.view(np.uint8), np.ones((3, 3), np.uint8)), dtype=bool)
 
 
-def _without(layer: Layer, window: tuple[int, int, int, int], gone: _Mask) -> Layer:
+def _clear_pixels(layer: Layer, window: tuple[int, int, int, int], gone: _Mask) -> Layer:
     """The layer with some pixels of the window clear."""
     left, top, right, bottom = window
     x, y = layer.corner

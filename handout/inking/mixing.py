@@ -20,7 +20,7 @@ Box = tuple[float, float, float, float]
 _DARKEST = 1 / 255  # of the light: a black is printed no darker
 
 
-def mixed(rasters: Iterable[Raster]) -> Raster:
+def mix_inks(rasters: Iterable[Raster]) -> Raster:
     """The ink of some pages (at least one) of one size on one page; those before the last are not kept."""
     first, *others = rasters
     if not others:
@@ -36,7 +36,7 @@ def mixed(rasters: Iterable[Raster]) -> Raster:
     return Raster(rgba, first.dpi, first.origin, (min(begin, end), end))
 
 
-def recoloured(raster: Raster, was: str, colour: str) -> Raster:
+def recolour_ink(raster: Raster, was: str, colour: str) -> Raster:
     """Ink in another colour, as thick everywhere as it was.
 
     Parameters
@@ -54,7 +54,7 @@ def recoloured(raster: Raster, was: str, colour: str) -> Raster:
     return Raster(rgba, raster.dpi, raster.origin, raster.rows)
 
 
-def pasted(
+def paste_pictures(
     sheet: NDArray[np.uint8],
     dpi: float,
     pictures: Sequence[tuple[NDArray[np.uint8], tuple[float, float, float, float]]],

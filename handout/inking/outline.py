@@ -29,7 +29,7 @@ def edge(stroke: Stroke) -> Array:
     return half_edge * np.column_stack([np.cos(stroke.rotation), np.sin(stroke.rotation)])
 
 
-def as_round(drawing: Drawing, scale: float) -> Drawing:
+def round_strokes(drawing: Drawing, scale: float) -> Drawing:
     """The drawing with every stroke of a flat nib as many of a round point, side by side, at `scale` pixels a mm."""
     if not any(stroke.nib > 0 for stroke in drawing.strokes):
         return drawing
@@ -73,21 +73,17 @@ def pieces(stroke: Stroke, curve: Curve) -> list[Array]:
     t, place = t[moved], place[moved]
     if len(t) < 2:  # a dot is as wide as the pen ever was on it
         return _discs(curve.points[:1], _radii(stroke, stroke.t).max(keepdims=True))
-    radius, ends = _radii(stroke, t), _ends(place)
-    return [*_ribbons(place, radius, ends), *_discs(place[ends], radius[ends])]
-
-
-def _ends(place: Array) -> Indices:
-    """Where along places (n, 2) parts begin and end, none of which turns so far that its sides cross."""
+    # parts begin and end where they have turned so far that their sides would cross
     step = np.diff(place, axis=0) @ np.array([1.0, 1j])
     turn = np.abs(np.angle(step[1:] * np.conj(step[:-1])))
-    ends, turned = [0], 0.0
+    cuts, turned = [0], 0.0
     for at, angle in enumerate(turn.tolist(), 1):
         turned += angle
         if angle > _CORNER or turned > _TURNED:
-            ends.append(at)
+            cuts.append(at)
             turned = 0.0
-    return np.array([*ends, len(place) - 1])
+    radius, ends = _radii(stroke, t), np.array([*cuts, len(place) - 1])
+    return [*_ribbons(place, radius, ends), *_discs(place[ends], radius[ends])]
 
 
 def _radii(stroke: Stroke, t: Array) -> Array:
@@ -120,7 +116,7 @@ def _ribbons(place: Array, radius: Array, ends: Indices) -> list[Array]:
     aside = normal * radius[vertex][:, None]
     left, right = place[vertex] + aside, place[vertex] - aside
     parts = [slice(a, a + n) for a, n in zip(first.tolist(), size.tolist(), strict=True)]
-    return [_turned(np.concatenate([left[part], right[part][::-1]])) for part in parts]
+    return [_orient(np.concatenate([left[part], right[part][::-1]])) for part in parts]
 
 
 def _swept(stroke: Stroke, curve: Curve) -> list[Array]:
@@ -138,7 +134,7 @@ def _swept(stroke: Stroke, curve: Curve) -> list[Array]:
     hulls = []
     for before, after in pairwise(corners):
         both = np.concatenate([before, after])
-        hulls.append(_turned(both[ConvexHull(both).vertices]))
+        hulls.append(_orient(both[ConvexHull(both).vertices]))
     return hulls
 
 
@@ -151,7 +147,7 @@ def _discs(places: Array, radii: Array) -> list[Array]:
     return np.split(np.repeat(places, count, axis=0) + corners, last[:-1])
 
 
-def _turned(polygon: Array) -> Array:
+def _orient(polygon: Array) -> Array:
     """The polygon, turning the way discs do."""
     x, y = polygon.T
     twice = float(x[:-1] @ y[1:] - y[:-1] @ x[1:] + x[-1] * y[0] - y[-1] * x[0])

@@ -156,10 +156,10 @@ def sheet(paper: Paper, page: Page, dpi: float, rng: np.random.Generator) -> NDA
     size = max(1, round(page.height * dpi / 25.4)), max(1, round(page.width * dpi / 25.4))
     if paper.name not in PAPERS:
         return _picture(paper.name, size)
-    return _made(paper, size, 25.4 / dpi, tooth(rng))
+    return _make_sheet(paper, size, 25.4 / dpi, tooth(rng))
 
 
-def laid(raster: Raster, ground: NDArray[np.uint8] | None = None) -> NDArray[np.uint8]:
+def lay_ink(raster: Raster, ground: NDArray[np.uint8] | None = None) -> NDArray[np.uint8]:
     """(h, w, 3) uint8, device RGB: ink on paper (h, w, 3), or on white.
 
     Paper gives back less light where there is ink, by what ink on white does: its grain is seen through thin ink.
@@ -171,13 +171,13 @@ def laid(raster: Raster, ground: NDArray[np.uint8] | None = None) -> NDArray[np.
         return flat
     under = ground.reshape(-1, 3)
     page = ground.copy()
-    for at in plain.inked(raster.rgba[..., 3], raster.rows):
+    for at in plain.inked_parts(raster.rgba[..., 3], raster.rows):
         light = flat.reshape(-1, 3)[at].astype(np.float32) / 255
         page.reshape(-1, 3)[at] = np.rint(under[at] * light)
     return page
 
 
-def _made(paper: Paper, size: tuple[int, int], unit: float, surface: Tooth) -> NDArray[np.uint8]:
+def _make_sheet(paper: Paper, size: tuple[int, int], unit: float, surface: Tooth) -> NDArray[np.uint8]:
     """A sheet of pixels of `unit` mm, some rows at a time."""
     height, width = size
     lines = _lines(paper, size, unit)
@@ -188,19 +188,17 @@ def _made(paper: Paper, size: tuple[int, int], unit: float, surface: Tooth) -> N
         y = (np.arange(top, min(top + _ROWS, height)) + 0.5) * unit
         light = 1 + np.float32(_TOOTH_DEPTH) * surface.at(x[None, :], y[:, None])
         if paper.name == "laid":
-            light = light * _mould(x, y)
+            # made on a mould of wires, the paper is a little thinner and darker along each of them
+            wires = 1 - 0.010 * np.cos(2 * np.pi / _LAID * y) ** 2
+            away = np.abs((x + _CHAIN / 3) % _CHAIN - _CHAIN / 2)
+            chains = 1 - 0.022 * np.exp(-((away / 0.45) ** 2))
+            light = light * (wires[:, None] * chains[None, :]).astype(np.float32)
         rows = light[:, :, None] * white
-        rows *= _printed(lines[0][None, :], lines[1][top : top + _ROWS, None])
+        # where two lines cross the ink is not darker
+        share = np.maximum(lines[0][None, :], lines[1][top : top + _ROWS, None])[:, :, None]
+        rows *= (1 - share * (1 - _LINE)).astype(np.float32)
         sheet[top : top + _ROWS] = np.rint(np.clip(rows, 0, 255))
     return sheet
-
-
-def _mould(x: NDArray[np.floating[Any]], y: NDArray[np.floating[Any]]) -> NDArray[np.float32]:
-    """(h, w) light of paper made on a mould of wires, a little thinner and darker along each of them."""
-    wires = 1 - 0.010 * np.cos(2 * np.pi / _LAID * y) ** 2
-    away = np.abs((x + _CHAIN / 3) % _CHAIN - _CHAIN / 2)
-    chains = 1 - 0.022 * np.exp(-((away / 0.45) ** 2))
-    return np.asarray(wires[:, None] * chains[None, :], dtype=np.float32)
 
 
 def _lines(paper: Paper, size: tuple[int, int], unit: float) -> tuple[Array, Array]:
@@ -210,21 +208,15 @@ def _lines(paper: Paper, size: tuple[int, int], unit: float) -> tuple[Array, Arr
         return np.zeros(width), np.zeros(height)
     pitch = paper.pitch or _PITCH[paper.name]
     head = pitch if paper.head is None else paper.head
-    rows = _covered(height, unit, pitch, pitch if paper.first is None else paper.first, head)
-    return (_covered(width, unit, pitch, pitch, pitch) if paper.name == "squared" else np.zeros(width)), rows
+    rows = _cover_shares(height, unit, pitch, pitch if paper.first is None else paper.first, head)
+    return (_cover_shares(width, unit, pitch, pitch, pitch) if paper.name == "squared" else np.zeros(width)), rows
 
 
-def _covered(count: int, unit: float, pitch: float, first: float, head: float) -> Array:
+def _cover_shares(count: int, unit: float, pitch: float, first: float, head: float) -> Array:
     """(count,): share of pixels of `unit` mm on lines `pitch` mm apart, one of them at `first`, from `head` on."""
     at = (np.arange(count * _FINER) + 0.5) * unit / _FINER
     on = np.abs((at - first + pitch / 2) % pitch - pitch / 2) < _THICK / 2
     return np.asarray((on & (at > head - _THICK)).reshape(count, _FINER).mean(axis=1))
-
-
-def _printed(across: Array, down: Array) -> NDArray[np.float32]:
-    """(h, w, 3) light that lines leave; where two cross the ink is not darker."""
-    share = np.maximum(across, down)[:, :, None]
-    return np.asarray(1 - share * (1 - _LINE), dtype=np.float32)
 
 
 def _picture(name: str, size: tuple[int, int]) -> NDArray[np.uint8]:

@@ -62,7 +62,7 @@ def is_brush(model: str) -> bool:
 
 
 def usual(model: str, width: float | None = None, colour: str | None = None) -> Pen:
-    """A pen of the model, with the width (mm) and the ink (see `named`) usual for it where none are given.
+    """A pen of the model, with the width (mm) and the ink (see `colour_code`) usual for it where none are given.
 
     Raises
     ------
@@ -70,10 +70,10 @@ def usual(model: str, width: float | None = None, colour: str | None = None) -> 
         As `Pen`.
     """
     own_width, own_colour = _USUAL.get(model, (0.3, "#000000"))
-    return Pen(own_width if width is None else width, own_colour if colour is None else named(colour), model)
+    return Pen(own_width if width is None else width, own_colour if colour is None else colour_code(colour), model)
 
 
-def named(colour: str) -> str:
+def colour_code(colour: str) -> str:
     """A colour as ``"#rrggbb"``, of that or of any way in which CSS writes colours, such as a name.
 
     Raises

@@ -1,7 +1,7 @@
 """Writing with another pen: the line stays, its ink is put together from pieces of a line that the other pen drew.
 
-`drawn` makes a page of scanned ink a drawing; strokes on it, such as those that strike a word out, are written in the
-ink of its letters.
+`ink_drawing` makes a page of scanned ink a drawing; strokes on it, such as those that strike a word out, are written in
+the ink of its letters.
 
 Source: seed 000, §7.2.
 """
@@ -27,18 +27,18 @@ _ONE = 0.12  # mm within which two lines are one
 _LONGEST = 0.4  # mm that a cut line is joined over
 
 
-def welded(graphs: Sequence[LineGraph]) -> LineGraph:
+def weld_graphs(graphs: Sequence[LineGraph]) -> LineGraph:
     """One graph of several in the same frame (mm); where the next shows the line of those before, it is left out.
 
     A line that is cut by this goes on in the vertex of the others that is nearest to the cut.
     """
     whole = graphs[0]
     for graph in graphs[1:]:
-        whole = _pair(whole, graph)
+        whole = _weld_pair(whole, graph)
     return whole
 
 
-def _pair(a: LineGraph, b: LineGraph) -> LineGraph:
+def _weld_pair(a: LineGraph, b: LineGraph) -> LineGraph:
     from scipy.spatial import cKDTree
 
     if not (len(a) and len(b)):
@@ -125,7 +125,7 @@ def replace_pen(manuscript: Manuscript, sample: ScannedHand, *, width: float | N
     rewritten: list[list[Placed]] = [[] for _ in words]
     for turn, pen in enumerate(pens):
         mine = slice(turn, None, len(pens))
-        rewritten[mine] = _rewritten(words[mine], pen, usual, pen.radius if width is None else width / 2)
+        rewritten[mine] = _rewrite_words(words[mine], pen, usual, pen.radius if width is None else width / 2)
     inked = iter(rewritten)
     lines = [
         replace(line, placed=tuple(placed for _ in _words(line) for placed in next(inked))) for line in manuscript.lines
@@ -144,7 +144,7 @@ def _words(line: Line) -> list[list[Placed]]:
     return [list(word) for _, word in groupby(inked, key=lambda placed: placed.word)]
 
 
-def _rewritten(words: Sequence[Sequence[Placed]], pen: Swatches, usual: float, wanted: float) -> list[list[Placed]]:
+def _rewrite_words(words: Sequence[Sequence[Placed]], pen: Swatches, usual: float, wanted: float) -> list[list[Placed]]:
     """Words in the pen's ink, two layers each; half the width of the line is `usual`, mm, and shall be `wanted`."""
     larger = wanted / pen.radius  # than the pen's own line
     cut = [_pieces_of(word, usual, wanted, pen.length * larger) for word in words]
@@ -165,9 +165,9 @@ def _rewritten(words: Sequence[Sequence[Placed]], pen: Swatches, usual: float, w
 
 def _pieces_of(word: Sequence[Placed], usual: float, wanted: float, length: float) -> list[list[_Piece]]:
     """The pieces of every line of a word, `length` mm long; half the width of its line, `usual`, becomes `wanted`."""
-    graph = welded([placed.ink.graph for placed in word if placed.ink is not None])
+    graph = weld_graphs([placed.ink.graph for placed in word if placed.ink is not None])
     resized = LineGraph(graph.xy, graph.radius * wanted / usual, graph.density, graph.uv, graph.edges)
-    return [_cut(track, length) for track in tracks(resized)]
+    return [_cut_track(track, length) for track in tracks(resized)]
 
 
 def _features(pieces: Sequence[_Piece], half_width: float) -> Array:
@@ -176,7 +176,7 @@ def _features(pieces: Sequence[_Piece], half_width: float) -> Array:
     return pieces[0].track.features(start, max(pieces[0].end - pieces[0].start, 1e-6), half_width)
 
 
-def _cut(track: Track, length: float) -> list[_Piece]:
+def _cut_track(track: Track, length: float) -> list[_Piece]:
     """The pieces of a line in order, each half over the one before."""
     count = 2 * max(1, round(track.length / length))
     at = np.linspace(0, track.length, count + 1).tolist()
@@ -218,7 +218,7 @@ _SMOOTH = 0.28  # of the movement, see ActionPlan: a stroke that is not aimed ro
 _LEAST, _MOST = 0.05, 10.0  # mm, of a line
 
 
-def with_strokes(page: Manuscript, written: Manuscript, sample: ScannedHand) -> Manuscript:
+def add_strokes(page: Manuscript, written: Manuscript, sample: ScannedHand) -> Manuscript:
     """A page with the strokes of what was written on it, inked, after the letters of their lines.
 
     Parameters
@@ -267,7 +267,7 @@ def _way(points: Array) -> Array:
     return np.asarray(xy[moved])
 
 
-def drawn(manuscript: Manuscript, hand: ScannedHand, pen: ScannedHand | None = None) -> Drawing:
+def ink_drawing(manuscript: Manuscript, hand: ScannedHand, pen: ScannedHand | None = None) -> Drawing:
     """The drawing whose ink is that of the manuscript's glyphs; pixels are made when they are asked for.
 
     Parameters
@@ -288,7 +288,7 @@ def drawn(manuscript: Manuscript, hand: ScannedHand, pen: ScannedHand | None = N
     if pen is not None:
         letters = replace_pen(manuscript, pen)
         about["pen"] = pen.name
-    written = with_strokes(letters, manuscript, pen or hand)
+    written = add_strokes(letters, manuscript, pen or hand)
     return Drawing((), manuscript.page, about, partial(texture, written, pen or hand), _bounds(written))
 
 

@@ -155,7 +155,7 @@ def ink(drawing: Drawing, dpi: float, pen: Pen, rng: np.random.Generator) -> Ras
         return plain.ink(drawing, dpi, width=pen.width, colour=rgb(pen.colour))
     rgba = np.zeros((*plain.shape(drawing, dpi, pen.width), 4), dtype=np.float32)
     pixels = rgba.reshape(-1, 4)
-    for at, light in _coloured(drawing, dpi, pen, rng):
+    for at, light in _pass_colours(drawing, dpi, pen, rng):
         light = light * (1 - pixels[at, 3:] * (1 - pixels[at, :3]))  # of another colour that is there already
         clear = light.min(axis=1, keepdims=True)
         cover = 1 - clear
@@ -176,24 +176,24 @@ def image(
     if paper is not None and paper.shape != size:
         raise ValueError(f"expected paper of shape {size}, got {paper.shape}")
     if drawing.ink is not None:
-        return papers.laid(drawing.ink(dpi), paper)
+        return papers.lay_ink(drawing.ink(dpi), paper)
     page = np.full(size, 255, dtype=np.uint8) if paper is None else paper.copy()
     pixels = page.reshape(-1, 3)
-    for at, light in _coloured(drawing, dpi, pen, rng):
+    for at, light in _pass_colours(drawing, dpi, pen, rng):
         pixels[at] = np.rint(pixels[at] * light)
     return page
 
 
-def _coloured(
+def _pass_colours(
     drawing: Drawing, dpi: float, pen: Pen, rng: np.random.Generator
 ) -> Iterator[tuple[NDArray[np.intp], NDArray[np.float32]]]:
-    """As `passed`, the strokes of one colour after those of the other; those without one have the pen's."""
+    """As `pass_light`, the strokes of one colour after those of the other; those without one have the pen's."""
     for colour in dict.fromkeys(stroke.colour for stroke in drawing.strokes):
         strokes = tuple(stroke for stroke in drawing.strokes if stroke.colour == colour)
-        yield from passed(replace(drawing, strokes=strokes), dpi, replace(pen, colour=colour or pen.colour), rng)
+        yield from pass_light(replace(drawing, strokes=strokes), dpi, replace(pen, colour=colour or pen.colour), rng)
 
 
-def passed(
+def pass_light(
     drawing: Drawing, dpi: float, pen: Pen, rng: np.random.Generator
 ) -> Iterator[tuple[NDArray[np.intp], NDArray[np.float32]]]:
     """Flat indices (n,) of the pixels that have ink, and the light (n, 3) in 0–1 that it lets pass; in parts."""
@@ -202,17 +202,17 @@ def passed(
         return
     colour = np.asarray(rgb(pen.colour))
     if pen.model in BY_FOOTPRINT:
-        drawing = footprints.marked(drawing, pen)
+        drawing = footprints.mark_drawing(drawing, pen)
     if pen.model == "plain":
         cover = plain.coverage(drawing, dpi, width=pen.width)
         table = (1 - np.linspace(0, 1, 256)[:, None] * (1 - colour)).astype(np.float32)
-        for at in plain.inked(cover):
+        for at in plain.inked_parts(cover):
             yield at, table[cover.reshape(-1)[at]]
         return
     if is_brush(pen.model):
         from handout.inking.brush import brushes, canvas
 
-        yield from canvas.passed(drawing, dpi, brushes.find(pen.model), pen, rng)
+        yield from canvas.pass_brush(drawing, dpi, brushes.find(pen.model), pen, rng)
         return
     model = _MODELS[pen.model]
     absorbed = -np.log(np.maximum(colour, _DARKEST)).astype(np.float32)
@@ -231,7 +231,14 @@ def passed(
         row, column = np.divmod(np.flatnonzero(most), right - left)
         some = cells.swapaxes(1, 2)[row, column].reshape(len(row), fine * fine)
         under = _heights(surface, row + top, column + left, fine, 25.4 / dpi)
-        yield (row + top) * width + column + left, _light(model.finish(some, under), absorbed)
+        # Thick ink is not only darker but greyer than thin ink, as seen in scans of blue ballpoint: the share that all
+        # channels have in common grows with the square of the density.
+        density = model.finish(some, under)
+        pure = 1 - float(absorbed.min() / max(absorbed.max(), 1e-6))
+        grey = min(_GREYING * pure, 0.4 * float(absorbed.min()))
+        more = density * (density - 1) * np.float32(grey)
+        light = np.stack([np.exp(-density * k - more).mean(axis=1) for k in absorbed], axis=1)
+        yield (row + top) * width + column + left, light.astype(np.float32)
 
 
 def _heights(
@@ -242,15 +249,3 @@ def _heights(
     y = (row[:, None, None] + part[:, None]) * unit
     x = (column[:, None, None] + part) * unit
     return surface.at(*np.broadcast_arrays(x, y)).reshape(len(row), fine * fine)
-
-
-def _light(density: _Pixels, absorbed: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(n, 3) in 0–1: what passes through the densities (n, k) of the parts of each pixel.
-
-    Thick ink is not only darker but greyer than thin ink, as seen in scans of blue ballpoint: the share that all
-    channels have in common grows with the square of the density.
-    """
-    pure = 1 - float(absorbed.min() / max(absorbed.max(), 1e-6))
-    grey = min(_GREYING * pure, 0.4 * float(absorbed.min()))
-    more = density * (density - 1) * np.float32(grey)
-    return np.stack([np.exp(-density * k - more).mean(axis=1) for k in absorbed], axis=1).astype(np.float32)

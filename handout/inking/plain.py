@@ -76,7 +76,7 @@ def coverage(drawing: Drawing, dpi: float, *, width: float = 0.4, variation: flo
     """
     scale = dpi / 25.4
     cover = np.zeros(shape(drawing, dpi, width, variation), np.uint8)
-    drawing = outline.as_round(drawing, scale)
+    drawing = outline.round_strokes(drawing, scale)
     if drawing.strokes:
         _paint(cover, _pieces(drawing, scale, width, variation))
     return cover
@@ -99,7 +99,7 @@ def ink(
     table = np.empty((256, 4), dtype=np.float32)
     table[:, :3], table[:, 3] = colour, np.arange(256, dtype=np.float32) / 255
     pixels = rgba.reshape(-1, 4)
-    for at in inked(cover):
+    for at in inked_parts(cover):
         pixels[at] = table[cover.reshape(-1)[at]]
     return Raster(rgba, dpi)
 
@@ -136,14 +136,14 @@ def flatten(raster: Raster, paper: Colour = WHITE) -> NDArray[np.uint8]:
     flat = np.empty((height, width, 3), dtype=np.uint8)
     flat[:] = np.tile(np.rint(np.clip(base, 0, 1) * 255).astype(np.uint8), (width, 1))  # by rows: ten times as fast
     pixels = raster.rgba.reshape(-1, 4)
-    for at in inked(raster.rgba[..., 3], raster.rows):
+    for at in inked_parts(raster.rgba[..., 3], raster.rows):
         rgba = pixels[at]
         mixed = base + (rgba[:, :3] - base) * rgba[:, 3:]
         flat.reshape(-1, 3)[at] = np.rint(np.clip(mixed, 0, 1) * 255)
     return flat
 
 
-def inked(cover: NDArray[Any], rows: tuple[int, int] | None = None) -> Iterator[NDArray[np.intp]]:
+def inked_parts(cover: NDArray[Any], rows: tuple[int, int] | None = None) -> Iterator[NDArray[np.intp]]:
     """Flat indices of the pixels (h, w) that are not 0, some rows at a time: most of a page is paper.
 
     rows : see `values.Raster`.
@@ -235,16 +235,11 @@ def _paint(page: NDArray[np.uint8], pieces: _Pieces) -> None:
         step = max(1, _CHUNK // (n * n))
         for begin in range(0, len(group), step):
             some = group[begin : begin + step]
-            _stamp(page, left[some], top[some], _cover(pieces, some, left[some], top[some], n))
-
-
-def _stamp(page: NDArray[np.uint8], left: NDArray[np.int32], top: NDArray[np.int32], cover: NDArray[np.uint8]) -> None:
-    """Raise the pixels of m windows (left, top) to their coverage (m, n, n), as far as they lie on the page."""
-    grid = np.arange(cover.shape[1], dtype=np.int32)
-    x, y = (left[:, None] + grid)[:, None, :], (top[:, None] + grid)[:, :, None]
-    height, width = page.shape
-    inked = (cover > 0) & ((x >= 0) & (x < width)) & ((y >= 0) & (y < height))
-    np.maximum.at(page.reshape(-1), (y.astype(np.int64) * width + x)[inked], cover[inked])
+            cover = _cover(pieces, some, left[some], top[some], n)
+            grid = np.arange(cover.shape[1], dtype=np.int32)
+            x, y = (left[some][:, None] + grid)[:, None, :], (top[some][:, None] + grid)[:, :, None]
+            inked = (cover > 0) & ((x >= 0) & (x < width)) & ((y >= 0) & (y < height))
+            np.maximum.at(page.reshape(-1), (y.astype(np.int64) * width + x)[inked], cover[inked])
 
 
 def _cover(

@@ -133,7 +133,15 @@ class Source:
         at = np.zeros(int(label.max()) + 1, dtype=np.int32)
         at[label[v, u]] = number[v, u]
         share = (at[label] >= len(others)).astype(np.float32)
-        for (x, y), radius in self._cuts(mine, corner):
+        # the glyph's vertices from which the line goes on into another letter
+        on_line = np.zeros(len(self.radius), dtype=bool)
+        on_line[mine] = True
+        first, neighbours = self._neighbours
+        count = first[mine + 1] - first[mine]
+        position = np.repeat(first[mine] - (np.cumsum(count) - count), count) + np.arange(count.sum())
+        ends = np.unique(np.repeat(mine, count)[~on_line[neighbours[position]]])
+        places = (self.page.graph.uv[ends] - corner).tolist()
+        for (x, y), radius in zip(places, self.radius[ends].tolist(), strict=True):
             reach = int(radius + _RIM) + 1
             left, top = max(int(x) - reach, 0), max(int(y) - reach, 0)
             part = share[top : max(int(y) + reach + 2, 0), left : max(int(x) + reach + 2, 0)]
@@ -141,17 +149,6 @@ class Source:
             away = np.hypot(right + left - x, down + top - y)
             np.maximum(part, np.clip((radius + _RIM - away) / (2 * _RIM), 0, 1), out=part, casting="same_kind")
         return np.asarray(np.maximum(share, cv2.blur(share, (3, 3))), dtype=np.float32)
-
-    def _cuts(self, mine: NDArray[np.intp], corner: Any) -> list[tuple[tuple[float, float], float]]:
-        """Centre and radius of the glyph's vertices from which the line goes on into another letter, pixels."""
-        on_line = np.zeros(len(self.radius), dtype=bool)
-        on_line[mine] = True
-        first, neighbours = self._neighbours
-        count = first[mine + 1] - first[mine]
-        at = np.repeat(first[mine] - (np.cumsum(count) - count), count) + np.arange(count.sum())
-        ends = np.unique(np.repeat(mine, count)[~on_line[neighbours[at]]])
-        places = (self.page.graph.uv[ends] - corner).tolist()
-        return [((x, y), r) for (x, y), r in zip(places, self.radius[ends].tolist(), strict=True)]
 
 
 @lru_cache(maxsize=8)
@@ -211,12 +208,20 @@ def movements(start: _Complex, turn: _Complex, mirror: _Complex) -> _Pixels:
 
 def course(ink: Ink, source: Source, scale: float) -> Course:
     """The course of a glyph on a page of `scale` pixels a mm."""
+    from scipy.sparse import csr_matrix
+
     graph = ink.graph
     at, uv = _plane(graph.xy) * scale - 0.5 * (1 + 1j), _plane(graph.uv)
     a, b = graph.edges.T
     step, cut = at[b] - at[a], uv[b] - uv[a]
     count = len(at)
-    spread = _spread(graph.edges, count)
+    # a matrix that gives every vertex the mean of itself and its neighbours
+    vertex = np.arange(count)
+    rows, other = np.concatenate([a, b, vertex]), np.concatenate([b, a, vertex])
+    order = np.lexsort((other, rows))
+    size = np.bincount(rows, minlength=count)
+    ends = np.concatenate([[0], np.cumsum(size)])
+    spread = csr_matrix(((1 / size)[rows[order]], other[order], ends), shape=(count, count))
 
     def around(values: _Complex) -> _Complex:
         """(n,) sums over the edges at each vertex."""
@@ -251,19 +256,6 @@ def course(ink: Ink, source: Source, scale: float) -> Course:
 
 def _plane(xy: NDArray[np.float64]) -> _Complex:
     return np.asarray(xy[:, 0] + 1j * xy[:, 1])
-
-
-def _spread(edges: NDArray[np.intp], count: int) -> Any:
-    """Matrix (n, n) that gives every vertex the mean of itself and its neighbours."""
-    from scipy.sparse import csr_matrix
-
-    vertex = np.arange(count)
-    a, b = edges.T
-    rows, columns = np.concatenate([a, b, vertex]), np.concatenate([b, a, vertex])
-    order = np.lexsort((columns, rows))
-    size = np.bincount(rows, minlength=count)
-    ends = np.concatenate([[0], np.cumsum(size)])
-    return csr_matrix(((1 / size)[rows[order]], columns[order], ends), shape=(count, count))
 
 
 def _finer(line: Course, a: NDArray[np.intp], b: NDArray[np.intp], length: NDArray[np.float64]) -> Course:

@@ -169,7 +169,7 @@ def swatches(sample: ScannedHand) -> tuple[Swatches, ...]:
 
     Source: seed 000, §7.2.
     """
-    of_pages = [_of_page(number, page, lettered(sample, number)) for number, page in enumerate(sample.pages)]
+    of_pages = [_of_page(number, page, letter_vertices(sample, number)) for number, page in enumerate(sample.pages)]
     enough = tuple(pen for pen in of_pages if len(pen.start) >= _FEWEST)
     if not enough:
         raise InputError(
@@ -179,7 +179,7 @@ def swatches(sample: ScannedHand) -> tuple[Swatches, ...]:
     return enough
 
 
-def lettered(sample: ScannedHand, page: int) -> NDArray[np.bool_]:
+def letter_vertices(sample: ScannedHand, page: int) -> NDArray[np.bool_]:
     """Vertices (n,) of a page that are letters; all where none is known: the edge of a sheet is no ink."""
     glyphs = [glyph.vertices for glyph in sample.glyphs if glyph.page == page]
     lettered = np.full(len(sample.pages[page].graph), not glyphs)
@@ -195,7 +195,7 @@ def _of_page(number: int, page: ScannedPage, ink: NDArray[np.bool_]) -> Swatches
     lines, track, start, features = list[Track](), [np.zeros(0)], [np.zeros(0)], [np.zeros((0, FEATURES))]
     free_of_others = clear(graph) & ink
     for path, line in zip(graph.branches, tracks(graph), strict=True):
-        for directed, free in ((line, free_of_others[path]), (_reversed(line), free_of_others[path][::-1])):
+        for directed, free in ((line, free_of_others[path]), (_reverse_pieces(line), free_of_others[path][::-1])):
             begin = np.arange(0, directed.length - length, length / _STARTS)
             lost = np.interp(begin + length, directed.along, np.cumsum(~free)) > np.interp(
                 begin, directed.along, np.cumsum(~free)
@@ -217,7 +217,7 @@ def _of_page(number: int, page: ScannedPage, ink: NDArray[np.bool_]) -> Swatches
     )
 
 
-def _reversed(line: Track) -> Track:
+def _reverse_pieces(line: Track) -> Track:
     xy, uv, radius, density = (values[::-1] for values in (line.xy, line.uv, line.radius, line.density))
     return Track(line.along[-1] - line.along[::-1], xy, uv, radius, density, line.loose[::-1])
 

@@ -25,8 +25,9 @@ from numpy.typing import ArrayLike, NDArray
 from handout.errors import InputError
 from handout.hand.scanned import ScannedHand, ScannedPage
 from handout.inking.source import source_of
-from handout.inking.swatches import clear, lettered
+from handout.inking.swatches import clear, letter_vertices
 from handout.inking.warping import nearest
+from handout.motion.timing import arc_length
 from handout.peaks import peaks
 from handout.values import Array, Indices
 
@@ -122,7 +123,7 @@ def stock(hand: ScannedHand) -> Stock:
     InputError
         There are too few.
     """
-    unit, ink = hand.pages[0].pixel, [lettered(hand, k) for k in range(len(hand.pages))]
+    unit, ink = hand.pages[0].pixel, [letter_vertices(hand, k) for k in range(len(hand.pages))]
     radii = [page.graph.radius[some] / unit for page, some in zip(hand.pages, ink, strict=True)]
     usual = float(np.median(np.concatenate(radii))) if sum(map(len, radii)) else 1.0
     each = [list(_lines(page, some, usual, unit)) for page, some in zip(hand.pages, ink, strict=True)]
@@ -146,17 +147,17 @@ def _lines(page: ScannedPage, ink: NDArray[np.bool_], usual: float, unit: float)
     graph, more = page.graph, tip(usual)
     clear_ink, out = (clear(graph) & ink).astype(np.float64), np.arange(1, more + 1)[:, None]
     for path in graph.branches:
-        run = _run(graph.xy[path] / unit)
+        run = arc_length(graph.xy[path] / unit)
         if run[-1] < 2 * usual or not clear_ink[path].any():
             continue
         at = np.linspace(0, run[-1], round(float(run[-1])) + 1)
-        xy = _at(at, run, (graph.uv[path] + 0.5) * (page.pixel / unit) - 0.5)
-        radius = _at(at, run, graph.radius[path] / unit)
+        xy = _interpolate(at, run, (graph.uv[path] + 0.5) * (page.pixel / unit) - 0.5)
+        radius = _interpolate(at, run, graph.radius[path] / unit)
         loose = graph.degree[path[[0, -1]]] < 2
         away = np.minimum(np.where(loose[0], np.inf, at), np.where(loose[1], np.inf, at[-1] - at))
-        free = (_at(at, run, clear_ink[path]) > 0.99) & (away > _JUNCTION * usual) & (radius < _WIDEST * usual)
+        free = (_interpolate(at, run, clear_ink[path]) > 0.99) & (away > _JUNCTION * usual) & (radius < _WIDEST * usual)
         if free.any():
-            xy = _smoothed(xy, _EVEN * usual)
+            xy = _smooth_line(xy, _EVEN * usual)
             along, features = _along(xy), _features(xy, loose, usual)
             longer = np.concatenate([xy[0] - out[::-1] * along[0], xy, xy[-1] + out * along[-1]])
             held = np.clip(np.arange(-more, len(xy) + more), 0, len(xy) - 1)
@@ -178,27 +179,23 @@ def _darkness(page: ScannedPage, xy: Array, unit: float) -> Array:
         return np.zeros(0)
     texture = page.texture
     mean = cv2.blur(texture.rgba[:, :, 3], (3, 3))
-    x, y = np.rint(_on_page(xy, unit, page) - texture.corner).astype(np.intp).T
+    x, y = np.rint(_to_page(xy, unit, page) - texture.corner).astype(np.intp).T
     h, w = texture.shape
     return np.asarray(mean[np.clip(y, 0, h - 1), np.clip(x, 0, w - 1)] / 255, dtype=np.float64)
 
 
-def _on_page(xy: Array, unit: float, page: ScannedPage) -> Array:
+def _to_page(xy: Array, unit: float, page: ScannedPage) -> Array:
     """Pixels of a page, of places in pixels of `unit` mm."""
     return np.asarray((xy + 0.5) * (unit / page.pixel) - 0.5)
 
 
-def _run(xy: Array) -> Array:
-    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(xy, axis=0).T))])
-
-
-def _at(at: Array, run: Array, values: Array) -> Array:
+def _interpolate(at: Array, run: Array, values: Array) -> Array:
     if values.ndim == 1:
         return np.interp(at, run, values)
     return np.column_stack([np.interp(at, run, column) for column in values.T])
 
 
-def _smoothed(xy: Array, reach: float) -> Array:
+def _smooth_line(xy: Array, reach: float) -> Array:
     """A line (n, 2) smoothed by a Gaussian; its ends stay."""
     wide = min(len(xy) - 1, int(3 * reach))
     if wide < 1:
@@ -248,12 +245,12 @@ class Sweep:
 
     def ink(self, page: _Pixels, way: Way) -> None:
         """Lay the ink of a way, pixels of the page, on that (h, w, 4), premultiplied."""
-        run = _run(way.xy)
+        run = arc_length(way.xy)
         if run[-1] < 1.0:
             way = Way(way.xy[:1] + np.array([[-0.5, 0.0], [0.5, 0.0]]), way.ends)
-            run = _run(way.xy)
+            run = arc_length(way.xy)
         at = np.linspace(0, run[-1], max(2, round(float(run[-1])) + 1))
-        xy = _at(at, run, way.xy)
+        xy = _interpolate(at, run, way.xy)
         turns = _cusps(xy, self._stock.usual)
         for a, b in pairwise([0, *turns, len(xy) - 1]):
             self._ink(page, xy[a : b + 1], way.ends, (a > 0, b < len(xy) - 1))
@@ -302,7 +299,7 @@ class Sweep:
             to_end = np.inf if b == count else b - 0.5 - fine
             weight = np.ones(len(fine))
             for inside in (from_start, to_end):
-                weight = weight * _smooth(np.clip(inside / (2 * blend) + 0.5, 0, 1))
+                weight = weight * (0.5 - 0.5 * np.cos(np.pi * np.clip(inside / (2 * blend) + 0.5, 0, 1)))
             rows = np.flatnonzero(weight > 0)
             place = np.clip(numbers[a] + fine[rows] - a, some.first[numbers[a]], some.last[numbers[a]])
             total[rows] += weight[rows, None, None].astype(np.float32) * self._sections(place, half)
@@ -326,7 +323,7 @@ class Sweep:
         across = np.column_stack([-along[:, 1], along[:, 0]])
         page = self._hand.pages[int(some.page[low[0]])]
         offsets = np.arange(-half, half + 1) / _FINE
-        where = _on_page(xy[:, None] + offsets[:, None] * across[:, None], self._hand.pages[0].pixel, page)
+        where = _to_page(xy[:, None] + offsets[:, None] * across[:, None], self._hand.pages[0].pixel, page)
         where -= page.texture.corner
         picture = source_of(page).premultiplied
         ink = cv2.remap(
@@ -353,10 +350,6 @@ def _cap(strip: _Pixels, out: Array, half: int, radius: float, pointed: bool) ->
     left = np.where(left > _FAINT, left, 0) * np.clip(radius + 2 - out[order], 0, 1)
     share[order, 0] = left / np.maximum(dark, 1e-6)
     return np.broadcast_to(share, strip.shape[:2])
-
-
-def _smooth(t: ArrayLike) -> Array:
-    return np.asarray(0.5 - 0.5 * np.cos(np.pi * np.asarray(t)))
 
 
 def _own_ink(ink: _Pixels, radius: Array, half: int) -> _Pixels:

@@ -22,14 +22,13 @@ from itertools import groupby
 from weakref import ref
 
 import numpy as np
-from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.hand.scanned import ScannedHand
-from handout.inking.layers import Layer, parted
+from handout.inking.layers import Layer, part_layers
 from handout.inking.source import Source, source_of
 from handout.inking.warping import MARGIN, warp
-from handout.values import Array, Ink, LineGraph, Manuscript, Raster
+from handout.values import Array, Ink, Manuscript, Raster
 
 _WHOLE = 0.75  # pixels that any place of a word may be off from one even shift: less than is seen of a slope
 
@@ -56,12 +55,8 @@ def snap_to_pixels(word: Sequence[Ink], dpi: float) -> list[Ink]:
     middle = np.median(moves, axis=0)
     if np.abs(moves - middle).max() >= _WHOLE:
         return list(word)
-    return [replace(ink, graph=_at(ink.graph, np.rint(middle), dpi)) for ink in word]
-
-
-def _at(graph: LineGraph, whole: Array, dpi: float) -> LineGraph:
-    """The graph where its picture lies when it is moved by whole pixels (2,)."""
-    return replace(graph, xy=(graph.uv + whole + 0.5) * (25.4 / dpi))
+    places = ((ink.graph.uv + np.rint(middle) + 0.5) * (25.4 / dpi) for ink in word)
+    return [replace(ink, graph=replace(ink.graph, xy=xy)) for ink, xy in zip(word, places, strict=True)]
 
 
 _MOST = 4e9  # pixels of a page
@@ -104,8 +99,17 @@ def texture(manuscript: Manuscript, hand: ScannedHand, dpi: float, *, margin: fl
     for line in manuscript.lines:
         words = groupby((placed for placed in line.placed if placed.ink is not None), key=lambda placed: placed.word)
         inks = [ink for _, word in words for ink in snap_to_pixels([placed.ink for placed in word if placed.ink], dpi)]
-        for layer in _parted(_layers(inks, sources, dpi, (height, width), margin), dpi):
-            _lay(rgba, layer)
+        for layer in _part_neighbours(_layers(inks, sources, dpi, (height, width), margin), dpi):
+            # where there is some ink already, that which covers more is seen
+            x, y = layer.corner
+            laid, flat = layer.rgba.reshape(-1, 4), rgba.reshape(-1, 4)
+            inked = np.flatnonzero(laid[:, 3])
+            row, column = np.divmod(inked, layer.near.shape[1])
+            at = (row + y) * width + column + x
+            seen = np.flatnonzero(laid[inked, 3] > flat[at, 3])
+            laid = laid[inked[seen]]
+            laid[:, :3] /= laid[:, 3:]
+            flat[at[seen]] = laid
             first, end = min(first, layer.corner[1]), max(end, layer.corner[1] + len(layer.near))
     return Raster(rgba, dpi, rows=(min(first, end), end))
 
@@ -130,7 +134,7 @@ def _layers(
             raise InputError(f"A glyph is written with ink of page {ink.source} of a hand of {len(sources)} pages.")
         source = sources[ink.source]
         layer = (
-            _kept(_Line.of(ink), ref(source), dpi, shape, margin)
+            _kept_layer(_Line.of(ink), ref(source), dpi, shape, margin)
             if dpi <= _SCREEN
             else warp(ink, source, dpi, shape, margin=margin)
         )
@@ -154,36 +158,23 @@ class _Line:
 
 
 @lru_cache(maxsize=_KEPT)
-def _kept(line: _Line, place: ref[Source], dpi: float, shape: tuple[int, int], margin: float) -> Layer | None:
+def _kept_layer(line: _Line, place: ref[Source], dpi: float, shape: tuple[int, int], margin: float) -> Layer | None:
     source = place()  # which is large: the ink that is kept does not keep it
     assert source is not None, "who asks holds it"
     return warp(line.ink, source, dpi, shape, margin=margin)
 
 
-_kept_parted = lru_cache(maxsize=_KEPT)(parted)  # of the same two layers
+_kept_parted = lru_cache(maxsize=_KEPT)(part_layers)  # of the same two layers
 
 
-def _parted(layers: Iterator[Layer], dpi: float) -> Iterator[Layer]:
+def _part_neighbours(layers: Iterator[Layer], dpi: float) -> Iterator[Layer]:
     """The layers, each parted from the one before where both show one line."""
     before: Layer | None = None
     for layer in layers:
         current = layer
         if before is not None:
-            before, current = (_kept_parted if dpi <= _SCREEN else parted)(before, layer)
+            before, current = (_kept_parted if dpi <= _SCREEN else part_layers)(before, layer)
             yield before
         before = current
     if before is not None:
         yield before
-
-
-def _lay(page: NDArray[np.float32], layer: Layer) -> None:
-    """Lay ink on the page; where there is some already, that which covers more is seen."""
-    (x, y), width = layer.corner, page.shape[1]
-    ink, flat = layer.rgba.reshape(-1, 4), page.reshape(-1, 4)
-    inked = np.flatnonzero(ink[:, 3])
-    row, column = np.divmod(inked, layer.near.shape[1])
-    at = (row + y) * width + column + x
-    seen = np.flatnonzero(ink[inked, 3] > flat[at, 3])
-    ink = ink[inked[seen]]
-    ink[:, :3] /= ink[:, 3:]
-    flat[at[seen]] = ink

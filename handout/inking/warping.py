@@ -48,7 +48,7 @@ def warp(ink: Ink, source: Source, dpi: float, shape: tuple[int, int], *, margin
     margin : float
         mm of the page around the line within which the picture is taken.
     """
-    finer = _finer(ink, source, dpi)
+    finer = _oversampling(ink, source, dpi)
     line = course(ink, source, dpi / 25.4 * finer)
     lone = ink.number < 0
     reach = (min(margin, CLEAR) if lone else margin) * dpi / 25.4 * finer
@@ -60,15 +60,15 @@ def warp(ink: Ink, source: Source, dpi: float, shape: tuple[int, int], *, margin
     rgba = np.zeros((*near.shape, 4), dtype=np.float32)
     if len(band.at):
         rgba.reshape(-1, 4)[band.at] = (
-            _pieces(line, band, source) if lone else _sampled(line, band, source, ink.graph.uv)
+            _pieces(line, band, source) if lone else _sample_ink(line, band, source, ink.graph.uv)
         )
     left, top = window[0] // finer, window[1] // finer
     xy = np.stack([line.at.real, line.at.imag], axis=1)
     layer = Layer(rgba, near, (left, top), xy, line.radius, line.twice, line.loose)
-    return layer if finer == 1 else _coarser(layer, finer)
+    return layer if finer == 1 else _downsample(layer, finer)
 
 
-def _finer(ink: Ink, source: Source, dpi: float) -> int:
+def _oversampling(ink: Ink, source: Source, dpi: float) -> int:
     """How many times finer than the page the ink is drawn, so that no pixel of the picture is skipped."""
     graph = ink.graph
     if not len(graph):
@@ -77,7 +77,7 @@ def _finer(ink: Ink, source: Source, dpi: float) -> int:
     return int(np.clip(np.ceil(ratio), 1, _MOST_FINER)) if ratio > _COARSE else 1
 
 
-def _coarser(layer: Layer, finer: int) -> Layer:
+def _downsample(layer: Layer, finer: int) -> Layer:
     """The layer with `finer` × `finer` pixels averaged into one."""
     import cv2
 
@@ -85,12 +85,12 @@ def _coarser(layer: Layer, finer: int) -> Layer:
     rgba = np.asarray(cv2.resize(layer.rgba, (w, h), interpolation=cv2.INTER_AREA), dtype=np.float32)
     near = np.ascontiguousarray(layer.near[finer // 2 :: finer, finer // 2 :: finer])
     inked = rgba[:, :, 3] > 0
-    near = np.where(inked, np.maximum(near, np.asarray(_highest(layer.near, finer))), near)
+    near = np.where(inked, np.maximum(near, np.asarray(_highest_vertex(layer.near, finer))), near)
     xy = (layer.xy + 0.5) / finer - 0.5
     return replace(layer, rgba=rgba, near=near, xy=xy, radius=layer.radius / finer)
 
 
-def _highest(near: NDArray[np.int32], finer: int) -> NDArray[np.int32]:
+def _highest_vertex(near: NDArray[np.int32], finer: int) -> NDArray[np.int32]:
     h, w = (side // finer for side in near.shape)
     return np.asarray(near.reshape(h, finer, w, finer).max(axis=(1, 3)))
 
@@ -171,7 +171,7 @@ def nearest(at: NDArray[np.complex128], shape: tuple[int, int]) -> NDArray[np.in
     return np.asarray(number[label])
 
 
-def _sampled(line: Course, band: _Band, source: Source, uv: NDArray[np.float64]) -> _Pixels:
+def _sample_ink(line: Course, band: _Band, source: Source, uv: NDArray[np.float64]) -> _Pixels:
     """(m, 4) ink of a band, premultiplied."""
     goal = complex(np.round(line.uv[0]))
     x, y, bent = _back(line, band, goal)
@@ -182,21 +182,19 @@ def _sampled(line: Course, band: _Band, source: Source, uv: NDArray[np.float64])
     x, y = x - left, y - top
     rgba = _cubic(patch, *(_single(np.rint(part * _PARTS) / _PARTS) for part in (x, y)))
     if bent:
-        rgba *= _unghosted(line, band, (x, y), complex(*corner), patch.shape[:2])[:, None]
+        rgba *= _unghost(line, band, (x, y), complex(*corner), patch.shape[:2])[:, None]
         rgba[_specks(band.window(rgba[:, 3]), band.at[band.beyond <= 0]).ravel()[band.at]] = 0
     return rgba
 
 
 def _specks(alpha: _Pixels, on: NDArray[np.intp]) -> NDArray[np.bool_]:
-    """(h, w) where ink is not connected to ink on the line, flat indices `on`: remains of other strokes where the ink
-    was bent."""
+    """(h, w) where ink does not touch that at `on`, flat indices on the line: remains of other strokes."""
     import cv2
 
     _, label = cv2.connectedComponents((alpha > _FAINT).astype(np.uint8), connectivity=8)
     on_line = np.zeros(int(label.max()) + 1, dtype=np.uint8)
     on_line[label.ravel()[on]] = 1
     on_line[0] = 0
-    # the soft edge of a stroke is fainter than _FAINT: what lies within two pixels is kept with it
     return np.asarray(cv2.dilate(on_line[label], np.ones((5, 5), np.uint8)) == 0)
 
 
@@ -208,12 +206,12 @@ def _pieces(line: Course, band: _Band, source: Source) -> _Pixels:
     own = line.uv[band.vertex] - corner
     away = np.hypot(x - own.real, y - own.imag) - (line.width * line.radius)[band.vertex]
     x[away > CLEAR / source.page.pixel] = -_PAD
-    rgba = _remapped(source.premultiplied, x, y, cubic=True) / np.float32(255)
+    rgba = _remap(source.premultiplied, x, y, cubic=True) / np.float32(255)
     rgba *= np.where(line.loose[band.vertex], np.clip(_ROUND - band.beyond, 0, 1), 1)[:, None]
     return np.asarray(np.minimum(rgba, rgba[:, 3:]), dtype=np.float32)
 
 
-def _remapped(picture: NDArray[Any], x: _Pixels, y: _Pixels, *, cubic: bool = False) -> _Pixels:
+def _remap(picture: NDArray[Any], x: _Pixels, y: _Pixels, *, cubic: bool = False) -> _Pixels:
     """(m, 4) float32: pixels of a picture (h, w, 4) at places (m,)."""
     import cv2
 
@@ -230,14 +228,14 @@ def _cubic(patch: _Pixels, x: _Pixels, y: _Pixels) -> _Pixels:
     """(m, 4) ink interpolated between pixels, sharp, but never darker nor lighter than the pixels around."""
     import cv2
 
-    ink = _remapped(patch, x, y, cubic=True)
+    ink = _remap(patch, x, y, cubic=True)
     left, top = np.floor(x), np.floor(y)
     if (x == left).all() and (y == top).all():
         return ink
     kernel = np.ones((4, 4), np.uint8)
     # least and greatest of the sixteen pixels around, kept at the one to the upper left
-    np.maximum(ink, _remapped(cv2.erode(patch, kernel, anchor=(1, 1)), left, top), out=ink)
-    np.minimum(ink, _remapped(cv2.dilate(patch, kernel, anchor=(1, 1)), left, top), out=ink)
+    np.maximum(ink, _remap(cv2.erode(patch, kernel, anchor=(1, 1)), left, top), out=ink)
+    np.minimum(ink, _remap(cv2.dilate(patch, kernel, anchor=(1, 1)), left, top), out=ink)
     return np.minimum(ink, ink[:, 3:], out=ink)
 
 
@@ -286,7 +284,7 @@ def _even(line: Course, origin: complex, goal: complex) -> _Pixels:
     return movements(np.array([target - goal + turn * away + mirror * np.conj(away)]), turn, mirror)[:, 0]
 
 
-def _unghosted(line: Course, band: _Band, back: tuple[_Pixels, _Pixels], corner: complex, shape: Any) -> _Pixels:
+def _unghost(line: Course, band: _Band, back: tuple[_Pixels, _Pixels], corner: complex, shape: Any) -> _Pixels:
     """(m,) 0–1: 1 where ink is no further from its own line on the page than it was in the picture, falling to 0.
 
     Where two lines of a glyph are drawn further apart, each would otherwise bring a copy of the other along.

@@ -27,7 +27,7 @@ from mdit_py_plugins.front_matter import front_matter_plugin
 
 from handout import atomic, encodings, units
 from handout.errors import InputError
-from handout.inking.pen import named
+from handout.inking.pen import colour_code
 from handout.letters.document import (
     LEAST_SIZE,
     MOST_SIZE,
@@ -477,7 +477,7 @@ class _Reader:
             if key == "size":
                 factor = float(value)
             elif key == "ink":
-                given.manner = replace(given.manner, ink=_six_digits(named(value)))
+                given.manner = replace(given.manner, ink=_six_digits(colour_code(value)))
             elif key == "hand":
                 given.manner = replace(given.manner, hand=value)
             else:

@@ -7,7 +7,7 @@ has the time that the pen is in the air, for both.
 - `trace`: a manuscript as a drawing with times; the one way from writing to motion.
 - `optimal_control`, `sigma_lognormal`: the two motor engines (plan → t, xy).  An engine is added
   as a module with a function `follow`, and to `ENGINES`.
-- `tracker`, `banded`, `covariance`, `guides`: the linear-quadratic tracker of Gaussian targets that optimal control is.
+- `tracker`, `banded`, `covariance`: the linear-quadratic tracker of Gaussian targets that optimal control is.
 - `sigma_lognormal_model`: pulses of lognormal speed along arcs, with their derivatives.
 - `timing`: speed along paths, time between them.
 - `recovery`: the order and direction in which scanned ink was written.

@@ -94,7 +94,16 @@ def factorise(
     gathered = _gather(weights, before, after)
     band = _whole_band(stiffness * _difference_band(len(weights), before, after, order), gathered)
     if velocity is not None:
-        _add_steps(band, velocity, before, after)
+        # add Δ' blockdiag(velocity) Δ; samples that share an unknown take no step
+        d = velocity.shape[1]
+        step = velocity[before : len(velocity) - after]
+        first = np.arange(len(step)) * d
+        for i in range(d):
+            for j in range(d):
+                band[d + i - j, first + j] -= step[:, i, j]
+                if i >= j:
+                    band[i - j, first + j] += step[:, i, j]
+                    band[i - j, first + d + j] += step[:, i, j]
     dimensions = 1 if weights.ndim == 1 else weights.shape[1]
     coupling = None
     if start == "fixed":
@@ -128,19 +137,6 @@ def _difference_band(samples: int, before: int, after: int, order: int) -> Array
         for i in range(order + 1 - k):
             band[k] += np.bincount(first + i, local[:, i] * local[:, i + k], minlength=unknowns + order)
     return band[:, :unknowns]
-
-
-def _add_steps(band: Array, velocity: Array, before: int, after: int) -> None:
-    """Add Δ' blockdiag(velocity) Δ to the lower band of the Hessian; samples that share an unknown take no step."""
-    d = velocity.shape[1]
-    step = velocity[before : len(velocity) - after]
-    first = np.arange(len(step)) * d
-    for i in range(d):
-        for j in range(d):
-            band[d + i - j, first + j] -= step[:, i, j]
-            if i >= j:
-                band[i - j, first + j] += step[:, i, j]
-                band[i - j, first + d + j] += step[:, i, j]
 
 
 def _whole_band(differences: Array, weights: Array) -> Array:

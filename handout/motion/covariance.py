@@ -18,7 +18,7 @@ LOOSENESS = 0.05
 FLOOR = 1e-9
 
 
-def oriented(axes: ArrayLike, angles: ArrayLike) -> Array:
+def orient_ellipses(axes: ArrayLike, angles: ArrayLike) -> Array:
     """Covariances (m, 2, 2) of ellipses with half axes `axes` (m, 2), mm, turned by `angles` (m,), rad."""
     cos, sin = np.cos(angles), np.sin(angles)
     turn = np.stack([np.stack([cos, -sin], -1), np.stack([sin, cos], -1)], -2)
@@ -26,7 +26,7 @@ def oriented(axes: ArrayLike, angles: ArrayLike) -> Array:
     return np.asarray(columns @ np.swapaxes(columns, 1, 2))
 
 
-def semi_tied(basis: ArrayLike, sizes: ArrayLike) -> Array:
+def tie_covariances(basis: ArrayLike, sizes: ArrayLike) -> Array:
     """Covariances (m, D, D) of one shape: ``sizes[i] · basis basisᵀ``.
 
     The columns of `basis` (D, D) are the axes of the shape, so that all targets share the directions along which the
@@ -36,16 +36,16 @@ def semi_tied(basis: ArrayLike, sizes: ArrayLike) -> Array:
     return np.asarray(np.asarray(sizes, dtype=np.float64)[:, None, None] * (shape @ shape.T))
 
 
-def of_plan(plan: ActionPlan) -> Array:
+def plan_covariances(plan: ActionPlan) -> Array:
     """The plan's covariances (m, 2, 2), mm²; where it has none, circles in proportion to its step."""
     if plan.spread is not None:
-        return settled(plan.spread, plan.points)
+        return settle_covariances(plan.spread, plan.points)
     steps = np.diff(plan.points, axis=0)
     square = float((steps**2).sum() / max(len(steps), 1))
     return np.broadcast_to(LOOSENESS**2 * square * np.eye(2), (len(plan.points), 2, 2))
 
 
-def settled(covariances: ArrayLike, targets: Array) -> Array:
+def settle_covariances(covariances: ArrayLike, targets: Array) -> Array:
     """Covariances (m, D, D) made symmetric and invertible, by a floor far below the extent of the `targets`.
 
     Raises

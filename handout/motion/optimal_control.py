@@ -74,13 +74,20 @@ def follow(
     if jitter > 0 and rng is None:
         raise ValueError("jitter needs a random generator: give rng")
     if len(points) < 3 and rng is not None and jitter > 0:
-        points = points + jitter * covariance.draw(covariance.of_plan(plan), rng)
+        points = points + jitter * covariance.draw(covariance.plan_covariances(plan), rng)
     if len(points) == 1:
         return np.array([0.0, plan.interval]), np.repeat(points, 2, axis=0)
     targets = targets_through(points, smooth=plan.smooth if baked_at is None else baked_at, order=order, steps=steps)
     xy = smooth_path(targets, plan.spread, smooth=plan.smooth, order=order, steps=steps)
     if len(points) > 2 and rng is not None and jitter > 0:
-        xy = xy + jitter * _noise(plan, order, steps, rng)
+        covariances = covariance.plan_covariances(plan)
+        if plan.spread is None:
+            solver = _uniform(len(plan.points), plan.smooth, order, steps, hold=1.0)
+            size = math.sqrt(covariances[0, 0, 0])
+        else:
+            precision, size = relative(covariances)
+            solver = tracker(precision, smooth=plan.smooth, steps=steps, order=order)
+        xy = xy + jitter * (size * solver.noise(rng, 2))
     t: Array = np.arange(len(xy), dtype=np.float64) * (plan.interval / steps)
     return t, xy
 
@@ -99,8 +106,8 @@ def targets_through(
         return through.copy()
     if m <= _CACHED:
         origin = through[0]
-        return np.asarray(origin + _backwards(m, smooth, lam, order, steps) @ (through - origin))
-    return _iterated(_uniform(m, smooth, order, steps), through, lam)
+        return np.asarray(origin + _inverse_matrix(m, smooth, lam, order, steps) @ (through - origin))
+    return _iterate_targets(_uniform(m, smooth, order, steps), through, lam)
 
 
 def smooth_path(
@@ -120,37 +127,34 @@ def smooth_path(
     if m == 1:
         return np.repeat(where, steps, axis=0)
     if m == 2:
-        return np.asarray(where[0] + np.outer(_least_effort(m * steps, order), where[1] - where[0]))
+        # from 0 to 1, at rest at both ends, with the least squared derivative of that order: a polynomial
+        samples = m * steps
+        u = np.linspace(0.0, 1.0, samples)
+        total = np.zeros(samples)
+        for k in range(order):
+            total += math.comb(order - 1 + k, k) * math.comb(2 * order - 1, order - 1 - k) * (-u) ** k
+        return np.asarray(where[0] + np.outer(u**order * total, where[1] - where[0]))
     if covariances is None:
         solver = _uniform(m, smooth, order, steps)
     else:
-        precision, _ = relative(covariance.settled(covariances, where))
+        precision, _ = relative(covariance.settle_covariances(covariances, where))
         solver = tracker(precision, smooth=smooth, steps=steps, order=order, hold=HOLD)
     return solver.path(where)
 
 
-def _least_effort(samples: int, order: int) -> Array:
-    """From 0 to 1, at rest at both ends, with the least squared derivative of that order: a polynomial."""
-    u = np.linspace(0.0, 1.0, samples)
-    total = np.zeros(samples)
-    for k in range(order):
-        total += math.comb(order - 1 + k, k) * math.comb(2 * order - 1, order - 1 - k) * (-u) ** k
-    return np.asarray(u**order * total)
-
-
 def _uniform(m: int, smooth: float, order: int, steps: int, hold: float = HOLD) -> Tracker:
     """The solver for m targets that are all alike and round; kept, unless it is large."""
-    build = _kept if m <= _CACHED else _kept.__wrapped__
+    build = _kept_tracker if m <= _CACHED else _kept_tracker.__wrapped__
     return build(m, smooth, order, steps, hold)
 
 
 @lru_cache(maxsize=256)
-def _kept(m: int, smooth: float, order: int, steps: int, hold: float) -> Tracker:
+def _kept_tracker(m: int, smooth: float, order: int, steps: int, hold: float) -> Tracker:
     return tracker(np.ones(m), smooth=smooth, steps=steps, order=order, hold=hold)
 
 
 @lru_cache(maxsize=256)
-def _backwards(m: int, smooth: float, lam: float, order: int, steps: int) -> Array:
+def _inverse_matrix(m: int, smooth: float, lam: float, order: int, steps: int) -> Array:
     """The matrix (m, m) from points to targets."""
     solver = _uniform(m, smooth, order, steps)
     response = solver.at_targets(solver.coarse(np.eye(m)))
@@ -158,18 +162,18 @@ def _backwards(m: int, smooth: float, lam: float, order: int, steps: int) -> Arr
     return np.asarray(np.linalg.solve(response.T @ response + ridge, response.T + ridge))
 
 
-def _iterated(solver: Tracker, points: Array, lam: float) -> Array:
+def _iterate_targets(solver: Tracker, points: Array, lam: float) -> Array:
     """The same for long plans, by conjugate gradients: the smoothing is well conditioned, so few rounds do."""
     away = points - points[0]
     targets = away.copy()
-    residual = _transposed(solver, away - _forward(solver, targets))
+    residual = _apply_transpose(solver, away - _apply_smoothing(solver, targets))
     direction = residual.copy()
     square = (residual**2).sum(axis=0)
     enough = 1e-24 * max(float((away**2).sum()), 1e-300)
     for _ in range(200):
         if square.sum() <= enough:
             break
-        image = _transposed(solver, _forward(solver, direction)) + lam * direction
+        image = _apply_transpose(solver, _apply_smoothing(solver, direction)) + lam * direction
         length = square / np.maximum((direction * image).sum(axis=0), 1e-300)
         targets += length * direction
         residual -= length * image
@@ -178,11 +182,11 @@ def _iterated(solver: Tracker, points: Array, lam: float) -> Array:
     return np.asarray(points[0] + targets)
 
 
-def _forward(solver: Tracker, targets: Array) -> Array:
+def _apply_smoothing(solver: Tracker, targets: Array) -> Array:
     return solver.at_targets(solver.chain.solve(solver.weights[:, None] * np.repeat(targets, solver.grid, axis=0)))
 
 
-def _transposed(solver: Tracker, errors: Array) -> Array:
+def _apply_transpose(solver: Tracker, errors: Array) -> Array:
     push = np.zeros((len(solver.weights), errors.shape[1]))
     first = np.arange(1, len(errors) - 1) * solver.grid
     for half in (solver.grid // 2, (solver.grid - 1) // 2):
@@ -190,15 +194,3 @@ def _transposed(solver: Tracker, errors: Array) -> Array:
     push[0], push[-1] = errors[0], errors[-1]
     pulled = solver.weights[:, None] * solver.chain.solve(push)
     return np.asarray(pulled.reshape(len(errors), solver.grid, -1).sum(axis=1))
-
-
-def _noise(plan: ActionPlan, order: int, steps: int, rng: np.random.Generator) -> Array:
-    """Motor noise (m·steps, 2), mm, of the plan's covariances at its targets."""
-    covariances = covariance.of_plan(plan)
-    if plan.spread is None:
-        solver = _uniform(len(plan.points), plan.smooth, order, steps, hold=1.0)
-        size = math.sqrt(covariances[0, 0, 0])
-    else:
-        precision, size = relative(covariances)
-        solver = tracker(precision, smooth=plan.smooth, steps=steps, order=order)
-    return size * solver.noise(rng, 2)

@@ -70,35 +70,56 @@ def follow(
         raise ValueError("jitter needs a random generator: give rng")
     points = np.asarray(plan.points)
     if rng is not None and jitter > 0:
-        points = points + jitter * _correlated(covariance.of_plan(plan), rng)
+        # displaced by noise of the plan's covariances that is correlated along the plan, as a hand's is
+        covariances = covariance.plan_covariances(plan)
+        fresh = rng.standard_normal(covariances.shape[:2])
+        white = np.sqrt(1 - _CORRELATION**2)
+        for i in range(1, len(fresh)):
+            fresh[i] = _CORRELATION * fresh[i - 1] + white * fresh[i]
+        points = points + jitter * (covariance.root(covariances) @ fresh[..., None])[..., 0]
     if len(points) == 1:
         return np.array([0.0, plan.interval]), np.repeat(points, 2, axis=0)
     shape = _shape(points)
-    baked = _paced(*shape, plan.smooth if baked_at is None else baked_at, LONGEST)
+    baked = _pace_pulses(*shape, plan.smooth if baked_at is None else baked_at, LONGEST)
     chords = virtual_chords(points, baked)
     as_baked = baked_at in (None, plan.smooth) and OVERLAP * plan.smooth <= LONGEST
-    played = baked if as_baked else _paced(*shape, plan.smooth, LONGEST_PLAYED)
+    played = baked if as_baked else _pace_pulses(*shape, plan.smooth, LONGEST_PLAYED)
     if rng is not None and jitter > 0:
-        played = _varied(played, rng, jitter)
-    xy = _sampled(points, played, chords, len(points) * steps)
+        # other durations and bends; the medians stay
+        stretch = np.exp(jitter * _DURATION_NOISE * rng.standard_normal(len(played.mu)))
+        bend = played.theta + jitter * _THETA_NOISE * rng.standard_normal(len(played.mu))
+        longer = replace(played, mu=played.mu + np.log(stretch), theta=np.clip(bend, -_MOST_BENT, _MOST_BENT))
+        played = longer.delayed(played.time(0.0) - longer.time(0.0))
+    # from the start of the first pulse to the end of the last
+    samples = len(points) * steps
+    start, end = played.span
+    z = lognormal.path(played, chords, start, (end - start) / (samples - 1), samples)
+    xy: Array = points[0] + np.column_stack([z.real, z.imag])
+    xy[-1] = points[-1]
     t: Array = np.arange(len(xy), dtype=np.float64) * (plan.interval / steps)
     return t, xy
 
 
 def pulses_through(points: Array, smooth: float) -> Pulses:
     """The m − 1 pulses of points (m, 2); times in intervals, the median of pulse i at i."""
-    return _paced(*_shape(points), smooth, LONGEST)
+    return _pace_pulses(*_shape(points), smooth, LONGEST)
 
 
 def _shape(points: Array) -> tuple[Array, Array]:
     """How much of a reversal each point is (m,), 0–1; half the turning of each pulse (m − 1,), rad."""
     z = points[:, 0] + 1j * points[:, 1]
     reversal = np.zeros(len(z))
-    reversal[1:-1] = _reversals(np.diff(z))
+    # (m − 2,) in 0–1: how much of a reversal each inner point is; a repeated point is a full stop
+    chords = np.diff(z)
+    length = np.abs(chords)
+    tiny = length <= 1e-9 * length.max(initial=0.0)
+    turn = np.abs(np.angle(chords[1:] * np.conj(chords[:-1])))
+    reversing = np.clip((turn - _REVERSING) / (np.pi - _REVERSING), 0, 1)
+    reversal[1:-1] = np.where(tiny[1:] | tiny[:-1], 1.0, reversing)
     return reversal, _bends(z) * (1 - np.maximum(reversal[1:], reversal[:-1]))
 
 
-def _paced(reversal: Array, theta: Array, smooth: float, longest: float) -> Pulses:
+def _pace_pulses(reversal: Array, theta: Array, smooth: float, longest: float) -> Pulses:
     """Pulses whose durations follow from the smoothness and from what they begin and end with."""
     calm = 1 - (1 - _AT_REVERSAL) * reversal
     calm[[0, -1]] = _AT_REST
@@ -134,24 +155,6 @@ def virtual_chords(points: Array, pulses: Pulses) -> Complex:
     return np.asarray(chords[:, 0])
 
 
-def _sampled(points: Array, pulses: Pulses, chords: Complex, samples: int) -> Array:
-    """The path (samples, 2) from the start of the first pulse to the end of the last."""
-    start, end = float(pulses.time(-REACH).min()), float(pulses.time(REACH).max())
-    z = lognormal.path(pulses, chords, start, (end - start) / (samples - 1), samples)
-    xy: Array = points[0] + np.column_stack([z.real, z.imag])
-    xy[-1] = points[-1]
-    return xy
-
-
-def _reversals(chords: Complex) -> Array:
-    """(m − 2,) in 0–1: how much of a reversal each inner point is; a repeated point is a full stop."""
-    length = np.abs(chords)
-    tiny = length <= 1e-9 * length.max(initial=0.0)
-    turn = np.abs(np.angle(chords[1:] * np.conj(chords[:-1])))
-    reversing = np.clip((turn - _REVERSING) / (np.pi - _REVERSING), 0, 1)
-    return np.asarray(np.where(tiny[1:] | tiny[:-1], 1.0, reversing))
-
-
 def _bends(z: Complex) -> Array:
     """(m − 1,) rad: half the turning of the smooth curve through places z between each two of them.
 
@@ -161,39 +164,17 @@ def _bends(z: Complex) -> Array:
     k = len(z) - 1
     if k < 2:
         return np.zeros(k)
-    slope = _spline_slopes(z)
-    chord = np.diff(z)
-    rise = (slope[:-1] - slope[1:]) / 8
-    square = np.abs(chord) ** 2
-    floor = _SHORT**2 * float(square.mean())
-    relative = (rise * np.conj(chord)).imag / np.maximum(square + floor, np.finfo(np.float64).tiny)
-    return np.asarray(np.minimum(np.maximum(-2 * np.arctan(2 * relative), -_MOST_BENT), _MOST_BENT))
-
-
-def _spline_slopes(z: Complex) -> Complex:
-    """Derivatives (m,) at its knots of the natural cubic spline through evenly spaced knots z (m,)."""
+    # derivatives at its knots of the natural cubic spline through the places
     beside = np.ones(len(z) - 1, dtype=np.complex128)
     middle = np.full(len(z), 4.0 + 0j)
     middle[[0, -1]] = 2.0
     sides = np.empty_like(z)
     sides[1:-1] = z[2:] - z[:-2]
     sides[0], sides[-1] = z[1] - z[0], z[-1] - z[-2]
-    *_, slopes, _ = zgtsv(beside, middle, beside, 3 * sides)
-    return np.asarray(slopes)
-
-
-def _correlated(covariances: Array, rng: np.random.Generator) -> Array:
-    """Displacements (m, 2) of the given covariances, correlated along the plan, as a hand's are."""
-    fresh = rng.standard_normal(covariances.shape[:2])
-    white = np.sqrt(1 - _CORRELATION**2)
-    for i in range(1, len(fresh)):
-        fresh[i] = _CORRELATION * fresh[i - 1] + white * fresh[i]
-    return np.asarray((covariance.root(covariances) @ fresh[..., None])[..., 0])
-
-
-def _varied(pulses: Pulses, rng: np.random.Generator, jitter: float) -> Pulses:
-    """The same pulses with other durations and bends; their medians stay."""
-    stretch = np.exp(jitter * _DURATION_NOISE * rng.standard_normal(len(pulses.mu)))
-    bend = pulses.theta + jitter * _THETA_NOISE * rng.standard_normal(len(pulses.mu))
-    longer = replace(pulses, mu=pulses.mu + np.log(stretch), theta=np.clip(bend, -_MOST_BENT, _MOST_BENT))
-    return longer.delayed(pulses.time(0.0) - longer.time(0.0))
+    *_, slope, _ = zgtsv(beside, middle, beside, 3 * sides)
+    chord = np.diff(z)
+    rise = (slope[:-1] - slope[1:]) / 8
+    square = np.abs(chord) ** 2
+    floor = _SHORT**2 * float(square.mean())
+    relative = (rise * np.conj(chord)).imag / np.maximum(square + floor, np.finfo(np.float64).tiny)
+    return np.asarray(np.minimum(np.maximum(-2 * np.arctan(2 * relative), -_MOST_BENT), _MOST_BENT))

@@ -40,6 +40,11 @@ class Pulses:
         """(k,) s: when each pulse is `deviations` standard deviations of its logarithm past its median."""
         return np.asarray(self.t0 + np.exp(self.mu + deviations * self.sigma))
 
+    @property
+    def span(self) -> tuple[float, float]:
+        """s: from when to when any pulse moves, as far as it is evaluated."""
+        return float(self.time(-REACH).min()), float(self.time(REACH).max())
+
     def delayed(self, delay: ArrayLike) -> Pulses:
         """The same pulses, `delay` (k,) s later."""
         return Pulses(self.t0 + np.asarray(delay, dtype=np.float64), self.mu, self.sigma, self.theta)
@@ -69,14 +74,14 @@ def pulses(duration: ArrayLike, asymmetry: ArrayLike, theta: ArrayLike, onset: A
     lasts = np.atleast_1d(np.asarray(duration, dtype=np.float64))
     if not (np.isfinite(lasts).all() and (lasts > 0).all()):
         raise ValueError("the duration of a pulse must be positive and finite")
-    skewed = _within(asymmetry, LEAST_SKEWED, MOST_SKEWED)
+    skewed = _clip(asymmetry, LEAST_SKEWED, MOST_SKEWED)
     sigma = np.sqrt(-np.log1p(-skewed)) + np.zeros_like(lasts)
     mu = 3 * sigma + np.log(lasts / np.expm1(6 * sigma))
-    bend = _within(theta, -MOST_BENT, MOST_BENT) + np.zeros_like(lasts)
+    bend = _clip(theta, -MOST_BENT, MOST_BENT) + np.zeros_like(lasts)
     return Pulses(np.asarray(onset, dtype=np.float64) - np.exp(mu - 3 * sigma), mu, sigma, bend)
 
 
-def _within(values: ArrayLike, least: float, greatest: float) -> Array:
+def _clip(values: ArrayLike, least: float, greatest: float) -> Array:
     return np.asarray(np.minimum(np.maximum(np.asarray(values, dtype=np.float64), least), greatest))
 
 
@@ -104,7 +109,7 @@ def progress(these: Pulses, t: ArrayLike) -> Array:
     return np.asarray(ndtr((np.log(late) - these.mu[:, None]) / these.sigma[:, None]))
 
 
-def turned(share: Array, theta: Array) -> Array:
+def turn_of_share(share: Array, theta: Array) -> Array:
     """Direction relative to the chord, rad, after a `share` of the pulse: −θ to θ.  Source: seed 002, eq. 2."""
     return np.asarray(theta * (2 * share - 1))
 
@@ -138,7 +143,7 @@ def position(these: Pulses, chords: Complex, t: ArrayLike) -> Complex:
 
 def velocity(these: Pulses, chords: Complex, t: ArrayLike) -> Complex:
     """Velocity (n,), length/s, at times t (n,).  Source: seed 002, eq. 3."""
-    turn = turned(progress(these, t), these.theta[:, None])
+    turn = turn_of_share(progress(these, t), these.theta[:, None])
     return np.asarray((chords * arc_over_chord(these.theta)) @ (rate(these, t) * np.exp(1j * turn)))
 
 
@@ -147,7 +152,7 @@ def share_within(these: Pulses, t: Array) -> Array:
     from scipy.special import ndtr
 
     late, outside = np.maximum(t - these.t0[:, None], np.finfo(np.float64).tiny), ndtr(-REACH)
-    z = _within((np.log(late) - these.mu[:, None]) / these.sigma[:, None], -REACH, REACH)
+    z = _clip((np.log(late) - these.mu[:, None]) / these.sigma[:, None], -REACH, REACH)
     return np.asarray((ndtr(z) - outside) / (1 - 2 * outside))
 
 

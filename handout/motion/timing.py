@@ -161,7 +161,14 @@ def time_paths(paths: SampledPaths, stroke: float = STROKE) -> PathTimes:
     """
     bend = curvature(paths)
     cut, of = _pieces(paths, bend)
-    length, turning, sharp = _measure(paths, bend, cut, of)
+    # of each piece its length and its turning, rad; and how sharp the bend is with which it ends, rad
+    step = paths.step[of]
+    turned = np.concatenate([[0.0], np.cumsum(np.abs(bend) * np.repeat(paths.step, np.diff(paths.first)))])
+    local = np.maximum(np.round(_PACE.local / step), 1).astype(np.intp)
+    after = np.minimum(cut[:, 1] + local, paths.first[of + 1] - 1)
+    before = np.maximum(cut[:, 1] - local, paths.first[of])
+    length, turning = (cut[:, 1] - cut[:, 0]) * step, turned[cut[:, 1]] - turned[cut[:, 0]]
+    sharp = turned[after] - turned[before]
     start = np.concatenate([[True], of[1:] != of[:-1]])
     end = np.concatenate([of[1:] != of[:-1], [True]])
     by_length = np.log(np.maximum(length, _PACE.shortest)) * _PACE.length
@@ -169,7 +176,15 @@ def time_paths(paths: SampledPaths, stroke: float = STROKE) -> PathTimes:
     duration = stroke * np.exp(lasts + _PACE.first * start + _PACE.last * end)
     t, along = _play(length, sharp, duration, start, end)
     pieces = np.bincount(of, minlength=len(paths.step))
-    return _whole_paths(t, along, pieces)
+    # the pieces of every path one behind the other
+    last = np.cumsum(pieces)
+    begun = [np.cumsum(values[:, -1]) - values[:, -1] for values in (t, along)]
+    begun = [values - np.repeat(values[last - pieces], pieces) for values in begun]
+    keep = np.ones(t.shape, dtype=bool)
+    keep[:, 0] = False
+    keep[last - pieces, 0] = True
+    first = np.concatenate([[0], np.cumsum(pieces * (_SAMPLES - 1) + 1)])
+    return PathTimes((t + begun[0][:, None])[keep], (along + begun[1][:, None])[keep], first)
 
 
 def curvature(paths: SampledPaths) -> Array:
@@ -202,16 +217,6 @@ def _pieces(paths: SampledPaths, bend: Array) -> tuple[Indices, Indices]:
     return np.column_stack([np.sort(begin), np.sort(finish)]), np.sort(of)
 
 
-def _measure(paths: SampledPaths, bend: Array, cut: Indices, of: Indices) -> tuple[Array, Array, Array]:
-    """Of every piece its length and how much it turns, rad; and how sharp the bend is with which it ends, rad."""
-    step = paths.step[of]
-    turned = np.concatenate([[0.0], np.cumsum(np.abs(bend) * np.repeat(paths.step, np.diff(paths.first)))])
-    local = np.maximum(np.round(_PACE.local / step), 1).astype(np.intp)
-    after = np.minimum(cut[:, 1] + local, paths.first[of + 1] - 1)
-    before = np.maximum(cut[:, 1] - local, paths.first[of])
-    return (cut[:, 1] - cut[:, 0]) * step, turned[cut[:, 1]] - turned[cut[:, 0]], turned[after] - turned[before]
-
-
 def _play(length: Array, sharp: Array, duration: Array, start: Array, end: Array) -> tuple[Array, Array]:
     """(m, samples) each: times from the beginning of a piece, and how far along it the pen is."""
     soft = _PACE.soft - (_PACE.soft - _PACE.sharp) * np.sqrt(np.minimum(sharp / _PACE.sharpest, 1.0))
@@ -225,16 +230,23 @@ def _play(length: Array, sharp: Array, duration: Array, start: Array, end: Array
     begin = np.where(start, pulses.time(_PACE.landing) - middle, -duration / 2)
     finish = np.where(end, pulses.time(_PACE.leaving) - middle, duration / 2)
     t = begin[:, None] + (finish - begin)[:, None] * np.linspace(0.0, 1.0, _SAMPLES)
-    beside = _beside(pulses, middle, t, start, duration)
+    beside = _neighbour_speeds(pulses, middle, t, start, duration)
     cosine = np.cos(np.minimum(sharp, np.pi))
     virtual = length.copy()
     for _ in range(_ROUNDS):
-        run = _run(virtual, beside, cosine, t)
+        # how far the pen has gone in each piece, given the lengths of the strokes
+        speed = [virtual[other][:, None] * rate for other, rate in beside]
+        square = np.asarray(sum(rate_here * rate_here for rate_here in speed))
+        for (other, _), rate_here, following in zip(beside, speed, speed[1:], strict=False):
+            square = square + 2 * cosine[other][:, None] * rate_here * following
+        total = np.sqrt(np.maximum(square, 1e-12))
+        gone = np.cumsum((total[:, 1:] + total[:, :-1]) / 2 * np.diff(t, axis=1), axis=1)
+        run = np.concatenate([np.zeros((len(t), 1)), gone], axis=1)
         virtual = virtual * length / run[:, -1]
     return t - begin[:, None], run * (length / run[:, -1])[:, None]
 
 
-def _beside(
+def _neighbour_speeds(
     pulses: model.Pulses, middle: Array, t: Array, start: Array, duration: Array
 ) -> list[tuple[Indices, Array]]:
     """Of every stroke that may be under way in a piece, its number and its speed there for a length of 1."""
@@ -252,29 +264,6 @@ def _beside(
         rate = np.where(going, np.exp(-0.5 * z * z) / (np.sqrt(2 * np.pi) * sigma * late), 0.0)
         rates.append((other, rate))
     return rates
-
-
-def _run(virtual: Array, beside: list[tuple[Indices, Array]], cosine: Array, t: Array) -> Array:
-    """(m, samples): how far the pen has gone in each piece, given the lengths of the strokes."""
-    speed = [virtual[other][:, None] * rate for other, rate in beside]
-    square = np.asarray(sum(rate_here * rate_here for rate_here in speed))
-    for (other, _), rate_here, following in zip(beside, speed, speed[1:], strict=False):
-        square = square + 2 * cosine[other][:, None] * rate_here * following
-    total = np.sqrt(np.maximum(square, 1e-12))
-    gone = np.cumsum((total[:, 1:] + total[:, :-1]) / 2 * np.diff(t, axis=1), axis=1)
-    return np.concatenate([np.zeros((len(t), 1)), gone], axis=1)
-
-
-def _whole_paths(t: Array, along: Array, pieces: Indices) -> PathTimes:
-    """The pieces of every path one behind the other."""
-    last = np.cumsum(pieces)
-    begun = [np.cumsum(values[:, -1]) - values[:, -1] for values in (t, along)]
-    begun = [values - np.repeat(values[last - pieces], pieces) for values in begun]
-    keep = np.ones(t.shape, dtype=bool)
-    keep[:, 0] = False
-    keep[last - pieces, 0] = True
-    first = np.concatenate([[0], np.cumsum(pieces * (_SAMPLES - 1) + 1)])
-    return PathTimes((t + begun[0][:, None])[keep], (along + begun[1][:, None])[keep], first)
 
 
 def timed_strokes(
@@ -295,7 +284,7 @@ def timed_strokes(
     speed : 1 is a person's.
     jitter : scale of how much pauses and paces vary.
     """
-    shapes = [_shape(path) for path in paths]
+    shapes = [_smooth_shape(path) for path in paths]
     hesitation = jitter * rng.standard_normal(len(paths))
     haste = np.exp(USUAL.pace * min(jitter, 2.0) * rng.standard_normal(len(paths)))
     clock, before = 0.0, np.zeros(2)
@@ -323,31 +312,35 @@ def _movements(
             yield np.array([0.0, _DWELL]), np.repeat(xy, 2, axis=0), np.repeat(width, 2), dwelt
             continue
         samples = slice(*timed.first[place[number] : place[number] + 2].tolist())
-        run, along = length_along(xy), timed.along[samples] * x_height
+        run, along = arc_length(xy), timed.along[samples] * x_height
         t = np.interp(run, along * (run[-1] / along[-1]), timed.t[samples])
-        raw = length_along(path.xy)
+        raw = arc_length(path.xy)
         at = np.linspace(0.0, raw[-1], len(xy))  # where on the path as it was found the places of the shape lie
         if path.steps is not None:
-            t = _recorded_times(t, at, raw, path.steps)
+            # what a recorded pen took from place to place, and where that is not known what `t` says
+            finite = np.isfinite(path.steps)
+            model = np.diff(np.interp(raw, at, t))
+            whole = np.concatenate([[0.0], np.cumsum(np.where(finite, path.steps, model))])
+            t = np.maximum.accumulate(np.interp(at, raw, whole)) + 1e-9 * np.arange(len(at))
         times = np.linspace(0.0, t[-1], max(3, round(float(t[-1]) * RATE) + 1))
         channels = [np.interp(times, t, values) for values in (*xy.T, width)]
         pose = {name: np.interp(np.interp(times, t, at), raw, values) for name, values in held.items()}
         yield times, np.column_stack(channels[:2]), channels[2], pose
 
 
-def length_along(xy: Array) -> Array:
-    """(n,) mm: length of a path up to each of its places (n, 2)."""
+def arc_length(xy: Array) -> Array:
+    """(n,) mm: length along a path (n, 2) up to each of its places."""
     return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(xy, axis=0).T))])
 
 
-def _shape(path: PenPath) -> tuple[Array, Array]:
+def _smooth_shape(path: PenPath) -> tuple[Array, Array]:
     """Places and widths along a path, evenly spaced, without what pixels add; of a dot only one."""
-    run = length_along(path.xy)
+    run = arc_length(path.xy)
     if run[-1] < _STEP:
         return path.xy[:1], path.width[:1]
     at = np.linspace(0.0, run[-1], max(3, round(run[-1] / _STEP) + 1))
     even = np.column_stack([np.interp(at, run, values) for values in (*path.xy.T, path.width)])
-    smooth = smoothed(even, _SMOOTH / at[1])
+    smooth = smooth_values(even, _SMOOTH / at[1])
     return smooth[:, :2], smooth[:, 2]
 
 
@@ -355,30 +348,17 @@ def _pose(path: PenPath) -> dict[str, Array]:
     """How a recorded pen was held along a path, (n,) each; only what is known of some of it, angles without jumps."""
     if path.pose is None:
         return {}
-    filled = {name: _filled(values) for name, values in zip(POSE, path.pose.T, strict=True)}
+    filled = {name: _fill_unknown(values) for name, values in zip(POSE, path.pose.T, strict=True)}
     return {name: np.unwrap(v) if name in TURNS else v for name, v in filled.items() if v is not None}
 
 
-def _filled(values: Array) -> Array | None:
+def _fill_unknown(values: Array) -> Array | None:
     """Values with what is not known between those that are; None if none is."""
     finite = np.isfinite(values)
     return np.interp(np.arange(len(values)), np.flatnonzero(finite), values[finite]) if finite.any() else None
 
 
-def _recorded_times(t: Array, at: Array, run: Array, steps: Array) -> Array:
-    """(n,) s at places `at` along a path: what a recorded pen took, and where that is not known what `t` says.
-
-    Parameters
-    ----------
-    run, steps : (m,), (m − 1,): the path's own places, mm, and how long the pen took from each to the next.
-    """
-    finite = np.isfinite(steps)
-    model = np.diff(np.interp(run, at, t))
-    whole = np.concatenate([[0.0], np.cumsum(np.where(finite, steps, model))])
-    return np.asarray(np.maximum.accumulate(np.interp(at, run, whole)) + 1e-9 * np.arange(len(at)))
-
-
-def smoothed(values: Array, sigma: float) -> Array:
+def smooth_values(values: Array, sigma: float) -> Array:
     """(n, d): evenly spaced values (n, d) without what is shorter than `sigma` samples; both ends stay."""
     reach = max(1, min(int(3 * sigma), len(values) - 1))
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / max(sigma, 1e-9)) ** 2)

@@ -92,13 +92,13 @@ def trace(
     if engine not in ENGINES:
         raise InputError(f"kinematics: {engine!r} is unknown; use {' or '.join(ENGINES)}.")
     if hand.pages is not None:
-        return _along_ink(manuscript, hand, rng, speed, jitter)
+        return _trace_ink(manuscript, hand, rng, speed, jitter)
     follow = _engine(engine, hand)
     clock = 0.0
     before: _Component | None = None
     strokes = []
     for component in _components(manuscript, hand):
-        clock += _between(before, component, manuscript.x_height)
+        clock += _air_time(before, component, manuscript.x_height)
         pace = hand.interval * math.exp(rng.normal(0.0, USUAL.pace * min(jitter, 2.0)))
         t, xy = follow(ActionPlan(component.points, pace, hand.smooth))
         trembling = tremor(rng, len(t), STEPS / pace, USUAL.tremor * jitter * manuscript.x_height)
@@ -109,7 +109,7 @@ def trace(
     return Drawing(tuple(strokes), manuscript.page, about)
 
 
-def _along_ink(
+def _trace_ink(
     manuscript: Manuscript, hand: ScannedHand, rng: np.random.Generator, speed: float, jitter: float
 ) -> Drawing:
     from handout.hand.measures import ink_colours
@@ -130,7 +130,7 @@ def _along_ink(
     return Drawing(coloured, manuscript.page, {"hand": hand.name, **manuscript.about})
 
 
-def written(manuscript: Manuscript, hand: Hand) -> tuple[NDArray[np.intp], ...]:
+def letters_of_samples(manuscript: Manuscript, hand: Hand) -> tuple[NDArray[np.intp], ...]:
     """Which letter every sample of `trace` writes: for each of its strokes (n,) int, index of the grapheme in the text.
 
     Between the last point of a letter and the first of the next, joined to it, the samples change hands half way in
@@ -171,18 +171,18 @@ def _strokes(placed: Sequence[Placed]) -> Iterator[tuple[Array, NDArray[np.intp]
             of.append(unit.at)
         for stroke in main:
             if current:
-                yield _joined(current, of)
+                yield _join_strokes(current, of)
             current, of = [stroke], [unit.at]
     if current:
-        yield _joined(current, of)
-    yield from (_joined([stroke], [at]) for stroke, at in delayed)
+        yield _join_strokes(current, of)
+    yield from (_join_strokes([stroke], [at]) for stroke, at in delayed)
 
 
-def _joined(strokes: Sequence[Array], of: Sequence[int]) -> tuple[Array, NDArray[np.intp]]:
+def _join_strokes(strokes: Sequence[Array], of: Sequence[int]) -> tuple[Array, NDArray[np.intp]]:
     return np.vstack(strokes), np.repeat(np.asarray(of, dtype=np.intp), [len(stroke) for stroke in strokes])
 
 
-def _between(before: _Component | None, after: _Component, x_height: float) -> float:
+def _air_time(before: _Component | None, after: _Component, x_height: float) -> float:
     """Seconds from the end of one movement to the start of the next."""
     if before is None:
         return 0.0

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,9 +19,6 @@ from numpy.typing import ArrayLike
 from handout.motion import covariance
 from handout.motion.banded import Chain, End, factorise
 from handout.values import Array
-
-if TYPE_CHECKING:
-    from handout.motion.guides import Guide
 
 Ends = Literal["fixed", "free", "rest"]
 
@@ -34,6 +31,65 @@ STIFFEST = 1e10
 _BLOCK, _CONTEXT = 16, 8
 
 _ENDS: dict[str, tuple[End, End]] = {"fixed": ("fixed", "free"), "free": ("free", "free"), "rest": ("rest", "rest")}
+
+
+# what remains of the damping in the direction that a guide leads along; it keeps the inverse of eq. 21 finite
+_EASE = 0.0025
+
+
+@dataclass(frozen=True, eq=False)
+class Guide:
+    """What the velocity is held to, besides the targets: a direction in which a movement is drawn, or which it avoids.
+
+    A guide damps the velocity across its direction ("along": the pen is led along it) or in its direction ("avoid").
+    With the strength g the velocity in the damped direction is smoothed away over g intervals.
+
+    direction : (2,) or (m, 2) float: unit vectors, for all or for each target's interval.
+    strength : smoothing time over the interval, 0 or more; .3 is felt, 2 rules.
+    mode : "along" damps the velocity across `direction`, "avoid" that along it.
+    wanted : (2,) or (m, 2) float, length an interval, optional: the velocity that is wanted instead of none.
+
+    Source: seed 003, §3.4, eq. 18–21.  Taken as printed, the precision v vᵀ damps the movement along v, which is what
+    "avoid" does; the text describes the opposite, "along", whose precision is (v vᵀ + ε I)⁻¹ but for a factor.
+    """
+
+    direction: Array
+    strength: float
+    mode: Literal["along", "avoid"] = "along"
+    wanted: Array | None = None
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.strength <= 100:
+            raise ValueError(f"strength = {self.strength:g} is outside 0 to 100")
+        size = np.linalg.norm(self.direction, axis=-1)
+        if not np.allclose(size, 1.0, atol=1e-6):
+            raise ValueError("a guide's directions must be unit vectors")
+
+    def precisions(self, targets: int, grid: int) -> Array:
+        """(N − 1, 2, 2): precision of every step of N = targets · grid samples."""
+        along = np.broadcast_to(np.asarray(self.direction, dtype=np.float64), (targets, 2))
+        held = along[:, :, None] * along[:, None, :]
+        if self.mode == "along":
+            held = np.eye(2) - (1 - _EASE) * held
+        return np.asarray((self.strength * grid) ** 2 * _step_values(held, grid))
+
+    def force(self, precisions: Array, grid: int) -> Array | float:
+        """(N, 2): what the wanted velocity pushes the samples with; 0 where none is wanted."""
+        if self.wanted is None:
+            return 0.0
+        targets = (len(precisions) + 1) // grid
+        step = _step_values(np.broadcast_to(self.wanted, (targets, 2)) / grid, grid)
+        push = np.einsum("tij,tj->ti", precisions, step)
+        force = np.zeros((len(precisions) + 1, 2))
+        force[1:] += push
+        force[:-1] -= push
+        return force
+
+
+def _step_values(values: Array, grid: int) -> Array:
+    """Values (m, …) of intervals from one target's centre to the next, for each step of m · grid samples."""
+    interval = np.clip((np.arange(len(values) * grid - 1) + 1 - grid // 2) // grid, 0, len(values) - 1)
+    return np.asarray(values[interval])
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,15 +158,15 @@ class Tracker:
         blocks = self.precision.ndim == 3
         wanted: Array = np.asarray(np.linalg.inv(self.precision) if blocks else 1.0 / self.precision, dtype=np.float64)
         if m == 1:
-            return np.repeat(covariance.draw(_blocks(wanted, dimensions), rng), self.steps, axis=0)
+            return np.repeat(covariance.draw(_matrices(wanted, dimensions), rng), self.steps, axis=0)
         size = self.bandwidth_gain()
         drawn = size * self.chain.noise(rng, dimensions)
         have = size**2 * self._centre_covariances
         if self.ends == "fixed":
-            first = covariance.draw(_blocks(wanted[:1], dimensions), rng)[0]
+            first = covariance.draw(_matrices(wanted[:1], dimensions), rng)[0]
             drawn += self.chain.solve(np.zeros_like(drawn), first)
             have = have + self._start_covariances(wanted[0])
-        return self.refine(_scaled(drawn, have, wanted, self.grid))
+        return self.refine(_scale_path(drawn, have, wanted, self.grid))
 
     def bandwidth_gain(self) -> float:
         """Standard deviation of one target's sample over that of the posterior path, far from the ends."""
@@ -184,7 +240,7 @@ def tracker(
         raise ValueError(f"smooth = {smooth:g} is outside 0.01 to 2")
     grid = max(order + 1, min(steps, int(STIFFEST ** (0.5 / order) / (2 * smooth))))
     if guide is not None:
-        precision = _blocks(precision, 2)
+        precision = _matrices(precision, 2)
     weights = np.repeat(precision, grid, axis=0)
     if hold != 1.0:
         weights[: grid // 2] *= hold
@@ -232,7 +288,7 @@ def mean(
 
     Source: seed 003, §3.1, eq. 6–14 (as one banded system in the positions), and eq. 18–21 for a guide.
     """
-    where, precision, _ = _checked(targets, covariances)
+    where, precision, _ = _check_targets(targets, covariances)
     return tracker(precision, smooth=smooth, steps=steps, order=order, ends=ends, guide=guide).path(where)
 
 
@@ -253,7 +309,7 @@ def sample(
 
     Source: seed 003, §3.2, eq. 16–17 (band Cholesky factor instead of eigenvectors).
     """
-    where, precision, size = _checked(targets, covariances)
+    where, precision, size = _check_targets(targets, covariances)
     solver = tracker(precision, smooth=smooth, steps=steps, order=order, ends=ends)
     return np.asarray(solver.path(where) + jitter * size * solver.noise(rng, where.shape[1]))
 
@@ -265,13 +321,13 @@ def relative(covariances: Array) -> tuple[Array, float]:
     return np.asarray(np.linalg.inv(covariances / size**2)), size
 
 
-def _checked(targets: ArrayLike, covariances: ArrayLike | None) -> tuple[Array, Array, float]:
+def _check_targets(targets: ArrayLike, covariances: ArrayLike | None) -> tuple[Array, Array, float]:
     where = np.asarray(targets, dtype=np.float64)
     if where.ndim != 2 or len(where) == 0 or not np.isfinite(where).all():
         raise ValueError(f"expected finite targets of shape (m, D) with m ≥ 1, got {where.shape}")
     if covariances is None:
         return where, np.ones(len(where)), 1.0
-    return where, *relative(covariance.settled(covariances, where))
+    return where, *relative(covariance.settle_covariances(covariances, where))
 
 
 def centres(path: Array, grid: int) -> Array:
@@ -280,12 +336,12 @@ def centres(path: Array, grid: int) -> Array:
     return np.asarray(0.5 * (path[first + grid // 2] + path[first + (grid - 1) // 2]))
 
 
-def _blocks(variances: Array, dimensions: int) -> Array:
+def _matrices(variances: Array, dimensions: int) -> Array:
     """Covariances (m, D, D) from themselves, or from the variances (m,) of round ones."""
     return variances if variances.ndim == 3 else variances[:, None, None] * np.eye(dimensions)
 
 
-def _scaled(path: Array, have: Array, wanted: Array, grid: int) -> Array:
+def _scale_path(path: Array, have: Array, wanted: Array, grid: int) -> Array:
     """Scale a path so that its covariances at the centres turn from `have` into `wanted`."""
     if have.ndim == 1:
         gain = np.sqrt(wanted / have)

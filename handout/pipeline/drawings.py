@@ -295,13 +295,13 @@ def _drawer(plans: Path, styling: StyleOptions) -> tuple[Drawer, tuple[str, ...]
             assert style is not None
             unused = "The ellipses are left out: a learned style takes targets as they are."
             notes = (unused,) if style.model is not None and thrown.has_ellipses else ()
-            return lambda rng, _: target_plans.drawn(thrown, style, rng), notes, True
+            return lambda rng, _: target_plans.draw_plan(thrown, style, rng), notes, True
         fitted = plan_files.from_json(data)
     except InputError as error:
         raise InputError(f"{plans}: {error}") from error
 
     def draw(rng: np.random.Generator, variation: Variation | None) -> Drawing:
-        page = fitted if variation is None else planned_page.varied(fitted, variation, rng)
+        page = fitted if variation is None else planned_page.vary_page(fitted, variation, rng)
         drawing = planned_page.drawing(page)
         return drawing if style is None else restyling.restyle(drawing, style, rng)
 

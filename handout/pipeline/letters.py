@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from handout.completion.completed_hand import complete_hand
 from handout.errors import InputError, MissingCharacters
 from handout.hand.measures import ink_colours
-from handout.inking.mixing import mixed, pasted, recoloured
+from handout.inking.mixing import mix_inks, paste_pictures, recolour_ink
 from handout.letters.document import Head, Letter, Picture, Signature, blocks_in
 from handout.letters.rows import Setting
 from handout.letters.runs import Runs, WriterOptions, lines_of, runs_of, written
@@ -413,7 +413,7 @@ def _beneath(
         return None
 
     def laid(paper: NDArray[np.uint8], dpi: float) -> NDArray[np.uint8]:
-        return pasted(paper, dpi, [(_pixels(path), place) for path, place in places])
+        return paste_pictures(paper, dpi, [(_pixels(path), place) for path, place in places])
 
     return laid
 
@@ -448,14 +448,14 @@ def _inked(drawing: Drawing, colour: str, task: WritingTask) -> Drawing:
         return replace(drawing, strokes=strokes)
     pen: Any = task.pen_hand or task.hand
     was, ink = ink_colours(pen).colours[0], drawing.ink
-    return replace(drawing, strokes=strokes, ink=lambda dpi: recoloured(ink(dpi), was, colour))
+    return replace(drawing, strokes=strokes, ink=lambda dpi: recolour_ink(ink(dpi), was, colour))
 
 
 def _mixed(layers: Sequence[Drawing], task: WritingTask, dpi: float) -> Raster:
     """The ink of all layers of a page; of those that are strokes as the pen of pictures draws them."""
     from handout.inking import pens
 
-    return mixed(
+    return mix_inks(
         pens.ink(layer, dpi, task.look.pen, pens.noise(layer.about)) if layer.ink is None else layer.ink(dpi)
         for layer in layers
     )

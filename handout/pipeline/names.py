@@ -11,7 +11,7 @@ from pathlib import Path
 
 from handout import page_sizes, shipped, units
 from handout.errors import InputError
-from handout.inking.pen import PENS, brushes, named
+from handout.inking.pen import PENS, brushes, colour_code
 from handout.pipeline.options import pace
 
 _HOUSE = Path(__file__).resolve().parents[1] / "hand" / "house"
@@ -120,7 +120,7 @@ CHECKS: dict[str, Callable[[str], object]] = {
     "device": _plotter,
     "page": page_sizes.page,
     "paper": lambda text: None if text == "none" else _paper(text),
-    "ink": named,
+    "ink": colour_code,
     "speed": pace,
     "home_country": _country,
     "language": _language,

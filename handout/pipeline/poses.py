@@ -16,7 +16,7 @@ from handout import atomic, shipped
 from handout.errors import InputError
 from handout.motion.pose import library
 from handout.motion.pose.library import PoseLibrary
-from handout.motion.pose.posing import Passes, posed
+from handout.motion.pose.posing import Passes, pose_drawing
 from handout.motion.pose.synthesis import PoseModel
 from handout.pipeline.options import PoseOptions
 from handout.pipeline.results import Facts, Result
@@ -78,7 +78,7 @@ def learn_pose(
         raise InputError(f"{path}: a pose library is kept as .pose: use {path.stem}.pose.")
     atomic.check_writable(path)
     learned = library.learn([read_drawing(recording) for recording in recordings], title or path.stem)
-    pose = library.levelled(learned.library) if level else learned.library
+    pose = library.level_pose(learned.library) if level else learned.library
     atomic.write(path, library.to_bytes(pose))
     return PoseSheet(library=pose, files=(path,), notes=learned.notes)
 
@@ -129,7 +129,7 @@ def with_pose(drawing: Drawing, options: PoseOptions) -> Drawing:
             raise InputError("--trajectory draws strokes like those of a library: name it with --pose.")
         return drawing
     passes: Passes = (1 if options.one_pass else 2) if options.trajectory else 0
-    return posed(drawing, pose_model(options.pose), options.method, passes=passes)
+    return pose_drawing(drawing, pose_model(options.pose), options.method, passes=passes)
 
 
 def show_pose(name: str, output: str | Path) -> PoseSheet:

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from handout import atomic, units
 from handout.errors import InputError
-from handout.inking.papers import laid
+from handout.inking.papers import lay_ink
 from handout.pipeline import merging
 from handout.pipeline.costs import Costs, Spent, costs, prices
 from handout.pipeline.merging import AT_EDGE, OUT_OF_REACH, WARNED, Finding, RowPages
@@ -274,7 +274,7 @@ def _small(page: BatchPage) -> tuple[bytes, float]:
     raster = page.ink(_DPI)
     width, height = (max(round(side * _DPI / 25.4), 1) for side in (page.drawing.page.width, page.drawing.page.height))
     whole = Image.new("RGB", (width, height), "white")
-    ink = Image.fromarray(laid(raster, None))
+    ink = Image.fromarray(lay_ink(raster, None))
     whole.paste(ink, (round(raster.origin[0] * _DPI / 25.4), round(raster.origin[1] * _DPI / 25.4)))
     stream = io.BytesIO()
     whole.quantize(32).save(stream, "PNG", optimize=True)

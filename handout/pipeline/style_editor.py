@@ -22,7 +22,7 @@ from handout.errors import InputError
 from handout.motion.learned.model import LearnedMovement
 from handout.motion.optimal_control import targets_through
 from handout.motion.styles import restyling, style_file, target_plans, targets
-from handout.motion.styles.style import BOUNDS, Style, checked, names, of_table, read
+from handout.motion.styles.style import BOUNDS, Style, check_style, names, of_table, read
 from handout.motion.styles.style import path as path_of
 from handout.pipeline import writing
 from handout.pipeline.options import PictureOptions, SheetOptions, StyleDraft, StyleValue, WritingOptions
@@ -112,7 +112,7 @@ def style_of(draft: StyleDraft) -> Style:
     place = Path(f"{draft.name}.style" if draft.base else f"{draft.name}.toml")
     made = of_table(_tables(draft), place)
     try:
-        return checked(replaced(made, model=_learned(draft.base)))
+        return check_style(replaced(made, model=_learned(draft.base)))
     except ValueError as error:
         raise InputError(f"{place}: {error}") from error
 
@@ -238,11 +238,11 @@ def moved(plan: bytes, draft: StyleDraft, seed: int, samples: int = 0) -> Facts:
         Not a plan, or not a style.
     """
     thrown, style = target_files.from_json(plan), style_of(draft)
-    drawing, followed = target_plans.with_ellipses(thrown, style, np.random.default_rng(seed))
+    drawing, followed = target_plans.draw_with_ellipses(thrown, style, np.random.default_rng(seed))
     if len(followed) and not thrown.has_ellipses:
         followed = followed * _shown_size(style, thrown) ** 2
     chances = [np.random.default_rng((seed, 1 + copy)) for copy in range(min(samples, _MOST_SAMPLES))]
-    others = [target_plans.drawn(thrown, style, rng) for rng in chances]
+    others = [target_plans.draw_plan(thrown, style, rng) for rng in chances]
     spreads = [[round(float(x), _FINE) for x in (one[0, 0], one[0, 1], one[1, 1])] for one in followed]
     return {
         "strokes": [_shown(stroke) for stroke in drawing.strokes],
@@ -349,7 +349,7 @@ def keep_movement(plan: bytes, draft: StyleDraft, seed: int, output: Path) -> Fa
         atomic.write(output, _style_bytes(draft))
     else:
         check_outputs([output])
-        drawing = target_plans.drawn(target_files.from_json(plan), style, np.random.default_rng(seed))
+        drawing = target_plans.draw_plan(target_files.from_json(plan), style, np.random.default_rng(seed))
         drawing = replace(drawing, about={**drawing.about, "seed": seed})
         write_drawings([drawing], [output], PictureOptions().look(styled=True))
     return {"files": [str(output)]}

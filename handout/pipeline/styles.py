@@ -17,7 +17,7 @@ from handout import atomic, units
 from handout.errors import InputError
 from handout.motion.learned.model import LearnedMovement, Lesson, learn, primer_of
 from handout.motion.learned.sequences import Inputs
-from handout.motion.styles.style import Style, checked, find
+from handout.motion.styles.style import Style, check_style, find
 from handout.motion.styles.style_file import to_bytes
 from handout.pipeline.options import LessonOptions, StyleOptions, seed_of
 from handout.pipeline.results import SILENT, Listener, Result
@@ -50,7 +50,7 @@ def style_of(styling: StyleOptions) -> Style:
         style = replace(style, jitter=noise)
     style = _moved_as_asked(style, styling)
     try:
-        return checked(style)
+        return check_style(style)
     except ValueError as error:
         raise InputError(f"style {style.name}: {error}") from error
 

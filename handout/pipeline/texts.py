@@ -447,9 +447,9 @@ def draw(
         drawing = trace(page, task.hand, rng, task.kinematics, speed=speed, jitter=task.layout.jitter)
         drawing = _posed(_styled(_in_colour(drawing, task), task, rng), task.pose) if drawing.strokes else drawing
     if task.hand.pages is not None and not task.traced and wanted & INK:
-        from handout.inking.pen_replacement import drawn
+        from handout.inking.pen_replacement import ink_drawing
 
-        drawing = replace(drawn(page, task.hand, task.pen_hand), strokes=drawing.strokes)
+        drawing = replace(ink_drawing(page, task.hand, task.pen_hand), strokes=drawing.strokes)
     told = {"program": f"handout {__version__}", "seed": task.seed, **words(page)}
     return replace(drawing, about={**told, **about, **drawing.about})
 

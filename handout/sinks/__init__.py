@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from handout import atomic
 from handout.errors import InputError
@@ -59,22 +60,20 @@ _USUAL = Look()
 def _svg(pages: Sequence[Drawing], look: Look) -> bytes:
     from handout.sinks.svg import to_svg
 
-    return to_svg(
-        _marked(pages[0], look),
-        pen_width=look.pen.width,
-        colour=look.pen.colour,
-        show_travel=look.show_travel,
-        by=look.layers,
-    )
+    return to_svg(_mark_page(pages[0], look), **_line_look(look), by=look.layers)
 
 
-def _marked(page: Drawing, look: Look) -> Drawing:
+def _line_look(look: Look) -> dict[str, Any]:
+    return {"pen_width": look.pen.width, "colour": look.pen.colour, "show_travel": look.show_travel}
+
+
+def _mark_page(page: Drawing, look: Look) -> Drawing:
     """A page whose lines are as wide as the pen leaves them, where that is to be shown."""
     if not look.footprint and look.pen.model not in BY_FOOTPRINT:
         return page
     from handout.inking import footprints
 
-    return footprints.marked(page, look.pen)
+    return footprints.mark_drawing(page, look.pen)
 
 
 def _png(pages: Sequence[Drawing], look: Look) -> bytes:
@@ -107,12 +106,7 @@ def _pdf(pages: Sequence[Drawing], look: Look) -> bytes:
     if all(page.ink is None for page in pages):
         from handout.sinks.pdf import to_pdf
 
-        return to_pdf(
-            [_marked(page, look) for page in pages],
-            pen_width=look.pen.width,
-            colour=look.pen.colour,
-            show_travel=look.show_travel,
-        )
+        return to_pdf([_mark_page(page, look) for page in pages], **_line_look(look))
     from io import BytesIO
 
     from handout.inking import pens
@@ -135,9 +129,7 @@ def _eps(pages: Sequence[Drawing], look: Look) -> bytes:
     (page,) = pages
     if page.ink is not None:
         return eps.outlines_eps(page, _areas(page, look))
-    return eps.to_eps(
-        _marked(page, look), pen_width=look.pen.width, colour=look.pen.colour, show_travel=look.show_travel
-    )
+    return eps.to_eps(_mark_page(page, look), **_line_look(look))
 
 
 def _dxf(pages: Sequence[Drawing], look: Look) -> bytes:
@@ -283,7 +275,7 @@ def write_drawings(
     contents: list[bytes] = []
     for number, path in enumerate(paths):
         part = within(tell, number / len(paths), (number + 1) / len(paths))
-        contents += _made(Path(path).suffix.lower(), drawings, look, extra or {}, part)
+        contents += _make_files(Path(path).suffix.lower(), drawings, look, extra or {}, part)
     atomic.write_all(zip(files, contents, strict=True))
     return files
 
@@ -291,7 +283,7 @@ def write_drawings(
 def drawing_file(drawing: Drawing, path: Path, look: Look = _USUAL) -> bytes:
     """What a file of one page holds; `path` says its format, and what it is called where that is refused."""
     _check_look([drawing], [path], look)
-    (data,) = _made(path.suffix.lower(), [drawing], look, {}, silent)
+    (data,) = _make_files(path.suffix.lower(), [drawing], look, {}, silent)
     return data
 
 
@@ -323,7 +315,7 @@ def _files(path: Path, pages: int, extra: Mapping[str, PageSink] | None) -> list
     return [path.with_name(f"{path.stem}-{number}{path.suffix}") for number in range(1, pages + 1)]
 
 
-def _made(
+def _make_files(
     suffix: str, drawings: Sequence[Drawing], look: Look, extra: Mapping[str, PageSink], tell: Tell
 ) -> list[bytes]:
     """The files of one format."""

@@ -36,7 +36,7 @@ def plain(value: Any) -> Any:
     return plain(str(value))
 
 
-def as_json(value: Any) -> str:
+def json_text(value: Any) -> str:
     """`value` as JSON in one line of ASCII, so that it survives any container."""
     return json.dumps(plain(value), separators=(",", ":"))
 
@@ -79,11 +79,11 @@ def xml_safe(text: str) -> str:
     return _NOT_XML.sub("�", text)
 
 
-def escaped(text: str) -> str:
+def escape_xml(text: str) -> str:
     """`text` as XML has it between tags; `xml.sax.saxutils` would bring the whole of HTTP and TLS with it."""
     return html.escape(text, quote=False)
 
 
 def quoted(text: str) -> str:
     """`text` as the value of an attribute, in its quotes; breaks and tabs survive."""
-    return '"' + re.sub('["\t\n\r]', lambda match: f"&#{ord(match[0])};", escaped(text)) + '"'
+    return '"' + re.sub('["\t\n\r]', lambda match: f"&#{ord(match[0])};", escape_xml(text)) + '"'

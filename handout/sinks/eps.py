@@ -35,7 +35,16 @@ def to_eps(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1a1a2e",
     pen.rgb(colour)
     moves = paths.travel_moves(drawing) if show_travel else []
     content = "\n".join([pdf.content(drawing, pen_width, colour), *pdf.travel(moves)])
-    inked = [points for points in (_inked(drawing, pen_width), *moves) if points is not None]
+    # corners of boxes that the marks fill together
+    corners = []
+    for stroke, curve in zip(drawing.strokes, curves.fit(drawing.strokes), strict=True):
+        if not stroke.even:
+            corners += outline.pieces(stroke, curve)
+            continue
+        half = paths.stroke_width(stroke, pen_width) / 2
+        along = curve.at(np.linspace(curve.t[0], curve.t[-1], 8 * len(curve.t)))
+        corners += [along.min(axis=0, keepdims=True) - half, along.max(axis=0, keepdims=True) + half]
+    inked = [*corners, *moves]
     return _file(content, np.concatenate(inked) if inked else None, drawing)
 
 
@@ -47,19 +56,6 @@ def outlines_eps(drawing: Drawing, areas: Sequence[tuple[str, Sequence[Array]]])
         for ink, outlines in areas
     ]
     return _file("\n".join([pdf.matrix(drawing), *shapes]), np.concatenate(places) if places else None, drawing)
-
-
-def _inked(drawing: Drawing, pen_width: float) -> Array | None:
-    """(n, 2) mm: corners of boxes that the marks fill together; None without any."""
-    corners = []
-    for stroke, curve in zip(drawing.strokes, curves.fit(drawing.strokes), strict=True):
-        if not stroke.even:
-            corners += outline.pieces(stroke, curve)
-            continue
-        half = paths.stroke_width(stroke, pen_width) / 2
-        along = curve.at(np.linspace(curve.t[0], curve.t[-1], 8 * len(curve.t)))
-        corners += [along.min(axis=0, keepdims=True) - half, along.max(axis=0, keepdims=True) + half]
-    return np.concatenate(corners) if corners else None
 
 
 def _file(content: str, inked: Array | None, drawing: Drawing) -> bytes:

@@ -42,8 +42,8 @@ def to_inkml(drawing: Drawing) -> bytes:
         '<?xml version="1.0" encoding="UTF-8"?>',
         '<ink xmlns="http://www.w3.org/2003/InkML">',
         '<annotation type="program">handout</annotation>',
-        f'<annotation type="page">{about.escaped(about.as_json(page))}</annotation>',
-        f'<annotation type="about">{about.escaped(about.as_json(drawing.about))}</annotation>',
+        f'<annotation type="page">{about.escape_xml(about.json_text(page))}</annotation>',
+        f'<annotation type="about">{about.escape_xml(about.json_text(drawing.about))}</annotation>',
         "<definitions>",
         *(_context(names, number) for number, names in enumerate(kinds)),
         *(_brush(nib, number) for number, nib in enumerate(nibs) if nib),
@@ -59,7 +59,7 @@ def to_inkml(drawing: Drawing) -> bytes:
 
 def _notes(stroke: Stroke) -> str:
     word = "" if stroke.word < 0 else str(stroke.word)
-    notes = {"word": word, "layer": about.escaped(about.xml_safe(stroke.layer)), "colour": stroke.colour}
+    notes = {"word": word, "layer": about.escape_xml(about.xml_safe(stroke.layer)), "colour": stroke.colour}
     return "".join(f'<annotation type="{name}">{text}</annotation>' for name, text in notes.items() if text)
 
 

@@ -22,22 +22,22 @@ def layers(drawing: Drawing, by: By = "ink") -> dict[str, list[int]]:
     by : "ink": a layer for every layer and colour of the drawing's own, "Page 1" where these are all alike; "line" and
         "word": a layer for each of them, where the drawing tells of such.
     """
-    return _grouped(drawing, by, range(len(drawing.strokes)), alone=True)
+    return _group_strokes(drawing, by, range(len(drawing.strokes)), alone=True)
 
 
-def inside(drawing: Drawing, by: By, strokes: Sequence[int]) -> tuple[By | None, dict[str, list[int]]]:
+def group_inside(drawing: Drawing, by: By, strokes: Sequence[int]) -> tuple[By | None, dict[str, list[int]]]:
     """The groups in a layer of that kind and their kind: its lines or, of a line, its words; none in a word.
 
     Strokes of no line or word have the name "".
     """
     for kind in _INSIDE[by]:
-        found = _grouped(drawing, kind, strokes, alone=False)
+        found = _group_strokes(drawing, kind, strokes, alone=False)
         if list(found) != [""]:
             return kind, found
     return None, {"": list(strokes)}
 
 
-def _grouped(drawing: Drawing, by: By, strokes: Sequence[int], *, alone: bool) -> dict[str, list[int]]:
+def _group_strokes(drawing: Drawing, by: By, strokes: Sequence[int], *, alone: bool) -> dict[str, list[int]]:
     """Numbers of strokes under the names of their groups; `alone`: whether the names stand for themselves."""
     name = _ink_names(drawing) if by == "ink" else _Text(drawing).names(by, alone)
     found: dict[str, list[int]] = {}

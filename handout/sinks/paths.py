@@ -35,7 +35,7 @@ def short(thousandths: int) -> str:
     return f"-{digits}" if thousandths < 0 else digits
 
 
-def joined(thousandths: list[int]) -> str:
+def join_numbers(thousandths: list[int]) -> str:
     """Numbers of three decimals side by side; a minus sign serves as the separator where there is one."""
     return " ".join(map(short, thousandths)).replace(" -", "-")
 
@@ -46,7 +46,7 @@ def travel_moves(drawing: Drawing) -> list[Array]:
     Where a plotter does something in between, ``about["hooks"]`` has its way, as `plotting` writes it: the stroke that
     comes after it, its places.  Ways before the first stroke and after the last come last.
     """
-    moves = [np.stack([a.xy[-1], b.xy[0]]) for a, b in pairwise(plotted(drawing))]
+    moves = [np.stack([a.xy[-1], b.xy[0]]) for a, b in pairwise(plotted_strokes(drawing))]
     around: list[Array] = []
     for way in hook_ways(drawing):
         if 0 < way["stroke"] <= len(moves):
@@ -56,7 +56,7 @@ def travel_moves(drawing: Drawing) -> list[Array]:
     return moves + around
 
 
-def plotted(drawing: Drawing) -> Sequence[Stroke]:
+def plotted_strokes(drawing: Drawing) -> Sequence[Stroke]:
     """The strokes that are drawn: all, or those from and to before the two that ``about["part"]`` says."""
     first, stop, *_ = drawing.about.get("part") or (0, len(drawing.strokes))
     return drawing.strokes[first:stop]

@@ -49,10 +49,18 @@ def to_pdf(
     pen.rgb(colour)
     count = len(drawings)
     kids = " ".join(f"{4 + 2 * i} 0 R" for i in range(count))
+    first = drawings[0]
+    named = {
+        "Title": about.title(first),
+        "Subject": about.describe(first),
+        "Keywords": about.json_text({"seed": first.about.get("seed"), "hand": first.about.get("hand")}),
+        "Creator": f"handout {__version__}",
+    }
+    information = {key: text.encode("utf-16-be", "replace").hex().upper() for key, text in named.items()}
     objects = [
         b"<</Type/Catalog/Pages 2 0 R>>",
         f"<</Type/Pages/Count {count}/Kids[{kids}]>>".encode(),
-        _information(drawings),
+        b"<<" + b"".join(f"/{key}<FEFF{value}>".encode() for key, value in information.items()) + b">>",
     ]
     for i, drawing in enumerate(drawings):
         size = f"{drawing.page.width * _POINT:.4f} {drawing.page.height * _POINT:.4f}"
@@ -60,28 +68,10 @@ def to_pdf(
             f"<</Type/Page/Parent 2 0 R/MediaBox[0 0 {size}]/Resources<<>>/Contents {5 + 2 * i} 0 R>>".encode()
         )
         moves = paths.travel_moves(drawing) if show_travel else []
-        objects.append(_stream("\n".join([content(drawing, pen_width, colour), *travel(moves)])))
+        operators = "\n".join([content(drawing, pen_width, colour), *travel(moves)])
+        packed = zlib.compress(operators.encode("ascii"), 9)
+        objects.append(f"<</Length {len(packed)}/Filter/FlateDecode>>stream\n".encode() + packed + b"\nendstream")
     return _file(objects)
-
-
-def _information(drawings: Sequence[Drawing]) -> bytes:
-    first = drawings[0]
-    named = {
-        "Title": about.title(first),
-        "Subject": about.describe(first),
-        "Keywords": about.as_json({"seed": first.about.get("seed"), "hand": first.about.get("hand")}),
-        "Creator": f"handout {__version__}",
-    }
-    return b"<<" + b"".join(f"/{key}<FEFF{_hex(value)}>".encode() for key, value in named.items()) + b">>"
-
-
-def _hex(text: str) -> str:
-    return text.encode("utf-16-be", "replace").hex().upper()
-
-
-def _stream(content: str) -> bytes:
-    packed = zlib.compress(content.encode("ascii"), 9)
-    return f"<</Length {len(packed)}/Filter/FlateDecode>>stream\n".encode() + packed + b"\nendstream"
 
 
 def matrix(drawing: Drawing) -> str:

@@ -58,7 +58,12 @@ def page_picture(page: Page, pixels: DevicePixels | None) -> PagePicture:
 
 def _picture(page: Page, pixels: NDArray[np.uint8], x: int, y: int, dpi: float) -> PagePicture:
     height, width = pixels.shape[:2]
-    return PagePicture(_placing(pixels, x, y, dpi, page), width, height, zlib.compress(pixels.tobytes(), 6))
+    # on the grid of the printer's pixels, which is counted from the top left of the sheet; PDF counts from the bottom
+    pixel = 72 / dpi
+    bottom = page.height / _POINT - (y + height - _INSET) * pixel
+    matrix = ((width - 2 * _INSET) * pixel, 0, 0, (height - 2 * _INSET) * pixel, (x + _INSET) * pixel, bottom)
+    placing = f"q {' '.join(map(_number, matrix))} cm /Im Do Q".encode()
+    return PagePicture(placing, width, height, zlib.compress(pixels.tobytes(), 6))
 
 
 class PdfWriter:
@@ -76,7 +81,11 @@ class PdfWriter:
         self._next = _INFO + 1
         # the second line marks the file as binary for programs that guess
         self._put(b"%PDF-1.6\n%\xe2\xe3\xcf\xd3\n")
-        self._object(_INFO, _information(about or {}))
+        # ASCII with the three characters that mean something in a PDF string escaped
+        text = json.dumps(dict(about or {}), sort_keys=True, default=str)
+        for special in "\\()":
+            text = text.replace(special, f"\\{special}")
+        self._object(_INFO, f"<< /Producer (handout {handout.__version__}) /Subject ({text}) >>".encode("ascii"))
 
     def add(self, page: Page, pixels: DevicePixels | None) -> None:
         """Write one page of the size of `page`, with what of the pixels is not white (None: a blank page) on it."""
@@ -89,7 +98,12 @@ class PdfWriter:
     def add_picture(self, page: Page, picture: PagePicture) -> None:
         """Write one page that is compressed already."""
         if picture.placing:
-            image = self._image(picture)
+            image = self._take()
+            head = (
+                f"<< /Type /XObject /Subtype /Image /Width {picture.width} /Height {picture.height} "
+                f"/ColorSpace /DeviceRGB /BitsPerComponent 8 /Filter /FlateDecode /Length {len(picture.data)} >>"
+            )
+            self._object(image, f"{head}\nstream\n".encode() + picture.data + b"\nendstream")
             self._page(page, picture.placing, f"<< /XObject << /Im {image} 0 R >> >>")
         else:
             self._page(page, b"", "<< >>")
@@ -119,17 +133,6 @@ class PdfWriter:
             f"trailer\n<< /Size {size} /Root {_CATALOG} 0 R /Info {_INFO} 0 R >>\nstartxref\n{start}\n%%EOF\n".encode()
         )
 
-    def _image(self, picture: PagePicture) -> int:
-        number = self._take()
-        self._object(
-            number,
-            f"<< /Type /XObject /Subtype /Image /Width {picture.width} /Height {picture.height} /ColorSpace /DeviceRGB "
-            f"/BitsPerComponent 8 /Filter /FlateDecode /Length {len(picture.data)} >>\nstream\n".encode()
-            + picture.data
-            + b"\nendstream",
-        )
-        return number
-
     def _take(self) -> int:
         self._next += 1
         return self._next - 1
@@ -158,26 +161,6 @@ def document(path: Path, about: Mapping[str, Any] | None = None) -> Iterator[Pdf
         writer.finish()
 
 
-def _information(about: Mapping[str, Any]) -> bytes:
-    # ASCII with the three characters that mean something in a PDF string escaped
-    text = json.dumps(dict(about), sort_keys=True, default=str)
-    for special in "\\()":
-        text = text.replace(special, f"\\{special}")
-    return f"<< /Producer (handout {handout.__version__}) /Subject ({text}) >>".encode("ascii")
-
-
 def _number(value: float) -> str:
     """Seven decimals: exact to far less than the inset above."""
     return f"{value:.7f}".rstrip("0").rstrip(".")
-
-
-def _placing(pixels: NDArray[np.uint8], x: int, y: int, dpi: float, page: Page) -> bytes:
-    """The content stream that puts the picture, whose corner is pixel (x, y), on the grid of the printer's pixels.
-
-    The grid is counted from the top left of the sheet, as printers count it; PDF counts from the bottom.
-    """
-    pixel = 72 / dpi
-    height, width = pixels.shape[:2]
-    bottom = page.height / _POINT - (y + height - _INSET) * pixel
-    matrix = ((width - 2 * _INSET) * pixel, 0, 0, (height - 2 * _INSET) * pixel, (x + _INSET) * pixel, bottom)
-    return f"q {' '.join(map(_number, matrix))} cm /Im Do Q".encode()

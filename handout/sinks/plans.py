@@ -20,8 +20,8 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 
-from handout.motion.reconstruction.planned_page import Fit, PlannedPage, sampled
-from handout.motion.reconstruction.recording_fit import SHORTEST, prepared
+from handout.motion.reconstruction.planned_page import Fit, PlannedPage, sample_times
+from handout.motion.reconstruction.recording_fit import SHORTEST, prepare_recording
 from handout.sinks import about
 from handout.values import Array, Drawing
 
@@ -77,16 +77,17 @@ def fit_report(drawing: Drawing, page: PlannedPage) -> bytes:
     rows = max(1, int(np.ceil(_clock(page)[-1] / _SECONDS)))
     upper = high * scale + 2 * _MARGIN
     height = upper + 14 + rows * (_ROW + _GAP)
+    figures = about.escape_xml(_figures(page))
     parts = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         f'<svg xmlns="http://www.w3.org/2000/svg" width="190mm" height="{height:.1f}mm" viewBox="0 0 190 {height:.1f}" '
         'font-family="sans-serif" fill="none">',
-        f"<title>{about.escaped(_figures(page))}</title>",
+        f"<title>{figures}</title>",
         f'<rect width="190" height="{height:.1f}" fill="#fff"/>',
         f'<svg width="190" height="{upper:.1f}">',  # which hides targets far outside
         *_shapes(drawing, page, np.array([left, top]), scale),
         "</svg>",
-        f'<text x="{_MARGIN}" y="{upper + 5:.1f}" font-size="3.2" fill="#333">{about.escaped(_figures(page))}</text>',
+        f'<text x="{_MARGIN}" y="{upper + 5:.1f}" font-size="3.2" fill="#333">{figures}</text>',
         *_speeds(drawing, page, upper + 12, rows),
         "</svg>\n",
     ]
@@ -119,7 +120,7 @@ def _shapes(drawing: Drawing, page: PlannedPage, corner: Array, scale: float) ->
             continue
         targets = (fit.plan.targets - corner) * scale + _MARGIN
         out.append(_line(targets, "#e08f62", 0.15, ' stroke-dasharray="0.8 0.8"'))
-        out.append(_line((fit.plan.at(sampled(fit.plan)) - corner) * scale + _MARGIN, "#1d4e89", 0.35))
+        out.append(_line((fit.plan.at(sample_times(fit.plan)) - corner) * scale + _MARGIN, "#1d4e89", 0.35))
         for number, (x, y) in enumerate(targets.tolist()):
             out.append(f'<circle cx="{x:.2f}" cy="{y:.2f}" r="0.7" stroke="#e06c32" stroke-width="0.25"/>')
             out.append(f'<text x="{x + 0.9:.2f}" y="{y - 0.6:.2f}" font-size="2" fill="#b0521f">{number}</text>')
@@ -134,7 +135,8 @@ def _clock(page: PlannedPage) -> Array:
 
 def _speeds(drawing: Drawing, page: PlannedPage, top: float, rows: int) -> list[str]:
     begins = _clock(page)
-    most = max([1.0, *(float(np.hypot(*fit.plan.velocity(sampled(fit.plan)).T).max()) for fit in _moving(page))])
+    plans = [fit.plan for fit in page.fits if fit.plan.strokes]
+    most = max([1.0, *(float(np.hypot(*plan.velocity(sample_times(plan)).T).max()) for plan in plans)])
     across, up = (190 - 2 * _MARGIN) / _SECONDS, _ROW / (1.1 * most)
     out = []
     for row in range(rows):
@@ -158,9 +160,9 @@ def _speeds(drawing: Drawing, page: PlannedPage, top: float, rows: int) -> list[
     for fit, stroke, begin in zip(page.fits, drawing.strokes, begins.tolist(), strict=False):
         if fit.plan.strokes == 0:
             continue
-        t = sampled(fit.plan)
+        t = sample_times(fit.plan)
         if page.timed and stroke.t[-1] - stroke.t[0] >= SHORTEST:
-            recording = prepared(stroke.t, stroke.xy)
+            recording = prepare_recording(stroke.t, stroke.xy)
             curve(recording.t - recording.t[0] + begin, np.abs(recording.velocity), "#aaa", 0.7)
         for number, alone in enumerate(fit.plan.speeds(t)):
             shown = alone > 0.01 * most
@@ -168,7 +170,3 @@ def _speeds(drawing: Drawing, page: PlannedPage, top: float, rows: int) -> list[
                 curve((t - fit.plan.start + begin)[shown], alone[shown], _COLOURS[number % len(_COLOURS)], 0.2)
         curve(t - fit.plan.start + begin, np.hypot(*fit.plan.velocity(t).T), "#1d4e89", 0.35)
     return out
-
-
-def _moving(page: PlannedPage) -> list[Fit]:
-    return [fit for fit in page.fits if fit.plan.strokes]

@@ -57,7 +57,7 @@ def to_png(
         if about is not None and about.get(key) is not None:
             notes.add_text(key, str(origin.plain(about[key])))
     if about:
-        notes.add_text("about", origin.as_json(about))
+        notes.add_text("about", origin.json_text(about))
     out = io.BytesIO()
     picture = Image.fromarray(pixels)
     if palette is not None:

@@ -148,9 +148,19 @@ def to_svg(
     """
     pen.rgb(colour)
     pen.check_width(pen_width)
-    script = f"<script>//<![CDATA[{_SCRIPT}//]]></script>"
-    ink, moves = _layers(drawing, pen_width, colour, by), _travel(drawing, show_travel)
-    parts = [*_head(drawing, show_travel), *ink, *moves, script, "</svg>\n"]
+    shown = ' class="show-travel"' if show_travel else ""
+    parts = [
+        '<?xml version="1.0" encoding="UTF-8"?>',
+        f'<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="{_INKSCAPE}" {_size(drawing)}{shown}>',
+        f"<title>{about.escape_xml(about.title(drawing))}</title>",
+        f"<desc>{about.escape_xml(about.describe(drawing))} Click, or press P, to see it being written.</desc>",
+        f'<metadata id="about">{about.escape_xml(about.json_text(about.record(drawing)))}</metadata>',
+        f"<style>{_STYLE}</style>",
+        *_layers(drawing, pen_width, colour, by),
+        *_travel(drawing, show_travel),
+        f"<script>//<![CDATA[{_SCRIPT}//]]></script>",
+        "</svg>\n",
+    ]
     return "\n".join(parts).encode("utf-8")
 
 
@@ -160,31 +170,14 @@ def to_inline_svg(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1
     checksum = zlib.crc32(b"".join(part.tobytes() for part in parts if part is not None))
     key = f"d{checksum:08x}-"  # drawings with equal marks may share their names
     first = f'<svg xmlns="http://www.w3.org/2000/svg" {_size(drawing)} style="background:#fff;max-width:100%">'
-    title = f"<title>{about.escaped(about.title(drawing))}</title>"
-    return "\n".join([first, title, *_ink(drawing, pen_width, colour, key), "</svg>"])
+    title = f"<title>{about.escape_xml(about.title(drawing))}</title>"
+    ink = f'<g id="{key}ink" {_look(drawing.strokes, pen_width, colour)}>'
+    return "\n".join([first, title, ink, *_strokes(drawing, pen_width, key), "</g>", "</svg>"])
 
 
 def _size(drawing: Drawing) -> str:
     width, height = _mm(drawing.page.width), _mm(drawing.page.height)
     return f'width="{width}mm" height="{height}mm" viewBox="0 0 {width} {height}"'
-
-
-def _head(drawing: Drawing, show_travel: bool) -> list[str]:
-    shown = ' class="show-travel"' if show_travel else ""
-    return [
-        '<?xml version="1.0" encoding="UTF-8"?>',
-        f'<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="{_INKSCAPE}" {_size(drawing)}{shown}>',
-        f"<title>{about.escaped(about.title(drawing))}</title>",
-        f"<desc>{about.escaped(about.describe(drawing))} Click, or press P, to see it being written.</desc>",
-        f'<metadata id="about">{about.escaped(about.as_json(about.record(drawing)))}</metadata>',
-        f"<style>{_STYLE}</style>",
-    ]
-
-
-def _ink(drawing: Drawing, pen_width: float, colour: str, key: str = "") -> list[str]:
-    """The strokes in one group; `key` stands before every name."""
-    strokes = _strokes(drawing, pen_width, key)
-    return [f'<g id="{key}ink" {_look(drawing.strokes, pen_width, colour)}>', *strokes, "</g>"]
 
 
 def _layers(drawing: Drawing, pen_width: float, colour: str, by: layers.By) -> list[str]:
@@ -199,7 +192,7 @@ def _layers(drawing: Drawing, pen_width: float, colour: str, by: layers.By) -> l
 
 
 def _groups(drawing: Drawing, by: layers.By, members: Sequence[int], strokes: Sequence[str]) -> Iterator[str]:
-    kind, groups = layers.inside(drawing, by, members)
+    kind, groups = layers.group_inside(drawing, by, members)
     for name, inner in groups.items():
         parts = [strokes[number] for number in inner] if kind is None else _groups(drawing, kind, inner, strokes)
         yield from [f"<g {_label(name)}>", *parts, "</g>"] if name else parts
@@ -271,17 +264,17 @@ def _mark(stroke: Stroke, curve: Curve, name: str) -> str:
 def _polygon(piece: Array) -> str:
     points = np.rint(piece * 1000).astype(np.int64)
     steps = np.diff(points, axis=0)
-    return f"M{paths.joined(points[0].tolist())}l{paths.joined(steps.ravel().tolist())}z"
+    return f"M{paths.join_numbers(points[0].tolist())}l{paths.join_numbers(steps.ravel().tolist())}z"
 
 
 def _path(curve: Curve) -> str:
     """Path data: a beginning, and Béziers relative to where the last one ended."""
     points = paths.microns(curve)
-    begin = "M" + paths.joined(points[0].tolist())
+    begin = "M" + paths.join_numbers(points[0].tolist())
     if (points == points[0]).all():
         return begin + "h.001"  # round caps make it a dot; some programs draw nothing for no length at all
     legs = np.stack([points[1::3], points[2::3], points[3::3]], axis=1) - points[:-1:3, None]
-    return begin + "".join("c" + paths.joined(leg) for leg in legs.reshape(len(legs), 6).tolist())
+    return begin + "".join("c" + paths.join_numbers(leg) for leg in legs.reshape(len(legs), 6).tolist())
 
 
 def _travel(drawing: Drawing, shown: bool) -> list[str]:
@@ -292,7 +285,8 @@ def _travel(drawing: Drawing, shown: bool) -> list[str]:
     group = f'<g id="travel" class="travel"{hidden} {_layer("% travel of the lifted pen")} fill="none" {look}>'
     ways = paths.travel_moves(drawing)
     times = [
-        f' data-t0="{_mm(float(a.t[-1]))}" data-t1="{_mm(float(b.t[0]))}"' for a, b in pairwise(paths.plotted(drawing))
+        f' data-t0="{_mm(float(a.t[-1]))}" data-t1="{_mm(float(b.t[0]))}"'
+        for a, b in pairwise(paths.plotted_strokes(drawing))
     ]
     times += [""] * (len(ways) - len(times))
     moves = [_move(way, when) for way, when in zip(ways, times, strict=True)]
@@ -301,7 +295,7 @@ def _travel(drawing: Drawing, shown: bool) -> list[str]:
 
 def _move(way: Array, when: str) -> str:
     line = np.rint(way * 1000).astype(np.int64)
-    return f'<path{when} d="M{paths.joined(line[0].tolist())}L{paths.joined(line[1:].ravel().tolist())}"/>'
+    return f'<path{when} d="M{paths.join_numbers(line[0].tolist())}L{paths.join_numbers(line[1:].ravel().tolist())}"/>'
 
 
 def _dips(drawing: Drawing) -> Iterator[str]:

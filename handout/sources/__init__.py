@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -19,47 +20,11 @@ __all__ = ["read_drawing", "suffixes"]
 _LARGEST = 64 * 2**20  # bytes
 
 
-def _svg(data: bytes, texts: bool = False) -> Drawing:
-    from handout.sources.svg import from_svg
-
-    return from_svg(data, texts=texts)
-
-
-def _json(data: bytes) -> Drawing:
+def _json(data: bytes, path: Path) -> Drawing:
     from handout.sources import pointer_events
     from handout.sources.drawing_json import from_json
 
     return pointer_events.from_pointer_events(data) if pointer_events.looks_like(data) else from_json(data)
-
-
-def _inkml(data: bytes) -> Drawing:
-    from handout.sources.inkml import from_inkml
-
-    return from_inkml(data)
-
-
-def _svc(data: bytes) -> Drawing:
-    from handout.sources.svc import from_svc
-
-    return from_svc(data)
-
-
-def _cyn(data: bytes) -> Drawing:
-    from handout.sources.cyn import from_cyn
-
-    return from_cyn(data)
-
-
-def _uim(data: bytes) -> Drawing:
-    from handout.sources.uim import from_uim
-
-    return from_uim(data)
-
-
-def _gml(data: bytes) -> Drawing:
-    from handout.sources.gml import from_gml
-
-    return from_gml(data)
 
 
 def _unipen(data: bytes, path: Path) -> Drawing:
@@ -76,21 +41,14 @@ def _unipen(data: bytes, path: Path) -> Drawing:
     return from_unipen(data, include)
 
 
-_FORMATS: dict[str, Callable[[bytes], Drawing]] = {
-    ".svg": _svg,
-    ".json": _json,
-    ".inkml": _inkml,
-    ".svc": _svc,
-    ".gml": _gml,
-    ".cyn": _cyn,
-    ".uim": _uim,
-}
-_WITH_PATH: dict[str, Callable[[bytes, Path], Drawing]] = {".dat": _unipen, ".unp": _unipen}
+# suffix → the module here that reads it, whose function is named `from_` and the module's name
+_MODULES = {".svg": "svg", ".inkml": "inkml", ".svc": "svc", ".gml": "gml", ".cyn": "cyn", ".uim": "uim"}
+_OTHERS: dict[str, Callable[[bytes, Path], Drawing]] = {".json": _json, ".dat": _unipen, ".unp": _unipen}
 
 
 def suffixes() -> list[str]:
     """All suffixes that can be read."""
-    return sorted([*_FORMATS, *_WITH_PATH])
+    return sorted([*_MODULES, *_OTHERS])
 
 
 def read_drawing(path: str | Path, *, texts: bool = False) -> Drawing:
@@ -120,18 +78,17 @@ def read_drawing(path: str | Path, *, texts: bool = False) -> Drawing:
         raise InputError(f"{path} is larger than {_LARGEST // 2**20} MiB: simplify the drawing or split it.")
     try:
         with np.errstate(over="ignore", invalid="ignore"):  # what is too large is refused, see `recorded.refuse_far`
-            if suffix == ".svg":
-                return _as_plotted(_svg(data, texts))
-            return _as_plotted(_WITH_PATH[suffix](data, path) if suffix in _WITH_PATH else _FORMATS[suffix](data))
+            if suffix in _OTHERS:
+                drawing = _OTHERS[suffix](data, path)
+            else:
+                module, options = _MODULES[suffix], {"texts": texts} if suffix == ".svg" else {}
+                drawing = getattr(import_module(f"handout.sources.{module}"), f"from_{module}")(data, **options)
+            # without what a preview of a plot shows besides: what its plotter does, and pale, what is not plotted
+            about = {name: value for name, value in drawing.about.items() if name not in ("hooks", "part")}
+            match drawing.about.get("part"):
+                case [_, _, pale]:
+                    strokes = tuple(stroke for stroke in drawing.strokes if stroke.colour != pale)
+                    return dataclasses.replace(drawing, strokes=strokes, about=about)
+            return dataclasses.replace(drawing, about=about) if len(about) < len(drawing.about) else drawing
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
-
-
-def _as_plotted(drawing: Drawing) -> Drawing:
-    """Without what a preview of a plot shows besides: what its plotter does, and pale, what is not plotted."""
-    about = {name: value for name, value in drawing.about.items() if name not in ("hooks", "part")}
-    match drawing.about.get("part"):
-        case [_, _, pale]:
-            strokes = tuple(stroke for stroke in drawing.strokes if stroke.colour != pale)
-            return dataclasses.replace(drawing, strokes=strokes, about=about)
-    return dataclasses.replace(drawing, about=about) if len(about) < len(drawing.about) else drawing

@@ -33,7 +33,7 @@ def from_cyn(data: bytes) -> Drawing:
         Not CYN, a stroke that is cut off, or a sample that is not eight numbers.
     """
     recorded.refuse_many(data.count(b"\n"), "CYN file")
-    return recorded.as_drawing([_raw(table) for table in _strokes(data)], "CYN file", {})
+    return recorded.make_drawing([_raw(table) for table in _strokes(data)], "CYN file", {})
 
 
 def _strokes(data: bytes) -> Iterator[Array]:

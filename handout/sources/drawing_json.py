@@ -75,11 +75,11 @@ def from_json(data: bytes) -> Drawing:
     """
     file = decode(data, _File, "a drawing")
     page = file.page.page()
-    strokes = tuple(_read(stroke, number) for number, stroke in enumerate(file.strokes, 1))
+    strokes = tuple(_read_stroke(stroke, number) for number, stroke in enumerate(file.strokes, 1))
     return Drawing(strokes, page, file.about, timed=file.timed)
 
 
-def _read(stroke: _Stroke, number: int) -> Stroke:
+def _read_stroke(stroke: _Stroke, number: int) -> Stroke:
     if len(stroke.x) != len(stroke.y):
         raise InputError(f"Stroke {number} has {len(stroke.x)} values of x and {len(stroke.y)} of y.")
     fields = {name: getattr(stroke, name) for name in (*_CHANNELS, "word", "layer", "colour")}

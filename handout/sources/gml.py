@@ -47,19 +47,17 @@ def from_gml(data: bytes) -> Drawing:
     scale, rotated = _scale(root)
     numbers = count(1)
     drawings = [e for e in root.iter() if e.tag.lower() == "drawing"] or [root]
-    read = [(_strokes(drawing, scale, rotated, numbers), _letter(drawing)) for drawing in drawings]
-    strokes_of, letters = [strokes for strokes, _ in read if strokes], [letter for strokes, letter in read if strokes]
+    strokes_of, letters = [], []
+    for drawing in drawings:
+        if strokes := _strokes(drawing, scale, rotated, numbers):
+            strokes_of.append(strokes)
+            letters.append(next(((e.text or "").strip() for e in drawing.iter() if e.tag.lower() == "letter"), ""))
     points = sum(len(stroke.xy) for strokes in strokes_of for stroke in strokes)
     if points < _LEAST:
         raise InputError(f"This GML has {points} points of a pen that draws; at least {_LEAST} are needed.")
     several: dict[str, Any] = {"drawings": len(strokes_of)} if len(strokes_of) > 1 else {}
     several |= {"letters": letters} if any(letters) else {}
-    return recorded.as_drawing(_apart(strokes_of), "GML", _about(root) | several)
-
-
-def _letter(drawing: Element) -> str:
-    """What letter a drawing says that it is, "" for none."""
-    return next(((e.text or "").strip() for e in drawing.iter() if e.tag.lower() == "letter"), "")
+    return recorded.make_drawing(_spread_drawings(strokes_of), "GML", _client_texts(root) | several)
 
 
 def _strokes(drawing: Element, scale: Array, rotated: bool, numbers: Iterator[int]) -> list[Raw]:
@@ -74,7 +72,7 @@ def _strokes(drawing: Element, scale: Array, rotated: bool, numbers: Iterator[in
     return strokes
 
 
-def _apart(drawings: Sequence[Sequence[Raw]]) -> list[Raw]:
+def _spread_drawings(drawings: Sequence[Sequence[Raw]]) -> list[Raw]:
     """The strokes of all drawings, laid out in rows so that no drawing covers another."""
     if len(drawings) == 1:
         return list(drawings[0])
@@ -141,7 +139,7 @@ def _raw(points: Array, scale: Array, rotated: bool) -> Raw:
     return Raw(xy, t, channels)
 
 
-def _about(root: Element) -> dict[str, Any]:
+def _client_texts(root: Element) -> dict[str, Any]:
     client = next((e for e in root.iter() if e.tag.lower() == "client"), None)
     texts = {e.tag.lower(): (e.text or "").strip() for e in (client if client is not None else [])}
     return {key: text for key, text in texts.items() if text}

@@ -88,8 +88,19 @@ def from_inkml(data: bytes, *, unit: float = 1.0) -> Drawing:
     notes = {note.get("type", ""): (note.text or "").strip() for note in root.findall("annotation")}
     traces = list(_traces(root, _Formats(root, unit)))
     if notes.get("program") == "handout":
-        return _own(traces, notes)
-    return _foreign(traces, notes)
+        try:
+            page = msgspec.json.decode(notes.get("page", ""), type=JsonPage).page()
+            about = msgspec.json.decode(notes.get("about", "{}"), type=dict[str, Any])
+        except (InputError, msgspec.MsgspecError, RecursionError) as error:
+            said = "This InkML says it is by handout, but its annotations page and about are damaged."
+            raise InputError(said) from error
+        strokes = [_stroke(trace, number) for number, trace in enumerate(traces, 1)]
+        return Drawing(tuple(strokes), page, about)
+    raw = [
+        Raw(_xy(each), each.channels.get("T"), _pen_channels(each), *each.notes[:3], start=each.start)
+        for each in traces
+    ]
+    return recorded.make_drawing(raw, "InkML", {kind: text for kind, text in notes.items() if kind}, fit=False)
 
 
 class _Formats:
@@ -259,29 +270,11 @@ def _decimal(text: str) -> float:
         return np.inf
 
 
-def _own(traces: list[_Trace], notes: dict[str, str]) -> Drawing:
-    """The drawing that this program wrote."""
-    try:
-        page = msgspec.json.decode(notes.get("page", ""), type=JsonPage).page()
-        about = msgspec.json.decode(notes.get("about", "{}"), type=dict[str, Any])
-    except (InputError, msgspec.MsgspecError, RecursionError) as error:
-        raise InputError("This InkML says it is by handout, but its annotations page and about are damaged.") from error
-    strokes = [_stroke(trace, number) for number, trace in enumerate(traces, 1)]
-    return Drawing(tuple(strokes), page, about)
-
-
-def _foreign(traces: list[_Trace], notes: dict[str, str]) -> Drawing:
-    raw = [
-        Raw(_xy(trace), trace.channels.get("T"), _pen(trace), *trace.notes[:3], start=trace.start) for trace in traces
-    ]
-    return recorded.as_drawing(raw, "InkML", {kind: text for kind, text in notes.items() if kind}, fit=False)
-
-
 def _xy(trace: _Trace) -> Array:
     return np.column_stack([trace.channels["X"], trace.channels["Y"]])
 
 
-def _pen(trace: _Trace) -> dict[str, Any]:
+def _pen_channels(trace: _Trace) -> dict[str, Any]:
     """What a trace knows of the pen besides its place, by the names of `Stroke`."""
     c = trace.channels
     tilt, azimuth = _pose(c)
@@ -293,8 +286,10 @@ def _stroke(trace: _Trace, number: int) -> Stroke:
     try:
         if "T" not in trace.channels:
             raise ValueError("it has no times")
-        recorded.refuse_far(f"Trace {number}", _xy(trace), trace.channels["T"], nib=trace.notes.nib, **_pen(trace))
-        return Stroke(trace.channels["T"], _xy(trace), **_pen(trace), **trace.notes._asdict())
+        recorded.refuse_far(
+            f"Trace {number}", _xy(trace), trace.channels["T"], nib=trace.notes.nib, **_pen_channels(trace)
+        )
+        return Stroke(trace.channels["T"], _xy(trace), **_pen_channels(trace), **trace.notes._asdict())
     except ValueError as error:
         raise InputError(f"Trace {number} cannot be used: {error}.") from error
 

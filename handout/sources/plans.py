@@ -50,11 +50,11 @@ def from_json(data: bytes) -> PlannedPage:
     """
     file = decode(data, _File, "a page of plans")
     page = file.page.page()
-    fits = tuple(_read(movement, number) for number, movement in enumerate(file.movements, 1))
+    fits = tuple(_read_movement(movement, number) for number, movement in enumerate(file.movements, 1))
     return PlannedPage(fits, page, file.timed, file.about)
 
 
-def _read(movement: _Movement, number: int) -> Fit:
+def _read_movement(movement: _Movement, number: int) -> Fit:
     columns = np.array([(s.onset, s.duration, s.asymmetry, s.theta) for s in movement.strokes]).reshape(-1, 4).T
     if (columns[1] <= 0).any():
         raise InputError(f"Movement {number} has a stroke whose duration is not above 0 s.")

@@ -75,7 +75,7 @@ def from_pointer_events(data: bytes) -> Drawing:
         read = msgspec.json.decode(data, type=list[_Event] | _Recording if data.lstrip()[:1] != b"[" else list[Any])
     except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
         raise InputError(f"This is not pointer events in JSON: {error}.") from error
-    return recorded.as_drawing([_raw(events) for events in _strokes(read)], "file of pointer events", {})
+    return recorded.make_drawing([_raw(events) for events in _strokes(read)], "file of pointer events", {})
 
 
 def _strokes(read: Any) -> Iterator[list[_Event]]:
@@ -111,14 +111,11 @@ def _raw(events: Sequence[_Event]) -> Raw:
         raise InputError("This file has pointer events without places: x and y, offsetX and offsetY, or the like.")
     columns = [_values(events, name) for name in names]
     clocks = [values for name in _TIMES if (values := _values(events, name)) is not None]
-    return Raw(np.stack([c for c in columns if c is not None], axis=1) * _PIXEL, _seconds(clocks), _pen(events))
+    xy = np.stack([c for c in columns if c is not None], axis=1) * _PIXEL
+    return Raw(xy, clocks[0] * 1e-3 if clocks else None, _pen_channels(events))
 
 
-def _seconds(clocks: list[Array]) -> Array | None:
-    return clocks[0] * 1e-3 if clocks else None
-
-
-def _pen(events: Sequence[_Event]) -> dict[str, Array]:
+def _pen_channels(events: Sequence[_Event]) -> dict[str, Array]:
     pen = {}
     pressure, twist = _values(events, "pressure"), _values(events, "twist")
     altitude, azimuth = _values(events, "altitudeAngle"), _values(events, "azimuthAngle")

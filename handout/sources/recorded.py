@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from handout.errors import InputError
 from handout.values import Array, Drawing, Page, Stroke
@@ -43,7 +43,7 @@ class Raw:
     start: float | None = None
 
 
-def as_drawing(raw: Sequence[Raw], what: str, about: Mapping[str, Any], *, fit: bool = True) -> Drawing:
+def make_drawing(raw: Sequence[Raw], what: str, about: Mapping[str, Any], *, fit: bool = True) -> Drawing:
     """A drawing of raw strokes.
 
     Samples at which the clock stands still are left out, since devices report a resting pen again and again; where no
@@ -65,35 +65,39 @@ def as_drawing(raw: Sequence[Raw], what: str, about: Mapping[str, Any], *, fit: 
     if not raw:
         raise InputError(f"This {what} has no movement of a pen on paper.")
     refuse_many(sum(len(stroke.xy) for stroke in raw), what)
-    shift, page = _sheet(np.concatenate([stroke.xy for stroke in raw]), fit)
+    points = np.concatenate([stroke.xy for stroke in raw])
+    low, high = points.min(axis=0), points.max(axis=0)
+    shift = _MARGIN - low if fit else np.where(low < 0, _MARGIN - low, 0.0)
+    width, height = (high + shift + np.minimum(low + shift, _MARGIN)).tolist()
+    page = Page(max(width, 1.0), max(height, 1.0))
     for number, stroke in enumerate(raw, 1):
         t = stroke.start if stroke.t is None else stroke.t
         refuse_far(f"Stroke {number} of this {what}", stroke.xy + shift, t, **stroke.channels)
-    clocked = _clocked(raw)
+    clocked = _has_clock(raw)
     timing = {} if clocked else {"timing": f"assumed: {RATE:g} samples a second"}
     first = raw[0]
     origin = float(first.t[0]) if first.t is not None and clocked else first.start or 0.0
     strokes: list[Stroke] = []
     for stroke in raw:
-        t = _times(stroke, clocked, origin, float(strokes[-1].t[-1]) if strokes else None)
-        going = _going(t)
+        t = _stroke_times(stroke, origin, clocked, float(strokes[-1].t[-1]) if strokes else None)
+        # samples that are later than all before them
+        going = np.concatenate([[True], t[1:] > np.maximum.accumulate(t)[:-1]])
         channels: dict[str, Any] = {name: values[going] for name, values in stroke.channels.items()}
         notes: dict[str, Any] = {"word": stroke.word, "layer": stroke.layer, "colour": stroke.colour}
         strokes.append(Stroke(t[going], stroke.xy[going] + shift, **channels, **notes))
     return Drawing(tuple(strokes), page, {**about, **timing}, timed=clocked or first.start is not None)
 
 
-def _times(stroke: Raw, clocked: bool, origin: float, end: float | None) -> Array:
+def _stroke_times(stroke: Raw, origin: float, clocked: bool, end: float | None) -> Array:
     """(n,) s: times of a stroke after the end of the one before, if any; assumed where no clock runs."""
     if clocked and stroke.t is not None:
         t = stroke.t - origin
     else:
         begin = 0.0 if end is None else end + _LIFT
-        begin = begin if stroke.start is None else stroke.start - origin
-        t = begin + np.arange(len(stroke.xy)) / RATE
+        t = (begin if stroke.start is None else stroke.start - origin) + np.arange(len(stroke.xy)) / RATE
     if end is not None and t[0] <= end:  # each stroke has a clock of its own
         t = t - t[0] + end + _LIFT
-    return np.asarray(t)
+    return t
 
 
 def refuse_many(samples: int, what: str) -> None:
@@ -129,25 +133,12 @@ def refuse_far(what: str, xy: Array, t: ArrayLike | None = None, **channels: Arr
             raise InputError(f"{what} takes {greatest - least:.4g} s; at most {_LONGEST:g} s are read.")
 
 
-def _clocked(raw: Sequence[Raw]) -> bool:
+def _has_clock(raw: Sequence[Raw]) -> bool:
     """Whether the samples have times that mean something."""
     steps = [np.diff(stroke.t) > 0 for stroke in raw if stroke.t is not None]
     if len(steps) != len(raw):
         return False
     return 2 * sum(int(step.sum()) for step in steps) >= sum(len(step) for step in steps)
-
-
-def _going(t: Array) -> NDArray[np.bool_]:
-    """Samples that are later than all before them."""
-    return np.concatenate([[True], t[1:] > np.maximum.accumulate(t)[:-1]])
-
-
-def _sheet(points: Array, fit: bool) -> tuple[Array, Page]:
-    """By how much the writing is moved, and its page, whatever the points are."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    shift = _MARGIN - low if fit else np.where(low < 0, _MARGIN - low, 0.0)
-    width, height = (high + shift + np.minimum(low + shift, _MARGIN)).tolist()
-    return shift, Page(max(width, 1.0), max(height, 1.0))
 
 
 def lean(tilt_x: Array, tilt_y: Array) -> tuple[Array, Array]:

@@ -47,11 +47,11 @@ def from_svc(data: bytes) -> Drawing:
     if len(rows) < announced:
         raise InputError(f"This SVC is cut off: it has {len(rows)} of {announced} samples.")
     full = recorded.full_pressure(float(table[:, 6].max())) if len(rows) else 1.0
-    raw = [_raw(piece, full) for piece in _on_paper(table)] if len(rows) else []
-    return recorded.as_drawing(raw, "SVC file", {})
+    raw = [_raw(piece, full) for piece in _paper_rows(table)] if len(rows) else []
+    return recorded.make_drawing(raw, "SVC file", {})
 
 
-def _on_paper(table: Array) -> list[Array]:
+def _paper_rows(table: Array) -> list[Array]:
     down = np.concatenate([[False], table[:, 3] > 0, [False]])
     change = np.flatnonzero(np.diff(down.astype(np.int8)))
     return [table[a:b] for a, b in change.reshape(-1, 2).tolist()]

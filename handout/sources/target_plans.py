@@ -18,10 +18,10 @@ import numpy as np
 
 from handout import units
 from handout.errors import InputError
-from handout.motion.styles.target_plans import Reference, TargetPlan, fused
+from handout.motion.styles.target_plans import Reference, TargetPlan, fuse_references
 from handout.sources.drawing_json import JsonPage, decode
 from handout.sources.recorded import refuse_far
-from handout.values import Array, Page
+from handout.values import Page
 
 _MARGIN = 0.15  # of the extent of the targets, around them
 _MOST = 5000  # targets
@@ -72,9 +72,9 @@ def from_json(data: bytes) -> TargetPlan:
     if wrong:
         raise InputError(f"pen_up: {wrong[0]} is no target; they are numbered 0 to {len(file.targets) - 1}.")
     first = _Reference(file.targets, file.covariances)
-    references = tuple(_read(each, number) for number, each in enumerate([first, *file.references]))
+    references = tuple(_read_reference(each, number) for number, each in enumerate([first, *file.references]))
     try:
-        places, _ = fused(references)
+        places, _ = fuse_references(references)
     except (ValueError, np.linalg.LinAlgError) as error:
         raise InputError(f"This plan cannot be used: {error}.") from error
     refuse_far("This plan", places)
@@ -84,16 +84,15 @@ def from_json(data: bytes) -> TargetPlan:
         return TargetPlan(references, file.page.page(), tuple(file.pen_up))
     around = _MARGIN * reach
     shift = np.maximum(around - low, 0.0)
-    moved = tuple(Reference(r.targets, r.covariances, r.axes, _origin(r) + shift) for r in references)
+    moved = tuple(
+        Reference(r.targets, r.covariances, r.axes, (np.zeros(2) if r.origin is None else r.origin) + shift)
+        for r in references
+    )
     width, height = (high + shift + around).tolist()
     return TargetPlan(moved, Page(max(width, 1.0), max(height, 1.0)), tuple(file.pen_up))
 
 
-def _origin(reference: Reference) -> Array:
-    return np.zeros(2) if reference.origin is None else reference.origin
-
-
-def _read(reference: _Reference, number: int) -> Reference:
+def _read_reference(reference: _Reference, number: int) -> Reference:
     where = "" if number == 0 else f"Reference {number}: "
     targets = np.array(reference.targets, dtype=np.float64).reshape(-1, 2)
     spreads = None if reference.covariances is None else np.array(reference.covariances, dtype=np.float64)

@@ -46,24 +46,23 @@ def from_uim(data: bytes) -> Drawing:
     if data[:4] != b"RIFF" or data[8:12] != b"UINK":
         raise InputError("This is not UIM: it does not begin as a file of the Universal Ink Model.")
     try:
-        parts = _chunks(data)
+        parts, at = {}, 12
+        while at + 8 <= len(data):
+            kind, (size,) = data[at : at + 4], struct.unpack_from("<I", data, at + 4)
+            if at + 8 + size > len(data):
+                raise ValueError("a part is longer than the file")
+            parts[kind] = data[at + 8 : at + 8 + size]
+            at += 8 + size + size % 2
         if parts.get(b"HEAD", b"")[:2] != b"\x03\x01":
             raise InputError("This UIM is of another version than 3.1: save it anew with a newer program.")
-        strokes = _sensed(_message(parts.get(b"INPT", b"")))
+        root = _message(parts.get(b"INPT", b""))
+        known: dict[bytes, _Channel] = {}
+        for context in _inner(root, 1):
+            known |= _describe_channels(context)
+        strokes = [raw for data in _inner(root, 2) if (raw := _raw(_samples(_message(data), known))) is not None]
     except (struct.error, IndexError, ValueError, OverflowError) as error:
         raise InputError("This UIM is cut off or damaged.") from error
-    return recorded.as_drawing(strokes, "UIM file", {})
-
-
-def _chunks(data: bytes) -> dict[bytes, bytes]:
-    parts, at = {}, 12
-    while at + 8 <= len(data):
-        kind, (size,) = data[at : at + 4], struct.unpack_from("<I", data, at + 4)
-        if at + 8 + size > len(data):
-            raise ValueError("a part is longer than the file")
-        parts[kind] = data[at + 8 : at + 8 + size]
-        at += 8 + size + size % 2
-    return parts
+    return recorded.make_drawing(strokes, "UIM file", {})
 
 
 def _message(data: bytes) -> Message:
@@ -108,7 +107,7 @@ def _number(message: Message, number: int) -> int:
     return next((value for value in message.get(number, []) if isinstance(value, int)), 0)
 
 
-def _described(context: bytes) -> dict[bytes, _Channel]:
+def _describe_channels(context: bytes) -> dict[bytes, _Channel]:
     """Channels by their identifiers, of the context of an input."""
     known = {}
     for sensor in _inner(_message(context), 5):
@@ -132,30 +131,19 @@ class _Sensed:
     channels: dict[str, Array]
 
 
-def _sensed(root: Message) -> list[Raw]:
-    known: dict[bytes, _Channel] = {}
-    for context in _inner(root, 1):
-        known |= _described(context)
-    return [raw for data in _inner(root, 2) if (raw := _raw(_samples(_message(data), known))) is not None]
-
-
 def _samples(message: Message, known: dict[bytes, _Channel]) -> _Sensed:
     channels = {}
     for each in map(_message, _inner(message, 5)):
         (identity,) = _inner(each, 1)[:1]
         if identity in known:
             packed = b"".join(_inner(each, 2))
-            channels[known[identity].name] = np.cumsum(_differences(packed)) * known[identity].factor
+            numbers, at = [], 0
+            while at < len(packed):
+                value, at = _whole(packed, at)
+                numbers.append((value >> 1) ^ -(value & 1))
+            recorded.refuse_many(len(numbers), "UIM file")
+            channels[known[identity].name] = np.cumsum(np.array(numbers, dtype=np.float64)) * known[identity].factor
     return _Sensed(_number(message, 4) * 1e-3, channels)
-
-
-def _differences(packed: bytes) -> Array:
-    numbers, at = [], 0
-    while at < len(packed):
-        value, at = _whole(packed, at)
-        numbers.append((value >> 1) ^ -(value & 1))
-    recorded.refuse_many(len(numbers), "UIM file")
-    return np.array(numbers, dtype=np.float64)
 
 
 def _raw(sensed: _Sensed) -> Raw | None:

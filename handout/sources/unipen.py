@@ -69,17 +69,17 @@ def from_unipen(data: bytes, include: Include | None = None) -> Drawing:
         Not UNIPEN, samples that are not numbers, or an included file that is missing.
     """
     state = _State()
-    _read(data, state, include or (lambda name: None), 0)
+    _read_statements(data, state, include or (lambda name: None), 0)
     if not state.components and not state.segments:
         raise InputError("This is not UNIPEN: it has neither .PEN_DOWN nor .SEGMENT.")
-    parts = [(index, rows) for index in _drawn(state) for rows in _on_paper(state, state.components[index][1])]
+    parts = [(n, rows) for n in _drawn_components(state) for rows in _paper_rows(state, state.components[n][1])]
     word_of = {index: word for word, segment in enumerate(_words(state.segments)) for index in segment.components}
     raw = [_raw(state, state.components[index][1], rows, word_of.get(index, -1)) for index, rows in parts]
     labels = _labels(state.segments, [index for index, _ in parts])
-    return recorded.as_drawing(raw, "UNIPEN file", {"segments": labels} if labels else {})
+    return recorded.make_drawing(raw, "UNIPEN file", {"segments": labels} if labels else {})
 
 
-def _drawn(state: _State) -> list[int]:
+def _drawn_components(state: _State) -> list[int]:
     """Components of the pen down; of a file of labels, which uses part of the files it includes, those it labels."""
     down = [index for index, (is_down, _) in enumerate(state.components) if is_down]
     labelled = {component for segment in state.segments for component in segment.components}
@@ -105,7 +105,7 @@ def _words(segments: list[_Segment]) -> list[_Segment]:
     return []
 
 
-def _read(data: bytes, state: _State, include: Include, depth: int) -> None:
+def _read_statements(data: bytes, state: _State, include: Include, depth: int) -> None:
     if depth > _DEEPEST:
         raise InputError(f"This UNIPEN file includes files more than {_DEEPEST} deep.")
     recorded.refuse_many(len(_SAMPLE.findall(data)), "UNIPEN file")  # before millions of lines are taken apart
@@ -116,7 +116,7 @@ def _read(data: bytes, state: _State, include: Include, depth: int) -> None:
             more = include(wanted)
             if more is None:
                 raise InputError(f"The included file {wanted} is missing: put it beside this file, or into include/.")
-            _read(more, state, include, depth + 1)
+            _read_statements(more, state, include, depth + 1)
         elif name in ("PEN_DOWN", "PEN_UP"):
             samples = _samples(body, state, len(state.components))
             # an empty .PEN_UP only ends a movement; segments do not count it
@@ -176,7 +176,7 @@ def _segment(body: str, state: _State) -> None:
     state.segments.append(_Segment(match.group(1), numbers, label))
 
 
-def _on_paper(state: _State, values: Array) -> list[slice]:
+def _paper_rows(state: _State, values: Array) -> list[slice]:
     """The rows of a component that are of the pen on paper: some tablets go on above it, with no pressure."""
     if "P" not in state.coordinates:
         return [slice(None)]

@@ -12,7 +12,7 @@ import numpy as np
 from handout.errors import InputError
 from handout.hand.drawn import Hand
 from handout.inking import curves, plain
-from handout.motion.trace import trace, written
+from handout.motion.trace import letters_of_samples, trace
 from handout.page_sizes import page
 from handout.scanning.scan import Scan
 from handout.scanning.written_page import prepare
@@ -158,6 +158,6 @@ def font_specimen(name: str, font: Hand) -> list[Recording]:
     layout = Layout(page("A4"), x_height=font.x_height)
     for sheet in compose(text, font, layout, rng):
         drawing = trace(sheet, font, rng, jitter=0.0)
-        letters = written(sheet, font)
+        letters = letters_of_samples(sheet, font)
         pages.append(Recording(name, drawing, text, letters, len(sheet.lines), layout.x_height))
     return pages

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from handout.alphabet import JUNK, SPACE, THIRDS, fold, state
 from handout.hand.drawn import Hand
-from handout.motion.trace import trace, written
+from handout.motion.trace import letters_of_samples, trace
 from handout.tagging.line_space import ABOVE, HEIGHT, STEP, X_HEIGHT, Image, column_count, describe
 from handout.tagging.network import LabelledColumns
 from handout.tagging.synthetic_writers import WriterHabits, random_habits, random_writer, texts
@@ -102,7 +102,7 @@ def _write_text(
     owner = {placed.word: number for number, line in enumerate(changed.lines) for placed in line.placed}
     strokes: list[list[Stroke]] = [[] for _ in lines]
     letters: list[list[Indices]] = [[] for _ in lines]
-    for stroke, of in zip(drawing.strokes, written(changed, hurried), strict=True):
+    for stroke, of in zip(drawing.strokes, letters_of_samples(changed, hurried), strict=True):
         strokes[owner[stroke.word]].append(stroke)
         letters[owner[stroke.word]].append(of)
     return lines, strokes, letters

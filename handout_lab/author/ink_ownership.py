@@ -24,7 +24,7 @@ _GRAPHEME = regex.compile(r"\X")
 def paths(drawing: Drawing, of: Sequence[Indices], place: Placement, line: float) -> tuple[Path, ...]:
     """The pen's path, in pixels of the picture, with the letter of each sample.
 
-    of : what `motion.trace.written` says of its strokes; line : pixels, width of the pen's line.
+    of : what `motion.trace.letters_of_samples` says of its strokes; line : pixels, width of the pen's line.
     """
     pen_paths = []
     for stroke, letters in zip(drawing.strokes, of, strict=True):

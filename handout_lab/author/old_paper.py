@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.inking.pen import Pen
-from handout.inking.pens import passed
+from handout.inking.pens import pass_light
 from handout.simulated.scanner.placement import smooth_field
 from handout.values import Drawing, Page
 
@@ -172,6 +172,6 @@ def _shining_through(
 def _ink(drawing: Drawing, pen: Pen, dpi: float, shape: tuple[int, int], rng: np.random.Generator) -> Floats:
     """(h, w, 3) light that the ink of a drawing lets pass."""
     light = np.ones((*shape, 3), dtype=np.float32)
-    for at, through in passed(drawing, dpi, pen, rng):
+    for at, through in pass_light(drawing, dpi, pen, rng):
         light.reshape(-1, 3)[at] = through
     return light

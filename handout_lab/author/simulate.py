@@ -13,8 +13,8 @@ from handout.errors import InputError
 from handout.hand.drawn import Hand
 from handout.inking.papers import Paper, sheet, under
 from handout.inking.pen import Pen, rgb, usual
-from handout.inking.pens import passed
-from handout.motion.trace import trace, written
+from handout.inking.pens import pass_light
+from handout.motion.trace import letters_of_samples, trace
 from handout.page_sizes import page
 from handout.simulated.scanner import Flatbed
 from handout.simulated.scanner.placement import Placement, dust, lay
@@ -128,7 +128,7 @@ def _inked(
     depth = np.float32(-np.log(min(max(float(colour[darkest]), 0.02), 0.98)))
     light = np.full((*place.shape, 3), scanned.FULL, dtype=np.uint16)
     density = np.zeros(place.shape, dtype=np.float32)
-    for at, through in passed(drawing, place.dpi, pen, rng):
+    for at, through in pass_light(drawing, place.dpi, pen, rng):
         light.reshape(-1, 3)[at] = np.rint(through * scanned.FULL)
         density.reshape(-1)[at] = -np.log(np.maximum(through[:, darkest], 1e-4)) / depth
     return light, density
@@ -181,7 +181,7 @@ def _truth(
 ) -> Truth:
     density, alpha, clean = pixels
     unit = 25.4 / place.dpi
-    paths = ink_ownership.paths(drawing, written(manuscript, hand), place, line / unit)
+    paths = ink_ownership.paths(drawing, letters_of_samples(manuscript, hand), place, line / unit)
     owned = ink_ownership.labels(paths, alpha > _SEEN, unit)
     return Truth(
         labels=owned,

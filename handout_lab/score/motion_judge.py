@@ -182,7 +182,7 @@ def _folds(writers: dict[bool, list[str]], rng: np.random.Generator) -> dict[str
 
 def _trained(x: Floats, made: Array, who: Indices, rng: np.random.Generator) -> list[Floats]:
     """A network that says of windows (n, steps, columns) whether they were made; writers count alike."""
-    parameters = recurrent.untrained(_INPUTS, (_HIDDEN,), 1, rng)
+    parameters = recurrent.initial_weights(_INPUTS, (_HIDDEN,), 1, rng)
     adam = Adam(parameters)
     sides = [[np.flatnonzero((made == kind) & (who == one)) for one in np.unique(who[made == kind])] for kind in (0, 1)]
     label = np.repeat([0.0, 1.0], _BATCH // 2)

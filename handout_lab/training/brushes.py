@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from handout import atomic
 from handout.inking.brush import brushes
 from handout.inking.brush.photographs import find_strokes
-from handout.inking.brush.ribbon import straightened
+from handout.inking.brush.ribbon import straighten_stroke
 from handout.values import Array
 
 _ROWS = 100  # of pixels across a ribbon that ships
@@ -114,7 +114,7 @@ def simulated(name: str) -> brushes.Brush:
     pictures = [picture(name, length, share, rng) for length, share in zip(lengths.tolist(), wet.tolist(), strict=True)]
     strokes = [find_strokes(each, name).strokes[0] for each in pictures]
     _, _, width, title = _SIMULATED[name]
-    return brushes.Brush(tuple(straightened(stroke, _ROWS)[0] for stroke in strokes), width, title)
+    return brushes.Brush(tuple(straighten_stroke(stroke, _ROWS)[0] for stroke in strokes), width, title)
 
 
 def main() -> None:

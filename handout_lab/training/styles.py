@@ -99,7 +99,7 @@ def main(arguments: list[str] | None = None) -> None:
     given = parser.parse_args(arguments)
     began, rng = time.process_time(), np.random.default_rng(given.seed)
     found = examples(rng)
-    strung = {name: sequences.joined(each) for name, each in found.items()}
+    strung = {name: sequences.join_sequences(each) for name, each in found.items()}
     assert len(strung) <= PRIMERS
     moves = dynamics.learn(list(strung.values()), rng, replace(SEVERAL_STYLES, steps=_MOVES))
     forms = structure.learn([strung[name] for name in TAGS], rng, replace(SEVERAL_STYLES, steps=_FORMS))

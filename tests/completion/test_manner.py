@@ -7,8 +7,8 @@ import pytest
 
 from handout.completion import manner, ways
 from handout.completion.completed_hand import complete_hand
-from handout.completion.drawn_letters import DrawnLetters, _closed, _welded
-from handout.completion.entering import _led_on
+from handout.completion.drawn_letters import DrawnLetters, _close_strokes, _weld_strokes
+from handout.completion.entering import _lead_line
 
 
 def written(form, xy):
@@ -84,12 +84,12 @@ def test_a_hand_with_hardly_any_letters_is_lent_a_drawn_form_and_that_is_said(sm
 def test_a_stem_that_is_written_up_and_down_again_is_one_line():
     up = np.column_stack([np.zeros(60), np.linspace(0, 1.77, 60)])
     down = up[::-1] + np.array([0.02, 0.0])
-    xy, edges = _welded([np.concatenate([up, down])], 0.05)
+    xy, edges = _weld_strokes([np.concatenate([up, down])], 0.05)
     assert len(xy) < 75 and edges.max() < len(xy)
     loop = up[::-1] + np.array([0.3, 0.0])
-    xy, _ = _welded([np.concatenate([up, loop])], 0.05)
+    xy, _ = _weld_strokes([np.concatenate([up, loop])], 0.05)
     assert len(xy) == 120, "a loop stays open"
-    dot, none = _welded([np.zeros((1, 2))], 0.05)
+    dot, none = _weld_strokes([np.zeros((1, 2))], 0.05)
     assert len(dot) == 1 and not len(none)
 
 
@@ -107,7 +107,7 @@ def test_a_joined_letter_ends_where_its_way_to_the_next_begins():
 def test_a_slit_too_narrow_to_be_a_loop_is_closed_and_a_loop_is_not():
     up = np.column_stack([np.zeros(60), np.linspace(0, 1.77, 60)])
     for apart, meant in ((0.06, 0.01), (0.3, 0.3)):
-        (way,) = _closed([np.concatenate([up, up[::-1] + np.array([apart, 0.0])])], 0.05)
+        (way,) = _close_strokes([np.concatenate([up, up[::-1] + np.array([apart, 0.0])])], 0.05)
         assert np.abs(way[-20:-5, 0] - meant).max() < 0.02
         assert np.array_equal(way[:40], up[:40]), "what comes first stays"
 
@@ -115,11 +115,11 @@ def test_a_slit_too_narrow_to_be_a_loop_is_closed_and_a_loop_is_not():
 def test_a_ligature_goes_on_as_the_stroke_that_it_leaves():
     stroke = np.column_stack([np.zeros(10), np.linspace(1, 0, 10)])
     line = np.column_stack([np.linspace(0, 1, 30), np.linspace(0, -0.4, 30)])
-    led = _led_on(stroke, line, 0.4)
+    led = _lead_line(stroke, line, 0.4)
     assert np.array_equal(led[0], line[0]) and np.array_equal(led[-1], line[-1]) and len(led) == len(line)
     first = led[1] - led[0]
     assert first[1] / np.hypot(*first) < -0.8, "downwards, as the stroke"
-    assert np.array_equal(_led_on(-stroke, line, 0.4), line), "it does not turn back to do so"
+    assert np.array_equal(_lead_line(-stroke, line, 0.4), line), "it does not turn back to do so"
 
 
 def test_a_t_rises_further_over_small_letters_than_it_is_drawn():

@@ -15,7 +15,7 @@ from handout.errors import InputError
 from handout.inking import pens
 from handout.inking.brush import brushes, canvas, painting
 from handout.inking.brush.photographs import find_strokes
-from handout.inking.brush.ribbon import SEGMENTS, straightened
+from handout.inking.brush.ribbon import SEGMENTS, straighten_stroke
 from handout.inking.brush.synthesis import WITHIN, Chooser, repeated, two_pass
 from handout.inking.curves import fit
 from handout.inking.pen import Pen, usual
@@ -34,7 +34,7 @@ def brush():
     for k, dry in enumerate((0.0, 0.2, 0.8)):
         stroke(sheet, (120, 150 + 280 * k), (720, 170 + 280 * k), 120, dry=dry, seed=k)
     found = find_strokes(sheet, "sheet")
-    return brushes.Brush(tuple(straightened(each, 80)[0] for each in found.strokes))
+    return brushes.Brush(tuple(straighten_stroke(each, 80)[0] for each in found.strokes))
 
 
 def test_a_page_of_strokes_with_frames_numbers_and_uneven_light():
@@ -48,18 +48,18 @@ def test_a_page_of_strokes_with_frames_numbers_and_uneven_light():
     photograph = find_strokes(sheet, "page")
     assert len(photograph.strokes) == 2 and photograph.left_out == ()
     for found, length, width in zip(photograph.strokes, (504, 502), (110, 100), strict=True):
-        ribbon, spine, half = straightened(found)
+        ribbon, spine, half = straighten_stroke(found)
         assert 2 * half == pytest.approx(width, rel=0.12)
         assert np.linalg.norm(np.diff(spine, axis=0), axis=1).sum() == pytest.approx(length, rel=0.15)
         assert len(ribbon) == pytest.approx(SEGMENTS * length / width, rel=0.25)
-    dry = straightened(photograph.strokes[1])[0]
+    dry = straighten_stroke(photograph.strokes[1])[0]
     assert dry.cover[: len(dry) // 3].mean() > dry.cover[-len(dry) // 3 :].mean() + 0.1
 
 
 def test_a_ribbon_is_the_stroke_again(brush):
     sheet = paper(400, 800)
     stroke(sheet, (100, 200), (700, 200), 120, seed=5)
-    ribbon = straightened(find_strokes(sheet, "one").strokes[0])[0]
+    ribbon = straighten_stroke(find_strokes(sheet, "one").strokes[0])[0]
     middle = ribbon.premultiplied[len(ribbon.rgba) // 2 - 5 : len(ribbon.rgba) // 2 + 5, 100:-100]
     assert middle[..., 3].min() > 0.99
     assert np.abs(middle[..., :3] * 255 - sheet[200, 300]).max() < 30
@@ -263,7 +263,9 @@ def test_a_stroke_has_its_own_colour_and_is_pressed_as_it_was(brush):
     green = Stroke(np.arange(2.0) + 3, line + np.array([0, 8]), width=np.full(2, 4.0), colour="#208020")
     drawing = Drawing((red, green), Page(40, 20))
     sheet = np.ones((160 * 320, 3), np.float32)
-    for at, light in canvas.passed(drawing, 8 * 25.4, brush, Pen(4.0, brush.colour, "sumi"), np.random.default_rng(1)):
+    for at, light in canvas.pass_brush(
+        drawing, 8 * 25.4, brush, Pen(4.0, brush.colour, "sumi"), np.random.default_rng(1)
+    ):
         sheet[at] = light
     rows = sheet.reshape(160, 320, 3)
     upper, lower = (rows[a:b, 80:240].reshape(-1, 3).mean(axis=0) for a, b in ((24, 56), (88, 120)))

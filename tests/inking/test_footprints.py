@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from handout.inking.footprints import edge, marked
+from handout.inking.footprints import edge, mark_drawing
 from handout.inking.pen import PENS, usual
 from handout.inking.pens import ink
 from handout.values import Drawing, Page, Stroke
@@ -16,7 +16,7 @@ def line(way, n=40, **pen):
 
 
 def drawn(stroke, model):
-    return marked(Drawing((stroke,), Page(40, 40)), usual(model)).strokes[0]
+    return mark_drawing(Drawing((stroke,), Page(40, 40)), usual(model)).strokes[0]
 
 
 @pytest.mark.parametrize("model", [name for name in PENS if name != "chisel"])
@@ -46,7 +46,7 @@ def test_a_chisels_dots_are_diamonds_that_stay_apart():
     dash = np.array([[0.0, 0.0], [0.3, -0.25]])
     dots = [Stroke(np.array([t, t + 0.1]), at + dash) for t, at in ((0.0, (5, 5)), (1.0, (6.2, 5)), (2.0, (20, 5)))]
     dots.append(Stroke(np.array([3.0]), np.array([[30.0, 5.0]])))
-    made = marked(Drawing(tuple(dots), Page(40, 10)), usual("chisel")).strokes
+    made = mark_drawing(Drawing(tuple(dots), Page(40, 10)), usual("chisel")).strokes
     assert [round(s.nib / width, 2) for s in made] == [round(0.65 * 1.2 / width, 2)] * 2 + [1.0, 1.0]
     for stroke in made:
         way = stroke.xy[-1] - stroke.xy[0]

@@ -231,7 +231,7 @@ def test_paper_without_ink_is_unchanged_and_ink_filters_it(model: str) -> None:
     paper = rng().integers(0, 256, (height, width, 3), dtype=np.uint8)
     kept = paper.copy()
     light = np.ones((height * width, 3))
-    for at, passed in pens.passed(drawing, 200, usual(model), rng(2)):
+    for at, passed in pens.pass_light(drawing, 200, usual(model), rng(2)):
         light[at] = passed
     bare = (light == 1).all(axis=1).reshape(height, width)
     on = pens.image(drawing, 200, usual(model), rng(2), paper)

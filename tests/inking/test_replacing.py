@@ -8,7 +8,7 @@ from scanned import ink, letters, owners, page_of, picture, whole, written
 
 from handout.errors import InputError
 from handout.hand.scanned import NOBODY, Texture
-from handout.inking.pen_replacement import replace_pen, welded
+from handout.inking.pen_replacement import replace_pen, weld_graphs
 from handout.inking.swatches import swatches
 from handout.inking.texture import texture
 from handout.values import Ink, LineGraph
@@ -108,9 +108,9 @@ def test_welding_keeps_a_common_line_once():
     x = np.arange(0, 3, 0.1)
     a = drawn(np.stack([x, 0 * x], axis=1))
     b = drawn(np.stack([x + 2.05, 0.02 + 0 * x], axis=1))
-    one = welded([a, b])
+    one = weld_graphs([a, b])
     assert len(one.branches) == 1 and len(one) < len(a) + len(b) - 7
     assert float(one.lengths.sum()) == pytest.approx(4.95, abs=0.2)
     across = drawn(np.stack([0 * x + 1.5, x - 1.5], axis=1))
-    assert len(welded([a, across])) == len(a) + len(across), "lines that cross are two"
-    assert len(welded([a, a])) == len(a)
+    assert len(weld_graphs([a, across])) == len(a) + len(across), "lines that cross are two"
+    assert len(weld_graphs([a, a])) == len(a)

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scanned import ink, page_of, written
 
-from handout.inking.layers import Layer, parted, seam
+from handout.inking.layers import Layer, part_layers, seam
 from handout.inking.source import Source
 from handout.inking.texture import texture
 from handout.inking.warping import warp
@@ -63,7 +63,7 @@ def test_of_two_versions_of_a_line_one_is_left():
     x = np.arange(5, 46)
     a = line(np.stack([x, np.full(41, 20)], axis=1), (0.5, 0, 0, 1))
     b = line(np.stack([x + 10, np.full(41, 20)], axis=1), (0, 0, 0.5, 1))
-    c, d = parted(a, b)
+    c, d = part_layers(a, b)
     shown = (c.rgba[..., 3] > 0).astype(int) + (d.rgba[..., 3] > 0)
     assert np.array_equal(shown > 0, (a.rgba[..., 3] > 0) | (b.rgba[..., 3] > 0)) and shown.max() == 1
     assert (c.rgba[20, 5:15, 3] == 1).all() and (d.rgba[20, 46:55, 3] == 1).all(), "each keeps what it has alone"
@@ -75,21 +75,21 @@ def test_the_seam_runs_where_the_layers_are_alike():
     a = line(np.stack([x, np.full(41, 20)], axis=1), (0.5, 0, 0, 1))
     b = line(np.stack([x + 10, np.full(41, 20)], axis=1), (0, 0, 0.5, 1))
     a.rgba[:, 33:36][a.rgba[:, 33:36, 3] > 0] = (0, 0, 0.5, 1)
-    _, d = parted(a, b)
+    _, d = part_layers(a, b)
     assert 33 <= np.flatnonzero(d.rgba[20, :, 3])[0] <= 35
 
 
 def test_lines_that_cross_are_both_left():
     a = line(np.stack([np.arange(5, 56), np.full(51, 20)], axis=1), (0.5, 0, 0, 1))
     b = line(np.stack([np.full(31, 30), np.arange(5, 36)], axis=1), (0, 0, 0.5, 1))
-    c, d = parted(a, b)
+    c, d = part_layers(a, b)
     assert c is a and d is b
 
 
 def test_what_a_piece_ends_in_is_left_to_the_line_that_goes_on():
     a = line(np.stack([np.arange(5, 56), np.full(51, 20)], axis=1), (0.5, 0, 0, 1))
     b = line(np.stack([np.arange(20, 41), np.full(21, 20)], axis=1), (0, 0, 0.5, 1))
-    c, d = parted(a, b)
+    c, d = part_layers(a, b)
     assert c.rgba[20, 20, 3] == 1 and d.rgba[20, 20, 3] == 0
     assert (c.rgba[20, 5:56, 3] + d.rgba[20, 5:56, 3] == 1).all()
 
@@ -99,7 +99,7 @@ def test_where_one_layer_breaks_off_the_other_is_seen():
     a, b = line(points, (0.5, 0, 0, 1)), line(points, (0, 0, 0.5, 1))
     a.loose[[25, 26]] = True
     b.loose[[0, 12, 13, 50]] = True
-    c, d = parted(a, b)
+    c, d = part_layers(a, b)
     assert (d.rgba[20, 30:32, 3] == 1).all() and not c.rgba[20, 30:32, 3].any()
     assert (c.rgba[20, 17:19, 3] == 1).all() and not d.rgba[20, 17:19, 3].any()
     assert (c.rgba[20, 5:56, 3] + d.rgba[20, 5:56, 3] == 1).all()
@@ -120,7 +120,7 @@ def test_a_ligature_written_by_two_strangers(small_hand):
     source = Source(hand.pages[0])
     page = page_of(hand)
     layers = [warp(one, source, 300.0, hand.pages[0].shape) for one in pair]
-    first, second = parted(*layers)
+    first, second = part_layers(*layers)
     gone = [(old.rgba[..., 3] > 0).sum() - (new.rgba[..., 3] > 0).sum()
             for old, new in zip(layers, (first, second), strict=True)]  # fmt: skip
     assert min(gone) > 0, "each gave something up"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from handout.errors import InputError
-from handout.inking.pen_replacement import drawn, with_strokes
+from handout.inking.pen_replacement import add_strokes, ink_drawing
 from handout.page_sizes import page
 from handout.values import Glyph, Line, Manuscript, Placed
 from handout.writing.compose import compose
@@ -19,9 +19,9 @@ def test_words_are_struck_in_the_authors_ink(small_hand):
     (sheet,) = compose("ten even hens jumped of", small_hand, layout, np.random.default_rng(2), slips=100.0, pages=1)
     marks = [p for line in sheet.lines for p in line.placed if p.strokes]
     assert len(marks) == len(sheet.about["slips"]) > 1 and all(p.ink is None for p in marks)
-    drawing = drawn(sheet, small_hand)
+    drawing = ink_drawing(sheet, small_hand)
     rgba = drawing.ink(200.0).rgba
-    same = drawn(sheet, small_hand).ink(200.0).rgba
+    same = ink_drawing(sheet, small_hand).ink(200.0).rgba
     assert (rgba == same).all()
     xy = np.concatenate([np.linspace(a, b, 9) for p in marks for s in p.strokes for a, b in pairwise(s)])
     column, row = np.rint(xy / 25.4 * 200 - 0.5).astype(int).T
@@ -31,7 +31,7 @@ def test_words_are_struck_in_the_authors_ink(small_hand):
         tuple(Line(x.text, tuple(p for p in x.placed if not p.strokes), x.baseline) for x in sheet.lines),
         sheet.page, sheet.x_height,
     )  # fmt: skip
-    bare = drawn(letters, small_hand).ink(200.0).rgba
+    bare = ink_drawing(letters, small_hand).ink(200.0).rgba
     added = (rgba[..., 3] > 0.5) & (bare[..., 3] < 0.05)
     struck = sum(np.linalg.norm(np.diff(s, axis=0), axis=1).sum() for p in marks for s in p.strokes) / 25.4 * 200
     assert added.sum() > 0.4 * struck  # the rest lies over letters
@@ -43,7 +43,7 @@ def test_words_are_struck_in_the_authors_ink(small_hand):
 
 def test_a_page_without_strokes_stays_as_it_is(small_hand):
     (sheet,) = compose("hens", small_hand, Layout(page("A6"), x_height=2.5), np.random.default_rng(2))
-    assert with_strokes(sheet, sheet, small_hand) is sheet
+    assert add_strokes(sheet, sheet, small_hand) is sheet
 
 
 def test_a_page_with_too_little_clear_line_says_so(small_hand):
@@ -54,4 +54,4 @@ def test_a_page_with_too_little_clear_line_says_so(small_hand):
     mark = Placed(Glyph("", (), (True,), 0.0), (np.array([[5.0, 5.0], [9.0, 5.0], [12.0, 5.2]]),), False, 0, 0)
     sheet = Manuscript((Line("", (mark,), 10.0),), page("A6"), 2.5)
     with pytest.raises(InputError, match="too few clear pieces"):
-        with_strokes(sheet, sheet, hand)
+        add_strokes(sheet, sheet, hand)

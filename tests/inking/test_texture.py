@@ -10,7 +10,7 @@ from scanned import ink, letters, owners, page_of, picture, whole, written
 from scipy.spatial import cKDTree
 
 from handout.errors import InputError
-from handout.inking.papers import laid
+from handout.inking.papers import lay_ink
 from handout.inking.source import source_of
 from handout.inking.texture import texture
 from handout.inking.warping import warp
@@ -165,12 +165,12 @@ def test_a_page_that_is_made_again_is_the_same_and_only_what_changed_is_drawn(sm
     monkeypatch.setattr(
         module, "warp", lambda one, *rest, **margin: drawn.append(one.number) or warp(one, *rest, **margin)
     )
-    module._kept.cache_clear()
+    module._kept_layer.cache_clear()
     page = page_of(small_hand)
     before = texture(written(inks[:9], page), small_hand, 100.0)
     again = texture(written([*inks[:4], ink(small_hand, 4, lambda xy: xy + 0.5), *inks[5:]], page), small_hand, 100.0)
     assert drawn == [*range(9), 4, 9, 10, 11]
-    module._kept.cache_clear()
+    module._kept_layer.cache_clear()
     assert np.array_equal(texture(written(inks[:9], page), small_hand, 100.0).rgba, before.rgba)
     fresh = texture(written([*inks[:4], ink(small_hand, 4, lambda xy: xy + 0.5), *inks[5:]], page), small_hand, 100.0)
     assert np.array_equal(again.rgba, fresh.rgba) and not np.array_equal(again.rgba, before.rgba)
@@ -203,10 +203,10 @@ def test_what_cannot_be(small_hand):
 
 def test_laid_on_paper(small_hand):
     raster = texture(whole(small_hand), small_hand, DPI)
-    white = laid(raster)
+    white = lay_ink(raster)
     ground = np.full_like(white, 200)
     ground[::2] = 100
-    seen = laid(raster, ground)
+    seen = lay_ink(raster, ground)
     assert np.abs(seen - white / 255.0 * ground).max() <= 0.51
     assert np.array_equal(seen[raster.rgba[..., 3] == 0], ground[raster.rgba[..., 3] == 0])
     assert (ground[::2] == 100).all(), "the paper itself is left as it was"

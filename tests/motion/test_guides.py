@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from handout.motion.guides import Guide
-from handout.motion.tracker import mean, tracker
+from handout.motion.tracker import Guide, mean, tracker
 
 TARGETS = np.random.default_rng(0).normal(size=(7, 2)) * 3
 

@@ -15,7 +15,7 @@ from handout.networks import Adam, clip_norm, dropout
 def network(rng, inputs=4, hidden=(7, 5), outputs=12):
     return [
         layer + rng.normal(0, 0.05, layer.shape).astype(np.float32)
-        for layer in recurrent.untrained(inputs, hidden, outputs, rng)
+        for layer in recurrent.initial_weights(inputs, hidden, outputs, rng)
     ]
 
 
@@ -156,7 +156,7 @@ def test_windows_overlap_by_half_and_hide_what_means_nothing():
     np.testing.assert_allclose(seen.theta[1, 1:11], known.theta[5:15])
     np.testing.assert_array_equal(seen.first[0], known.starts[:10])
     assert not seen.paper[0][known.up[:10]].any()
-    two = training.windows([sequences.joined([known, known])], n + 3)
+    two = training.windows([sequences.join_sequences([known, known])], n + 3)
     assert two.there[0, n + 1] == 0 and two.there[0, 1 : n + 1].all()  # examples that are strung together stay apart
 
 

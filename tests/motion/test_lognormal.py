@@ -67,7 +67,7 @@ def test_progress_is_the_integral_of_the_speed():
 @given(theta=angles.filter(lambda a: abs(a) > 1e-3))
 def test_a_pulse_turns_by_twice_theta(theta):
     """By the formula, and by the directions in which the path sets out and arrives."""
-    ends = lognormal.turned(np.array([0.0, 1.0]), theta)
+    ends = lognormal.turn_of_share(np.array([0.0, 1.0]), theta)
     assert ends[1] - ends[0] == pytest.approx(2 * theta)
     places = lognormal.arc(np.array([0, 1e-7, 1 - 1e-7, 1]), np.array(theta))
     out, arriving = places[1] - places[0], places[3] - places[2]

@@ -12,11 +12,10 @@ from hypothesis import strategies as st
 from handout.errors import InputError
 from handout.motion import POSE_METHODS
 from handout.motion.pose import library as libraries
-from handout.motion.pose.features import FEATURES, filtered_velocities, resampled
-from handout.motion.pose.library import PoseLibrary, embedded, extracted, learn, levelled, load, to_bytes
-from handout.motion.pose.posing import posed
-from handout.motion.pose.synthesis import Costs, Neighbours, PoseModel, blended, segments
-from handout.motion.pose.trajectory import anchors, shaped
+from handout.motion.pose.features import FEATURES, filtered_velocities, resample_path
+from handout.motion.pose.library import PoseLibrary, embed_channels, extract_channels, learn, level_pose, load, to_bytes
+from handout.motion.pose.posing import anchors, pose_drawing, shape_stroke
+from handout.motion.pose.synthesis import Costs, Neighbours, PoseModel, blend_segments, segments
 from handout.values import Drawing, Page, Stroke
 
 PAGE = Page(200.0, 200.0)
@@ -47,11 +46,11 @@ def pose():
 
 
 def test_a_path_is_resampled_evenly():
-    xy, at = resampled(np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 0.0], [3.0, 4.0]]), 0.5)
+    xy, at = resample_path(np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 0.0], [3.0, 4.0]]), 0.5)
     assert len(xy) == 15
     np.testing.assert_allclose(np.hypot(*np.diff(xy, axis=0).T), 1.0)
     assert at[0] == 0 and at[-1] == 3 and (np.diff(at) > 0).all()
-    assert len(resampled(np.zeros((3, 2)), 0.5)[0]) == 1
+    assert len(resample_path(np.zeros((3, 2)), 0.5)[0]) == 1
 
 
 @pytest.mark.parametrize(("name", "size"), [("velocities", 32), ("shape-contexts", 62)])
@@ -131,7 +130,7 @@ def test_a_stroke_of_the_library_gets_its_own_pose_back(pose, features):
     model = PoseModel(pose, features)
     xy, channels = pose.strokes()[4]
     for method in ("optimal", "closest"):
-        back = extracted(model.pose(xy, method), pose.channels)
+        back = extract_channels(model.pose(xy, method), pose.channels)
         for name, values in channels.items():
             np.testing.assert_allclose(back[name], values, atol=1e-6)
 
@@ -147,7 +146,7 @@ def test_neighbours_are_the_nearest_of_all(pose):
 
 def test_optimal_is_of_longer_segments_than_closest(pose):
     model = PoseModel(pose)
-    xy = resampled(loop(99)[1], pose.unit)[0]
+    xy = resample_path(loop(99)[1], pose.unit)[0]
     near = model.nearest(xy)
     assert len(segments(model.sequence(near), pose)) < len(segments(near.number[:, 0], pose))
 
@@ -156,14 +155,14 @@ def test_segments_fade_into_each_other(pose):
     sequence = np.concatenate([np.arange(5, 20), pose.first[3] + np.arange(8, 23)])
     values = np.arange(len(pose.xy), dtype=float)[:, None] * 0
     values[pose.first[3] :] = 1.0
-    made = blended(sequence, values, pose)[:, 0]
+    made = blend_segments(sequence, values, pose)[:, 0]
     assert made[0] == 0 and made[-1] == 1 and (np.diff(made) >= 0).all()
     assert 0 < made[10] < made[14] < 0.5 < made[15] < made[19] < 1
 
 
 def test_angles_are_blended_on_the_circle():
     near = {"rotation": np.array([3.1, -3.1])}
-    middle = extracted(embedded(near).mean(axis=0, keepdims=True), near)["rotation"]
+    middle = extract_channels(embed_channels(near).mean(axis=0, keepdims=True), near)["rotation"]
     assert abs(abs(middle[0]) - np.pi) < 1e-9
 
 
@@ -171,7 +170,7 @@ def test_angles_are_blended_on_the_circle():
 def test_channels_come_back_from_the_point_they_are(names):
     rng = np.random.default_rng(1)
     channels = {n: rng.uniform(0.1, 1.0, 9) for n in names.split()}
-    back = extracted(embedded(channels), channels)
+    back = extract_channels(embed_channels(channels), channels)
     assert back.keys() == channels.keys()
     for name, values in channels.items():
         np.testing.assert_allclose(back[name], values)
@@ -216,7 +215,7 @@ def test_what_was_recorded_twice_is_kept_once():
 def test_missing_channels():
     learned = learn([recorded([1, 2], tilt=None, azimuth=None, rotation=None)])
     assert list(learned.library.channels) == ["pressure"]
-    made = posed(recorded([7]), PoseModel(learned.library)).strokes[0]
+    made = pose_drawing(recorded([7]), PoseModel(learned.library)).strokes[0]
     assert made.pressure is not None and made.tilt is None and made.rotation is None
 
 
@@ -238,7 +237,7 @@ def test_nothing_to_learn_is_named():
 def test_a_library_of_one_stroke():
     library = learn([recorded([1])]).library
     for method, passes in product(POSE_METHODS, (0, 1, 2)):
-        made = posed(recorded([5, 6]), PoseModel(library), method, passes=passes)
+        made = pose_drawing(recorded([5, 6]), PoseModel(library), method, passes=passes)
         assert len(made.strokes) == 2 and all(np.isfinite(s.pressure).all() for s in made.strokes)
 
 
@@ -256,12 +255,12 @@ def test_a_library_of_ten_thousand_strokes():
 def test_a_dot_gets_a_pose(pose):
     dot = Drawing((Stroke(np.array([0.0, 0.1]), np.array([[5.0, 5.0], [5.0, 5.001]])),), PAGE)
     for passes in (0, 1, 2):
-        assert posed(dot, PoseModel(pose), passes=passes, height=3.0).strokes[0].pressure is not None
+        assert pose_drawing(dot, PoseModel(pose), passes=passes, height=3.0).strokes[0].pressure is not None
 
 
 def test_a_straight_line_of_two_points_gets_samples_enough(pose):
     line = Drawing((Stroke(np.array([0.0, 1.0]), np.array([[5.0, 5.0], [25.0, 5.0]])),), PAGE)
-    made = posed(line, PoseModel(pose), height=3.0).strokes[0]
+    made = pose_drawing(line, PoseModel(pose), height=3.0).strokes[0]
     assert len(made.t) > 60
     np.testing.assert_allclose(made.xy[:, 1], 5.0)
 
@@ -272,7 +271,7 @@ def test_the_place_on_the_page_can_be_taken_out():
     noise = 0.01 * rng.normal(size=400)
     x, y = xy.T / 500
     library = PoseLibrary(xy, {"rotation": 3.0 + 0.8 * x + 0.3 * y * y + noise}, np.full(10, 40), 0.2)
-    level = levelled(library).channels["rotation"]
+    level = level_pose(library).channels["rotation"]
     assert level.std() < 0.012
     assert level.mean() == pytest.approx(library.channels["rotation"].mean(), abs=0.01)
 
@@ -282,7 +281,7 @@ def test_a_stylised_stroke_is_held_at_its_anchors_and_keeps_the_movement():
     xy = np.column_stack([np.arange(n), np.zeros(n)]).astype(float)
     velocity = np.column_stack([np.ones(n), 0.3 * np.sin(np.arange(n) / 3) + 0.05])
     at = anchors(xy)
-    made = shaped(xy, velocity, at)
+    made = shape_stroke(xy, velocity, at)
     drift = np.cumsum(velocity, axis=0)[-1, 1]
     assert abs(drift) > 3 > 1.5 > np.abs(made[at, 1]).max()
     assert np.corrcoef(np.diff(made[:, 1]), velocity[1:, 1])[0, 1] > 0.95
@@ -303,7 +302,7 @@ def test_the_least_squares_are_those_of_the_text():
             rows.append(np.sqrt(2) * (np.eye(n)[j - 1] - 2 * np.eye(n)[j] + np.eye(n)[j + 1]))
             right.append(np.sqrt(2) * (velocity[j + 1] - velocity[j]))
     dense = np.linalg.lstsq(np.array(rows), np.array(right), rcond=None)[0]
-    np.testing.assert_allclose(shaped(xy, velocity, at), dense, atol=1e-9)
+    np.testing.assert_allclose(shape_stroke(xy, velocity, at), dense, atol=1e-9)
 
 
 def test_sharp_turns_and_curves_are_anchored():
@@ -318,13 +317,13 @@ def test_sharp_turns_and_curves_are_anchored():
 
 def test_unknown_methods_and_empty_drawings_are_named(pose):
     with pytest.raises(InputError, match="optimal, average, closest"):
-        posed(recorded([1]), PoseModel(pose), "best")
+        pose_drawing(recorded([1]), PoseModel(pose), "best")
     with pytest.raises(InputError, match="no stroke"):
-        posed(Drawing((), PAGE), PoseModel(pose))
+        pose_drawing(Drawing((), PAGE), PoseModel(pose))
 
 
 def test_a_flat_nib_keeps_its_edge(pose):
     stroke = replace(recorded([5]).strokes[0], nib=1.5, rotation=np.full(60, -0.7))
     nib = Drawing((stroke,), PAGE)
-    made = posed(nib, PoseModel(pose)).strokes[0]
+    made = pose_drawing(nib, PoseModel(pose)).strokes[0]
     assert made.nib == 1.5 and set(made.rotation.tolist()) == {-0.7} and np.ptp(made.pressure) > 0.1

@@ -9,7 +9,7 @@ import handout
 from benchmarks import berio_2017
 from handout.errors import InputError
 from handout.motion.reconstruction import LognormalPlan, from_recording, from_shape, planned_page, recording_fit
-from handout.motion.reconstruction.key_points import extent, resampled, snr
+from handout.motion.reconstruction.key_points import extent, resample_path, snr
 from handout.sinks import plans
 from handout.sources.plans import from_json
 from handout.values import Drawing, Page, Stroke
@@ -37,7 +37,7 @@ def moving():
 
 def shape_snr(xy, plan):
     t = np.linspace(plan.onset[0] - 0.1, plan.end + 0.3, 1200)
-    return snr(resampled(xy, 400), resampled(plan.at(t), 400))
+    return snr(resample_path(xy, 400), resample_path(plan.at(t), 400))
 
 
 def test_shapes_are_explained_far_better_than_by_the_published_method(moving):
@@ -51,7 +51,7 @@ def test_recorded_movements_are_explained_with_few_strokes(moving):
     speeds, counts, chords = [], [], []
     for stroke in moving:
         plan = from_recording(stroke.t, stroke.xy)
-        recording = recording_fit.prepared(stroke.t, stroke.xy)
+        recording = recording_fit.prepare_recording(stroke.t, stroke.xy)
         wanted = np.column_stack([recording.velocity.real, recording.velocity.imag])
         speeds.append(snr(wanted, plan.velocity(recording.t), about_mean=False))
         counts.append(plan.strokes)
@@ -66,7 +66,7 @@ def test_a_long_movement_is_explained_a_window_at_a_time():
     t = np.arange(0, 4.0, 0.005)
     xy = np.column_stack([5 * t + np.sin(2 * np.pi * 4 * t), 1.5 * np.cos(2 * np.pi * 4 * t + 0.3)])
     plan = from_recording(t, xy)
-    recording = recording_fit.prepared(t, xy)
+    recording = recording_fit.prepare_recording(t, xy)
     wanted = np.column_stack([recording.velocity.real, recording.velocity.imag])
     assert plan.strokes > 20
     assert snr(wanted, plan.velocity(recording.t), about_mean=False) >= 20
@@ -120,7 +120,7 @@ def test_a_page_of_plans_survives_json_and_draws_the_page(written, timed):
         assert np.array_equal(one.xy, two.xy)
         assert one.word == stroke.word
         if extent(stroke.xy) > 1:
-            assert snr(resampled(stroke.xy, 300), resampled(one.xy, 300)) >= (25 if timed else 28)
+            assert snr(resample_path(stroke.xy, 300), resample_path(one.xy, 300)) >= (25 if timed else 28)
     picture = plans.fit_report(written, page)
     assert picture.count(b"<circle") == sum(len(f.plan.targets) for f in page.fits if f.plan.strokes)
 

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from handout.errors import InputError
 from handout.motion.recovery.pen_paths import pen_paths
-from handout.motion.timing import smoothed
+from handout.motion.timing import smooth_values
 from handout.motion.trace import trace
 from handout.page_sizes import page
 from handout.writing.compose import compose
@@ -105,8 +105,8 @@ def test_what_strikes_a_word_out_is_written_after_it(small_hand):
 
 def test_smoothing_keeps_ends_and_straight_lines():
     way = np.column_stack([np.linspace(0, 5, 40), np.linspace(1, 3, 40)])
-    assert smoothed(way, 3.0) == pytest.approx(way)
+    assert smooth_values(way, 3.0) == pytest.approx(way)
     zigzag = way + np.where(np.arange(40) % 2, 0.05, -0.05)[:, None]
-    made = smoothed(zigzag, 3.0)
+    made = smooth_values(zigzag, 3.0)
     assert np.abs(made - way)[6:-6].max() < 0.01
     assert made[[0, -1]] == pytest.approx(zigzag[[0, -1]])

@@ -6,7 +6,7 @@ from handout.values import ActionPlan
 
 
 def test_oriented_ellipses_have_their_axes_where_they_were_turned_to():
-    (ellipse,) = covariance.oriented([[3.0, 1.0]], [0.5])
+    (ellipse,) = covariance.orient_ellipses([[3.0, 1.0]], [0.5])
     along = np.array([np.cos(0.5), np.sin(0.5)])
     assert np.allclose(ellipse @ along, 9 * along)
     assert np.linalg.det(ellipse) == pytest.approx(9)
@@ -14,21 +14,21 @@ def test_oriented_ellipses_have_their_axes_where_they_were_turned_to():
 
 def test_semi_tied_covariances_share_their_shape():
     basis = np.array([[2.0, 1.0], [0.0, 1.0]])
-    first, second = covariance.semi_tied(basis, [1.0, 4.0])
+    first, second = covariance.tie_covariances(basis, [1.0, 4.0])
     assert np.allclose(first, basis @ basis.T)
     assert np.allclose(second, 4 * first)
 
 
 def test_a_plan_without_covariances_has_circles_in_proportion_to_its_step():
     plan = ActionPlan(np.array([[0, 0], [2.0, 0], [2, 2]]), 0.1, 0.3)
-    assert np.allclose(covariance.of_plan(plan), (0.05 * 2) ** 2 * np.eye(2))
-    assert not covariance.of_plan(ActionPlan(np.ones((3, 2)), 0.1, 0.3)).any()
+    assert np.allclose(covariance.plan_covariances(plan), (0.05 * 2) ** 2 * np.eye(2))
+    assert not covariance.plan_covariances(ActionPlan(np.ones((3, 2)), 0.1, 0.3)).any()
 
 
 def test_only_what_cannot_be_inverted_is_lifted():
     targets = np.array([[0, 0], [10.0, 0], [10, 1]])
     given = np.stack([np.eye(2), np.diag([1.0, 0.0]), np.zeros((2, 2))])
-    settled = covariance.settled(given, targets)
+    settled = covariance.settle_covariances(given, targets)
     assert (settled[0] == given[0]).all()
     assert np.allclose(settled[1], np.diag([1, 1e-7]), rtol=1e-9, atol=0)
     assert np.allclose(settled[2], 1e-7 * np.eye(2), rtol=1e-9, atol=0)
@@ -37,11 +37,11 @@ def test_only_what_cannot_be_inverted_is_lifted():
 @pytest.mark.parametrize("wrong", [np.eye(2), np.full((1, 2, 2), np.nan), np.array([[[1.0, 2], [2, 1]]])])
 def test_refuses_what_is_no_covariance(wrong):
     with pytest.raises(ValueError):
-        covariance.settled(wrong, np.zeros((1, 2)))
+        covariance.settle_covariances(wrong, np.zeros((1, 2)))
 
 
 def test_draws_have_their_covariances():
-    covariances = covariance.oriented([[3.0, 1.0], [0.5, 0.0]], [0.5, -1.0])
+    covariances = covariance.orient_ellipses([[3.0, 1.0], [0.5, 0.0]], [0.5, -1.0])
     rng = np.random.default_rng(0)
     draws = np.stack([covariance.draw(covariances, rng) for _ in range(4000)])
     found = np.einsum("kmi,kmj->mij", draws, draws) / len(draws)

@@ -49,7 +49,7 @@ def problem(seed, m, d=2):
 def test_equals_the_riccati_recursion(order, smooth):
     targets, covariances = problem(order, 60)
     ours = mean(targets, covariances, smooth=smooth, steps=STEPS[order], order=order, ends="fixed")
-    theirs = riccati(targets, covariance.settled(covariances, targets), smooth, STEPS[order], order)
+    theirs = riccati(targets, covariance.settle_covariances(covariances, targets), smooth, STEPS[order], order)
     assert np.abs(ours - theirs).max() <= 1e-6 * np.ptp(targets, axis=0).max()
 
 
@@ -64,7 +64,7 @@ def test_riccati_equals_the_dense_batch_where_that_still_works():
 @pytest.mark.parametrize("dimensions", [1, 2, 3])
 def test_mean_equals_the_dense_solution(ends, dimensions):
     targets, covariances = problem(2, 7, dimensions)
-    precision, _ = tracker.relative(covariance.settled(covariances, targets))
+    precision, _ = tracker.relative(covariance.settle_covariances(covariances, targets))
     weights = np.repeat(precision, 10, axis=0)
     force = np.einsum("tij,tj->ti", weights, np.repeat(targets, 10, axis=0))
     dense = dense_covariance(weights, 3.0**8, 4, ends) @ force.reshape(-1)
@@ -98,7 +98,7 @@ def test_noise_of_the_chain_has_the_covariance_of_the_posterior(ends, dimensions
 def test_samples_have_the_wanted_covariance_at_the_centres(ends, order, smooth):
     """Read off the linear map itself, so that there is no chance in it; steps 11 have a sample at each centre."""
     targets, covariances = problem(5, 5)
-    settled = covariance.settled(covariances, targets)
+    settled = covariance.settle_covariances(covariances, targets)
     path = mean(targets, covariances, smooth=smooth, steps=11, order=order, ends=ends)
 
     def draw(rng):

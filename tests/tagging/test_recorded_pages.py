@@ -12,7 +12,7 @@ from handout.hand import file
 from handout.hand.library import load
 from handout.hand.places import graphemes
 from handout.motion.recovery.pen_paths import pen_paths
-from handout.motion.trace import trace, written
+from handout.motion.trace import letters_of_samples, trace
 from handout.sources.unipen import from_unipen
 from handout.tagging.page_sources import tagged_pages
 from handout.tagging.page_tagging import hand_of_pages
@@ -48,7 +48,12 @@ def told():
     (sheet,) = compose(TEXT, hand, Layout(Page(110, 45), (8, 8, 8, 8)), rng, pages=1)
     drawing = trace(sheet, hand, rng)
     return Recording(
-        "pen", replace(drawing, strokes=tuple(map(held, drawing.strokes))), TEXT, written(sheet, hand), 2, 2.5
+        "pen",
+        replace(drawing, strokes=tuple(map(held, drawing.strokes))),
+        TEXT,
+        letters_of_samples(sheet, hand),
+        2,
+        2.5,
     )
 
 

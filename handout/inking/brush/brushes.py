@@ -19,7 +19,7 @@ from handout.errors import InputError
 from handout.hand.archive import Archive, Content, pack
 from handout.inking.brush.painting import Sized
 from handout.inking.brush.photographs import find_strokes
-from handout.inking.brush.ribbon import SEGMENTS, Ribbon, straightened
+from handout.inking.brush.ribbon import SEGMENTS, Ribbon, straighten_stroke
 from handout.inking.brush.synthesis import Library
 from handout.inking.pen import BRUSH_FILE, brushes, check_width
 from handout.scanning.picture_files import read_picture
@@ -100,7 +100,7 @@ def learn(
     ribbons, notes = list[Ribbon](), list[str]()
     for path in photographs:
         found = find_strokes(read_picture(path).rgb, str(path))
-        ribbons += [straightened(stroke, rows)[0] for stroke in found.strokes]
+        ribbons += [straighten_stroke(stroke, rows)[0] for stroke in found.strokes]
         notes += found.left_out
     if len(ribbons) > _MOST_RIBBONS:
         raise InputError(f"The pictures hold {len(ribbons)} strokes, more than the {_MOST_RIBBONS} of a brush.")
@@ -143,13 +143,13 @@ def load(path: Path) -> Brush:
             raise InputError(f"{path} cannot be used: it holds {len(facts.ribbons)} strokes, not 1 to {_MOST_RIBBONS}.")
         check_width(facts.width)
         ribbons = [
-            _checked(archive.picture(f"{number}.webp", "RGBA", _MOST_PIXELS), each.bend, path)
+            _check_ribbon(archive.picture(f"{number}.webp", "RGBA", _MOST_PIXELS), each.bend, path)
             for number, each in enumerate(facts.ribbons)
         ]
     return Brush(tuple(ribbons), facts.width, facts.title, facts.notice)
 
 
-def _checked(rgba: NDArray[np.uint8], bend: list[float], path: Path) -> Ribbon:
+def _check_ribbon(rgba: NDArray[np.uint8], bend: list[float], path: Path) -> Ribbon:
     count = len(bend)
     fits = count > 1 and rgba.shape[1] % count == 0 and 10 * len(rgba) > 8 * SEGMENTS and np.isfinite(bend).all()
     if not fits or not (rgba[..., 3] > 127).any():
@@ -171,9 +171,9 @@ def find(name: str) -> Brush:
         raise InputError(
             f"{name}: there is no such brush; there are {known}, and files that handout brush learn makes."
         )
-    return _loaded(path.resolve(), path.stat().st_mtime_ns)
+    return _load_file(path.resolve(), path.stat().st_mtime_ns)
 
 
 @lru_cache(maxsize=16)
-def _loaded(path: Path, _changed: int) -> Brush:
+def _load_file(path: Path, _changed: int) -> Brush:
     return load(path)

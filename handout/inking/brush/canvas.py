@@ -32,7 +32,7 @@ _FINE = 4  # points on the curve for each segment
 _BAND = 1 << 22  # pixels of the page looked through at a time
 
 
-def passed(
+def pass_brush(
     drawing: Drawing, dpi: float, brush: Brush, pen: Pen, rng: np.random.Generator
 ) -> Iterator[tuple[NDArray[np.intp], NDArray[np.float32]]]:
     """Flat indices (n,) of the pixels that are painted, and the light (n, 3) in 0–1 that they send back; in parts.
@@ -47,7 +47,7 @@ def passed(
         sized = brush.sized(float(width.mean()) * dpi / 25.4)
         pressed = USUAL_PRESSURE if stroke.pressure is None else float(stroke.pressure.mean())
         row = chooser.row(bends(line), pressed - USUAL_PRESSURE)
-        ribbon = _coloured(sized.quilted(row), brush.colour, stroke.colour or pen.colour)
+        ribbon = _recolour(sized.quilted(row), brush.colour, stroke.colour or pen.colour)
         lay(canvas, ribbon, line * (dpi / 25.4), width * (dpi / 50.8))
     pixels = canvas.reshape(-1, 4)
     for start in range(0, len(pixels), _BAND):
@@ -56,7 +56,7 @@ def passed(
         yield at, np.minimum(1 - (ink[:, 3:] - ink[:, :3]), 1)
 
 
-def _coloured(ink: NDArray[np.float32], own: str, colour: str) -> NDArray[np.float32]:
+def _recolour(ink: NDArray[np.float32], own: str, colour: str) -> NDArray[np.float32]:
     """Premultiplied ink (…, 4) that absorbs as one colour does, as another: its streaks stay darker and lighter."""
     if colour == own:
         return ink
@@ -67,6 +67,8 @@ def _coloured(ink: NDArray[np.float32], own: str, colour: str) -> NDArray[np.flo
 
 def way(stroke: Stroke, curve: curves.Curve, width: float) -> tuple[Array, Array]:
     """The borders of a stroke's segments, (m + 1, 2) in mm, and the width of the line there, (m + 1,) in mm."""
+    from scipy.ndimage import gaussian_filter1d
+
     wide = _widths(stroke, width)
     usual = max(float(wide.mean()), 1e-3)
     t = np.linspace(stroke.t[0], stroke.t[-1], int(np.clip(_FINE * SEGMENTS * stroke.length / usual, 2, 1 << 16)))
@@ -80,7 +82,12 @@ def way(stroke: Stroke, curve: curves.Curve, width: float) -> tuple[Array, Array
         middle = line[:, :2].mean(axis=0)
         line = np.column_stack([np.array([middle - half, middle + half]), np.full(2, usual)])
         line = _evenly(line, step)
-    line = _smooth(line, _STIFF * _FINE * SEGMENTS)
+    # the line is as stiff as a brush is; its ends stay
+    sigma = _STIFF * _FINE * SEGMENTS
+    reach = min(len(line) - 1, round(3 * sigma))
+    ends = 2 * line[0] - line[reach:0:-1], 2 * line[-1] - line[-2 : -reach - 2 : -1]
+    smooth = gaussian_filter1d(np.concatenate([ends[0], line, ends[1]]), sigma, axis=0, mode="nearest")
+    line = smooth[reach : reach + len(line)]
     back = min(len(line) - 1, _FINE * SEGMENTS // 4)
     beyond = np.arange(1, round(_BEYOND * _FINE * SEGMENTS) + 1)[:, None] / max(back, 1)
     before, after = line[0] - line[back], line[-1] - line[-1 - back]
@@ -97,16 +104,6 @@ def _evenly(line: Array, step: float) -> Array:
     keep = np.concatenate([[True], np.diff(along) > 1e-9])
     at = np.linspace(0, along[-1], max(1, round(along[-1] / step)) + 1)
     return np.stack([np.interp(at, along[keep], column[keep]) for column in line.T], axis=1)
-
-
-def _smooth(line: Array, sigma: float) -> Array:
-    """The line (n, 3) as stiff as a brush is; its ends stay."""
-    from scipy.ndimage import gaussian_filter1d
-
-    reach = min(len(line) - 1, round(3 * sigma))
-    ends = 2 * line[0] - line[reach:0:-1], 2 * line[-1] - line[-2 : -reach - 2 : -1]
-    smooth = gaussian_filter1d(np.concatenate([ends[0], line, ends[1]]), sigma, axis=0, mode="nearest")
-    return np.asarray(smooth[reach : reach + len(line)])
 
 
 def _widths(stroke: Stroke, width: float) -> Array:

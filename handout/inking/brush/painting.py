@@ -95,11 +95,11 @@ class Sized:
             half = min(_OVERLAP * step, left * step // 2, right * step // 2)
             before = self.ribbons[a][:, end - half : end + half]
             after = self.ribbons[b][:, start - half : start + half]
-            whole[:, joint * step - half : joint * step + half] = _joined(before, after)
+            whole[:, joint * step - half : joint * step + half] = _join_pieces(before, after)
         return whole
 
 
-def _joined(a: _Pixels, b: _Pixels) -> _Pixels:
+def _join_pieces(a: _Pixels, b: _Pixels) -> _Pixels:
     """Two overlapping pieces of ink as one, `a` at its left edge and `b` at its right.
 
     The cut parts ink from paper; where both are ink, the one shades into the other.
@@ -109,7 +109,7 @@ def _joined(a: _Pixels, b: _Pixels) -> _Pixels:
     rows, columns = a.shape[:2]
     size = (min(columns, _CUT_COLUMNS), min(rows, _CUT_ROWS))
     apart = ((a - b) ** 2).sum(axis=2)
-    cut = viterbi(list(cv2.resize(apart, size, interpolation=cv2.INTER_AREA)), [_sideways(size[0])] * (size[1] - 1))
+    cut = viterbi(list(cv2.resize(apart, size, interpolation=cv2.INTER_AREA)), [_cut_costs(size[0])] * (size[1] - 1))
     after = (np.arange(size[0]) >= np.array(cut)[:, None]).astype(np.float32)
     share = np.clip(cv2.resize(after, (columns, rows), interpolation=cv2.INTER_LINEAR) * 2 - 0.5, 0, 1)[..., None]
     solid = np.minimum(a[..., 3:], b[..., 3:])
@@ -118,7 +118,7 @@ def _joined(a: _Pixels, b: _Pixels) -> _Pixels:
 
 
 @cache
-def _sideways(columns: int) -> Array:
+def _cut_costs(columns: int) -> Array:
     """(columns, columns): a cut goes aside by a few columns from one row to the next."""
     at = np.arange(columns)
     return np.where(np.abs(at[:, None] - at) <= _ASIDE, 0.0, np.inf)
@@ -246,7 +246,9 @@ def _lay_part(canvas: NDArray[np.uint8], ribbon: _Pixels, sides: Array, part: _P
     if not len(at):
         return
     columns = np.float32(ribbon.shape[1] / part.end)
-    ink = _sampled(ribbon, u * columns - np.float32(0.5), (v + 1) * np.float32(len(ribbon) / 2) - np.float32(0.5))
+    ink = _sample_picture(
+        ribbon, u * columns - np.float32(0.5), (v + 1) * np.float32(len(ribbon) / 2) - np.float32(0.5)
+    )
     y, x = np.divmod(at, number.shape[1])
     pixels = canvas.reshape(-1, 4)
     there = (y + low[1]) * canvas.shape[1] + x + low[0]
@@ -256,7 +258,7 @@ def _lay_part(canvas: NDArray[np.uint8], ribbon: _Pixels, sides: Array, part: _P
     pixels[there] = under
 
 
-def _sampled(picture: _Pixels, x: _Pixels, y: _Pixels) -> _Pixels:
+def _sample_picture(picture: _Pixels, x: _Pixels, y: _Pixels) -> _Pixels:
     """(n, 4): a picture at places (n,), bilinear."""
     import cv2
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.scanning.skeleton import skeleton
-from handout.values import Array, Indices
+from handout.values import Array
 
 _COARSE = 700  # pixels: longer side of the picture in which strokes are looked for
 _FITTED = 120  # pixels: longer side of the picture that the light is fitted to
@@ -91,7 +91,12 @@ def find_strokes(rgb: NDArray[np.uint8], source: str) -> Photograph:
     dark = _dark(small)
     solid, ink, half = _bodies(dark, source, scale)
     lines = _lines(dark, solid, half)
-    bodies = _grown(dark, solid, _frames(dark, lines, 1.0, 2 * half), half)
+    # the strokes with their dry parts, whose streaks are too thin for `_bodies`, but near each other
+    unframed = np.where(_frames(dark, lines, 1.0, 2 * half), np.float32(0), dark)
+    cover = cv2.GaussianBlur(unframed, (0, 0), _STREAKY * half)
+    wide = np.asarray(cover > _SPARSE).astype(np.uint8)
+    back = cv2.erode(wide, _disc(_SPREAD * half)).astype(bool) | solid
+    bodies = np.asarray(cv2.morphologyEx(back.astype(np.uint8), cv2.MORPH_OPEN, _disc(_OPENED * half)), dtype=bool)
     count, labelled, stats, _ = cv2.connectedComponentsWithStats(bodies.astype(np.uint8))
     labels = np.asarray(labelled, dtype=np.int32)
     clear = _frames(_dark(light), lines, scale, 2 * half)
@@ -189,16 +194,6 @@ def _bodies(dark: _Pixels, source: str, scale: float) -> tuple[_Mask, _Mask, flo
     return np.asarray(opened, dtype=bool), ink, half
 
 
-def _grown(dark: _Pixels, solid: _Mask, lines: _Mask, half: float) -> _Mask:
-    """The strokes with their dry parts, whose streaks are too thin for `_bodies`, but near each other."""
-    import cv2
-
-    cover = cv2.GaussianBlur(np.where(lines, np.float32(0), dark), (0, 0), _STREAKY * half)
-    wide = np.asarray(cover > _SPARSE).astype(np.uint8)
-    back = cv2.erode(wide, _disc(_SPREAD * half)).astype(bool) | solid
-    return np.asarray(cv2.morphologyEx(back.astype(np.uint8), cv2.MORPH_OPEN, _disc(_OPENED * half)), dtype=bool)
-
-
 class _Line(NamedTuple):
     """A thin line, nearly level, or nearly upright (then x and y are exchanged): y = at + slope · x, pixels."""
 
@@ -279,12 +274,12 @@ def _stroke(light: _Pixels, clear: _Mask, labels: NDArray[np.int32], label: int,
     density = _density(part, cv2.resize(body.astype(np.uint8), light.shape[1::-1])[window] > 0)
     beside = cv2.dilate(body.astype(np.uint8), _disc(_BY * width))
     by = np.asarray(cv2.resize(beside, light.shape[1::-1], interpolation=cv2.INTER_NEAREST)[window] > 0)
-    density = _without_marks(np.where(own & ~clear[window], density, 0), by, width / scale)
+    density = _drop_marks(np.where(own & ~clear[window], density, 0), by, width / scale)
     line = (spine + 0.5) / scale - 0.5 - low
     return Found(part, np.asarray(density, dtype=np.float32), line, width / scale, (int(low[0]), int(low[1])))
 
 
-def _without_marks(density: _Pixels, by: _Mask, width: float) -> _Pixels:
+def _drop_marks(density: _Pixels, by: _Mask, width: float) -> _Pixels:
     """The density of a stroke without what lies apart from it: level and upright rests of a frame, and numbers."""
     import cv2
 
@@ -328,28 +323,23 @@ def _longest_way(body: _Mask) -> Array | str:
         here = int(before[here])
         way.append(here)
     width = 2 * float(np.median(_distance(body)[tuple(np.rint(xy[way]).astype(int).T[::-1])]))
-    if _beside(graph, np.array(way)) > _BRANCH * width:
+    # how far the middle line leads away from the way through it
+    apart = dijkstra(graph, directed=False, indices=np.array(way), min_only=True)
+    if float(apart[np.isfinite(apart)].max()) > _BRANCH * width:
         return "crosses itself or another: photograph strokes that lie apart"
     return np.asarray(xy[way])
 
 
-def _beside(graph: object, way: Indices) -> float:
-    """How far the middle line leads away from a way through it, pixels."""
-    from scipy.sparse.csgraph import dijkstra
-
-    away = dijkstra(graph, directed=False, indices=way, min_only=True)
-    return float(away[np.isfinite(away)].max())
-
-
 def _smooth_spine(way: Array, body: _Mask, dark: _Pixels) -> tuple[Array, float]:
     """A smooth line along a shape and past its ends, one point a pixel, and the shape's width; no points for a blob."""
+    import cv2
     from scipy.ndimage import gaussian_filter1d
 
     y, x = np.nonzero(body)
     at = np.stack([x, y], axis=1).astype(np.float64)
     width = 2 * float(np.percentile(_distance(body)[body], 98))
     cut = round(_FORKED * width)
-    line = _resampled(way) if len(way) > 1 else way
+    line = _resample_line(way) if len(way) > 1 else way
     if len(line) > 2 * cut + 0.4 * width:
         line = line[cut:-cut]
         half = max(2, round(_CALM * width))
@@ -357,11 +347,13 @@ def _smooth_spine(way: Array, body: _Mask, dark: _Pixels) -> tuple[Array, float]
         line = gaussian_filter1d(np.concatenate(ends), _CALM * width, axis=0, mode="nearest")
         line = line[len(ends[0]) : -len(ends[2]) or None]
     else:  # as short as this, its streaks tell its direction better than its shape
-        line = at.mean(axis=0) + np.linspace(-0.1, 0.1, 5)[:, None] * width * _streaks_way(
-            np.where(body, dark, 0), width
-        )
+        # the streaks and the long edges of a stroke run across the mean gradient, whose angle is doubled
+        soft = cv2.GaussianBlur(np.where(body, dark, 0), (0, 0), max(0.5, 0.02 * width))
+        gradient = cv2.Sobel(soft, cv2.CV_32F, 1, 0) + 1j * cv2.Sobel(soft, cv2.CV_32F, 0, 1)
+        angle = float(np.angle((gradient**2).sum())) / 2 + np.pi / 2
+        line = at.mean(axis=0) + np.linspace(-0.1, 0.1, 5)[:, None] * width * np.array([np.cos(angle), np.sin(angle)])
     step = max(2, round(0.4 * width))
-    line = _resampled(line)
+    line = _resample_line(line)
     out = [line[k] - line[m] for k, m in ((0, min(step, len(line) - 1)), (-1, max(-step - 1, -len(line))))]
     out = [v / max(float(np.hypot(*v)), 1e-9) for v in out]
     far = np.arange(1, round(1.6 * width))[:, None]
@@ -372,17 +364,7 @@ def _smooth_spine(way: Array, body: _Mask, dark: _Pixels) -> tuple[Array, float]
     return (line if np.count_nonzero(inside) >= _BLOB * width else np.zeros((0, 2))), width
 
 
-def _streaks_way(dark: _Pixels, width: float) -> Array:
-    """(2,): which way the streaks and the long edges of a stroke run: across the mean gradient, its angle doubled."""
-    import cv2
-
-    soft = cv2.GaussianBlur(dark, (0, 0), max(0.5, 0.02 * width))
-    gradient = cv2.Sobel(soft, cv2.CV_32F, 1, 0) + 1j * cv2.Sobel(soft, cv2.CV_32F, 0, 1)
-    angle = float(np.angle((gradient**2).sum())) / 2 + np.pi / 2
-    return np.array([np.cos(angle), np.sin(angle)])
-
-
-def _resampled(line: Array, step: float = 1.0) -> Array:
+def _resample_line(line: Array, step: float = 1.0) -> Array:
     """The line with points `step` apart."""
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
     keep = np.concatenate([[True], np.diff(along) > 1e-9])

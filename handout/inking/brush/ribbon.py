@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from handout.inking.brush.photographs import Found
 from handout.summary import one_line
-from handout.values import Array, Indices
+from handout.values import Array
 
 SPAN = 1.25  # half widths on either side of the spine
 SEGMENTS = 8  # in a width
@@ -109,7 +109,7 @@ def _edges(cover: NDArray[np.floating[Any]]) -> Array:
     return np.asarray(np.where(some[:, None], sides, 0.0))
 
 
-def straightened(found: Found, most_rows: int = _MOST_ROWS) -> tuple[Ribbon, Array, float]:
+def straighten_stroke(found: Found, most_rows: int = _MOST_ROWS) -> tuple[Ribbon, Array, float]:
     """The ribbon of a stroke; its tail is the end that the paint streaks towards.
 
     most_rows : of the ribbon; no more than the picture has pixels.
@@ -118,20 +118,26 @@ def straightened(found: Found, most_rows: int = _MOST_ROWS) -> tuple[Ribbon, Arr
     -------
     The ribbon; (n, 2) float, pixels: its spine from head to tail; half the stroke's width, pixels.
     """
-    spine, half = _centred(found)
+    spine, half = _centre_spine(found)
     rows = int(np.clip(round(2 * SPAN * half), 2 * ROWS, most_rows))
     rows -= rows % ROWS
     columns = max(1, round(rows / (SPAN * SEGMENTS)))
     step = 2 * half / (SEGMENTS * columns)
-    line = _spaced(spine, step)
-    density, light = _unwrapped(found.density, line, half, rows), _unwrapped(found.light, line, half, rows)
+    line = _space_evenly(spine, step)
+    density, light = _unwrap_picture(found.density, line, half, rows), _unwrap_picture(found.light, line, half, rows)
     here = np.flatnonzero(density.mean(axis=0) > _FAINT)
     first, count = int(here[0]), -(-(int(here[-1]) + 1 - int(here[0])) // columns)
     cut = slice(first, first + count * columns)
     density, light, line = density[:, cut], light[:, cut], line[cut]
     lacking = count * columns - density.shape[1]
     density, light = np.pad(density, ((0, 0), (0, lacking))), np.pad(light, ((0, 0), (0, lacking), (0, 0)))
-    rgba = np.concatenate([_colours(light, density), density[..., None]], axis=2)
+    # the colour of the ink that covers so much of the paper and lets that light pass
+    solid = density > _INK
+    covered = np.maximum(density, _INK)[..., None]
+    own = np.clip(1 - (1 - light) / covered, 0, 1)
+    usual = np.median(own[density > 0.9], axis=0) if (density > 0.9).any() else own[solid].mean(axis=0)
+    colours = np.where(solid[..., None], own, usual).astype(np.float32)
+    rgba = np.concatenate([colours, density[..., None]], axis=2)
     way = np.diff(line, axis=0, append=2 * line[-1:] - line[-2:-1])
     angle = np.unwrap(np.arctan2(way[:, 1], way[:, 0]))
     bend = np.diff(np.interp(np.arange(count + 1) * columns, np.arange(len(angle)), angle)) * SEGMENTS
@@ -142,14 +148,14 @@ def straightened(found: Found, most_rows: int = _MOST_ROWS) -> tuple[Ribbon, Arr
     return Ribbon(np.ascontiguousarray(ribbon.rgba[:, ::-1]), -bend[::-1]), line[::-1], half
 
 
-def _centred(found: Found) -> tuple[Array, float]:
+def _centre_spine(found: Found) -> tuple[Array, float]:
     """The spine in the middle between the stroke's edges, and half the stroke's width, pixels."""
     from scipy.ndimage import gaussian_filter1d
 
-    spine, half = _spaced(found.spine, 1.0), found.width / 2
+    spine, half = _space_evenly(found.spine, 1.0), found.width / 2
     for _ in range(3):
         rows = 2 * round(1.6 * half)
-        band = gaussian_filter1d(_unwrapped(found.density, spine, half, rows, 1.6), 0.06 * half, axis=0)
+        band = gaussian_filter1d(_unwrap_picture(found.density, spine, half, rows, 1.6), 0.06 * half, axis=0)
         band = gaussian_filter1d(band, 0.3 * half, axis=1)
         sides = _edges(band) * 1.6 * half
         inked = np.flatnonzero(band.max(axis=0) > _EDGE)
@@ -158,20 +164,18 @@ def _centred(found: Found) -> tuple[Array, float]:
         aside = np.interp(np.arange(len(spine)), core, aside[core])
         aside = gaussian_filter1d(aside, _STEADY * 2 * half, mode="nearest")
         half = float(np.median(sides[core].sum(axis=1))) / 2
-        spine = _spaced(_fair(spine + aside[:, None] * _normals(spine), core, half), 1.0)
+        # the line as a brush goes: a parabola, or in a long stroke parabolas of two widths each; straight past `core`
+        line = spine + aside[:, None] * _normals(spine)
+        from scipy.interpolate import make_lsq_spline
+
+        first, last = float(core[0]), float(core[-1])
+        knots = np.linspace(first, last, max(2, round((last - first) / (_PIECE * 2 * half)) + 1))
+        knots = np.concatenate([knots[:1], knots[:1], knots, knots[-1:], knots[-1:]])
+        spline = make_lsq_spline(core, line[core], knots, 2)
+        at = np.arange(len(line), dtype=np.float64)
+        inside = np.clip(at, first, last)
+        spine = _space_evenly(spline(inside) + spline.derivative()(inside) * (at - inside)[:, None], 1.0)
     return spine, half
-
-
-def _fair(line: Array, core: Indices, half: float) -> Array:
-    """The line as a brush goes: a parabola, or in a long stroke parabolas of two widths each; straight past `core`."""
-    from scipy.interpolate import make_lsq_spline
-
-    first, last = float(core[0]), float(core[-1])
-    knots = np.linspace(first, last, max(2, round((last - first) / (_PIECE * 2 * half)) + 1))
-    spline = make_lsq_spline(core, line[core], np.concatenate([knots[:1], knots[:1], knots, knots[-1:], knots[-1:]]), 2)
-    at = np.arange(len(line), dtype=np.float64)
-    inside = np.clip(at, first, last)
-    return np.asarray(spline(inside) + spline.derivative()(inside) * (at - inside)[:, None])
 
 
 def _normals(line: Array) -> Array:
@@ -181,13 +185,13 @@ def _normals(line: Array) -> Array:
     return np.asarray(way[:, ::-1] * [-1.0, 1.0])
 
 
-def _spaced(line: Array, step: float) -> Array:
+def _space_evenly(line: Array, step: float) -> Array:
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
     at = np.arange(0, along[-1] + 1e-9, step)
     return np.stack([np.interp(at, along, line[:, k]) for k in (0, 1)], axis=1)
 
 
-def _unwrapped(picture: _Pixels, line: Array, half: float, rows: int, span: float = SPAN) -> _Pixels:
+def _unwrap_picture(picture: _Pixels, line: Array, half: float, rows: int, span: float = SPAN) -> _Pixels:
     """(rows, n[, 3]): a picture along a line, `span` half widths on either side; nothing beyond its rim."""
     import cv2
 
@@ -196,12 +200,3 @@ def _unwrapped(picture: _Pixels, line: Array, half: float, rows: int, span: floa
     x, y = (np.ascontiguousarray(at[..., k], dtype=np.float32) for k in (0, 1))
     taken = cv2.remap(picture, x, y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_CONSTANT)
     return np.asarray(np.clip(taken, 0, 1), dtype=np.float32)
-
-
-def _colours(light: _Pixels, density: _Pixels) -> _Pixels:
-    """(h, w, 3): the colour of the ink that covers so much of the paper and lets that light pass."""
-    solid = density > _INK
-    covered = np.maximum(density, _INK)[..., None]
-    own = np.clip(1 - (1 - light) / covered, 0, 1)
-    usual = np.median(own[density > 0.9], axis=0) if (density > 0.9).any() else own[solid].mean(axis=0)
-    return np.asarray(np.where(solid[..., None], own, usual), dtype=np.float32)

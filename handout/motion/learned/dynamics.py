@@ -182,7 +182,7 @@ def learn(
     # two strokes may have the same Δt: the variation that they are seen with is the least spread
     least = (recipe.variation.dt, recipe.variation.theta)
     told_spread = np.maximum([dt.std() if len(dt) else 0.0, theta.std()], least).astype(np.float32)
-    weights = recurrent.untrained(told.shape[1], size.hidden, 6 * size.gaussians, rng)
+    weights = recurrent.initial_weights(told.shape[1], size.hidden, 6 * size.gaussians, rng)
     model = DynamicsModel(tuple(weights), inputs, mean, spread, told_mean, told_spread)
     training.train(weights, seen, model, recipe, rng, size.dropout if recipe.dropout is None else recipe.dropout, tell)
     return model

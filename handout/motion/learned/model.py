@@ -50,11 +50,11 @@ def taken_apart(drawing: Drawing, height: float, tell: Tell = silent) -> list[Lo
     dot, plans = _DOT * height, []
     for number, stroke in enumerate(drawing.strokes):
         tell(number / len(drawing.strokes), "taking strokes apart")
-        plans.append(dotted(stroke.xy) if extent(stroke.xy) <= dot else from_shape(stroke.xy, steady=True))
+        plans.append(plan_dot(stroke.xy) if extent(stroke.xy) <= dot else from_shape(stroke.xy, steady=True))
     return plans
 
 
-def dotted(xy: Array) -> LognormalPlan:
+def plan_dot(xy: Array) -> LognormalPlan:
     """The plan of a dot."""
     none = np.zeros(0)
     return LognormalPlan(xy.mean(axis=0)[None], none, none, none, none, 0.0, 0.05)
@@ -127,13 +127,22 @@ def learn(
             f"{count(strokes, 'movement')} from one target to another is too little to learn from: give a drawing with "
             "at least one turn."
         )
-    strung = [sequences.joined(each) for each in sequences_of.values()]
+    strung = [sequences.join_sequences(each) for each in sequences_of.values()]
     recipe = replace(SEVERAL_STYLES if several else recipe_for(strung), size=lesson.size)
     recipe = lesson.recipe or recipe
     moves = dynamics.learn(strung, rng, recipe, lesson.inputs, within(tell, _FITTED, 0.8 if lesson.structure else 1.0))
     forms = structure.learn(strung, rng, recipe, within(tell, 0.8, 1.0)) if lesson.structure else None
     pace = float(np.clip(np.median(paces), _FASTEST, _SLOWEST)) if paces else DURATION
-    return Learned(LearnedMovement(moves, forms, _primers(sequences_of)), pace, strokes)
+    return Learned(LearnedMovement(moves, forms, _choose_primers(sequences_of)), pace, strokes)
+
+
+def _choose_primers(sequences_of: Mapping[str, Sequence[MovementSequence]]) -> dict[str, MovementSequence]:
+    if len(sequences_of) == 1:
+        ((name, each),) = sequences_of.items()
+        named = {f"{name}-{k}" if k else name: s for k, s in enumerate(each[:PRIMERS])}
+    else:
+        named = {name: sequences.join_sequences(each) for name, each in sequences_of.items()}
+    return {name: _shorten_primer(s) for name, s in named.items() if (~s.up).any()}
 
 
 def _paces(drawing: Drawing, plans: Sequence[LognormalPlan]) -> list[float]:
@@ -144,16 +153,7 @@ def _paces(drawing: Drawing, plans: Sequence[LognormalPlan]) -> list[float]:
     return [DURATION * float(s.t[-1] - s.t[0]) / (p.end - p.start) for s, p in pairs if p.strokes and len(s.t) > 2]
 
 
-def _primers(sequences_of: Mapping[str, Sequence[MovementSequence]]) -> dict[str, MovementSequence]:
-    if len(sequences_of) == 1:
-        ((name, each),) = sequences_of.items()
-        named = {f"{name}-{k}" if k else name: s for k, s in enumerate(each[:PRIMERS])}
-    else:
-        named = {name: sequences.joined(each) for name, each in sequences_of.items()}
-    return {name: _shortened(s) for name, s in named.items() if (~s.up).any()}
-
-
-def _shortened(sequence: MovementSequence) -> MovementSequence:
+def _shorten_primer(sequence: MovementSequence) -> MovementSequence:
     """The beginning of a sequence, as much as primes."""
     n = _LONGEST_PRIMER
     return MovementSequence(sequence.targets[: n + 1], sequence.up[:n], sequence.dt[:n], sequence.theta[:n])
@@ -170,4 +170,4 @@ def primer_of(drawing: Drawing) -> MovementSequence:
     sequence = sequences.of_plans(taken_apart(drawing, letter_height(drawing))) if drawing.strokes else None
     if sequence is None or not (~sequence.up).any():
         raise InputError("There is no movement in it that could prime a style.")
-    return _shortened(sequence)
+    return _shorten_primer(sequence)

@@ -21,7 +21,7 @@ Parameters = Sequence[Floats]
 _REMEMBER = 1.0  # bias of the forget gates before training: Jozefowicz, Zaremba and Sutskever 2015
 
 
-def untrained(inputs: int, hidden: Sequence[int], outputs: int, rng: np.random.Generator) -> list[Floats]:
+def initial_weights(inputs: int, hidden: Sequence[int], outputs: int, rng: np.random.Generator) -> list[Floats]:
     """Random weights: uniform within 1 / √hidden, biases 0 but for those of the forget gates."""
     parameters = []
     for before, units in pairwise((inputs, *hidden)):
@@ -57,17 +57,6 @@ class _Pass:
     mask: Floats | None
 
 
-def _gated(z: Floats, units: int) -> Floats:
-    """Gates of their sums, in place: the logistic function, tanh of the candidates."""
-    z[..., : 2 * units] *= 0.5
-    z[..., 3 * units :] *= 0.5
-    np.tanh(z, out=z)
-    for part in (z[..., : 2 * units], z[..., 3 * units :]):
-        part *= 0.5
-        part += 0.5
-    return z
-
-
 def _layer(layer: Floats, x: Floats, share: float, rng: np.random.Generator | None) -> _Pass:
     steps, batch, before = x.shape
     units = layer.shape[1] // 4
@@ -78,7 +67,13 @@ def _layer(layer: Floats, x: Floats, share: float, rng: np.random.Generator | No
     for t in range(steps):
         z = gates[t]
         z += h @ own
-        _gated(z, units)
+        # gates of their sums, in place: the logistic function, tanh of the candidates
+        z[..., : 2 * units] *= 0.5
+        z[..., 3 * units :] *= 0.5
+        np.tanh(z, out=z)
+        for part in (z[..., : 2 * units], z[..., 3 * units :]):
+            part *= 0.5
+            part += 0.5
         c = z[:, units : 2 * units] * c + z[:, :units] * z[:, 2 * units : 3 * units]
         cell[t] = c
         np.tanh(c, out=squashed[t])

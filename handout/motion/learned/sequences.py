@@ -107,7 +107,7 @@ def of_targets(parts: Sequence[Array]) -> MovementSequence:
     return MovementSequence(np.concatenate(list(parts)), up, np.zeros(len(up)), np.zeros(len(up)))
 
 
-def joined(sequences: Sequence[MovementSequence]) -> MovementSequence:
+def join_sequences(sequences: Sequence[MovementSequence]) -> MovementSequence:
     """One after the other, each in units of its own, begun where the one before ended: examples of one style."""
     scaled: list[MovementSequence] = []
     for s in sequences:

@@ -45,7 +45,7 @@ class StructureModel:
     def batch(self, windows: Windows) -> tuple[Floats, Callable[[Floats], tuple[float, Floats]]]:
         """See `training.Criterion`: of each way −log density, and the surprise of the pen's lift and of the end."""
         way = np.diff(windows.targets, axis=1) / self.spread
-        told = _told(way[:, :-2], windows.up[:, :-2], windows.there[:, :-2])
+        told = _input_rows(way[:, :-2], windows.up[:, :-2], windows.there[:, :-2])
         here = windows.there[:, 1:-1].T
         weight = here / max(float(here.sum()), 1.0)
         y, lifted, last = np.swapaxes(way[:, 1:-1], 0, 1), windows.up[:, 1:-1].T, 1 - windows.there[:, 2:].T
@@ -81,7 +81,7 @@ class StructureModel:
         if example is not None:
             way = np.diff(sequences.cut_off(example).targets, axis=0) / (example.unit * self.spread)
             cut = sequences.cut_off(example)
-            for row in _told(way, cut.up.astype(np.float64), cut.there.astype(np.float64)):
+            for row in _input_rows(way, cut.up.astype(np.float64), cut.there.astype(np.float64)):
                 raw = self.runner.step(row.astype(np.float32))
         ways, up = [], []
         most = self.longest if example is None else longest([example])
@@ -95,7 +95,7 @@ class StructureModel:
             if last and len(ways) >= least:
                 break
             raw = self.runner.step(np.array([*step, float(lifted)], np.float32))
-        return _ended(np.array(ways) * self.spread, np.array(up))
+        return _end_sequence(np.array(ways) * self.spread, np.array(up))
 
 
 def longest(examples: Sequence[MovementSequence]) -> int:
@@ -104,7 +104,7 @@ def longest(examples: Sequence[MovementSequence]) -> int:
     return int(max(np.diff(each).max() for each in bounds)) - 1
 
 
-def _told(way: Array, up: Array, there: Array) -> Array:
+def _input_rows(way: Array, up: Array, there: Array) -> Array:
     """Inputs (…, 3) of the way before: nothing, as if in the air, where there is none."""
     return np.concatenate([way * there[..., None], np.where(there > 0, up, 1.0)[..., None]], axis=-1)
 
@@ -113,7 +113,7 @@ def _chance(logit: float) -> float:
     return 0.5 * math.tanh(0.5 * logit) + 0.5
 
 
-def _ended(ways: Array, up: sequences.Bools) -> MovementSequence:
+def _end_sequence(ways: Array, up: sequences.Bools) -> MovementSequence:
     """The sequence of ways; a last one in the air leads nowhere."""
     kept = int(np.flatnonzero(~up)[-1]) + 1 if (~up).any() else 0
     targets = np.concatenate([np.zeros((1, 2)), np.cumsum(ways[:kept], axis=0)])
@@ -141,7 +141,7 @@ def learn(
     ways = np.diff(seen.targets, axis=1)[:, 1:-1][here]
     spread = np.maximum(np.sqrt((ways**2).mean(axis=0)), _FLOOR).astype(np.float32)
     size = SIZES[recipe.size]
-    weights = recurrent.untrained(3, size.hidden, 6 * size.gaussians + 2, rng)
+    weights = recurrent.initial_weights(3, size.hidden, 6 * size.gaussians + 2, rng)
     model = StructureModel(tuple(weights), spread, longest(examples))
     training.train(weights, seen, model, recipe, rng, _DROPOUT, tell)
     return model

@@ -3,6 +3,5 @@
 - `features`: strokes sampled in hand units, and what they look like around each sample.
 - `library`: the strokes of one writer with their pose, and the .pose file.
 - `synthesis`: a pose along a stroke, after strokes of a library that look alike.
-- `trajectory`: a stroke drawn in the manner of a library, held to where it was meant to go.
-- `posing`: drawings with a pose.
+- `posing`: drawings with a pose, and strokes drawn in the manner of a library, held to where they were meant to go.
 """

@@ -30,7 +30,7 @@ _ANGLES, _RADII = 6, 5  # bins of a shape context; the source's
 _NEAREST = 2.0  # samples: outer edge of the innermost ring
 
 
-def resampled(xy: Array, unit: float) -> tuple[Array, Array]:
+def resample_path(xy: Array, unit: float) -> tuple[Array, Array]:
     """A path (m, 2), mm, evenly sampled along its length.
 
     Returns

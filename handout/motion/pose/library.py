@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.hand import archive
-from handout.motion.pose.features import UNITS, resampled
+from handout.motion.pose.features import UNITS, resample_path
 from handout.motion.styles.targets import letter_height
 from handout.summary import one_line
 from handout.units import count
@@ -91,8 +91,8 @@ class PoseLibrary:
 
     @cached_property
     def pose(self) -> Array:
-        """(n, c): the channels as a point, see `embedded`."""
-        return embedded(self.channels)
+        """(n, c): the channels as a point, see `embed_channels`."""
+        return embed_channels(self.channels)
 
     @property
     def letter_height(self) -> float:
@@ -107,17 +107,17 @@ class PoseLibrary:
     def chosen(self, strokes: Sequence[int]) -> PoseLibrary:
         """The library of some of its strokes, by their numbers."""
         parts = self.strokes()
-        return joined([parts[number] for number in strokes], self)
+        return join_strokes([parts[number] for number in strokes], self)
 
 
-def joined(parts: Sequence[tuple[Array, Mapping[str, Array]]], like: PoseLibrary) -> PoseLibrary:
+def join_strokes(parts: Sequence[tuple[Array, Mapping[str, Array]]], like: PoseLibrary) -> PoseLibrary:
     """A library of strokes, with the unit, the title and the notices of another."""
     channels = {name: np.concatenate([part[name] for _, part in parts]) for name in like.channels}
     xy, lengths = np.concatenate([xy for xy, _ in parts]), np.array([len(xy) for xy, _ in parts], dtype=np.intp)
     return replace(like, xy=xy, channels=channels, lengths=lengths)
 
 
-def embedded(channels: Mapping[str, Array]) -> Array:
+def embed_channels(channels: Mapping[str, Array]) -> Array:
     """(n, c): channels as a point whose distances say how unlike two poses are, angles on the circle.
 
     Pressure as it is; tilt and azimuth as the way the pen leans, 1 for flat on the paper; azimuth without tilt, and
@@ -139,8 +139,8 @@ def _on_circle(angle: Array, radius: Array | float) -> list[Array]:
     return [radius * np.cos(angle), radius * np.sin(angle)]
 
 
-def extracted(pose: Array, names: Iterable[str]) -> dict[str, Array]:
-    """The channels of those names at points (n, c) such as `embedded` makes."""
+def extract_channels(pose: Array, names: Iterable[str]) -> dict[str, Array]:
+    """The channels of those names at points (n, c) such as `embed_channels` makes."""
     columns = iter(pose.T)
     known = set(names)
     channels: dict[str, Array] = {}
@@ -182,7 +182,7 @@ def learn(drawings: Sequence[Drawing], title: str = "", notices: Sequence[str] =
     recorded = [(stroke, letter_height(d) / UNITS) for d in drawings if d.strokes for stroke in d.strokes]
     if not recorded:
         raise InputError("These recordings hold no stroke: there is nothing to learn.")
-    names, notes = _measured([stroke for stroke, _ in recorded])
+    names, notes = _measured_channels([stroke for stroke, _ in recorded])
     once = {_content(stroke): (stroke, unit) for stroke, unit in reversed(recorded)}
     kept = [(s, unit) for s, unit in reversed(once.values()) if all(getattr(s, name) is not None for name in names)]
     if len(once) < len(recorded):
@@ -190,12 +190,12 @@ def learn(drawings: Sequence[Drawing], title: str = "", notices: Sequence[str] =
     if len(kept) < len(once):
         notes.append(f"{count(len(once) - len(kept), 'stroke')} without {' or '.join(names)}: left out.")
     units = float(np.median([unit for _, unit in kept]))
-    parts = [_sampled(stroke, unit, names) for stroke, unit in kept]
+    parts = [_sample_stroke(stroke, unit, names) for stroke, unit in kept]
     empty = PoseLibrary(np.zeros((0, 2)), dict.fromkeys(names, np.zeros(0)), np.zeros(0, np.intp), units)
-    return Learned(joined(parts, replace(empty, title=title, notices=tuple(notices))), tuple(notes))
+    return Learned(join_strokes(parts, replace(empty, title=title, notices=tuple(notices))), tuple(notes))
 
 
-def _measured(strokes: Sequence[Stroke]) -> tuple[list[str], list[str]]:
+def _measured_channels(strokes: Sequence[Stroke]) -> tuple[list[str], list[str]]:
     """The channels that were measured, and notes on the others."""
     whole = sum(len(stroke.t) for stroke in strokes)
     names, notes = [], []
@@ -221,14 +221,14 @@ def _content(stroke: Stroke) -> bytes:
     return bytes(np.rint((stroke.xy - stroke.xy[0]) * 1e3).astype(np.int64))
 
 
-def _sampled(stroke: Stroke, unit: float, names: Sequence[str]) -> tuple[Array, dict[str, Array]]:
-    xy, at = resampled(stroke.xy, unit)
+def _sample_stroke(stroke: Stroke, unit: float, names: Sequence[str]) -> tuple[Array, dict[str, Array]]:
+    xy, at = resample_path(stroke.xy, unit)
     recorded = {name: np.asarray(getattr(stroke, name)) for name in names}
     turned = {name: np.unwrap(values) if name in TURNS else values for name, values in recorded.items()}
     return xy, {name: np.interp(at, np.arange(len(stroke.t)), values) for name, values in turned.items()}
 
 
-def levelled(library: PoseLibrary) -> PoseLibrary:
+def level_pose(library: PoseLibrary) -> PoseLibrary:
     """The library without what the place on the page does to the pose: a quadratic polynomial, its mean put back.
 
     Angles that turn are taken relative to their mean direction.  Fewer than a hundred samples stay as they are.
@@ -277,11 +277,7 @@ def load(path: Path, data: bytes | None = None) -> PoseLibrary:
     """
     with archive.Archive(path, data) as file:
         head = file.json("pose.json", Head)
-        if head.format != _FORMAT or head.version != _VERSION:
-            raise InputError(
-                f"{path} cannot be used: it is {head.format} version {head.version}, and this program reads "
-                f"{_FORMAT} version {_VERSION}; take a newer handout, or learn it again."
-            )
+        archive.check_version(path, (head.format, head.version), (_FORMAT, _VERSION))
         lengths = file.array("lengths.npy", "int32", None).astype(np.intp)
         n = int(lengths.sum())
         bad = not len(lengths) or lengths.min() < 1 or n > _MOST or not 0 < head.unit <= _LARGEST

@@ -107,7 +107,7 @@ class PoseModel:
         return Neighbours(distance.reshape(len(xy), k), number.reshape(len(xy), k))
 
     def pose(self, xy: Array, method: str = "optimal") -> Array:
-        """(n, c): the pose, as a point (`library.embedded`), along a stroke (n, 2) in hand units."""
+        """(n, c): the pose, as a point (`library.embed_channels`), along a stroke (n, 2) in hand units."""
         return self._made(xy, self.library.pose, method)
 
     def movement(self, xy: Array, method: str = "optimal") -> Array:
@@ -125,7 +125,7 @@ class PoseModel:
             weight = 1.0 / np.maximum(near.distance, 1e-6)
             weight /= weight.sum(axis=1, keepdims=True)
             return np.asarray(np.einsum("nk,nkc->nc", weight, values[near.number]))
-        return blended(self.sequence(self.nearest(xy), turning=turning), values, self.library)
+        return blend_segments(self.sequence(self.nearest(xy), turning=turning), values, self.library)
 
     def sequence(self, near: Neighbours, *, turning: bool = False) -> Indices:
         """(n,) int: the cheapest sequence of library samples.
@@ -140,9 +140,12 @@ class PoseModel:
         lacking = costs.least - np.arange(1, costs.least + 1)
         short = np.where(lacking > 0, (costs.short + lacking) ** 2, 0.0)
         # for directions 1 − cos, which is half the square of the distance of their unit vectors
-        unlike = _apart(self.directions[near.number]) ** 2 / 2 if turning else _apart(library.pose[near.number])
+        unlike = _distances(self.directions[near.number]) ** 2 / 2 if turning else _distances(library.pose[near.number])
         jumps = costs.jump + costs.change * unlike
-        came, price = _followed(number)
+        # for steps of 0, 1 and 2 samples between candidates (n, k) and those of the next sample: (n − 1, 3, k) each
+        step = number[1:, None, :] - number[:-1, :, None]
+        ways = np.stack([step == length for length in range(3)], axis=1)
+        came, price = ways.argmax(axis=2), np.where(ways.any(axis=2), 0.0, np.inf)
         price += np.array([costs.repeat, 0.0, costs.skip])[:, None]
         steps = [_Segments(*each, short) for each in zip(came, price, jumps, strict=True)]
         shape = (2, costs.least, near.number.shape[1])
@@ -156,20 +159,10 @@ class PoseModel:
         return np.asarray(near.number[np.arange(len(own)), states])
 
 
-def _apart(values: Array) -> Array:
+def _distances(values: Array) -> Array:
     """(n − 1, k, k): distances of candidates' values (n, k, c) from those of the next sample."""
     columns = values.transpose(2, 0, 1)
     return np.asarray(np.sqrt(sum((column[:-1, :, None] - column[1:, None, :]) ** 2 for column in columns)))
-
-
-def _followed(number: Indices) -> tuple[Indices, Array]:
-    """For steps of 0, 1 and 2 samples between candidates (n, k) and those of the next sample: (n − 1, 3, k) each.
-
-    Which candidate leads to each of the next, and 0, or ∞ where none does.
-    """
-    step = number[1:, None, :] - number[:-1, :, None]
-    ways = np.stack([step == length for length in range(3)], axis=1)
-    return ways.argmax(axis=2), np.where(ways.any(axis=2), 0.0, np.inf)
 
 
 class _Segments:
@@ -227,7 +220,7 @@ def segments(sequence: Indices, library: PoseLibrary) -> list[slice]:
     return [slice(a, b) for a, b in pairwise(bounds)]
 
 
-def blended(sequence: Indices, values: Array, library: PoseLibrary) -> Array:
+def blend_segments(sequence: Indices, values: Array, library: PoseLibrary) -> Array:
     """(n, c): the library's values (m, c) along a sequence (n,), each segment fading into the next.
 
     Each segment goes on for up to six samples beyond its ends, as its library stroke does there, and weighs as much as

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.motion.timing import arc_length
 from handout.peaks import peaks
 from handout.values import Array
 
@@ -37,7 +38,11 @@ def find(xy: Array, *, cusps: bool = True) -> KeyPoints:
 
     cusps : also at cusps, and where a segment nearly closes on itself.
     """
-    turning = _smoothed_turning(xy)
+    direction = np.diff(xy @ np.array([1.0, 1j]))
+    angle = np.angle(direction[1:] * np.conj(direction[:-1]))
+    padded = np.pad(np.pad(angle, 1), WINDOW // 2)
+    summed = np.convolve(padded, np.hanning(WINDOW), "same")[WINDOW // 2 : -(WINDOW // 2)]
+    turning = 1 - np.cos(np.clip(summed, -np.pi, np.pi))
     edge = WINDOW // 4
     turns = peaks(turning, prominence=_PROMINENCE, apart=_APART)
     turns = turns[(turns > edge) & (turns < len(xy) - edge)]
@@ -46,14 +51,6 @@ def find(xy: Array, *, cusps: bool = True) -> KeyPoints:
     more = [cusp for cusp in _cusps(xy) if not (np.abs(turns - cusp) <= 8).any() and 3 < cusp < len(xy) - 4]
     index = np.unique(np.concatenate([[0], turns, more, [len(xy) - 1]])).astype(np.intp)
     return KeyPoints(_cut_where_bent(xy, index), turning)
-
-
-def _smoothed_turning(xy: Array) -> Array:
-    direction = np.diff(xy @ np.array([1.0, 1j]))
-    angle = np.angle(direction[1:] * np.conj(direction[:-1]))
-    padded = np.pad(np.pad(angle, 1), WINDOW // 2)
-    summed = np.convolve(padded, np.hanning(WINDOW), "same")[WINDOW // 2 : -(WINDOW // 2)]
-    return np.asarray(1 - np.cos(np.clip(summed, -np.pi, np.pi)))
 
 
 def _cusps(xy: Array) -> Index:
@@ -82,13 +79,7 @@ def _cut_where_bent(xy: Array, index: Index) -> Index:
     return np.array(out, dtype=np.intp)
 
 
-def arc_length(xy: Array) -> Array:
-    """(n,) float: length along a path (n, 2) up to each of its points."""
-    step = np.diff(xy, axis=0)
-    return np.concatenate([[0.0], np.cumsum(np.hypot(step[:, 0], step[:, 1]))])
-
-
-def resampled(xy: Array, count: int) -> Array:
+def resample_path(xy: Array, count: int) -> Array:
     """(count, 2): points at equal distances along a path (n, 2); repeated points are dropped."""
     arc = arc_length(xy)
     keep = np.append(True, np.diff(arc) > 0)

@@ -10,7 +10,7 @@ import numpy as np
 
 from handout.motion import sigma_lognormal_model as lognormal
 from handout.motion.reconstruction import recording_fit, shape_fit
-from handout.motion.reconstruction.key_points import extent, resampled, snr
+from handout.motion.reconstruction.key_points import extent, resample_path, snr
 from handout.motion.reconstruction.plan import LognormalPlan
 from handout.summary import one_line
 from handout.values import Array, Drawing, Page, Stroke
@@ -64,9 +64,9 @@ def fit(drawing: Drawing, *, timed: bool = True) -> PlannedPage:
     timed = timed and not all(_sparse(stroke) for stroke in drawing.strokes)
     for stroke in drawing.strokes:
         if timed:
-            fits.append(_shaped(stroke, float(stroke.t[0])) if _sparse(stroke) else _timed(stroke))
+            fits.append(_fit_shape(stroke, float(stroke.t[0])) if _sparse(stroke) else _fit_timed(stroke))
         else:
-            fits.append(_shaped(stroke, clock))
+            fits.append(_fit_shape(stroke, clock))
             clock = fits[-1].plan.end + _LIFT
     return PlannedPage(tuple(fits), drawing.page, timed, drawing.about)
 
@@ -84,11 +84,11 @@ def _dot(stroke: Stroke, start: float) -> Fit:
     return Fit(plan, np.inf, None, stroke.word)
 
 
-def _timed(stroke: Stroke) -> Fit:
+def _fit_timed(stroke: Stroke) -> Fit:
     start = float(stroke.t[0])
     if extent(stroke.xy) <= _DOT or len(stroke.t) < 3 or stroke.t[-1] - start < recording_fit.SHORTEST:
         return _dot(stroke, start)
-    recording = recording_fit.prepared(stroke.t, stroke.xy)
+    recording = recording_fit.prepare_recording(stroke.t, stroke.xy)
     plan = recording_fit.from_recording(stroke.t, stroke.xy)
     place = np.column_stack([recording.place.real, recording.place.imag])
     velocity = np.column_stack([recording.velocity.real, recording.velocity.imag])
@@ -96,30 +96,24 @@ def _timed(stroke: Stroke) -> Fit:
     return Fit(plan, snr(place, plan.at(recording.t)), speed, stroke.word)
 
 
-def _shaped(stroke: Stroke, start: float) -> Fit:
+def _fit_shape(stroke: Stroke, start: float) -> Fit:
     if extent(stroke.xy) <= _DOT or len(stroke.xy) < 2:
         return _dot(stroke, start)
-    plan = _later(shape_fit.from_shape(stroke.xy), start)
+    plan = _shift_plan(shape_fit.from_shape(stroke.xy), start)
     count = 400
-    return Fit(plan, snr(resampled(stroke.xy, count), resampled(plan.at(sampled(plan)), count)), None, stroke.word)
-
-
-def _later(plan: LognormalPlan, start: float) -> LognormalPlan:
-    """The plan moved to begin at `start`, with no pulse cut off by its times."""
-    t = _course(plan)
-    shift = start - t[0]
-    return LognormalPlan(
-        plan.targets, plan.onset + shift, plan.duration, plan.asymmetry, plan.theta, start, float(t[-1] + shift)
+    return Fit(
+        plan, snr(resample_path(stroke.xy, count), resample_path(plan.at(sample_times(plan)), count)), None, stroke.word
     )
 
 
-def _course(plan: LognormalPlan) -> tuple[float, float]:
-    pulses = plan.pulses()
-    reach = lognormal.REACH
-    return float(pulses.time(-reach).min()), float(pulses.time(reach).max())
+def _shift_plan(plan: LognormalPlan, start: float) -> LognormalPlan:
+    """The plan moved to begin at `start`, with no pulse cut off by its times."""
+    begin, end = plan.pulses().span
+    shift = start - begin
+    return replace(plan, onset=plan.onset + shift, start=start, end=end + shift)
 
 
-def varied(page: PlannedPage, variation: Variation, rng: np.random.Generator) -> PlannedPage:
+def vary_page(page: PlannedPage, variation: Variation, rng: np.random.Generator) -> PlannedPage:
     """The same page, made a little differently: targets, overlaps and bends of its plans are perturbed.
 
     Source: seed 002, §3.3 and fig. 7.
@@ -141,7 +135,7 @@ def varied(page: PlannedPage, variation: Variation, rng: np.random.Generator) ->
     return replace(page, fits=tuple(fits))
 
 
-def sampled(plan: LognormalPlan) -> Array:
+def sample_times(plan: LognormalPlan) -> Array:
     """(n,) float, s: times from the start to the end of a plan, 200 a second."""
     return np.linspace(plan.start, plan.end, max(round((plan.end - plan.start) * _RATE) + 1, 2))
 
@@ -150,6 +144,6 @@ def drawing(page: PlannedPage) -> Drawing:
     """Draw the plans."""
     strokes = []
     for fit in page.fits:
-        t = sampled(fit.plan)
+        t = sample_times(fit.plan)
         strokes.append(Stroke(t, fit.plan.at(t), word=fit.word))
     return Drawing(tuple(strokes), page.page, page.about)

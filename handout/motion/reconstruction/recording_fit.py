@@ -12,7 +12,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from handout.motion import sigma_lognormal_model as lognormal
 from handout.motion.reconstruction.plan import LognormalPlan, from_pulses
@@ -47,7 +46,7 @@ class Recording:
     velocity: Complex
 
 
-def prepared(t: Array, xy: Array) -> Recording:
+def prepare_recording(t: Array, xy: Array) -> Recording:
     """Sample a recorded movement evenly and smooth it a little.
 
     Parameters
@@ -82,19 +81,27 @@ def from_recording(t: Array, xy: Array) -> LognormalPlan:
     ----------
     t : (n,) float, s, increasing; xy : (n, 2) float, mm.
     """
-    recording = prepared(np.asarray(t, dtype=np.float64), np.asarray(xy, dtype=np.float64))
-    x = _first(recording)
-    x = _explained(recording, x, max(_MOST, 2 * len(x))) if len(x) <= _TOGETHER else _by_windows(recording, x)
+    recording = prepare_recording(np.asarray(t, dtype=np.float64), np.asarray(xy, dtype=np.float64))
+    # a stroke for every peak of speed
+    times, speed = recording.t, np.abs(recording.velocity)
+    least = peaks(-speed, prominence=0.04 * float(speed.max()), apart=4)
+    x = np.stack(
+        [
+            _guess_stroke(recording, int(a), int(b))
+            for a, b in zip(np.append(0, least), np.append(least, len(times) - 1), strict=True)
+        ]
+    )
+    x = _explain_recording(recording, x, max(_MOST, 2 * len(x))) if len(x) <= _TOGETHER else _fit_windows(recording, x)
     origin, chords = _chords(recording, x)
     return from_pulses(_pulses(x), origin, chords, float(recording.t[0]), float(recording.t[-1]))
 
 
-def _explained(recording: Recording, x: Array, most: int) -> Array:
+def _explain_recording(recording: Recording, x: Array, most: int) -> Array:
     """Fit the strokes (rows), and add more until the fit is good enough or there are `most`."""
-    x = _fitted(recording, x)
+    x = _fit_strokes(recording, x)
     had = quality(recording, x)
     while had < ENOUGH and len(x) < most:
-        more = _fitted(recording, np.concatenate([x, _missing(recording, x)]))
+        more = _fit_strokes(recording, np.concatenate([x, _missing(recording, x)]))
         better = quality(recording, more)
         if better < had + _GAIN:
             break
@@ -102,7 +109,7 @@ def _explained(recording: Recording, x: Array, most: int) -> Array:
     return x
 
 
-def _by_windows(recording: Recording, x: Array) -> Array:
+def _fit_windows(recording: Recording, x: Array) -> Array:
     """Fit a long movement a few strokes at a time, the others held fixed, in two sweeps."""
     for _ in range(_SWEEPS):
         done, x = -np.inf, x[np.argsort(x[:, 2], kind="stable")]
@@ -110,22 +117,20 @@ def _by_windows(recording: Recording, x: Array) -> Array:
             chosen = np.zeros(len(x), dtype=bool)
             chosen[ahead[:_WINDOW]] = True
             done = float(x[ahead[min(_HOP, len(ahead)) - 1], 2])
-            x = np.concatenate([x[~chosen], _in_window(recording, x, chosen)])
+            # fitted to the movement around them minus all other strokes
+            t = recording.t
+            y, z = np.searchsorted(t, [x[chosen, 2].min() - _MARGIN, x[chosen, 2].max() + _MARGIN])
+            near = slice(min(int(y), len(t) - _LEAST), max(int(z), _LEAST))
+            _, chords = _chords(recording, x)
+            moving, gone = _moving(_pulses(x[~chosen]), t[near])
+            left = Recording(
+                t[near],
+                recording.place[near] - chords[~chosen] @ gone,
+                recording.velocity[near] - chords[~chosen] @ moving,
+            )
+            x = np.concatenate([x[~chosen], _explain_recording(left, x[chosen], int(chosen.sum()) + _MORE)])
             x = x[np.argsort(x[:, 2], kind="stable")]
     return x
-
-
-def _in_window(recording: Recording, x: Array, chosen: NDArray[np.bool_]) -> Array:
-    """The chosen strokes, fitted to the movement around them minus all other strokes."""
-    t = recording.t
-    a, b = np.searchsorted(t, [x[chosen, 2].min() - _MARGIN, x[chosen, 2].max() + _MARGIN])
-    near = slice(min(int(a), len(t) - _LEAST), max(int(b), _LEAST))
-    _, chords = _chords(recording, x)
-    moving, gone = _moving(_pulses(x[~chosen]), t[near])
-    left = Recording(
-        t[near], recording.place[near] - chords[~chosen] @ gone, recording.velocity[near] - chords[~chosen] @ moving
-    )
-    return _explained(left, x[chosen], int(chosen.sum()) + _MORE)
 
 
 def quality(recording: Recording, x: Array) -> float:
@@ -148,19 +153,7 @@ def _moving(pulses: Pulses, t: Array) -> tuple[Complex, Complex]:
     return np.asarray(lognormal.rate(pulses, t) * turn), lognormal.arc(share, theta)
 
 
-def _first(recording: Recording) -> Array:
-    """A stroke for every peak of speed: (k, 4)."""
-    t, speed = recording.t, np.abs(recording.velocity)
-    least = peaks(-speed, prominence=0.04 * float(speed.max()), apart=4)
-    return np.stack(
-        [
-            _between(recording, int(a), int(b))
-            for a, b in zip(np.append(0, least), np.append(least, len(t) - 1), strict=True)
-        ]
-    )
-
-
-def _between(recording: Recording, a: int, b: int) -> Array:
+def _guess_stroke(recording: Recording, a: int, b: int) -> Array:
     """A stroke between two samples: ln sigma, mu, time of the median, theta."""
     t, v = recording.t, recording.velocity[a : b + 1]
     moving = v[np.abs(v) > 0.05 * np.abs(v).max()]
@@ -210,16 +203,16 @@ def _chords(recording: Recording, x: Array) -> tuple[complex, Complex]:
     return complex(solution[0] + recording.place[0]), np.asarray(solution[1:], dtype=np.complex128)
 
 
-def _fitted(recording: Recording, x: Array) -> Array:
+def _fit_strokes(recording: Recording, x: Array) -> Array:
     """Levenberg–Marquardt on the rows with eliminated displacements (Kaufman's approximation of the derivatives)."""
     prior, damping = x.copy(), 1e-2
-    now = _projected(recording, x, prior)
+    now = _project_strokes(recording, x, prior)
     for _ in range(_ROUNDS):
         residual, jacobian, cost = now
         normal, slope = jacobian.T @ jacobian, jacobian.T @ residual
         step = np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-6), slope)
-        tried = _bounded(recording, x - step.reshape(x.shape))
-        then = _projected(recording, tried, prior)
+        tried = _bound_strokes(recording, x - step.reshape(x.shape))
+        then = _project_strokes(recording, tried, prior)
         if then[2] < cost:
             x, now, damping = tried, then, max(damping / 4, 1e-8)
             if cost - then[2] < 2e-3 * cost:
@@ -231,7 +224,7 @@ def _fitted(recording: Recording, x: Array) -> Array:
     return x
 
 
-def _bounded(recording: Recording, x: Array) -> Array:
+def _bound_strokes(recording: Recording, x: Array) -> Array:
     x = x.copy()
     x[:, 0] = np.clip(x[:, 0], _LOW[0], _HIGH[0])
     x[:, 1] = np.clip(x[:, 1], _LOW[1], _HIGH[1])
@@ -240,7 +233,7 @@ def _bounded(recording: Recording, x: Array) -> Array:
     return x
 
 
-def _projected(recording: Recording, x: Array, prior: Array) -> tuple[Array, Array, float]:
+def _project_strokes(recording: Recording, x: Array, prior: Array) -> tuple[Array, Array, float]:
     """Residuals with the best displacements, their derivatives by the rows, and the cost."""
     matrix, wanted, scales = _system(recording, x)
     q, r = np.linalg.qr(matrix)

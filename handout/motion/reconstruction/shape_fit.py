@@ -13,9 +13,10 @@ import numpy as np
 
 from handout.motion import sigma_lognormal_model as lognormal
 from handout.motion.reconstruction import key_points
-from handout.motion.reconstruction.key_points import Index, arc_length, extent, resampled
+from handout.motion.reconstruction.key_points import Index, extent, resample_path
 from handout.motion.reconstruction.plan import LognormalPlan
-from handout.motion.sigma_lognormal_model import MOST_BENT, REACH, Complex, Pulses
+from handout.motion.sigma_lognormal_model import MOST_BENT, Complex
+from handout.motion.timing import arc_length
 from handout.values import Array
 
 ASYMMETRY, DURATION = 0.1, 0.3  # of every stroke of the first guess
@@ -58,25 +59,25 @@ def from_shape(xy: Array, *, steady: bool = False) -> LognormalPlan:
     size = extent(xy)
     if len(xy) < 2 or size <= 0:
         raise ValueError("a trace needs at least two different points")
-    even = resampled(xy, max(8, round(float(arc_length(xy)[-1]) / size * key_points.SAMPLES) + 1))
+    even = resample_path(xy, max(8, round(float(arc_length(xy)[-1]) / size * key_points.SAMPLES) + 1))
     index = key_points.find(even).index
-    best = _refined(even, _led_through(even, first_guess(even, index=index)), steady)
-    off = _off(even, best)
+    best = _refine_plan(even, _lead_through(even, first_guess(even, index=index)), steady)
+    off = _distances(even, best)
     for _ in range(_MORE):
         if snr_of(even, off) >= (_STEADY_ENOUGH if steady else ENOUGH):
             break
-        index = _with_worst(even, index, off)
-        tried = _refined(even, _led_through(even, first_guess(even, index=index)), steady)
-        if np.square(then := _off(even, tried)).sum() < np.square(off).sum():
+        index = _add_worst(even, index, off)
+        tried = _refine_plan(even, _lead_through(even, first_guess(even, index=index)), steady)
+        if np.square(then := _distances(even, tried)).sum() < np.square(off).sum():
             best, off = tried, then
     return best
 
 
-def _off(even: Array, plan: LognormalPlan) -> Array:
+def _distances(even: Array, plan: LognormalPlan) -> Array:
     """(n,) mm: how far the path is from the trace, at equal shares of their lengths."""
     pulses = plan.pulses()
-    t = _grid(pulses)
-    path = resampled(plan.at(t), len(even))
+    t = np.linspace(*pulses.span, _DENSE)
+    path = resample_path(plan.at(t), len(even))
     return np.asarray(np.hypot(*(path - even).T))
 
 
@@ -86,7 +87,7 @@ def snr_of(even: Array, off: Array) -> float:
     return float(10 * np.log10(signal / max(float((off**2).sum()), 1e-12 * signal)))
 
 
-def _with_worst(even: Array, index: Index, off: Array) -> Index:
+def _add_worst(even: Array, index: Index, off: Array) -> Index:
     """The key points and one more, half way along the segment that fits worst."""
     total = np.concatenate([[0.0], np.cumsum(off**2)])
     inside = total[index[1:]] - total[index[:-1]]
@@ -125,7 +126,7 @@ def _half_turning(piece: Array) -> float:
     length, chord = float(arc_length(piece)[-1]), float(np.hypot(*(piece[-1] - piece[0])))
     if len(piece) < 4 or length <= 0:
         return 0.0
-    direction = np.diff(resampled(piece, 16) @ np.array([1.0, 1j]))
+    direction = np.diff(resample_path(piece, 16) @ np.array([1.0, 1j]))
     half = float(np.angle(direction[1:] * np.conj(direction[:-1])).sum()) / 2 * 15 / 14
     ratio = length / max(chord, 1e-9)
     if ratio <= 1 + 1e-7:
@@ -156,33 +157,29 @@ def _overlaps(turning: Array, corners: Index) -> Array:
     return np.asarray(LEAST_DT + (MOST_DT - LEAST_DT) * (1 - soft))
 
 
-def _grid(pulses: Pulses) -> Array:
-    return np.linspace(float(pulses.time(-REACH).min()), float(pulses.time(REACH).max()), _DENSE)
-
-
 def _times(path: Complex, t: Array, count: int) -> Array:
     """Times at which a path has covered equal shares of its length."""
     arc = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path)))])
     return np.asarray(np.interp(np.linspace(0.0, arc[-1], count), arc, t))
 
 
-def _led_through(even: Array, plan: LognormalPlan, rounds: int = 3) -> LognormalPlan:
+def _lead_through(even: Array, plan: LognormalPlan, rounds: int = 3) -> LognormalPlan:
     """The plan with targets that bring its path nearest to the trace, compared at equal shares of their lengths."""
-    wanted = resampled(even, _COMPARED) @ np.array([1.0, 1j])
+    wanted = resample_path(even, _COMPARED) @ np.array([1.0, 1j])
     z = plan.targets @ np.array([1.0, 1j])
     guess, pulses = z.copy(), plan.pulses()
-    t = _grid(pulses)
+    t = np.linspace(*pulses.span, _DENSE)
     done = lognormal.arc(lognormal.progress(pulses, t), pulses.theta[:, None])
     for _ in range(rounds):
         when = _times(z[0] + np.diff(z) @ done, t, _COMPARED)
-        matrix = _linear(lognormal.arc(lognormal.progress(pulses, when), pulses.theta[:, None]))
+        matrix = path_matrix(lognormal.arc(lognormal.progress(pulses, when), pulses.theta[:, None]))
         weight = np.sqrt(_RIDGE * _COMPARED)
         rows = np.concatenate([matrix, weight * np.eye(len(z))])
         z = np.linalg.lstsq(rows, np.concatenate([wanted, weight * guess]), rcond=None)[0]
     return plan_of(np.column_stack([z.real, z.imag]), plan.dt, plan.theta)
 
 
-def _linear(done: Complex) -> Complex:
+def path_matrix(done: Complex) -> Complex:
     """(n, m): matrix from targets (m,) to the path, given the completed share of each stroke (m − 1, n)."""
     matrix = np.zeros((done.shape[1], done.shape[0] + 1), dtype=np.complex128)
     matrix[:, 0] = 1.0
@@ -191,15 +188,24 @@ def _linear(done: Complex) -> Complex:
     return matrix
 
 
-def _refined(even: Array, plan: LognormalPlan, steady: bool) -> LognormalPlan:
+def _refine_plan(even: Array, plan: LognormalPlan, steady: bool) -> LognormalPlan:
     """Levenberg–Marquardt on targets, bends, onsets, durations and asymmetries, the last ones held near the guess."""
-    wanted = resampled(even, _COMPARED) @ np.array([1.0, 1j])
+    wanted = resample_path(even, _COMPARED) @ np.array([1.0, 1j])
     size = extent(even)
     k = plan.strokes
     x = np.concatenate(
         [*(plan.targets / size).T, plan.theta, plan.onset[1:], np.log(plan.duration), np.full(k, np.log(ASYMMETRY))]
     )
-    guess, held = x.copy(), _held(k, steady)
+    # (6 k + 1, 6 k + 1): precision of the guess, in what a vector of k strokes holds behind its targets
+    behind, n = 2 * (k + 1), 6 * k + 1
+    weight, differences = np.zeros(n), np.eye(n)
+    weight[n - 2 * k :] = _STAYING if steady else _HELD
+    if steady:  # overlaps are differences of onsets
+        weight[behind : behind + k] = _STEADY
+        weight[behind + k : behind + 2 * k - 1] = _STEADY / DURATION**2
+        late = np.arange(behind + k + 1, behind + 2 * k - 1)
+        differences[late, late - 1] = -1.0
+    guess, held = x.copy(), differences.T @ (weight[:, None] * differences)
 
     def tried(x: Array) -> tuple[Array, Array, float, float]:
         residual, jacobian, mean = _differences(x, k, wanted / size)
@@ -211,7 +217,7 @@ def _refined(even: Array, plan: LognormalPlan, steady: bool) -> LognormalPlan:
     for _ in range(_ROUNDS):
         normal, slope = jacobian.T @ jacobian + held, jacobian.T @ residual + held @ (x - guess)
         step = np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-6), slope)
-        there = _bounded(x - step, k)
+        there = _bound_vector(x - step, k)
         then = tried(there)
         if then[3] < cost:
             gained = cost - then[3]
@@ -223,21 +229,10 @@ def _refined(even: Array, plan: LognormalPlan, steady: bool) -> LognormalPlan:
             damping *= 6
             if damping > 1e6:
                 break
-    found = _from_vector(x, k, size)
+    z, theta, onset, duration, asymmetry = _parts(x, k)
+    end = float((onset + duration).max())
+    found = LognormalPlan(size * np.column_stack([z.real, z.imag]), onset, duration, asymmetry, theta, 0.0, end)
     return plan_of(found.targets, found.dt, found.theta) if steady else found
-
-
-def _held(k: int, steady: bool) -> Array:
-    """(6 k + 1, 6 k + 1): precision of the guess, in what a vector of k strokes holds behind its targets."""
-    behind, n = 2 * (k + 1), 6 * k + 1
-    weight, differences = np.zeros(n), np.eye(n)
-    weight[n - 2 * k :] = _STAYING if steady else _HELD
-    if steady:  # overlaps are differences of onsets
-        weight[behind : behind + k] = _STEADY
-        weight[behind + k : behind + 2 * k - 1] = _STEADY / DURATION**2
-        late = np.arange(behind + k + 1, behind + 2 * k - 1)
-        differences[late, late - 1] = -1.0
-    return np.asarray(differences.T @ (weight[:, None] * differences))
 
 
 def _parts(x: Array, k: int) -> tuple[Complex, Array, Array, Array, Array]:
@@ -248,13 +243,7 @@ def _parts(x: Array, k: int) -> tuple[Complex, Array, Array, Array, Array]:
     return z, rest[:k], onset, np.exp(rest[2 * k - 1 : 3 * k - 1]), np.exp(rest[3 * k - 1 :])
 
 
-def _from_vector(x: Array, k: int, size: float) -> LognormalPlan:
-    z, theta, onset, duration, asymmetry = _parts(x, k)
-    end = float((onset + duration).max())
-    return LognormalPlan(size * np.column_stack([z.real, z.imag]), onset, duration, asymmetry, theta, 0.0, end)
-
-
-def _bounded(x: Array, k: int) -> Array:
+def _bound_vector(x: Array, k: int) -> Array:
     x = x.copy()
     rest = x[2 * k + 2 :]
     rest[:k] = np.clip(rest[:k], -MOST_BENT, MOST_BENT)
@@ -274,13 +263,13 @@ def _differences(x: Array, k: int, wanted: Complex) -> tuple[Array, Array, float
     z, theta, onset, duration, asymmetry = _parts(x, k)
     chord = np.diff(z)
     pulses = lognormal.pulses(duration, asymmetry, theta, onset)
-    t = _grid(pulses)
+    t = np.linspace(*pulses.span, _DENSE)
     when = _times(z[0] + lognormal.position(pulses, chord, t), t, len(wanted))
     share = lognormal.progress(pulses, when)
     done = lognormal.arc(share, theta[:, None])
     off = z[0] + chord @ done - wanted
-    linear = _linear(done).T
-    bend = chord[:, None] * _by_theta(share, theta[:, None], done)
+    linear = path_matrix(done).T
+    bend = chord[:, None] * _theta_derivative(share, theta[:, None], done)
     moving = (chord * lognormal.arc_over_chord(theta))[:, None] * np.exp(1j * theta[:, None] * (2 * share - 1))
     delay = -(moving * lognormal.rate(pulses, when))[1:]
     longer = lognormal.progress(lognormal.pulses(duration * (1 + _TINY), asymmetry, theta, onset), when)
@@ -288,27 +277,22 @@ def _differences(x: Array, k: int, wanted: Complex) -> tuple[Array, Array, float
     columns = np.concatenate(
         [linear, 1j * linear, bend, delay, moving * (longer - share) / _TINY, moving * (skewed - share) / _TINY]
     )
-    columns = _sliding(columns, off + wanted)
+    # derivatives of the places at equal shares of length, from those of the same places at fixed times: what makes the
+    # path longer before a place pushes it back along the path, by as much as its share is not kept
+    path = off + wanted
+    step = np.diff(path)
+    tangent = step / np.maximum(np.abs(step), 1e-12)
+    gained = np.zeros(columns.shape)
+    gained[:, 1:] = np.cumsum((np.diff(columns, axis=1) * np.conj(tangent)).real, axis=1)
+    beyond = np.linspace(0.0, 1.0, len(path)) * gained[:, -1:] - gained
+    middle = np.concatenate([tangent[:1], tangent[1:] + tangent[:-1], tangent[-1:]])
+    columns = columns + beyond * middle / np.maximum(np.abs(middle), 1e-12)
     residual = np.concatenate([off.real, off.imag])
     jacobian = np.concatenate([columns.real, columns.imag], axis=1).T
     return residual, jacobian, float(np.mean(np.abs(off) ** 2))
 
 
-def _sliding(columns: Complex, path: Complex) -> Complex:
-    """Derivatives of the places at equal shares of length, from those (p, n) of the same places at fixed times.
-
-    What makes the path longer before a place pushes it back along the path, by as much as its share is not kept.
-    """
-    step = np.diff(path)
-    tangent = step / np.maximum(np.abs(step), 1e-12)
-    longer = np.zeros(columns.shape)
-    longer[:, 1:] = np.cumsum((np.diff(columns, axis=1) * np.conj(tangent)).real, axis=1)
-    along = np.linspace(0.0, 1.0, len(path)) * longer[:, -1:] - longer
-    middle = np.concatenate([tangent[:1], tangent[1:] + tangent[:-1], tangent[-1:]])
-    return np.asarray(columns + along * middle / np.maximum(np.abs(middle), 1e-12))
-
-
-def _by_theta(share: Array, theta: Array, done: Complex) -> Complex:
+def _theta_derivative(share: Array, theta: Array, done: Complex) -> Complex:
     """Derivative of `lognormal.arc` by theta."""
     angle = np.where(np.abs(theta) < 1e-4, 1e-4, theta)
     ahead = angle * share

@@ -15,10 +15,15 @@ from typing import Any
 import numpy as np
 
 from handout.errors import InputError
-from handout.motion.learned.sequences import MovementSequence
-from handout.motion.learned.structure import StructureModel
 from handout.motion.styles.learned_movement import through_targets
-from handout.motion.styles.restyling import TargetSequence, broken_path, draw_sequences, flicked, join_targets, scaled
+from handout.motion.styles.restyling import (
+    TargetSequence,
+    add_flicks,
+    break_targets,
+    draw_sequences,
+    join_targets,
+    scale_strokes,
+)
 from handout.motion.styles.style import Style
 from handout.values import Array, Drawing, Indices, Page, Stroke
 
@@ -57,55 +62,43 @@ def tag(letters: int, style: Style, page: Page, rng: np.random.Generator, built:
         A number of letters outside 1 to 60, or a structure for a style of rules.
     """
     if built is not None and built.model is not None and built.model.structure is not None:
-        return _invented(built.model.structure, built.primer, style, page, rng)
+        if style.model is None:
+            raise InputError(f"structure: {style.name} moves by rules; a learned structure needs a learned style.")
+        new = built.model.structure.invent(rng, style.learned.temperature, built.primer, _LEAST_WAYS)
+        strokes = through_targets([new.targets[part] for part in new.parts], style, rng, _WAYS)
+        return _place_strokes(strokes, page, {"title": "A tag", "style": style.name})
     if not 1 <= letters <= MOST_LETTERS:
         raise InputError(f"letters: {letters} is outside 1 to {MOST_LETTERS}.")
-    forms = _row(letters, _GAP + style.brush.width * _HEIGHT, rng)
+    # glyphs side by side, 1 high; those at the ends larger
+    reached, forms = 0.0, []
+    for number in range(letters):
+        size = 1 + _SWELL * (letters > 2 and number in (0, letters - 1))
+        form = size * glyph(int(rng.integers(_FEWEST, _MOST + 1)), rng)
+        form[:, 0] += reached - form[:, 0].min()
+        reached = float(form[:, 0].max()) + (_GAP + style.brush.width * _HEIGHT)
+        forms.append(form)
     joined = [join_targets(forms, style.ligature.turn)[0]] if style.ligature.reach > 0 else forms
     lean = np.array([[style.form.stretch, 0.0], [-math.tan(style.form.shear), 1.0]])
     about = {"title": f"A tag of {letters}", "style": style.name, "letters": letters}
     if style.model is not None:
-        return _placed(through_targets([points @ lean for points in joined], style, rng, _HEIGHT), page, about)
-    parts = [_styled(points @ lean, style) for points in joined]
-    return _placed(draw_sequences(parts, style, _HEIGHT, rng), page, about)
+        return _place_strokes(through_targets([points @ lean for points in joined], style, rng, _HEIGHT), page, about)
+    parts = [_target_sequence(points @ lean, style) for points in joined]
+    return _place_strokes(draw_sequences(parts, style, _HEIGHT, rng), page, about)
 
 
-def _invented(
-    structure: StructureModel, primer: MovementSequence | None, style: Style, page: Page, rng: np.random.Generator
-) -> Drawing:
-    """A tag whose targets are invented, moved through in a learned manner."""
-    if style.model is None:
-        raise InputError(f"structure: {style.name} moves by rules; a learned structure needs a learned style.")
-    new = structure.invent(rng, style.learned.temperature, primer, _LEAST_WAYS)
-    strokes = through_targets([new.targets[part] for part in new.parts], style, rng, _WAYS)
-    return _placed(strokes, page, {"title": "A tag", "style": style.name})
-
-
-def _row(letters: int, gap: float, rng: np.random.Generator) -> list[Array]:
-    """Glyphs side by side, 1 high; those at the ends larger."""
-    x, row = 0.0, []
-    for number in range(letters):
-        size = 1 + _SWELL * (letters > 2 and number in (0, letters - 1))
-        points = size * glyph(int(rng.integers(_FEWEST, _MOST + 1)), rng)
-        points[:, 0] += x - points[:, 0].min()
-        x = float(points[:, 0].max()) + gap
-        row.append(points)
-    return row
-
-
-def _styled(points: Array, style: Style) -> TargetSequence:
+def _target_sequence(points: Array, style: Style) -> TargetSequence:
     """The targets of one movement; of a broken script, the corners of straight ways between them."""
     if not style.breaking.directions:
         tips = points[0] - points[1], points[-1] - points[-2]
-        return TargetSequence(flicked(points, tips, style, _HEIGHT), np.zeros(len(points), dtype=bool), word=0)
+        return TargetSequence(add_flicks(points, tips, style, _HEIGHT), np.zeros(len(points), dtype=bool), word=0)
     share = np.linspace(0.0, 1.0, 12, endpoint=False)[:, None]
     ways = [a + share * (b - a) for a, b in pairwise(points)]
     path = np.concatenate([*ways, points[-1:]])
     corners = np.arange(len(ways)) * 12
-    return TargetSequence(*broken_path(path, corners[1:], style, _HEIGHT), word=0)
+    return TargetSequence(*break_targets(path, corners[1:], style, _HEIGHT), word=0)
 
 
-def _placed(strokes: tuple[Stroke, ...], page: Page, about: dict[str, Any]) -> Drawing:
+def _place_strokes(strokes: tuple[Stroke, ...], page: Page, about: dict[str, Any]) -> Drawing:
     """The strokes as large as the page allows, in its middle."""
     xy = np.concatenate([stroke.xy for stroke in strokes])
     widest = max(float(stroke.width.max()) if stroke.width is not None else 0.0 for stroke in strokes)
@@ -113,7 +106,7 @@ def _placed(strokes: tuple[Stroke, ...], page: Page, about: dict[str, Any]) -> D
     room = np.array([page.width, page.height]) - 2 * _MARGIN * min(page.width, page.height)
     scale = float(min(*(room / (high - low)), _SHARE * page.height / max(float(high[1] - low[1]), 1e-9)))
     away = 0.5 * np.array([page.width, page.height]) - 0.5 * scale * (low + high)
-    return Drawing(scaled(strokes, scale, away), page, about)
+    return Drawing(scale_strokes(strokes, scale, away), page, about)
 
 
 def glyph(count: int, rng: np.random.Generator) -> Array:
@@ -153,16 +146,12 @@ def best_order(places: Array, rng: np.random.Generator) -> Indices:
     for _ in range(_GENERATIONS):
         worth = fitness(orders, places)
         best = orders[np.argsort(-worth, kind="stable")[:_ELITE]]
-        parents = orders[_tournament_winners(worth, 2 * (_POPULATION - _ELITE), rng)]
+        count = 2 * (_POPULATION - _ELITE)
+        rivals = rng.integers(len(worth), size=(count, _TOURNAMENT))
+        parents = orders[rivals[np.arange(count), worth[rivals].argmax(axis=1)]]
         children = [_child(a, b, rng) for a, b in zip(parents[::2], parents[1::2], strict=True)]
         orders = np.concatenate([best, np.array(children)])
     return np.asarray(orders[fitness(orders, places).argmax()])
-
-
-def _tournament_winners(worth: Array, count: int, rng: np.random.Generator) -> Indices:
-    """Winners of tournaments."""
-    rivals = rng.integers(len(worth), size=(count, _TOURNAMENT))
-    return np.asarray(rivals[np.arange(count), worth[rivals].argmax(axis=1)])
 
 
 def _child(a: Indices, b: Indices, rng: np.random.Generator) -> Indices:

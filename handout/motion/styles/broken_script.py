@@ -20,7 +20,7 @@ _STRAIGHT = 0.96  # chord over length from which a piece was meant as one straig
 _LEVEL = 0.4  # sine of the slope below which such a stroke is a crossbar, which stays as it is
 
 
-def broken(path: Array, bends: Indices, directions: Array, least: float) -> Array:
+def break_path(path: Array, bends: Indices, directions: Array, least: float) -> Array:
     """Corners (m, 2) of the broken path.
 
     Parameters
@@ -50,16 +50,16 @@ def _legs(piece: Array, either: Array, least: float) -> Array:
         return np.asarray(whole[None])
     run = _directions(step @ either.T * (1 + _UPRIGHT * np.abs(either[:, 1]) ** 4), least)
     starts = np.concatenate([[0], np.flatnonzero(np.diff(run)) + 1, [len(run)]])
-    legs = _crossed(piece, starts, either[run[starts[:-1]]])
+    legs = _cross_lines(piece, starts, either[run[starts[:-1]]])
     if legs is not None:
         return legs
     if length > 3 * least and len(starts) > 2:  # too winding to be solved as one
         half = int(starts[len(starts) // 2])
         return np.concatenate([_legs(piece[: half + 1], either, least), _legs(piece[half:], either, least)])
-    return _two(whole, either) if size > least else np.asarray(whole[None])
+    return _split_step(whole, either) if size > least else np.asarray(whole[None])
 
 
-def _crossed(piece: Array, starts: Indices, along: Array) -> Array | None:
+def _cross_lines(piece: Array, starts: Indices, along: Array) -> Array | None:
     """Steps along strokes whose lines run through the middle of their samples, or through the ends of the piece.
 
     None if a stroke would run backwards or become too long.
@@ -82,7 +82,7 @@ def _crossed(piece: Array, starts: Indices, along: Array) -> Array | None:
     return np.asarray(legs) if ((products > 0.2 * progress) & (products < _LONGEST * progress)).all() else None
 
 
-def _two(whole: Array, either: Array) -> Array:
+def _split_step(whole: Array, either: Array) -> Array:
     """A step (2,) split into two of neighbouring directions, the more upright one at the lower end."""
     turned = np.angle((either @ np.array([1.0, 1j])) / (whole @ np.array([1.0, 1j])))
     left, right = np.where(turned >= 0, turned, np.inf).argmin(), np.where(turned < 0, turned, -np.inf).argmax()
@@ -112,7 +112,7 @@ def _directions(progress: Array, least: float) -> Indices:
     return run
 
 
-def footed(corners: Array, foot: float, direction: Array) -> Array:
+def add_feet(corners: Array, foot: float, direction: Array) -> Array:
     """Add a slanting foot to a broken path where it begins or ends with an upright.
 
     Parameters

@@ -14,16 +14,13 @@ import numpy as np
 from msgspec.structs import replace
 
 from handout.motion import sigma_lognormal_model as lognormal
-from handout.motion.learned.dynamics import State
-from handout.motion.learned.model import LearnedMovement, dotted, taken_apart
+from handout.motion.learned.model import LearnedMovement, plan_dot, taken_apart
 from handout.motion.learned.sequences import MovementSequence, of_plans
-from handout.motion.reconstruction.key_points import arc_length
 from handout.motion.reconstruction.plan import LognormalPlan
-from handout.motion.reconstruction.shape_fit import plan_of
-from handout.motion.sigma_lognormal_model import REACH
+from handout.motion.reconstruction.shape_fit import path_matrix, plan_of
 from handout.motion.styles.movement import widths
-from handout.motion.styles.style import Learned, Style
-from handout.motion.timing import time_in_air
+from handout.motion.styles.style import Style
+from handout.motion.timing import arc_length, time_in_air
 from handout.values import TURNS, Array, Drawing, Stroke
 
 _SAMPLES = 60  # in the duration of a stroke: 200 a second at the usual .3 s
@@ -40,10 +37,10 @@ class _Part:
     stroke: Stroke | None
 
 
-def moved(drawing: Drawing, style: Style, rng: np.random.Generator, height: float) -> tuple[Stroke, ...]:
+def move_drawing(drawing: Drawing, style: Style, rng: np.random.Generator, height: float) -> tuple[Stroke, ...]:
     """The strokes of a drawing, moved through in the style's learned manner; `height` of a letter, mm."""
     parts = [_Part(plan, stroke) for plan, stroke in zip(taken_apart(drawing, height), drawing.strokes, strict=True)]
-    return _drawn(_groups(parts), style, rng, height)
+    return _draw_groups(_groups(parts), style, rng, height)
 
 
 def through_targets(
@@ -53,10 +50,10 @@ def through_targets(
     parts = []
     for each in targets:
         ways = max(len(each) - 1, 0)
-        known = plan_of(each, np.full(ways, 0.5), np.zeros(ways)) if ways else dotted(each)
+        known = plan_of(each, np.full(ways, 0.5), np.zeros(ways)) if ways else plan_dot(each)
         parts.append(_Part(known, None))
     plain = replace(style, learned=replace(style.learned, hold=0.0, keep=0.0))
-    return _drawn(_groups(parts), plain, rng, height)
+    return _draw_groups(_groups(parts), plain, rng, height)
 
 
 def _groups(parts: Sequence[_Part]) -> Iterator[list[_Part]]:
@@ -72,31 +69,34 @@ def _groups(parts: Sequence[_Part]) -> Iterator[list[_Part]]:
             yield group
 
 
-def _drawn(groups: Iterator[list[_Part]], style: Style, rng: np.random.Generator, height: float) -> tuple[Stroke, ...]:
+def _draw_groups(
+    groups: Iterator[list[_Part]], style: Style, rng: np.random.Generator, height: float
+) -> tuple[Stroke, ...]:
     manner, learned = style.model, style.learned
     assert isinstance(manner, LearnedMovement)
     state = manner.state(style.primer)
     clock, before, strokes = 0.0, None, list[Stroke]()
     for group in groups:
-        for part, plan in zip(group, _moved(group, manner, state, rng, learned), strict=True):
+        # the plans with dynamics between those of the manner and their own, as far as they keep them
+        known = of_plans([part.plan for part in group])
+        told, keep = manner.dynamics.predict(known, rng, learned.temperature, state), learned.keep
+        dt, theta = ((1 - keep) * new + keep * old for new, old in ((told.dt, known.dt), (told.theta, known.theta)))
+        for part, plan in zip(group, plans_of(dataclasses.replace(told, dt=dt, theta=theta)), strict=True):
             xy = _path(part.plan, plan, learned.hold)
             if before is not None:
                 way = float(np.linalg.norm(xy[0] - before)) * _HEIGHTS_IN_X / height
                 clock += time_in_air(way, line=False, word=False)
             t = clock + np.arange(len(xy)) * learned.duration / _SAMPLES
-            strokes.append(_stroke(t, xy, part.stroke, style, height))
+            width = widths(t, xy, style, height)
+            nib = style.brush.width * height if style.brush.kind == "nib" else 0.0
+            carried = {} if part.stroke is None else _carry_channels(part.stroke, xy)
+            if nib:
+                carried["rotation"] = np.full(len(t), -style.brush.angle)
+            source = part.stroke
+            word, layer, colour = (-1, "", "") if source is None else (source.word, source.layer, source.colour)
+            strokes.append(Stroke(t, xy, **carried, width=width, nib=nib, word=word, layer=layer, colour=colour))
             clock, before = float(t[-1]), xy[-1]
     return tuple(strokes)
-
-
-def _moved(
-    group: Sequence[_Part], manner: LearnedMovement, state: State | None, rng: np.random.Generator, learned: Learned
-) -> list[LognormalPlan]:
-    """The plans of a group with dynamics of the manner, between these and their own as far as they keep them."""
-    known = of_plans([part.plan for part in group])
-    told, keep = manner.dynamics.predict(known, rng, learned.temperature, state), learned.keep
-    dt, theta = ((1 - keep) * new + keep * old for new, old in ((told.dt, known.dt), (told.theta, known.theta)))
-    return plans_of(dataclasses.replace(told, dt=dt, theta=theta))
 
 
 def plans_of(sequence: MovementSequence) -> list[LognormalPlan]:
@@ -104,7 +104,9 @@ def plans_of(sequence: MovementSequence) -> list[LognormalPlan]:
     plans = []
     for part in sequence.parts:
         targets, ways = sequence.targets[part], slice(part.start, part.stop - 1)
-        plans.append(plan_of(targets, sequence.dt[ways], sequence.theta[ways]) if len(targets) > 1 else dotted(targets))
+        plans.append(
+            plan_of(targets, sequence.dt[ways], sequence.theta[ways]) if len(targets) > 1 else plan_dot(targets)
+        )
     return plans
 
 
@@ -115,17 +117,13 @@ def _path(known: LognormalPlan, plan: LognormalPlan, hold: float) -> Array:
     z = plan.targets @ np.array([1.0, 1j])
     if hold > 0:
         passing = _passing(plan)
-        matrix = lognormal.arc(lognormal.progress(plan.pulses(), passing), plan.theta[:, None]).T
-        linear = np.zeros((len(z), len(z)), dtype=np.complex128)
-        linear[:, 0] = 1.0
-        linear[:, 1:] += matrix
-        linear[:, :-1] -= matrix
+        linear = path_matrix(lognormal.arc(lognormal.progress(plan.pulses(), passing), plan.theta[:, None]))
         places = known.at(_passing(known)) @ np.array([1.0, 1j])
         rows = np.concatenate([linear, np.sqrt(_RIDGE) * np.eye(len(z))])
         led = np.linalg.lstsq(rows, np.concatenate([places, np.sqrt(_RIDGE) * z]), rcond=None)[0]
         z = z + hold * (led - z)
     pulses = plan.pulses()
-    start, end = float(pulses.time(-REACH).min()), float(pulses.time(REACH).max())
+    start, end = pulses.span
     samples = max(round((end - start) * _SAMPLES / float(plan.duration[0])), 2)
     path = z[0] + lognormal.path(pulses, np.diff(z), start, (end - start) / (samples - 1), samples)
     return np.column_stack([path.real, path.imag])
@@ -135,22 +133,11 @@ def _passing(plan: LognormalPlan) -> Array:
     """(m,) s: when a plan passes from each stroke to the next: half-way between their medians; at its ends, those."""
     pulses = plan.pulses()
     middle = pulses.time(0.0)
-    ends = float(pulses.time(-REACH).min()), float(pulses.time(REACH).max())
-    return np.concatenate([ends[:1], 0.5 * (middle[1:] + middle[:-1]), ends[1:]])
+    start, end = pulses.span
+    return np.concatenate([[start], 0.5 * (middle[1:] + middle[:-1]), [end]])
 
 
-def _stroke(t: Array, xy: Array, source: Stroke | None, style: Style, height: float) -> Stroke:
-    """The stroke of a movement, with the width of the style's brush and what was recorded along its source."""
-    width = widths(t, xy, style, height)
-    nib = style.brush.width * height if style.brush.kind == "nib" else 0.0
-    carried = {} if source is None else _carried(source, xy)
-    if nib:
-        carried["rotation"] = np.full(len(t), -style.brush.angle)
-    word, layer, colour = (-1, "", "") if source is None else (source.word, source.layer, source.colour)
-    return Stroke(t, xy, **carried, width=width, nib=nib, word=word, layer=layer, colour=colour)
-
-
-def _carried(source: Stroke, xy: Array) -> dict[str, Array]:
+def _carry_channels(source: Stroke, xy: Array) -> dict[str, Array]:
     """Channels of a stroke along another path, at equal shares of their lengths."""
     old, new = arc_length(source.xy), arc_length(xy)
     share = new / max(float(new[-1]), 1e-12) * float(old[-1])

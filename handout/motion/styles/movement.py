@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from handout.motion import covariance
-from handout.motion.guides import Guide
 from handout.motion.optimal_control import HOLD, targets_through
 from handout.motion.styles.style import Style
-from handout.motion.tracker import STEPS, Ends, relative, tracker
+from handout.motion.tracker import STEPS, Ends, Guide, relative, tracker
 from handout.values import NIB_THICKNESS, POSE, TURNS, Array, Stroke
 
 _ENDS = 0.2  # size of the first and the last target against the others: strokes begin and end where they were drawn
@@ -63,14 +62,14 @@ def move(
     """
     if len(points) == 1:
         return np.array([0.0, style.movement.interval]), np.repeat(points, 2, axis=0)
-    sizes = covariances(corner, style, rng) if spreads is None else covariance.settled(spreads, points)
+    sizes = covariances(corner, style, rng) if spreads is None else covariance.settle_covariances(spreads, points)
     xy = _path(points, sizes, style, height, rng, guide, style.movement.end)
     if style.movement.end == "free":  # the pen touches down and leaves in flight, above the first and the last target
         xy = xy[STEPS // 2 : len(xy) - STEPS // 2]
     return _clock(len(xy), style), xy
 
 
-def around(
+def move_around(
     points: Array,
     corner: NDArray[np.bool_],
     style: Style,
@@ -118,7 +117,9 @@ def _path(
     through = targets_through(points, smooth=movement.drawn_at, order=movement.order)
     xy = solver.path(points + style.form.overshoot * (through - points))
     if style.jitter.size > 0:
-        xy = xy + style.jitter.size * height * usual / _size(style) * solver.noise(rng, 2)
+        # the geometric mean of the standard deviations of a usual target
+        size = math.sqrt(abs(float(np.linalg.det(_basis(style)))))
+        xy = xy + style.jitter.size * height * usual / size * solver.noise(rng, 2)
     return xy
 
 
@@ -132,18 +133,13 @@ def covariances(corner: NDArray[np.bool_], style: Style, rng: np.random.Generato
     sizes = np.exp(shape.spread * rng.standard_normal(len(corner)))
     sizes[corner] *= shape.corners**2
     sizes[[0, -1]] *= ends
-    return covariance.semi_tied(_basis(style), sizes)
+    return covariance.tie_covariances(_basis(style), sizes)
 
 
 def _basis(style: Style) -> Array:
     """(2, 2): the oblique axes of the covariances, as columns."""
     shape = style.covariance
     return np.column_stack([size * vector(angle) for size, angle in zip(shape.axes, shape.angles, strict=True)])
-
-
-def _size(style: Style) -> float:
-    """Geometric mean of the standard deviations of a usual target, in the unit of `covariances`."""
-    return math.sqrt(abs(float(np.linalg.det(_basis(style)))))
 
 
 def _guide(style: Style) -> Guide | None:
@@ -168,7 +164,11 @@ def widths(t: Array, xy: Array, style: Style, height: float, *, tapered: bool = 
         width = thin + (full - thin) * (brush.pace + _REST) / (brush.pace + speed)
         width = gaussian_filter1d(width, _EVEN, mode="nearest")
     elif brush.kind == "nib":
-        along = _pen_directions(xy)
+        # (n,) rad on the page: where the pen is going; at rest, where it last went or will go
+        step = np.gradient(xy, axis=0)
+        moving = np.flatnonzero(np.hypot(step[:, 0], step[:, 1]) > 1e-6 * np.ptp(xy, axis=0).max())
+        nearest = moving[np.clip(np.searchsorted(moving, np.arange(len(xy))), 0, len(moving) - 1)]
+        along = np.arctan2(step[nearest, 1], step[nearest, 0])
         width = full * np.hypot(np.sin(along + brush.angle), NIB_THICKNESS)
     elif brush.kind == "pointed":
         pull = np.clip(velocity[:, 1] / np.maximum(speed, 1e-9 * speed.max()), 0.0, 1.0)
@@ -176,18 +176,10 @@ def widths(t: Array, xy: Array, style: Style, height: float, *, tapered: bool = 
         width = gaussian_filter1d(thin + (full - thin) * pull**2 * ease, 2 * _EVEN, mode="nearest")
     else:
         width = np.full(len(t), full)
-    return np.asarray(width * _tapered(xy, brush.taper * height) if tapered else width)
+    return np.asarray(width * _taper(xy, brush.taper * height) if tapered else width)
 
 
-def _pen_directions(xy: Array) -> Array:
-    """(n,) rad on the page: where the pen is going; at rest, where it last went or will go."""
-    step = np.gradient(xy, axis=0)
-    moving = np.flatnonzero(np.hypot(step[:, 0], step[:, 1]) > 1e-6 * np.ptp(xy, axis=0).max())
-    nearest = moving[np.clip(np.searchsorted(moving, np.arange(len(xy))), 0, len(moving) - 1)]
-    return np.asarray(np.arctan2(step[nearest, 1], step[nearest, 0]))
-
-
-def _tapered(xy: Array, length: float) -> Array:
+def _taper(xy: Array, length: float) -> Array:
     """(n,) shares of the width: thin at both ends of a movement over that length (mm)."""
     if length <= 0:
         return np.ones(len(xy))

@@ -16,10 +16,10 @@ from msgspec.structs import replace as replaced
 from numpy.typing import NDArray
 
 from handout.errors import InputError
-from handout.motion.guides import Guide
 from handout.motion.styles import broken_script, targets
-from handout.motion.styles.movement import around, join_poses, move, pose_along, pose_at_targets, vector, widths
+from handout.motion.styles.movement import join_poses, move, move_around, pose_along, pose_at_targets, vector, widths
 from handout.motion.styles.style import Style
+from handout.motion.tracker import Guide
 from handout.values import POSE, Array, Drawing, Indices, Stroke
 
 _LIFT = 1.2  # intervals from the end of one stroke to the start of the next, and as many more for each
@@ -72,17 +72,17 @@ def restyle(drawing: Drawing, style: Style, rng: np.random.Generator, height: fl
     tall = targets.letter_height(drawing) if height is None else height
     about = {key: value for key, value in drawing.about.items() if key != "timing"} | {"style": style.name}
     if style.model is not None:
-        from handout.motion.styles.learned_movement import moved
+        from handout.motion.styles.learned_movement import move_drawing
 
-        strokes = moved(_formed(drawing, style), style, rng, tall)
-        return Drawing(_on_page(strokes, drawing), drawing.page, about)
+        strokes = move_drawing(_form_drawing(drawing, style), style, rng, tall)
+        return Drawing(_fit_page(strokes, drawing), drawing.page, about)
     lines = zip(drawing.strokes, _middles(drawing.strokes), strict=True)
     sequences = [_sequence(stroke, style, tall, middle) for stroke, middle in lines]
-    strokes = draw_sequences(_joined(sequences, style, tall), style, tall, rng)
-    return Drawing(_on_page(strokes, drawing), drawing.page, about)
+    strokes = draw_sequences(_join_sequences(sequences, style, tall), style, tall, rng)
+    return Drawing(_fit_page(strokes, drawing), drawing.page, about)
 
 
-def _formed(drawing: Drawing, style: Style) -> Drawing:
+def _form_drawing(drawing: Drawing, style: Style) -> Drawing:
     """The drawing, leant and stretched as the style wants it."""
     lines = zip(drawing.strokes, _middles(drawing.strokes), strict=True)
     formed = (replace(stroke, xy=middle + (stroke.xy - middle) @ _form(style)) for stroke, middle in lines)
@@ -103,9 +103,9 @@ def draw_sequences(
         if before is not None:
             way = float(np.linalg.norm(sequence.points[0] - before)) / height
             clock += style.movement.interval * (_LIFT + _AIR * math.sqrt(way))
-        guide = _along(sequence.points) if style.breaking.directions and len(sequence.points) > 1 else None
+        guide = _guide_along(sequence.points) if style.breaking.directions and len(sequence.points) > 1 else None
         if sequence.ring:
-            t, xy = around(sequence.points, sequence.corner, style, height, rng, guide)
+            t, xy = move_around(sequence.points, sequence.corner, style, height, rng, guide)
         else:
             t, xy = move(sequence.points, sequence.corner, style, height, rng, guide, sequence.spreads)
         width = widths(t, xy, style, height, tapered=not sequence.ring)
@@ -141,7 +141,7 @@ def losses(before: Drawing, after: Drawing, style: Style) -> list[str]:
             notes.append("The recorded rotation is left out: the style's flat nib keeps its own angle.")
         elif (had == len(before.strokes) > 0 and has < len(after.strokes)) or 0 < had < len(before.strokes):
             notes.append(f"Only {has} of {len(after.strokes)} strokes have a {name}: not all that was recorded has it.")
-    share = _kept(before, after, style)
+    share = _share_kept(before, after, style)
     if share < _COLLAPSED:
         notes.append(
             f"smooth = {style.movement.smooth:g} rounds the letters away: {share:.0%} of the length of their lines is "
@@ -150,7 +150,7 @@ def losses(before: Drawing, after: Drawing, style: Style) -> list[str]:
     return notes
 
 
-def _kept(before: Drawing, after: Drawing, style: Style) -> float:
+def _share_kept(before: Drawing, after: Drawing, style: Style) -> float:
     """Length of the restyled lines, as a share of that at the smoothing at which letters keep their form."""
     movement = style.movement
     if movement.smooth <= movement.drawn_at or style.model is not None:
@@ -182,7 +182,7 @@ def _middles(strokes: Sequence[Stroke]) -> Array:
     return np.array([(across, middles[number]) for number in group.tolist()])
 
 
-def _on_page(strokes: tuple[Stroke, ...], before: Drawing) -> tuple[Stroke, ...]:
+def _fit_page(strokes: tuple[Stroke, ...], before: Drawing) -> tuple[Stroke, ...]:
     """The strokes, made smaller about the middle of the page if they leave it and the original strokes did not."""
     page = np.array([before.page.width, before.page.height])
     was = np.concatenate([stroke.xy for stroke in before.strokes])
@@ -190,10 +190,10 @@ def _on_page(strokes: tuple[Stroke, ...], before: Drawing) -> tuple[Stroke, ...]
     if (was < 0).any() or (was > page).any() or not ((now < 0).any() or (now > page).any()):
         return strokes
     share = float((0.5 * page / np.maximum(np.abs(now - 0.5 * page).max(axis=0), 1e-9)).min())
-    return scaled(strokes, share, 0.5 * (1 - share) * page)
+    return scale_strokes(strokes, share, 0.5 * (1 - share) * page)
 
 
-def scaled(strokes: Sequence[Stroke], scale: float, away: Array) -> tuple[Stroke, ...]:
+def scale_strokes(strokes: Sequence[Stroke], scale: float, away: Array) -> tuple[Stroke, ...]:
     """The strokes, widths and nibs included, times `scale` and then moved by `away` (2,), mm."""
     return tuple(
         replace(
@@ -225,17 +225,17 @@ def _sequence(stroke: Stroke, style: Style, height: float, middle: Array) -> Tar
     if len(motif.points) == 1:
         return sequence
     if style.breaking.directions:
-        path, bends = _begun_at_top(motif) if motif.ring else (motif.path, motif.bends)
-        points, corner = broken_path(path, bends, style, height, footed=not motif.ring)
+        path, bends = _begin_at_top(motif) if motif.ring else (motif.path, motif.bends)
+        points, corner = break_targets(path, bends, style, height, footed=not motif.ring)
         return replace(sequence, points=points, corner=corner, ring=False, channels=channels(points, ring=motif.ring))
     if motif.ring:
         return sequence
     arm = min(_ARM, len(motif.path) - 1)
     tips = motif.path[0] - motif.path[arm], motif.path[-1] - motif.path[-1 - arm]
-    return replace(sequence, points=flicked(motif.points, tips, style, height))
+    return replace(sequence, points=add_flicks(motif.points, tips, style, height))
 
 
-def flicked(points: Array, tips: tuple[Array, Array], style: Style, height: float) -> Array:
+def add_flicks(points: Array, tips: tuple[Array, Array], style: Style, height: float) -> Array:
     """Targets, the first and the last moved outwards in the directions of a stroke's tips, as far as the style says."""
     moved = points.copy()
     longest = _FLICKED * float(np.linalg.norm(points[-1] - points[0]))
@@ -246,7 +246,7 @@ def flicked(points: Array, tips: tuple[Array, Array], style: Style, height: floa
     return moved
 
 
-def broken_path(
+def break_targets(
     path: Array, bends: Indices, style: Style, height: float, *, footed: bool = True
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Points and corners of a path (n, 2), mm, broken into the strokes of a style; `bends`: samples of its own corners.
@@ -255,20 +255,20 @@ def broken_path(
     """
     rule = style.breaking
     directions = np.array([vector(angle) for angle in rule.directions])
-    corners = broken_script.broken(path, bends, directions, rule.least * height)
+    corners = broken_script.break_path(path, bends, directions, rule.least * height)
     if rule.foot > 0 and footed:
-        corners = broken_script.footed(corners, rule.foot * height, vector(rule.step))
+        corners = broken_script.add_feet(corners, rule.foot * height, vector(rule.step))
     return corners, np.ones(len(corners), dtype=bool)
 
 
-def _begun_at_top(ring: targets.Motif) -> tuple[Array, Indices]:
+def _begin_at_top(ring: targets.Motif) -> tuple[Array, Indices]:
     """The path of a ring begun at its top, where broken scripts have a corner, and the samples of its corners."""
     top = int(ring.path[:, 1].argmin())
     path = np.concatenate([ring.path[top:-1], ring.path[: top + 1]])
     return path, np.sort((ring.bends - top) % (len(path) - 1))
 
 
-def _along(points: Array) -> Guide:
+def _guide_along(points: Array) -> Guide:
     """A guide along the straight lines from each target to the next."""
     step = np.diff(points, axis=0)
     size = np.linalg.norm(step, axis=1, keepdims=True)
@@ -276,30 +276,30 @@ def _along(points: Array) -> Guide:
     return Guide(np.concatenate([direction, direction[-1:]]), _EDGE)
 
 
-def _joined(sequences: Sequence[TargetSequence], style: Style, height: float) -> Iterator[TargetSequence]:
+def _join_sequences(sequences: Sequence[TargetSequence], style: Style, height: float) -> Iterator[TargetSequence]:
     """The sequences, those that follow within the reach of the style's ligatures joined into one."""
     reach = style.ligature.reach * height
     group: list[TargetSequence] = []
     for sequence in sequences:
         if group and not _joins(group[-1], sequence, reach):
-            yield _as_one(group, style.ligature.turn)
+            yield _merge_group(group, style.ligature.turn)
             group = []
         group.append(sequence)
     if group:
-        yield _as_one(group, style.ligature.turn)
+        yield _merge_group(group, style.ligature.turn)
 
 
-def _as_one(group: Sequence[TargetSequence], turn: float) -> TargetSequence:
+def _merge_group(group: Sequence[TargetSequence], turn: float) -> TargetSequence:
     if len(group) == 1:
         return group[0]
-    opened = [_opened(part) for part in group]
+    opened = [_open_ring(part) for part in group]
     points, remaining = join_targets([part.points for part in opened], turn)
     channels = join_poses([part.channels for part in opened], [len(part.points) for part in opened], remaining)
     corner = np.concatenate([part.corner for part in opened])[remaining]
     return replace(opened[0], points=points, corner=corner, channels=channels)
 
 
-def _opened(sequence: TargetSequence) -> TargetSequence:
+def _open_ring(sequence: TargetSequence) -> TargetSequence:
     """A ring as a sequence that ends with the target it begins with."""
     if not sequence.ring:
         return sequence

@@ -63,7 +63,7 @@ class Covariance(Table, frozen=True):
 
 
 class Guides(Table, frozen=True):
-    """What the velocity is led along, or avoids: see `handout.motion.guides`."""
+    """What the velocity is led along, or avoids: see `handout.motion.tracker`."""
 
     mode: Literal["none", "along", "avoid"] = "none"
     direction: Angle = Angle(0.0)
@@ -194,7 +194,7 @@ def read(path: Path) -> Style:
     """
     if path.suffix == ".style":
         values, model = style_file.load(path)
-        return _checked_in(msgspec.structs.replace(of_table(values, path), model=model), path)
+        return _check_file(msgspec.structs.replace(of_table(values, path), model=model), path)
     style = of_table(tables.loaded(path, "a style"), path)
     if style.learned != Learned():
         raise InputError(f"{path}: [learned] is for .style archives, which handout style learn makes.")
@@ -216,17 +216,17 @@ def of_table(values: dict[str, Any], path: Path) -> Style:
         style = tables.converted(values, Style)
     except ValueError as error:
         raise InputError(f"{path}: {error}") from error
-    return _checked_in(msgspec.structs.replace(style, name=path.stem), path)
+    return _check_file(msgspec.structs.replace(style, name=path.stem), path)
 
 
-def _checked_in(style: Style, path: Path) -> Style:
+def _check_file(style: Style, path: Path) -> Style:
     try:
-        return checked(style)
+        return check_style(style)
     except ValueError as error:
         raise InputError(f"{path}: {error}") from error
 
 
-def checked(style: Style) -> Style:
+def check_style(style: Style) -> Style:
     """The style, if all its numbers are within their bounds.
 
     Raises

@@ -54,9 +54,9 @@ def to_bytes(toml: str, movement: LearnedMovement) -> bytes:
     head = Head(_FORMAT, _VERSION, dynamics.inputs, hidden, dynamics.gaussians, longest, list(movement.primers))
     members: dict[str, archive.Content] = {"style.toml": toml.encode(), "learned.json": head}
     scales = np.concatenate([dynamics.mean, dynamics.spread, dynamics.told_mean, dynamics.told_spread])
-    members |= _packed("dynamics", dynamics.parameters) | {"dynamics/scales.npy": scales.astype(np.float32)}
+    members |= _pack_layers("dynamics", dynamics.parameters) | {"dynamics/scales.npy": scales.astype(np.float32)}
     if structure is not None:
-        members |= _packed("structure", structure.parameters) | {"structure/scales.npy": structure.spread}
+        members |= _pack_layers("structure", structure.parameters) | {"structure/scales.npy": structure.spread}
     for k, primer in enumerate(movement.primers.values()):
         rows = np.column_stack([primer.targets[1:], primer.up, primer.dt, primer.theta])
         members[f"primers/{k}.npy"] = np.concatenate([[[*primer.targets[0], 0, 0, 0]], rows]).astype(np.float32)
@@ -79,7 +79,7 @@ def _row(name: str, value: Any) -> str:
     return f"{name} = {json.dumps(value, ensure_ascii=False)}".replace("\x7f", "\\u007f")
 
 
-def _packed(name: str, parameters: Sequence[Floats]) -> dict[str, archive.Content]:
+def _pack_layers(name: str, parameters: Sequence[Floats]) -> dict[str, archive.Content]:
     return {f"{name}/{k}.npy": layer.astype(np.float16) for k, layer in enumerate(parameters)}
 
 
@@ -93,21 +93,31 @@ def load(path: Path, data: bytes | None = None) -> tuple[dict[str, Any], Learned
     """
     with Archive(path, data) as file:
         head = file.json("learned.json", Head)
-        if head.format != _FORMAT or head.version != _VERSION:
-            raise InputError(
-                f"{path} cannot be used: it is {head.format} version {head.version}, and this program reads "
-                f"{_FORMAT} version {_VERSION}; take a newer handout, or learn it again."
-            )
-        if not _possible(head):
+        archive.check_version(path, (head.format, head.version), (_FORMAT, _VERSION))
+        sizes = 1 <= len(head.hidden) <= _MOST_LAYERS and all(1 <= units <= _MOST_UNITS for units in head.hidden)
+        names = len(set(head.primers)) == len(head.primers) <= PRIMERS
+        if not (sizes and names and 1 <= head.gaussians <= _MOST_GAUSSIANS and 0 <= head.longest <= _MOST_WAYS):
             raise InputError(f"{path} cannot be used: networks of that size are not learned here; learn it again.")
-        model = LearnedMovement(_dynamics(file, head, path), _structure(file, head, path), _primers(file, head, path))
+        n = sequences.columns(head.inputs)
+        parameters = _parameters(file, "dynamics", n, head, 6 * head.gaussians)
+        scales = file.array("dynamics/scales.npy", "float32", 2 * n + 4)
+        mean, spread, told_mean, told_spread = np.split(scales, np.cumsum([n, n, 2]))
+        _check_above(0.0, (spread, told_spread), path)
+        structure = None
+        if head.longest:
+            weights = _parameters(file, "structure", 3, head, 6 * head.gaussians + 2)
+            ways_spread = file.array("structure/scales.npy", "float32", 2)
+            _check_above(0.0, (ways_spread,), path)
+            structure = StructureModel(weights, ways_spread, head.longest)
+        primers = {}
+        for k, name in enumerate(head.primers):
+            rows = file.array(f"primers/{k}.npy", "float32", None, 5).astype(np.float64)
+            if not 2 <= len(rows) <= _MOST_WAYS or not np.isin(rows[:, 2], (0, 1)).all():
+                raise InputError(f"{path} cannot be used: its primer {name!r} is no movement; learn it again.")
+            primers[name] = MovementSequence(rows[:, :2], rows[1:, 2] > 0, rows[1:, 3], rows[1:, 4])
+        moves = DynamicsModel(parameters, head.inputs, mean, spread, told_mean, told_spread)
+        model = LearnedMovement(moves, structure, primers)
         return _tables(file.read("style.toml"), path), model
-
-
-def _possible(head: Head) -> bool:
-    sizes = 1 <= len(head.hidden) <= _MOST_LAYERS and all(1 <= units <= _MOST_UNITS for units in head.hidden)
-    names = len(set(head.primers)) == len(head.primers) <= PRIMERS
-    return sizes and names and 1 <= head.gaussians <= _MOST_GAUSSIANS and 0 <= head.longest <= _MOST_WAYS
 
 
 def _tables(text: bytes, path: Path) -> dict[str, Any]:
@@ -126,34 +136,6 @@ def _parameters(file: Archive, name: str, inputs: int, head: Head, outputs: int)
     return (*layers, last)
 
 
-def _dynamics(file: Archive, head: Head, path: Path) -> DynamicsModel:
-    n = sequences.columns(head.inputs)
-    parameters = _parameters(file, "dynamics", n, head, 6 * head.gaussians)
-    scales = file.array("dynamics/scales.npy", "float32", 2 * n + 4)
-    mean, spread, told_mean, told_spread = np.split(scales, np.cumsum([n, n, 2]))
-    _above(0.0, (spread, told_spread), path)
-    return DynamicsModel(parameters, head.inputs, mean, spread, told_mean, told_spread)
-
-
-def _structure(file: Archive, head: Head, path: Path) -> StructureModel | None:
-    if not head.longest:
-        return None
-    parameters = _parameters(file, "structure", 3, head, 6 * head.gaussians + 2)
-    spread = file.array("structure/scales.npy", "float32", 2)
-    _above(0.0, (spread,), path)
-    return StructureModel(parameters, spread, head.longest)
-
-
-def _above(least: float, each: Sequence[Floats], path: Path) -> None:
+def _check_above(least: float, each: Sequence[Floats], path: Path) -> None:
     if any((values <= least).any() for values in each):
         raise InputError(f"{path} cannot be used: a spread in it is not above {least:g}; learn it again.")
-
-
-def _primers(file: Archive, head: Head, path: Path) -> dict[str, MovementSequence]:
-    primers = {}
-    for k, name in enumerate(head.primers):
-        rows = file.array(f"primers/{k}.npy", "float32", None, 5).astype(np.float64)
-        if not 2 <= len(rows) <= _MOST_WAYS or not np.isin(rows[:, 2], (0, 1)).all():
-            raise InputError(f"{path} cannot be used: its primer {name!r} is no movement; learn it again.")
-        primers[name] = MovementSequence(rows[:, :2], rows[1:, 2] > 0, rows[1:, 3], rows[1:, 4])
-    return primers

@@ -48,11 +48,11 @@ class Reference:
             extent = float(np.ptp(self.targets, axis=0).max()) or 1.0
             spreads = np.broadcast_to((_LOOSE * extent) ** 2 * np.eye(2), (len(self.targets), 2, 2))
         else:
-            spreads = covariance.settled(self.covariances, self.targets)
+            spreads = covariance.settle_covariances(self.covariances, self.targets)
         return self.targets @ axes.T + origin, axes @ spreads @ axes.T
 
 
-def fused(references: Sequence[Reference]) -> tuple[Array, Array]:
+def fuse_references(references: Sequence[Reference]) -> tuple[Array, Array]:
     """Targets (m, 2) and covariances (m, 2, 2) that several references want together: their product as Gaussians.
 
     Tracking each with a cost of its own, added up, is tracking their product: the costs are quadratic in the places.
@@ -91,21 +91,21 @@ class TargetPlan:
 
     def parts(self) -> list[tuple[Array, Array]]:
         """Targets and covariances of each movement."""
-        places, spreads = fused(self.references)
+        places, spreads = fuse_references(self.references)
         cuts = sorted({at + 1 for at in self.lifted if 0 <= at < len(places) - 1})
         return list(zip(np.split(places, cuts), np.split(spreads, cuts), strict=True))
 
 
-def drawn(plan: TargetPlan, style: Style, rng: np.random.Generator) -> Drawing:
+def draw_plan(plan: TargetPlan, style: Style, rng: np.random.Generator) -> Drawing:
     """The plan, moved through in a style: by optimal control near its Gaussians, or in a learned manner.
 
     A learned manner takes the targets as virtual ones, and has no use for their ellipses.
     """
-    return with_ellipses(plan, style, rng)[0]
+    return draw_with_ellipses(plan, style, rng)[0]
 
 
-def with_ellipses(plan: TargetPlan, style: Style, rng: np.random.Generator) -> tuple[Drawing, Array]:
-    """`drawn`, and the covariances (m, 2, 2) that the movement was held to: the plan's, mm², or the style's.
+def draw_with_ellipses(plan: TargetPlan, style: Style, rng: np.random.Generator) -> tuple[Drawing, Array]:
+    """`draw_plan`, and the covariances (m, 2, 2) that the movement was held to: the plan's, mm², or the style's.
 
     Only the relative sizes of the style's matter; those of a learned style are empty (0, 2, 2).
     """

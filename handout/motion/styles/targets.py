@@ -85,14 +85,8 @@ def _size(xy: Array) -> float:
     size = max(wide, high)
     if float(np.linalg.norm(np.diff(xy, axis=0), axis=1).sum()) <= 1.8 * size:
         return size
-    runs = _runs(xy[:, 1], _TURNS * high)
-    if len(runs) >= _WORD:
-        high = min(high, _USUAL * float(np.median(runs)))
-    return max(min(high, 2 * wide), _FLATTEST * size)
-
-
-def _runs(y: Array, least: float) -> Array:
-    """(k,) mm: lengths of a path's ways up and down; turning back by less than `least` does not end one."""
+    # lengths of the ways up and down; turning back by less than `least` does not end one
+    y, least = xy[:, 1], _TURNS * high
     turns = [float(y[0])]
     extreme, way = float(y[0]), 0
     for value in y.tolist():
@@ -101,7 +95,10 @@ def _runs(y: Array, least: float) -> Array:
         elif abs(value - extreme) >= least > 0:
             turns.append(extreme)
             extreme, way = value, 1 if value > extreme else -1
-    return np.asarray(np.abs(np.diff([*turns[1:], extreme])))
+    runs = np.abs(np.diff([*turns[1:], extreme]))
+    if len(runs) >= _WORD:
+        high = min(high, _USUAL * float(np.median(runs)))
+    return max(min(high, 2 * wide), _FLATTEST * size)
 
 
 def find(xy: Array, height: float) -> Motif:
@@ -110,31 +107,26 @@ def find(xy: Array, height: float) -> Motif:
     if float(np.ptp(xy, axis=0).max()) <= _DOT * height:
         middle = 0.5 * (xy.min(axis=0) + xy.max(axis=0))
         return Motif(middle[None], middle[None], np.array([True]), np.zeros(0, dtype=np.intp))
-    path = _resampled(xy, away, height)
-    path, closed = _closed(path, height)
-    ring = closed and not _cornered(path)
+    # sampled evenly and smoothed a little
+    along = np.concatenate([[0.0], np.cumsum(away)])
+    count = int(np.clip(along[-1] / height * _STEPS, 8, _MOST)) + 1
+    keep = np.concatenate([[True], away > 0])
+    where = np.linspace(0.0, along[-1], count)
+    even = np.column_stack([np.interp(where, along[keep], xy[keep, axis]) for axis in (0, 1)])
+    path = gaussian_filter1d(even, _SMOOTHED, axis=0, mode="nearest")
+    path[0], path[-1] = even[0], even[-1]
+    path, closed = _close_ring(path, height)
+    ring = closed and not _has_corner(path)
     corners = _corners(path)
     ends = np.array([0, len(path) - 1])
     samples = np.unique(np.concatenate([[] if ring else ends, corners, _extremes(path)]).astype(np.intp))
     # the targets of a small letter lie closer together
     unit = float(np.clip(_size(xy), _SMALL * height, height)) / _step(path)
     if ring:
-        places = _around(_apart(samples, corners, samples[:0], _SOON * unit), len(path) - 1, _LONG * unit)
+        places = _ring_targets(_space_targets(samples, corners, samples[:0], _SOON * unit), len(path) - 1, _LONG * unit)
     else:
-        places = _filled(_apart(samples, corners, ends, _SOON * unit), _LONG * unit)
+        places = _fill_gaps(_space_targets(samples, corners, ends, _SOON * unit), _LONG * unit)
     return Motif(path, path[places], np.isin(places, corners), corners, ring)
-
-
-def _resampled(xy: Array, away: Array, height: float) -> Array:
-    """The path sampled evenly and smoothed a little."""
-    along = np.concatenate([[0.0], np.cumsum(away)])
-    count = int(np.clip(along[-1] / height * _STEPS, 8, _MOST)) + 1
-    keep = np.concatenate([[True], away > 0])
-    where = np.linspace(0.0, along[-1], count)
-    even = np.column_stack([np.interp(where, along[keep], xy[keep, axis]) for axis in (0, 1)])
-    smooth = gaussian_filter1d(even, _SMOOTHED, axis=0, mode="nearest")
-    smooth[0], smooth[-1] = even[0], even[-1]
-    return np.asarray(smooth)
 
 
 def _step(path: Array) -> float:
@@ -142,7 +134,7 @@ def _step(path: Array) -> float:
     return float(np.median(np.linalg.norm(np.diff(path, axis=0), axis=1))) or 1.0
 
 
-def _closed(path: Array, height: float) -> tuple[Array, bool]:
+def _close_ring(path: Array, height: float) -> tuple[Array, bool]:
     """The path, and whether it comes back to its beginning: then it is closed there.
 
     Short ends that stick out beyond the place where it closes are cut off.
@@ -159,7 +151,7 @@ def _closed(path: Array, height: float) -> tuple[Array, bool]:
     return ring - np.linspace(0.0, 1.0, len(ring))[:, None] ** 2 * (ring[-1] - ring[0]), True
 
 
-def _cornered(ring: Array) -> bool:
+def _has_corner(ring: Array) -> bool:
     """Whether a ring has a corner where it closes."""
     chord = np.stack([ring[-1] - ring[-1 - _ARM], ring[_ARM] - ring[0]]) @ np.array([1.0, 1j])
     return bool(np.abs(np.angle(chord[1] * np.conj(chord[0]))) > _CORNER)
@@ -208,7 +200,7 @@ def _crossings(quarter: Array, slack: float = 0.12) -> list[int]:
     return crossings
 
 
-def _apart(samples: Indices, corners: Indices, ends: Indices, least: float) -> Indices:
+def _space_targets(samples: Indices, corners: Indices, ends: Indices, least: float) -> Indices:
     """Targets at least `least` samples apart; ends are chosen before corners, and corners before extremes."""
     rank = np.where(np.isin(samples, ends), 2, np.where(np.isin(samples, corners), 1, 0))
     places: list[int] = sorted(ends.tolist())
@@ -219,15 +211,15 @@ def _apart(samples: Indices, corners: Indices, ends: Indices, least: float) -> I
     return np.array(places, dtype=np.intp)
 
 
-def _filled(places: Indices, most: float) -> Indices:
+def _fill_gaps(places: Indices, most: float) -> Indices:
     """The targets, with further ones evenly between those more than `most` samples apart."""
     parts = [np.linspace(a, b, int(np.ceil((b - a) / most)) + 1)[:-1] for a, b in pairwise(places.tolist())]
     return np.unique(np.rint(np.concatenate([*parts, places[-1:]])).astype(np.intp))
 
 
-def _around(places: Indices, samples: int, most: float) -> Indices:
-    """Targets of a ring, filled as by `_filled`; at least three."""
+def _ring_targets(places: Indices, samples: int, most: float) -> Indices:
+    """Targets of a ring, filled as by `_fill_gaps`; at least three."""
     first = places[:1] if len(places) else np.zeros(1, dtype=np.intp)
     turn = np.concatenate([places if len(places) else first, first + samples])
     longest = min(_ROUND * most, samples / 3)
-    return np.unique(_filled(turn, longest)[:-1] % samples)
+    return np.unique(_fill_gaps(turn, longest)[:-1] % samples)

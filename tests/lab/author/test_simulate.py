@@ -11,7 +11,7 @@ from handout.errors import DoesNotFit, InputError
 from handout.hand.library import load
 from handout.inking.papers import Paper
 from handout.inking.pen import usual
-from handout.motion.trace import STEPS, trace, written
+from handout.motion.trace import STEPS, letters_of_samples, trace
 from handout.page_sizes import page
 from handout.simulated.scanner import Flatbed
 from handout.simulated.scanner.placement import lay
@@ -45,7 +45,7 @@ def test_every_sample_is_known_by_its_letter(name, engine):
     hand = load(name)
     (sheet,) = compose(TEXT, hand, SMALL, np.random.default_rng(2))
     drawing = trace(sheet, hand, np.random.default_rng(3), engine)
-    of = written(sheet, hand)
+    of = letters_of_samples(sheet, hand)
     assert [len(o) for o in of] == [len(s.t) for s in drawing.strokes]
     if engine != "optimal-control":
         return
@@ -62,7 +62,7 @@ def test_every_sample_is_known_by_its_letter(name, engine):
 def test_joined_letters_part_between_their_points():
     hand = load("house-joined")
     (sheet,) = compose("minimum", hand, SMALL, np.random.default_rng(2))
-    of = written(sheet, hand)
+    of = letters_of_samples(sheet, hand)
     changes = [(int(a), int(b)) for o in of for a, b in pairwise(o) if a != b]
     joined = [(a.at, b.at) for a, b in pairwise(sheet.lines[0].placed) if b.joined]
     assert changes == joined

@@ -183,7 +183,7 @@ def test_broken_paths_end_where_paths_end():
     a = np.linspace(0, 2.5, 100)
     path = 20 * np.column_stack([np.cos(a), np.sin(a)])
     directions = np.array([movement.vector(np.radians(d)) for d in (90, 38, -42)])
-    corners = broken_script.broken(path, np.zeros(0, dtype=int), directions, 2.0)
+    corners = broken_script.break_path(path, np.zeros(0, dtype=int), directions, 2.0)
     assert np.allclose(corners[[0, -1]], path[[0, -1]], atol=1e-9)
     assert 3 <= len(corners) <= 7
 

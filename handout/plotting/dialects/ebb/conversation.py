@@ -119,19 +119,16 @@ class EbbConversation(Conversation[Reply]):
             command = self.open[0].data.decode("ascii").strip() if self.open else "a command"
             raise DeviceGarbled(f"The plotter refused {command!r}: {reply.description}.")
         if isinstance(reply, Note):
-            self._take_note(reply)
+            if reply.text.startswith("Limit switch"):
+                self.struck = True
+                raise DeviceAlarm(
+                    "The plotter stopped at a limit switch and no longer knows where it is: bring it back to its zero."
+                )
             return
         if isinstance(reply, About):
             self.uniform = reply.uniform
         if self.open:
             self._take_answer(self.open[0], reply)
-
-    def _take_note(self, note: Note) -> None:
-        if note.text.startswith("Limit switch"):
-            self.struck = True
-            raise DeviceAlarm(
-                "The plotter stopped at a limit switch and no longer knows where it is: bring it back to its zero."
-            )
 
     def _take_answer(self, asked: Asked, reply: Ok | About | Values) -> None:
         """Match a reply with the oldest open command, which ends with one line, or with numbers and an OK."""

@@ -190,7 +190,9 @@ class HpglFirmware(Firmware):
         elif name == "VS":
             if values and not 0 <= values[0] < 128:
                 raise Wrong(3)
-            self._speed = self._rounded(values[0] * 10.0) if values else self._fastest
+            step = float(self.profile.hpgl.speed_step)  # it has whole steps of velocity
+            wanted = max(round(values[0] * 10.0 / step), 1) * step if values else self._fastest
+            self._speed = min(wanted, self._fastest)
         elif name == "SP":
             yield "rest"
             yield from self._lower(False)
@@ -211,11 +213,6 @@ class HpglFirmware(Firmware):
             self._answer(name)
         elif name not in ("IP", "IW", "SC", "CA", "CS", "LT", "PT", "AS", "FS"):
             raise Wrong(1)
-
-    def _rounded(self, speed: float) -> float:
-        """The nearest of its velocities, mm/s."""
-        step = float(self.profile.hpgl.speed_step)
-        return min(max(round(speed / step), 1) * step, self._fastest)
 
     def _rotate(self, degrees: int) -> None:
         if degrees not in (0, 90, 180, 270):

@@ -22,7 +22,6 @@ from handout.simulated.plotter.firmware import Firmware, Say, Wait
 from handout.simulated.plotter.klipper.toolhead import Limits, Toolhead
 from handout.simulated.plotter.options import Options
 from handout.simulated.plotter.paper import Paper
-from handout.simulated.plotter.queue import Vector
 from handout.simulated.plotter.wire import Framing, Wire
 
 _HOMING = 0.5  # s; how long the simulated machine looks for its switches
@@ -373,7 +372,11 @@ class KlipperFirmware(Firmware):
             value = pen.up if any(code == line.split()[0].upper() for line in pen.up_command) else pen.down
             self.toolhead.after(lambda now: self._board(self.paper.pen, now, value))
         elif code == "SET_KINEMATIC_POSITION":
-            self._set_position(values)
+            x, y, z = (float(values.get(letter, at)) for letter, at in zip("XYZ", self.toolhead.at, strict=True))
+            self.toolhead.set_position((x, y, z))
+            steps = [round(at * per) for at, per in zip((x, y, z), self.paper.steps, strict=True)]
+            self.paper.believe((steps[0], steps[1], steps[2]))
+            self.base, self.homed = [0.0, 0.0, 0.0], "xyz"
         elif code not in _IGNORED:
             self._notify("notify_gcode_response", f'// Unknown command:"{text.split()[0]}"')
 
@@ -397,11 +400,3 @@ class KlipperFirmware(Firmware):
             self._refuses = False
             raise Refused("Move out of range: " + " ".join(f"{value:.3f}" for value in target) + " [0.000]")
         head.move((target[0], target[1], target[2]), self.feed)
-
-    def _set_position(self, values: dict[str, str]) -> None:
-        x, y, z = (float(values.get(letter, at)) for letter, at in zip("XYZ", self.toolhead.at, strict=True))
-        place: Vector = (x, y, z)
-        self.toolhead.set_position(place)
-        steps = [round(at * per) for at, per in zip(place, self.paper.steps, strict=True)]
-        self.paper.believe((steps[0], steps[1], steps[2]))
-        self.base, self.homed = [0.0, 0.0, 0.0], "xyz"
