@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 from handout.completion.drawn_letters import DrawnLetters
 from handout.completion.specimens import Specimen
 from handout.hand import library, measures
+from handout.hand.author_reader import OwnWord, own_words, picture_of
 from handout.hand.scanned import ScannedHand
 from handout.hand.vetting import vet
-from handout.hand.word_pictures import OwnWord, own_words, picture_of
 from handout.reading import pictures
 from handout.reading.word_space import X_HEIGHT, drawn
 from handout.values import Array, LineGraph

@@ -21,9 +21,9 @@ import numpy as np
 from benchmarks.legibility import TEXT, character_error
 from handout.completion.completed_hand import complete_hand
 from handout.hand import library
+from handout.hand.author_reader import own_words
 from handout.hand.scanned import ScannedHand
 from handout.hand.vetting import Vetting
-from handout.hand.word_pictures import own_words
 from handout.page_sizes import page
 from handout.pipeline.rereading import reread
 from handout.reading import pictures

@@ -63,23 +63,19 @@ def pack(members: Mapping[str, Content | Packed], behind: bytes = b"", level: in
             info.compress_type = zipfile.ZIP_STORED if name.endswith(_KEPT) else zipfile.ZIP_DEFLATED
             info.external_attr = 0o644 << 16
             if isinstance(content, Packed):
-                _copy(archive, info, content)
+                # write a packed part behind the others, as `ZipFile.writestr` writes one that it has packed
+                assert archive.fp is not None
+                info.compress_type, info.CRC = content.info.compress_type, content.info.CRC
+                info.file_size, info.compress_size = content.info.file_size, len(content.data)
+                archive.fp.seek(archive.start_dir)
+                info.header_offset = archive.fp.tell()
+                archive.fp.write(info.FileHeader() + content.data)
+                archive.start_dir = archive.fp.tell()
+                archive.filelist.append(info)
+                archive.NameToInfo[info.filename] = info
             else:
                 archive.writestr(info, content_bytes(content), compresslevel=level)
     return stream.getvalue()
-
-
-def _copy(archive: zipfile.ZipFile, info: zipfile.ZipInfo, part: Packed) -> None:
-    """Write a packed part behind the others, as `ZipFile.writestr` writes one that it has packed."""
-    assert archive.fp is not None
-    info.compress_type, info.CRC = part.info.compress_type, part.info.CRC
-    info.file_size, info.compress_size = part.info.file_size, len(part.data)
-    archive.fp.seek(archive.start_dir)
-    info.header_offset = archive.fp.tell()
-    archive.fp.write(info.FileHeader() + part.data)
-    archive.start_dir = archive.fp.tell()
-    archive.filelist.append(info)
-    archive.NameToInfo[info.filename] = info
 
 
 def write(path: Path, members: Mapping[str, Content]) -> None:
@@ -113,7 +109,7 @@ def content_bytes(content: Content) -> bytes:
     return msgspec.json.format(msgspec.json.encode(content), indent=1)
 
 
-def _unpacked(data: bytes) -> NDArray[np.uint8] | None:
+def _unpack_pixels(data: bytes) -> NDArray[np.uint8] | None:
     """The pixels (h, w, channels) of a picture, blue first; None if it is damaged."""
     import cv2
 
@@ -236,7 +232,7 @@ class Archive:
                 if picture.mode != wanted:
                     raise self.error(f"{name} is a picture in {picture.mode}, not {wanted}")
                 # of WebP Pillow makes three copies on the way, which take twice as long as unpacking it
-                pixels = _unpacked(data) if picture.format == "WEBP" else None
+                pixels = _unpack_pixels(data) if picture.format == "WEBP" else None
                 if pixels is not None:
                     return pixels if mode != wanted else pixels[:, :, _SWAPPED]
                 own = np.asarray(picture)

@@ -311,8 +311,15 @@ def _apply(work: HandEditor, correction: AnyCorrection) -> None:
 def _apply_to_page(work: HandEditor, correction: Correction) -> None:
     """Make a correction of ink or lines, whosever they are."""
     match correction:
-        case Paint():
-            _paint(work, correction)
+        case Paint(stroke=stroke, polygon=polygon, width=width, to=to):
+            if (stroke is None) == (polygon is None) or (stroke is None) != (width is None):
+                raise CorrectionError("paint has a stroke with its width, or a polygon")
+            if to == "paper":
+                work.paint_paper(stroke or polygon or (), width)
+            elif stroke is None or width is None:
+                raise CorrectionError("ink is painted with a stroke and its width: a letter needs the pen's line")
+            else:
+                work.paint_ink(stroke, width)
         case Rule(a=a, b=b, width=width, to="paper"):
             work.rule(a, b, width)
         case Rule(a=a, b=b, width=width):
@@ -323,14 +330,3 @@ def _apply_to_page(work: HandEditor, correction: Correction) -> None:
             work.cut(a, b)
         case Join(at=at, other=other):
             work.join(at, other)
-
-
-def _paint(work: HandEditor, paint: Paint) -> None:
-    if (paint.stroke is None) == (paint.polygon is None) or (paint.stroke is None) != (paint.width is None):
-        raise CorrectionError("paint has a stroke with its width, or a polygon")
-    if paint.to == "paper":
-        work.paint_paper(paint.stroke or paint.polygon or (), paint.width)
-    elif paint.stroke is None or paint.width is None:
-        raise CorrectionError("ink is painted with a stroke and its width: a letter needs the pen's line")
-    else:
-        work.paint_ink(paint.stroke, paint.width)

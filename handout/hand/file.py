@@ -258,7 +258,13 @@ def _hand_parts(hand: ScannedHand, packed: bool, drawn: Sequence[bool] = ()) -> 
         parts[folder + "edges.npy"] = np.column_stack([_steps(first), (second - first).astype(np.int32)])
         parts[folder + "dismissed.npy"] = _steps(page.dismissed)
         if page.moments is not None:
-            parts |= _moment_arrays(page.moments, folder)
+            # an empty array says that the page was recorded where nothing more is known of its vertices
+            rows = {
+                f"{folder}{name}.npy": _steps(np.rint(getattr(page.moments, name) * step))
+                for name, step in _MOMENTS.items()
+                if getattr(page.moments, name) is not None
+            }
+            parts |= rows or {f"{folder}order.npy": _flat([])}
         parts[folder + "paper.png"] = _picture(page.paper)
         if page.scan is not None and not drawn:
             parts[folder + _SCAN] = page.scan.packed()
@@ -428,13 +434,6 @@ def _page(archive: Archive, pictures: _Pictures, number: int, facts: _Page) -> S
         dismissed=_sums(archive.array(dismissed, "int32", None)) if dismissed in archive else np.zeros(0, np.intp),
         scan=scan,
     )
-
-
-def _moment_arrays(moments: Moments, folder: str) -> dict[str, Content]:
-    """Of a page that was recorded, what is known of its vertices; that it was is said by an array of none."""
-    channels = {name: getattr(moments, name) for name in _MOMENTS if getattr(moments, name) is not None}
-    rows = {name: _steps(np.rint(channel * _MOMENTS[name])) for name, channel in channels.items()}
-    return {f"{folder}{name}.npy": values for name, values in rows.items()} or {f"{folder}order.npy": _flat([])}
 
 
 def _moments(archive: Archive, folder: str, count: int) -> Moments | None:

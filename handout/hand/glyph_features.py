@@ -78,13 +78,7 @@ def features_of(sheet: ScannedPage, lines: Indices, sets: Sequence[Indices]) -> 
     x = x - sheet.slant * y
     ink = _Ink(of, first, vertices, x, y)
     ink = _Ink(of, first, vertices, x - ink.mean(x)[of], y)
-    return np.concatenate(
-        [_frequencies(ink, sheet.pixel / sheet.x_height), _sizes(ink), _connections(sheet, ink)], axis=1
-    )
-
-
-def _frequencies(ink: _Ink, pixel: float) -> Array:
-    """(n, k): the lowest frequencies of where the ink of each set lies; `pixel` is one's side, x-heights."""
+    # the lowest frequencies (n, k) of where the ink of each set lies
     grids = [np.arange(low, high + SETTINGS.blur / 2, SETTINGS.blur) for low, high in (SETTINGS.up, SETTINGS.across)]
     up, across = (
         np.exp(np.square(((at[:, None] - grid) / SETTINGS.blur).astype(np.float32)) / -2)
@@ -92,8 +86,9 @@ def _frequencies(ink: _Ink, pixel: float) -> Array:
     )
     seen = np.array([up[a:b].T @ across[a:b] for a, b in pairwise(ink.first.tolist())])
     vertical, level = (_cosines(len(grid), kept) for grid, kept in zip(grids, SETTINGS.frequencies, strict=True))
-    waves = vertical @ np.sqrt(seen * np.float32(pixel)) @ level.T
-    return np.asarray(waves, dtype=np.float64).reshape(len(seen), -1)
+    waves = vertical @ np.sqrt(seen * np.float32(sheet.pixel / sheet.x_height)) @ level.T
+    waves = np.asarray(waves, dtype=np.float64).reshape(len(seen), -1)
+    return np.concatenate([waves, _sizes(ink), _connections(sheet, ink)], axis=1)
 
 
 def _cosines(count: int, kept: int) -> Array:

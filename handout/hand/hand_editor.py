@@ -19,7 +19,7 @@ from handout import units
 from handout.hand import page_editor, resegmentation
 from handout.hand.ligatures import LigatureFinder
 from handout.hand.page_editor import PaintError
-from handout.hand.places import Place, graphemes, places
+from handout.hand.places import Place, graphemes, places, word_numbers
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
 from handout.values import Array, Indices, readonly_indices
 
@@ -87,7 +87,7 @@ class HandEditor:
         if number == NOBODY:
             self._new(self._loose(vertex), text, place)
         else:
-            self._named(number, text, place)
+            self._name_letter(number, text, place)
 
     def confirm(self, at: Spot, text: str | None, kept_out: bool | None = None) -> None:
         """Let the letter at `at` be sure; `kept_out` : whether it is left unwritten from now on, None: as before."""
@@ -103,9 +103,17 @@ class HandEditor:
     def letter(self, within: Sequence[Spot], text: str) -> None:
         """Let the writing inside a polygon be one letter, whosever it was."""
         _one_letter(text)
-        vertices = self._inside(within)
+        if len(within) < 3:
+            raise CorrectionError(f"{len(within)} corners make no polygon; give three or more")
+        for corner in within:
+            self._on_page(corner)
+        inside = page_editor.filled(self._scan, within).under(self._scan.graph.uv)
+        if not inside.any():
+            x, y = np.mean(np.array(within), axis=0)
+            raise CorrectionError(f"no writing inside the polygon around ({x:g}, {y:g})")
+        vertices = np.flatnonzero(inside)
         for number in set(self._owner[vertices].tolist()) - {NOBODY}:
-            self._robbed(number, vertices)
+            self._take_vertices(number, vertices)
         self._owner[vertices] = NOBODY
         self._new(vertices, text, None, taking=True)
 
@@ -117,10 +125,10 @@ class HandEditor:
             raise CorrectionError(f"both places are on one letter, {self._glyph(number).letter!r}, already")
         letter = self._glyph(number).letter if text is None else _one_letter(text)
         if second == NOBODY:
-            self._given(number, self._loose(vertex))
+            self._give_ink(number, self._loose(vertex))
         else:
-            self._united(number, second)
-        self._named(number, letter, None)
+            self._unite_glyphs(number, second)
+        self._name_letter(number, letter, None)
         self._rejoin(number)
 
     def split(self, a: Spot, b: Spot, texts: tuple[str, str] | None) -> None:
@@ -129,7 +137,7 @@ class HandEditor:
             _one_letter(text)
         for end in (a, b):
             self._on_page(end)
-        number, edges = self._crossed(np.array(a), np.array(b))
+        number, edges = self._find_crossed(np.array(a), np.array(b))
         first, second = self._parts(number, edges, np.array(a), np.array(b))
         glyph = self._glyph(number)
         names = texts or ((glyph.letter, "") if len(first) >= len(second) else ("", glyph.letter))
@@ -137,14 +145,18 @@ class HandEditor:
         self._order.insert(self._order.index(number) + 1, new)
         self._owner[second] = new
         sure = replace(glyph, confidence=1.0, confirmed=False, kept_out=False, ligatures=())
-        halves = _halves(glyph.place)
+        # the places of the two parts
+        halves: tuple[Place, Place] = (
+            "start" if glyph.place in ("start", "alone") else "middle",
+            "end" if glyph.place in ("end", "alone") else "middle",
+        )
         self._glyphs[number] = replace(sure, letter=names[0], vertices=first, after=new, place=halves[0])
         at = NOBODY if names[1] != glyph.letter else glyph.at
         self._glyphs.append(replace(sure, letter=names[1], vertices=second, before=number, place=halves[1], at=at))
         if glyph.after != NOBODY:
             self._glyphs[glyph.after] = replace(self._glyph(glyph.after), before=new)
         for part, name, half in zip((number, new), texts or (), halves, strict=False):
-            self._named(part, name, half)
+            self._name_letter(part, name, half)
         self._rejoin(number)
         self._rejoin(new)
 
@@ -179,7 +191,7 @@ class HandEditor:
         self._part(self._glyph(second).before)
         self._glyphs[number] = replace(self._glyph(number), after=second)
         self._glyphs[second] = replace(self._glyph(second), before=number, word=self._glyph(number).word)
-        self._joined(self._glyph(number).vertices, self._glyph(second).vertices, _NEAR)
+        self._join_nearest(self._glyph(number).vertices, self._glyph(second).vertices, _NEAR)
         self._rejoin(number)
 
     def place(self, at: Spot, place: Place) -> None:
@@ -209,7 +221,7 @@ class HandEditor:
         held = np.concatenate([np.zeros(0, dtype=np.intp), *confirmed])
         segmented = resegmentation.without_ink(scan, under, held) if scan.scan is not None else None
         try:
-            self._changed(*(segmented or page_editor.as_paper(scan, under)), adopting=segmented is not None)
+            self._take_page(*(segmented or page_editor.as_paper(scan, under)), adopting=segmented is not None)
         except PaintError as error:
             raise CorrectionError(f"{error} at ({cover[0][0]:g}, {cover[0][1]:g})") from error
 
@@ -218,7 +230,7 @@ class HandEditor:
         self._check_brush(stroke, width)
         scan = self._scan
         segmented = resegmentation.with_ink(scan, stroke, width) if scan.scan is not None else None
-        self._changed(*(segmented or page_editor.as_ink(scan, stroke, width)), adopting=segmented is not None)
+        self._take_page(*(segmented or page_editor.as_ink(scan, stroke, width)), adopting=segmented is not None)
         if scan.scan is None:
             self.notes.append(_NO_SCAN)
         elif segmented is None:
@@ -231,7 +243,7 @@ class HandEditor:
             page, number, count = page_editor.without_rule(self._scan, a, b, width)
         except PaintError as error:
             raise CorrectionError(f"{error} from ({a[0]:g}, {a[1]:g}) to ({b[0]:g}, {b[1]:g})") from error
-        self._changed(page, number)
+        self._take_page(page, number)
         if count > 1:
             self.notes.append(f"{units.count(count - 1, 'rule')} like the one that was corrected went with it.")
 
@@ -329,19 +341,7 @@ class HandEditor:
         piece = _pieces(edges[loose[edges].all(axis=1)], len(loose))
         return np.flatnonzero(loose & (piece == piece[vertex]))
 
-    def _inside(self, within: Sequence[Spot]) -> Indices:
-        """The vertices inside a polygon."""
-        if len(within) < 3:
-            raise CorrectionError(f"{len(within)} corners make no polygon; give three or more")
-        for corner in within:
-            self._on_page(corner)
-        inside = page_editor.filled(self._scan, within).under(self._scan.graph.uv)
-        if not inside.any():
-            x, y = np.mean(np.array(within), axis=0)
-            raise CorrectionError(f"no writing inside the polygon around ({x:g}, {y:g})")
-        return np.flatnonzero(inside)
-
-    def _robbed(self, number: int, vertices: Indices) -> None:
+    def _take_vertices(self, number: int, vertices: Indices) -> None:
         """Take vertices away from a glyph; one that has none left is gone."""
         left = np.setdiff1d(self._glyph(number).vertices, vertices)
         if len(left):
@@ -356,7 +356,15 @@ class HandEditor:
 
         taking : it may be one that other ink was taken for.
         """
-        line = self._line(vertices, text, missing=not taking)
+        # Of the lines that are about as near, take the one whose text has the letter there: where a baseline is off by
+        # half a line the nearest may be a neighbour's, whose letter of that name would be moved across the page.
+        page, unit = self._scan, self._scan.x_height / self._scan.pitch
+        x, y = page.graph.uv[vertices].mean(axis=0)
+        off = np.array([abs(page.to_line(i, (x, y))[0, 1] / unit - 0.5) for i in range(len(page.baselines))])
+        near = np.flatnonzero(off <= off.min() + _AS_NEAR).tolist()
+        found = {line: self._nearest(line, float(x), text, not taking, NOBODY) for line in near}
+        costs = {line: off[line] + _ASIDE * one[1] for line, one in found.items() if one is not None}
+        line = int(min(costs, key=costs.__getitem__) if costs else off.argmin())
         word = max((g.word for g in self._glyphs if g is not None and g.page == self._page), default=-1) + 1
         number = len(self._glyphs)
         self._owner[vertices] = number
@@ -365,9 +373,9 @@ class HandEditor:
         self._glyphs.append(glyph)
         self._scan = replace(self._scan, dismissed=np.setdiff1d(self._scan.dismissed, vertices))
         if taking or self._grapheme(number, text, missing=True) is not None:
-            self._named(number, text, place)
+            self._name_letter(number, text, place)
 
-    def _named(self, number: int, text: str, place: Place | None) -> None:
+    def _name_letter(self, number: int, text: str, place: Place | None) -> None:
         """Let a glyph be the letter `text` of the transcript, which other ink is then no longer."""
         glyph = self._glyph(number)
         at = glyph.at
@@ -382,23 +390,8 @@ class HandEditor:
                 self._glyphs[i] = replace(other, letter="", at=NOBODY, confidence=0.0, confirmed=False, kept_out=False)
         usual = places(written)[at] if at >= 0 else glyph.place
         if at >= 0:
-            begins = [not u.isspace() and (i == 0 or written[i - 1].isspace()) for i, u in enumerate(written[: at + 1])]
-            glyph = replace(glyph, word=sum(begins) - 1)
+            glyph = replace(glyph, word=word_numbers(written)[at])
         self._glyphs[number] = replace(glyph, letter=text, at=at, place=place or usual, confidence=1.0, confirmed=True)
-
-    def _line(self, vertices: Indices, text: str, missing: bool) -> int:
-        """The line that loose vertices are a letter of: of those about as near, the one whose text has it there.
-
-        Where the baseline is off by half a line the nearest may be a neighbour's, whose letter of that name would be
-        moved across the page.
-        """
-        page, unit = self._scan, self._scan.x_height / self._scan.pitch
-        x, y = page.graph.uv[vertices].mean(axis=0)
-        off = np.array([abs(page.to_line(i, (x, y))[0, 1] / unit - 0.5) for i in range(len(page.baselines))])
-        near = np.flatnonzero(off <= off.min() + _AS_NEAR).tolist()
-        found = {line: self._nearest(line, float(x), text, missing, NOBODY) for line in near}
-        costs = {line: off[line] + _ASIDE * one[1] for line, one in found.items() if one is not None}
-        return int(min(costs, key=costs.__getitem__) if costs else off.argmin())
 
     def _grapheme(self, number: int, text: str, missing: bool = False) -> int | None:
         """Index in the transcript of the letter `text` that a glyph can be, None if there is none.
@@ -462,7 +455,7 @@ class HandEditor:
             most = _MOST_BRUSH / self._scan.pixel
             raise CorrectionError(f"a brush {width:g} pixels wide is outside 1 to {most:.0f}")
 
-    def _changed(self, page: ScannedPage, number: Indices, adopting: bool = False) -> None:
+    def _take_page(self, page: ScannedPage, number: Indices, adopting: bool = False) -> None:
         """Take a page whose vertices have other numbers (n,), −1 for those that are gone.
 
         adopting : what is new belongs to the letter that it hangs together with.
@@ -492,10 +485,10 @@ class HandEditor:
         self.turn_to(self._page)
         new = np.ones(len(page.graph), dtype=bool)
         new[number[number >= 0]] = False
-        adopted = self._adopted(new) if adopting else set()
+        adopted = self._adopt_vertices(new) if adopting else set()
         self._rejoin_some({i for i in cut if self._glyphs[i] is not None} | adopted)
 
-    def _adopted(self, new: NDArray[np.bool_]) -> set[int]:
+    def _adopt_vertices(self, new: NDArray[np.bool_]) -> set[int]:
         """Give each of some vertices (n,) to the letter that is nearest along their line; the letters that got any."""
         from scipy.sparse import coo_matrix
         from scipy.sparse.csgraph import dijkstra
@@ -512,7 +505,7 @@ class HandEditor:
         found = np.flatnonzero(new[near] & (nearest >= 0))
         reached, owners = near[found], self._owner[near[nearest[found]]]
         for number in np.unique(owners).tolist():
-            self._given(number, reached[owners == number])
+            self._give_ink(number, reached[owners == number])
         return set(owners.tolist())
 
     def _cut(self, edges: NDArray[np.bool_]) -> None:
@@ -520,7 +513,7 @@ class HandEditor:
         self._scan = page_editor.cut(self._scan, edges)
         self._rejoin_some(beside)
 
-    def _joined(self, first: Indices, second: Indices, most: float) -> None:
+    def _join_nearest(self, first: Indices, second: Indices, most: float) -> None:
         """Put an edge where two letters that do not hang together come nearest, if that is within `most` mm."""
         from scipy.spatial import cKDTree
 
@@ -548,12 +541,12 @@ class HandEditor:
         across = (_side(a, b, p) > 0) != (_side(a, b, q) > 0)
         return np.asarray(across & (_side(p, q, a) * _side(p, q, b) <= 0))
 
-    def _given(self, number: int, vertices: Indices) -> None:
+    def _give_ink(self, number: int, vertices: Indices) -> None:
         glyph = self._glyph(number)
         self._owner[vertices] = number
         self._glyphs[number] = replace(glyph, vertices=np.union1d(glyph.vertices, vertices))
 
-    def _united(self, number: int, second: int) -> None:
+    def _unite_glyphs(self, number: int, second: int) -> None:
         """Glyph `second` is taken up by glyph `number`; in a word the outer neighbours of both remain."""
         glyph, partner = self._glyph(number), self._glyph(second)
         adjoining = glyph.after == second or partner.after == number
@@ -567,7 +560,7 @@ class HandEditor:
             self._part(beside)
         self._glyphs[second] = None
         self._glyphs[number] = replace(self._glyph(number), place=place)
-        self._given(number, partner.vertices)
+        self._give_ink(number, partner.vertices)
         if before != NOBODY:
             self._glyphs[before] = replace(self._glyph(before), after=number)
         if after != NOBODY:
@@ -595,7 +588,7 @@ class HandEditor:
                 glyph = self._glyph(left)
                 self._glyphs[left] = replace(glyph, ligatures=joining.between(left, glyph.after, glyph.line))
 
-    def _crossed(self, a: Array, b: Array) -> tuple[int, NDArray[np.bool_]]:
+    def _find_crossed(self, a: Array, b: Array) -> tuple[int, NDArray[np.bool_]]:
         """The glyph that a line crosses nearest to its middle, and which edges of the page are its and are crossed."""
         uv, edges = self._scan.graph.uv, self._scan.graph.edges
         p, q = uv[edges[:, 0]], uv[edges[:, 1]]
@@ -652,11 +645,6 @@ def _side(a: Array, b: Array, c: Array) -> Array:
     """Positive where c lies on one side of the line through a and b, negative on the other; rows of points."""
     ab, ac = b - a, c - a
     return np.asarray(ab[..., 0] * ac[..., 1] - ab[..., 1] * ac[..., 0])
-
-
-def _halves(place: Place) -> tuple[Place, Place]:
-    """Places of the two letters that one is parted into."""
-    return "start" if place in ("start", "alone") else "middle", "end" if place in ("end", "alone") else "middle"
 
 
 def _whole(place: Place, other_place: Place, in_order: bool) -> Place:

@@ -89,7 +89,7 @@ def _read(path: Path) -> Hand:
 
 
 @lru_cache(maxsize=2)
-def _loaded(path: Path, state: tuple[int, ...]) -> ScannedHand:
+def _load_scanned(path: Path, state: tuple[int, ...]) -> ScannedHand:
     """A scanned hand, loaded once as long as its file is what it was: `state` tells files from each other."""
     from handout.hand import file
 
@@ -121,7 +121,7 @@ def find(name: str) -> Hand | ScannedHand:
         place = scanned_file(name)
         # of one that is missing, reading it says what is wrong
         about = place.stat() if place.is_file() else None
-        return _loaded(place, (about.st_mtime_ns, about.st_ino, about.st_size) if about else ())
+        return _load_scanned(place, (about.st_mtime_ns, about.st_ino, about.st_size) if about else ())
     return load(name)
 
 

@@ -34,16 +34,7 @@ class LigatureFinder:
     def between(self, first: int, second: int, line: int) -> tuple[Ligature, ...]:
         """The ways from glyph `first` to glyph `second`, from the lowest upwards."""
         paths: list[list[int]] = []
-        for v, w in self._joints(first, second):
-            path = [*self._walk(v, w, line)[::-1], *self._walk(w, v, line)]
-            # where strokes meet at a joint, several edges lead across: one way is enough
-            if all(len(set(path) & set(other)) < len(path) / 2 for other in paths):
-                paths.append(path)
-        ways = [self._page.ligature(line, path) for path in paths]
-        return tuple(sorted(ways, key=lambda way: (way.start[1], int(way.path[0]))))
-
-    def _joints(self, first: int, second: int) -> list[tuple[int, int]]:
-        """The edges that lead from one glyph to another, in an order that is the same from either side."""
+        # the edges from one glyph to the other, in the same order from either side
         vertices = np.flatnonzero(self._owner == first)
         count = self._begin[vertices + 1] - self._begin[vertices]
         beside = self._beside[
@@ -51,7 +42,13 @@ class LigatureFinder:
         ]
         there = self._owner[beside] == second
         across = zip(np.repeat(vertices, count)[there].tolist(), beside[there].tolist(), strict=True)
-        return sorted(across, key=lambda edge: (min(edge), max(edge)))
+        for v, w in sorted(across, key=lambda edge: (min(edge), max(edge))):
+            path = [*self._walk(v, w, line)[::-1], *self._walk(w, v, line)]
+            # where strokes meet at a joint, several edges lead across: one way is enough
+            if all(len(set(path) & set(other)) < len(path) / 2 for other in paths):
+                paths.append(path)
+        ways = [self._page.ligature(line, path) for path in paths]
+        return tuple(sorted(ways, key=lambda way: (way.start[1], int(way.path[0]))))
 
     def _walk(self, start: int, before: int, line: int) -> list[int]:
         """The vertices from a joint into its letter, as far as the ligature goes."""
@@ -72,13 +69,11 @@ class LigatureFinder:
         uv = self._page.graph.uv
         while True:
             yield vertex
-            ahead = [v for v in self._around(vertex) if v != before]
+            around = self._beside[self._begin[vertex] : self._begin[vertex + 1]].tolist()
+            ahead = [v for v in around if v != before]
             if len(ahead) != 1 or self._owner[ahead[0]] != letter:
                 return
             length += float(np.hypot(*(uv[ahead[0]] - uv[vertex])))
             if length > _REACH * self._unit:
                 return
             before, vertex = vertex, ahead[0]
-
-    def _around(self, vertex: int) -> list[int]:
-        return list(self._beside[self._begin[vertex] : self._begin[vertex + 1]].tolist())

@@ -213,7 +213,7 @@ def ink_colours(hand: ScannedHand) -> InkColours:
         colour[numbers] = _usual(hand, number, [pieces[i][1] for i in numbers])
         inked = numbers[np.isfinite(colour[numbers, 0])]
         group[inked] = _kinds(colour[inked]) + group.max() + 1
-    inks = _merged(colour, group)
+    inks = _merge_inks(colour, group)
     of = np.zeros(len(pieces), dtype=np.intp)
     for number, members in enumerate(inks):
         of[members] = number
@@ -243,11 +243,8 @@ def _kinds(colours: Array) -> Indices:
         return np.zeros(0, dtype=np.intp)
     away = colours - 1
     directions = away / np.maximum(np.linalg.norm(away, axis=1), 1e-9)[:, None]
-    return _large(hues.kinds(directions, _INK_SHARE), directions)
-
-
-def _large(kind: Indices, directions: Array) -> Indices:
-    """The kinds, with those of very few members joined to the nearest of the others, numbered from 0."""
+    # the kinds, with those of very few members joined to the nearest of the others, numbered from 0
+    kind = hues.kinds(directions, _INK_SHARE)
     count = np.bincount(kind)
     large = np.flatnonzero(count >= max(_INK_SHARE * len(kind), 1))
     centres = np.stack([directions[kind == number].mean(axis=0) for number in large])
@@ -257,7 +254,7 @@ def _large(kind: Indices, directions: Array) -> Indices:
     return np.where(place[kind] >= 0, place[kind], nearest)
 
 
-def _merged(colour: Array, group: Indices) -> list[Indices]:
+def _merge_inks(colour: Array, group: Indices) -> list[Indices]:
     """Members of each ink, the largest first: groups of the pages whose colours are alike are one ink."""
     groups = [np.flatnonzero(group == number) for number in range(int(group.max(initial=-1)) + 1)]
     inks: list[Indices] = []

@@ -143,7 +143,7 @@ class Siblings:
         for number, group in enumerate(self._groups):
             weight = self._weight[group]
             total, place = weight.sum(), weight @ self._place[group]
-            mean, variance = self._predicted(number, total - weight, place - weight[:, None] * self._place[group])
+            mean, variance = self._predict_glyphs(number, total - weight, place - weight[:, None] * self._place[group])
             self._mean[group], self._own[group] = mean, variance
             off = self._place[group] - mean
             square[group], self._own_density[group] = _summed(np.square(off) / variance, variance)
@@ -155,7 +155,7 @@ class Siblings:
             off = np.clip((self._distance - SETTINGS.far) / SETTINGS.steep, -50, 50)
             self._weight = 1 / (1 + np.exp(off))
 
-    def _predicted(self, number: int, total: Array, place: Array) -> tuple[Array, Array]:
+    def _predict_glyphs(self, number: int, total: Array, place: Array) -> tuple[Array, Array]:
         """(k, d), (k, d): mean and variance of glyphs, given what their siblings count (k,) and sum up to."""
         name = str(self._letters[number])
         known = name in self._model.centres
@@ -171,7 +171,9 @@ class Siblings:
         squares = np.square(self._place)
         for number, group in enumerate(self._groups):
             weight = self._weight[group]
-            mean, variance = self._predicted(number, weight.sum(keepdims=True), (weight @ self._place[group])[None])
+            mean, variance = self._predict_glyphs(
+                number, weight.sum(keepdims=True), (weight @ self._place[group])[None]
+            )
             pull = (mean / variance)[0]
             away = squares @ (1 / variance[0]) - 2 * self._place @ pull + pull @ mean[0]
             density = -0.5 * (away + np.log(variance).sum())

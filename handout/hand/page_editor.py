@@ -128,7 +128,7 @@ def as_ink(page: ScannedPage, places: Sequence[tuple[float, float]], width: floa
     far = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(way, axis=0), axis=1))]
     count = max(2, int(np.ceil(far[-1] / _SETTINGS.step)) + 1)
     uv = np.column_stack([np.interp(np.linspace(0, far[-1], count), far, way[:, k]) for k in (0, 1)])
-    return _with_line(replace(page, texture=_inked(page, brush(page, places, width))), uv, width / 2)
+    return _with_line(replace(page, texture=_add_ink(page, brush(page, places, width))), uv, width / 2)
 
 
 def without_rule(
@@ -143,6 +143,8 @@ def without_rule(
     PaintError
         No stroke runs along there.
     """
+    from handout.branching import branches
+
     start, along = np.array(a), np.array(b) - np.array(a)
     length = float(np.linalg.norm(along))
     if length < width:
@@ -151,15 +153,22 @@ def without_rule(
     uv = page.graph.uv
     away = (uv - start) @ np.array([-along[1], along[0]])
     place = (uv - start) @ along
-    level = np.abs(_directions(page.graph) @ along) > np.cos(np.radians(_SETTINGS.level))
+    # (n, 2) unit: the direction of the line at every vertex, between those some edges away on both sides
+    directions = np.zeros((len(page.graph), 2))
+    for path in branches(page.graph.edges, len(page.graph)):
+        at = np.arange(len(path))
+        ahead, behind = (np.clip(at + by, 0, len(path) - 1) for by in (_SETTINGS.around, -_SETTINGS.around))
+        directions[path] = page.graph.uv[path[ahead]] - page.graph.uv[path[behind]]
+    directions /= np.maximum(np.linalg.norm(directions, axis=1), 1e-9)[:, None]
+    level = np.abs(directions @ along) > np.cos(np.radians(_SETTINGS.level))
     on = level & (np.abs(away) <= width / 2) & (place >= -width) & (place <= length + width)
-    least = _covered(place[on], page.pixel)
+    least = _count_bins(place[on], page.pixel)
     if not least:
         raise PaintError("no stroke runs along there")
     rows = np.rint(away / width).astype(int)
     likes = {0}
     for row in set(rows[level].tolist()) - {0}:
-        if _covered(place[level & (rows == row)], page.pixel) >= _SETTINGS.even * least:
+        if _count_bins(place[level & (rows == row)], page.pixel) >= _SETTINGS.even * least:
             likes.add(row)
     gone = on | (level & np.isin(rows, sorted(likes - {0})))
     cover = line_alone(page.graph, gone, page.shape, page.pixel)
@@ -315,7 +324,7 @@ def with_texture(texture: Texture, pixels: NDArray[np.uint8]) -> Texture:
     return Texture(texture.corner, texture.shape, lambda: pixels, texture.blue_first)
 
 
-def _inked(page: ScannedPage, cover: Cover) -> Texture:
+def _add_ink(page: ScannedPage, cover: Cover) -> Texture:
     """The texture with ink under a cover, its box wide enough for that."""
     texture = wide_enough(page, cover)
     part, values = cover.over(texture.corner, texture.shape)
@@ -368,18 +377,6 @@ def _discs(
     return cover.astype(bool)
 
 
-def _covered(place: Array, pixel: float) -> int:
+def _count_bins(place: Array, pixel: float) -> int:
     """How many bins along a rule have a stroke."""
     return len(np.unique(np.floor(place * pixel / _SETTINGS.bin)))
-
-
-def _directions(graph: LineGraph) -> Array:
-    """(n, 2) unit: the direction of the line at every vertex, between those some edges away on both sides."""
-    from handout.branching import branches
-
-    directions = np.zeros((len(graph), 2))
-    for path in branches(graph.edges, len(graph)):
-        at = np.arange(len(path))
-        ahead, behind = (np.clip(at + by, 0, len(path) - 1) for by in (_SETTINGS.around, -_SETTINGS.around))
-        directions[path] = graph.uv[path[ahead]] - graph.uv[path[behind]]
-    return np.asarray(directions / np.maximum(np.linalg.norm(directions, axis=1), 1e-9)[:, None])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import groupby
+from itertools import accumulate, groupby
 from typing import Literal, get_args
 
 import regex
@@ -42,6 +42,12 @@ def places(units: Sequence[str]) -> list[Place]:
         for i in run:
             all_places[i] = place(i - run.start, len(run))
     return all_places
+
+
+def word_numbers(units: Sequence[str]) -> list[int]:
+    """The number of the word, from 0, that each grapheme of a text stands in; a space has that of the word before."""
+    begins = (not unit.isspace() and (i == 0 or units[i - 1].isspace()) for i, unit in enumerate(units))
+    return [count - 1 for count in accumulate(begins)]
 
 
 def word_at(units: Sequence[str], at: int) -> str:

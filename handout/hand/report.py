@@ -32,11 +32,14 @@ def facts(hand: ScannedHand) -> dict[str, Any]:
         "joined": sum(bool(glyph.ligatures) for glyph in hand.glyphs),
         "unnamed": sum(not glyph.letter for glyph in hand.glyphs),
         "pages": [_page(hand, number) for number in range(len(hand.pages))],
-        "letters": [_letter(hand, letter) for letter in hand.letters],
+        "letters": [
+            {"letter": letter, **{p: hand.instances[letter, p] for p in PLACES}, "total": hand.letters[letter]}
+            for letter in hand.letters
+        ],
         "short": [letter for letter, count in hand.letters.items() if count < LEAST],
         "least": LEAST,
         "kept_out": sum(glyph.kept_out for glyph in hand.glyphs),
-        "doubtful": [_doubted(hand, number) for number in doubtful(hand)],
+        "doubtful": [_describe_doubt(hand, number) for number in doubtful(hand)],
         "write_again": {letter: sure for letter, sure in sure_letters(hand).items() if sure < LEAST},
     }
 
@@ -76,11 +79,7 @@ def _page(hand: ScannedHand, number: int) -> dict[str, Any]:
     }
 
 
-def _letter(hand: ScannedHand, letter: str) -> dict[str, Any]:
-    return {"letter": letter, **{p: hand.instances[letter, p] for p in PLACES}, "total": hand.letters[letter]}
-
-
-def _doubted(hand: ScannedHand, number: int) -> dict[str, Any]:
+def _describe_doubt(hand: ScannedHand, number: int) -> dict[str, Any]:
     glyph = hand.glyphs[number]
     middle = hand.pages[glyph.page].graph.uv[glyph.vertices[len(glyph.vertices) // 2]]
     return {

@@ -55,11 +55,6 @@ class _Pen:
         return np.asarray(white + (self.colour - white) * self.opacity, dtype=np.float64)
 
 
-def _pen(page: ScannedPage) -> _Pen:
-    colour, opacity = usual_ink(page)
-    return _Pen((colour[::-1] if page.texture.blue_first else colour).astype(float), opacity / 255, usual_half(page))
-
-
 @dataclass(frozen=True, eq=False)
 class _Window:
     """A part of a page.  before, after : (h, w) its ink."""
@@ -102,7 +97,7 @@ def with_ink(
         found = scribbles.with_ink(window, scribble)
         return found.ink if found.seen else None
 
-    return _segmented(page, hard, segmented, np.zeros((0, 2)))
+    return _segment_around(page, hard, segmented, np.zeros((0, 2)))
 
 
 def without_ink(page: ScannedPage, cover: Cover, held: Indices) -> tuple[ScannedPage, Indices] | None:
@@ -112,20 +107,24 @@ def without_ink(page: ScannedPage, cover: Cover, held: Indices) -> tuple[Scanned
     """
     from handout.scanning import scribbles
 
-    return _segmented(page, cover, scribbles.without_ink, page.graph.uv[held])
+    return _segment_around(page, cover, scribbles.without_ink, page.graph.uv[held])
 
 
-def _segmented(page: ScannedPage, cover: Cover, segment: Segment, held: Array) -> tuple[ScannedPage, Indices] | None:
+def _segment_around(
+    page: ScannedPage, cover: Cover, segment: Segment, held: Array
+) -> tuple[ScannedPage, Indices] | None:
     """The page with the window around a cover segmented anew, as wide as what changes there needs.
 
     held : (n, 2) pixels: middles of strokes that stay.
     """
-    unit, pen = page.x_height / page.pixel, _pen(page)
+    colour, opacity = usual_ink(page)
+    rgb = (colour[::-1] if page.texture.blue_first else colour).astype(float)
+    unit, pen = page.x_height / page.pixel, _Pen(rgb, opacity / 255, usual_half(page))
     reach, near = round(_SETTINGS.first * unit), round(_SETTINGS.margin * unit)
     (x, y), (height, width) = cover.corner, cover.values.shape
     sides = np.array([y - reach, x - reach, y + height + reach, x + width + reach])
     window = _window(page, pen, cover, sides, segment, held)
-    if window is not None and (touched := _touched(window, page.shape, near)).any():
+    if window is not None and (touched := _find_touched_sides(window, page.shape, near)).any():
         sides += np.where(touched, reach, 0) * np.array([-1, -1, 1, 1])
         window = _window(page, pen, cover, sides, segment, held)
     if window is None or not window.changed.any():
@@ -159,7 +158,7 @@ def _window(
     return None if after is None else _Window(pen, rows, columns, ink, after)
 
 
-def _touched(window: _Window, shape: tuple[int, int], near: int) -> NDArray[np.bool_]:
+def _find_touched_sides(window: _Window, shape: tuple[int, int], near: int) -> NDArray[np.bool_]:
     """(4,) whether what changed comes as near the top, left, bottom and right of a window, where the page goes on."""
     changed, (rows, columns) = window.changed, (window.rows, window.columns)
     return np.array(
@@ -186,10 +185,10 @@ def _with_lines(page: ScannedPage, window: _Window) -> tuple[ScannedPage, Indice
     bare, number = without(page, gone)
     if not len(new):
         return bare, number
-    return replace(bare, graph=_spliced(bare.graph, new, _under(zone, new.uv, window.corner)[1], away)), number
+    return replace(bare, graph=_splice_graphs(bare.graph, new, _under(zone, new.uv, window.corner)[1], away)), number
 
 
-def _spliced(graph: LineGraph, new: LineGraph, fresh: NDArray[np.bool_], away: float) -> LineGraph:
+def _splice_graphs(graph: LineGraph, new: LineGraph, fresh: NDArray[np.bool_], away: float) -> LineGraph:
     """A graph with the part of another that lies further than `away` pixels from it, `fresh` (n,) vertices alone."""
     from scipy.spatial import cKDTree
 

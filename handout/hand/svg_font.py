@@ -77,6 +77,7 @@ def _hand(root: Element, name: str) -> Hand:
     unit = _x_height(drawn, facts)
     _check_lines(drawn, unit)
     glyphs = {letter: (_glyph(letter, lines, advances[letter], unit),) for letter, lines in drawn.items()}
+    tall = _number(facts, "ascent", 0.0) - _number(facts, "descent", 0.0)
     return Hand(
         name=name,
         title=facts.get("font-family") or font.get("id") or name,
@@ -88,7 +89,7 @@ def _hand(root: Element, name: str) -> Hand:
         delayed_after="letter",
         interval=_INTERVAL,
         word_space=_word_space(advances, unit, float(np.median([glyph.width for (glyph,) in glyphs.values()]))),
-        pitch=_pitch(facts, unit),
+        pitch=min(max(1.1 * tall / unit, _PITCH[0]), _PITCH[1]),
     )
 
 
@@ -141,11 +142,6 @@ def _check_lines(drawn: Mapping[str, list[Array]], unit: float) -> None:
             f"It is a font of outlines ({closed} of {len(letters)} letters are closed contours), which a pen would "
             "draw hollow: use a single-line font."
         )
-
-
-def _pitch(facts: Mapping[str, str], unit: float) -> float:
-    tall = _number(facts, "ascent", 0.0) - _number(facts, "descent", 0.0)
-    return min(max(1.1 * tall / unit, _PITCH[0]), _PITCH[1])
 
 
 def _glyph(letter: str, paths: list[Array], advance: float, unit: float) -> Glyph:

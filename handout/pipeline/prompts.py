@@ -97,7 +97,7 @@ def prompt(output: str | Path, options: PromptOptions = PromptOptions()) -> Prom
 def _again(name: str, target: list[str], options: PromptOptions) -> tuple[Frequencies, str]:
     """What sheets for a hand should hold, and the letters that they must."""
     from handout.hand import file, library, report
-    from handout.prompting.letters_again import frequencies_again
+    from handout.prompting.sentence_choice import frequencies_again
 
     hand = file.load(library.scanned_file(name))
     wished = corpus.typed(options.characters or string.ascii_letters + "".join(hand.letters)) + corpus.typed(

@@ -66,7 +66,7 @@ def sentences(text: str) -> list[str]:
     ends at an empty line. What is longer than 40 words is left out.
     """
     whole: dict[str, None] = {}
-    for paragraph in _BLANK.split(_unbroken(text.replace("\r\n", "\n").replace("\r", "\n"))):
+    for paragraph in _BLANK.split(_break_items(text.replace("\r\n", "\n").replace("\r", "\n"))):
         flat = " ".join(paragraph.split())
         for part in _split(flat):
             if part and len(part.split()) <= _LONGEST:
@@ -87,7 +87,7 @@ def _split(paragraph: str) -> Iterator[str]:
     yield paragraph[begin:]
 
 
-def _unbroken(text: str) -> str:
+def _break_items(text: str) -> str:
     """The text with an empty line after each line, where its lines look like a list of sentences and not wrapped."""
     lines = [line.strip() for line in text.split("\n") if line.strip()]
     ended = sum(line[-1] in ".!?\"')]" for line in lines)

@@ -104,7 +104,7 @@ def prompt(
     if required.keys() >= set(string.ascii_lowercase):
         pool, first = _with_pangram(pool, allowed)
     closing = Closing(corpus.usable(corpus.shipped(), allowed))
-    return _filled(
+    return _fill_pages(
         Chooser(pool, target, score), first, set(required), closing, [_Page(lines, width) for _ in range(pages)]
     )
 
@@ -118,7 +118,7 @@ def _with_pangram(pool: list[str], allowed: frozenset[str]) -> tuple[list[str], 
     return pool + added, set(range(len(pool), len(pool) + len(added)))
 
 
-def _filled(chooser: Chooser, first: set[int], missing: set[str], closing: Closing, pages: list[_Page]) -> Prompt:
+def _fill_pages(chooser: Chooser, first: set[int], missing: set[str], closing: Closing, pages: list[_Page]) -> Prompt:
     """Fill page after page; `first` are the sentences that may stand first (none: any)."""
     chosen: list[str] = []
     for page in pages:

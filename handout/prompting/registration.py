@@ -100,7 +100,9 @@ def register(image: NDArray[np.uint8]) -> Registration | None:
         Too few marks, marks of several sheets, or marks that do not lie as on a sheet.
     """
     grey = in_grey(image)
-    page, corners_found = _sheet(_marks(grey))
+    page, corners_found = _sheet(
+        markers.find(grey, mark_dictionary(), lambda number: corner_of_mark(number) is not None, 4)
+    )
     if page is None:
         return None
     marks = tuple(sorted(corners_found))
@@ -151,11 +153,6 @@ def in_grey(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
             f"A picture is (h, w) or (h, w, 3) of uint8, and this is {image.shape} of {image.dtype}: convert it."
         )
     return np.asarray(image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
-
-
-def _marks(grey: NDArray[np.uint8]) -> list[tuple[int, Array]]:
-    """Number and corners (4, 2) in pixels of every mark."""
-    return markers.find(grey, mark_dictionary(), lambda number: corner_of_mark(number) is not None, 4)
 
 
 def _sheet(marks: list[tuple[int, Array]]) -> tuple[Page | None, Mapping[int, Array]]:

@@ -2,28 +2,29 @@
 
 Letters and pairs are counted in every sentence, and weighed by how often they occur in the text that will be wanted.
 
-Source: seed 000, §4.1.
+`frequencies_again` says what a hand lacks: letters with few sure glyphs, and common pairs that it has not.
+
+Source: seed 000, §4.1, §6.2.1; what is written again: own method.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
+from handout.prompting.coverage import COMMONEST, LEAST
 from handout.values import Array
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
-from collections.abc import Collection
-from dataclasses import field
-from typing import Literal
 
-from numpy.typing import NDArray
+    from handout.hand.scanned import ScannedHand
 
 Score = Literal["gain", "haines-2016"]
 _LETTERS = 32.0  # what a letter counts against a pair
@@ -205,3 +206,38 @@ class Closing:
     def bare(missing: Collection[str]) -> list[str]:
         """The characters alone, letters twice, so that one of them begins and one ends a word; nothing for none."""
         return [" ".join(char * 2 if char.isalpha() else char for char in sorted(missing))] if missing else []
+
+
+def letters_again(sure: Mapping[str, int], wished: str) -> dict[str, float]:
+    """Letter → share of `LEAST` sure glyphs that it lacks, of those of `wished` that lack any."""
+    letters = dict.fromkeys(char for char in wished if not char.isspace())
+    return {letter: 1 - sure.get(letter, 0) / LEAST for letter in letters if sure.get(letter, 0) < LEAST}
+
+
+def frequencies_again(
+    hand: ScannedHand, sure: Mapping[str, int], target: Iterable[str], wished: str
+) -> tuple[Frequencies, str]:
+    """What sentences for a hand should hold, and the letters that they must.
+
+    A letter counts as much as it lacks; so does a pair, weighed by how common it is in the texts `target`.
+
+    Parameters
+    ----------
+    sure : letter → how many of its glyphs are sure.
+    wished : the characters that the hand should have.
+    """
+    wanted = frequencies(target)
+    # the pairs of letters that stand side by side in the hand's words
+    beside = (
+        hand.glyphs[glyph.before].letter + glyph.letter for glyph in hand.glyphs if glyph.before >= 0 and glyph.letter
+    )
+    lacking, found = letters_again(sure, wished), Counter(beside)
+    common = sorted(wanted.pairs.items(), key=lambda item: (-item[1], item[0]))[:COMMONEST]
+    pairs = {
+        pair: share * (1 - found[pair] / LEAST)
+        for pair, share in common
+        if found[pair] < LEAST and not lacking.keys().isdisjoint(pair)
+    }
+    # what texts never have is asked for once, among the characters; sentences are chosen for the rest
+    letters = {letter: lack for letter, lack in lacking.items() if letter in wanted.letters}
+    return Frequencies(letters, pairs), "".join(lacking)

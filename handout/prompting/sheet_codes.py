@@ -114,13 +114,13 @@ def join(parts: Sequence[bytes]) -> bytes | None:
             if version == VERSION and index <= PARTS:
                 groups.setdefault((length, check), {})[index] = part[_HEADER.size :]
     for (length, check), by_index in groups.items():
-        data = _joined(by_index)[:length]
+        data = _join_parts(by_index)[:length]
         if len(data) == length and zlib.crc32(data) == check:
             return data
     return None
 
 
-def _joined(by_index: Mapping[int, bytes]) -> bytes:
+def _join_parts(by_index: Mapping[int, bytes]) -> bytes:
     if len(by_index) < PARTS or len({len(part) for part in by_index.values()}) > 1:
         return b""
     missing = [i for i in range(PARTS) if i not in by_index]
@@ -218,8 +218,13 @@ def read_codes(
     grey: NDArray[np.uint8], registration: Registration, boxes: Array, versions: tuple[int, ...] = VERSIONS[::-1]
 ) -> list[bytes]:
     """What can be read of the codes in some boxes (n, 4) mm, each as bytes; `versions` that they may be of, in turn."""
+    import cv2
+
     contents: list[bytes] = []
-    smooth = _smoothed(grey, registration, boxes)
+    # blur away detail much finer than the finest module, at whose mercy single samples would be
+    finest = (boxes[0, 2] - boxes[0, 0]) / side_modules(VERSIONS[-1]) * registration.dpi / 25.4
+    sigma = 0.3 * finest
+    smooth = grey if sigma < 0.8 else np.asarray(cv2.GaussianBlur(grey, (0, 0), sigma), dtype=np.uint8)
     for box in boxes:
         for version in versions:
             data = _read(smooth, registration, box, side_modules(version))
@@ -230,20 +235,19 @@ def read_codes(
     return contents
 
 
-def _smoothed(grey: NDArray[np.uint8], registration: Registration, boxes: Array) -> NDArray[np.uint8]:
-    """The picture, freed of detail much finer than the finest module, which single samples would be at the mercy of."""
-    import cv2
-
-    finest = (boxes[0, 2] - boxes[0, 0]) / side_modules(VERSIONS[-1]) * registration.dpi / 25.4
-    sigma = 0.3 * finest
-    return grey if sigma < 0.8 else np.asarray(cv2.GaussianBlur(grey, (0, 0), sigma))
-
-
 def _read(grey: NDArray[np.uint8], registration: Registration, box: Array, side: int) -> bytes | None:
+    from scipy.ndimage import convolve, gaussian_filter, maximum_filter, minimum_filter
+
     for grid in _grids(grey, registration, box, side):
-        grey_modules = _sampled(grey, registration.pixels(grid.reshape(-1, 2)).reshape(side, side, 2))
+        grey_modules = _sample_grey(grey, registration.pixels(grid.reshape(-1, 2)).reshape(side, side, 2))
         for strength in _SHARPEN:
-            text = _decoded(_black(_sharpened(grey_modules, strength)))
+            # take away what neighbours spilt into a module: at 150 dpi a module is no larger than the blur
+            # dark is told against the neighbourhood: light falls off across a code, and ink is uneven
+            modules = np.asarray(
+                grey_modules + strength * (grey_modules - convolve(grey_modules, _AROUND, mode="nearest"))
+            )
+            low, high = minimum_filter(modules, 9, mode="nearest"), maximum_filter(modules, 9, mode="nearest")
+            text = _decode_symbol(np.asarray(modules < gaussian_filter((low + high) / 2, 2.0, mode="nearest")))
             data = from_base45(text) if text else None
             if data:
                 return data
@@ -257,7 +261,7 @@ def _grids(grey: NDArray[np.uint8], registration: Registration, box: Array, side
     drawn = box[:2] + np.stack(np.meshgrid(at, at), axis=-1)
     first, last = slice(0, _FINDER), slice(-_FINDER, None)
     corners = ((first, first), (first, last), (last, first))
-    fits = [_moved(grey, registration, drawn[corner], module) for corner in corners]
+    fits = [_fit_corner(grey, registration, drawn[corner], module) for corner in corners]
     if min(likeness for likeness, _ in fits) < 0.5:
         return  # not a code of this size, or a spoilt one
     yield drawn
@@ -266,12 +270,14 @@ def _grids(grey: NDArray[np.uint8], registration: Registration, box: Array, side
     yield drawn + a + weight[None, :, None] * (b - a) + weight[:, None, None] * (c - a)
 
 
-def _moved(grey: NDArray[np.uint8], registration: Registration, points: Array, module: float) -> tuple[float, Array]:
+def _fit_corner(
+    grey: NDArray[np.uint8], registration: Registration, points: Array, module: float
+) -> tuple[float, Array]:
     """How well the square of a code's corner fits, −1 to 1, and by how many mm (2,) it has moved."""
     steps = np.arange(-_REACH, _REACH + _STEP / 2, _STEP) * module
     shifts = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
     places = points.reshape(1, -1, 2) + shifts[:, None, :]
-    samples = _sampled(grey, registration.pixels(places.reshape(-1, 2)).reshape(len(shifts), -1, 2))
+    samples = _sample_grey(grey, registration.pixels(places.reshape(-1, 2)).reshape(len(shifts), -1, 2))
     ring = np.abs(np.arange(_FINDER) - _FINDER // 2)
     ring_number = np.maximum(ring[:, None], ring)
     pattern = np.where(ring_number == 2, 1.0, -1.0).reshape(-1)
@@ -284,7 +290,7 @@ def _moved(grey: NDArray[np.uint8], registration: Registration, points: Array, m
     return float(likeness.max()), shifts[best].mean(axis=0)
 
 
-def _sampled(grey: NDArray[np.uint8], pixels: Array) -> Array:
+def _sample_grey(grey: NDArray[np.uint8], pixels: Array) -> Array:
     """Grey at pixels (…, 2), linear between them; white outside the picture."""
     import cv2
 
@@ -294,22 +300,7 @@ def _sampled(grey: NDArray[np.uint8], pixels: Array) -> Array:
     return np.asarray(values, dtype=np.float64).reshape(pixels.shape[:-1])
 
 
-def _sharpened(modules: Array, strength: float) -> Array:
-    """Modules (m, m) less what their neighbours spilt into them: at 150 dpi a module is no larger than the blur."""
-    from scipy.ndimage import convolve
-
-    return np.asarray(modules + strength * (modules - convolve(modules, _AROUND, mode="nearest")))
-
-
-def _black(modules: Array) -> NDArray[np.bool_]:
-    """Modules (m, m) that are dark against their neighbourhood: light falls off across a code, and ink is uneven."""
-    from scipy.ndimage import gaussian_filter, maximum_filter, minimum_filter
-
-    low, high = minimum_filter(modules, 9, mode="nearest"), maximum_filter(modules, 9, mode="nearest")
-    return np.asarray(modules < gaussian_filter((low + high) / 2, 2.0, mode="nearest"))
-
-
-def _decoded(black: NDArray[np.bool_]) -> str:
+def _decode_symbol(black: NDArray[np.bool_]) -> str:
     import cv2
 
     side = len(black)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import io
 import unicodedata
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from functools import cache
 from typing import Any
 
@@ -90,7 +90,11 @@ def draw_text(canvas: Any, x: float, y: float, text: str, font: str, size: float
         if mark:
             x = _draw_run(canvas, x, y, run, font, size)
             run = ""
-            _draw_accent(canvas, x, y, base, mark, font, size)
+            sign = _ACCENTS[mark]
+            middle = (canvas.stringWidth(base, font, size) - canvas.stringWidth(sign, font, size)) / 2
+            tall = mark not in BELOW | {OGONEK} and (base.isupper() or base in ASCENDING)
+            canvas.setFont(font, size)
+            canvas.drawString(x + middle, y + (_RAISED * size if tall else 0.0), sign)
         run += base
     _draw_run(canvas, x, y, run, font, size)
 
@@ -99,14 +103,6 @@ def _draw_run(canvas: Any, x: float, y: float, run: str, font: str, size: float)
     canvas.setFont(font, size)
     canvas.drawString(x, y, run)
     return x + float(canvas.stringWidth(run, font, size))
-
-
-def _draw_accent(canvas: Any, x: float, y: float, base: str, mark: str, font: str, size: float) -> None:
-    sign = _ACCENTS[mark]
-    middle = (canvas.stringWidth(base, font, size) - canvas.stringWidth(sign, font, size)) / 2
-    tall = mark not in BELOW | {OGONEK} and (base.isupper() or base in ASCENDING)
-    canvas.setFont(font, size)
-    canvas.drawString(x + middle, y + (_RAISED * size if tall else 0.0), sign)
 
 
 def text_width(text: str, font: str, size: float) -> float:
@@ -131,11 +127,20 @@ def to_pdf(prompt: Prompt, layout: SheetLayout) -> bytes:
     DoesNotFit
         More text on a page than its codes hold.
     """
+    from reportlab.pdfgen.canvas import Canvas
+
     register_faces()
     refuse_unprintable(line for page in prompt.pages for line in page)
     records = page_records(prompt, layout)
     stream = io.BytesIO()
-    canvas = _canvas(stream, layout.page, records)
+    # invariant: no dates and no random names in the file
+    canvas = Canvas(
+        stream, pagesize=(layout.page.width * _MM, layout.page.height * _MM), invariant=1, pageCompression=1
+    )
+    canvas.setTitle("Sheets to write on")
+    canvas.setSubject(f"Prompt {records[0].key}, {units.count(len(records), 'page')}")
+    canvas.setCreator(f"handout {handout.__version__}")
+    canvas.setViewerPreference("PrintScaling", "None")
     for record in records:
         _page_to_write_on(canvas, layout, record)
         canvas.showPage()
@@ -143,7 +148,13 @@ def to_pdf(prompt: Prompt, layout: SheetLayout) -> bytes:
             _page_of_words(canvas, layout, record)
             canvas.showPage()
     if not layout.printed:
-        _page_to_lay_under(canvas, layout)
+        # dark lines show through the sheet above; frames show where its marks go
+        _label(canvas, layout, "Lay this under the sheet you write on, the frames under its four marks", _BLACK)
+        _rules(canvas, layout, _UNDER, _UNDER_WIDTH)
+        canvas.setLineWidth(_UNDER_WIDTH * _MM)
+        for square in mark_corners(layout.page):
+            x, y = square[0] * _MM
+            canvas.rect(x, layout.page.height * _MM - y - MARK_SIZE * _MM, MARK_SIZE * _MM, MARK_SIZE * _MM)
         canvas.showPage()
     canvas.save()
     return stream.getvalue()
@@ -158,18 +169,6 @@ def page_records(prompt: Prompt, layout: SheetLayout) -> list[PageRecord]:
     ]
 
 
-def _canvas(stream: io.BytesIO, page: Page, records: Sequence[PageRecord]) -> Any:
-    from reportlab.pdfgen.canvas import Canvas
-
-    # invariant: no dates and no random names in the file
-    canvas = Canvas(stream, pagesize=(page.width * _MM, page.height * _MM), invariant=1, pageCompression=1)
-    canvas.setTitle("Sheets to write on")
-    canvas.setSubject(f"Prompt {records[0].key}, {units.count(len(records), 'page')}")
-    canvas.setCreator(f"handout {handout.__version__}")
-    canvas.setViewerPreference("PrintScaling", "None")
-    return canvas
-
-
 def _page_to_write_on(canvas: Any, layout: SheetLayout, record: PageRecord) -> None:
     draw_marks(canvas, layout.page)
     for box, symbol in zip(layout.codes, sheet_codes.symbols(record), strict=True):
@@ -182,7 +181,16 @@ def _page_to_write_on(canvas: Any, layout: SheetLayout, record: PageRecord) -> N
     )
     if layout.printed:
         _rules(canvas, layout, RULE, _RULE_WIDTH)
-        _words(canvas, layout, record.lines)
+        # the words of each line stay inside its band and are never wider than the line
+        size = _SIZE * layout.pitch * _MM
+        room = (layout.right - layout.left) * _MM
+        widest = max((text_width(line, BOLD, size) for line in record.lines), default=0.0)
+        size *= min(1.0, room / widest) if widest else 1.0
+        canvas.setFillColorRGB(*WORDS)
+        for line, band in zip(record.lines, layout.bands, strict=False):
+            # the descenders of the words stay inside the band too
+            height = (layout.page.height - band[3]) * _MM + 0.22 * size
+            draw_text(canvas, layout.left * _MM, height, line, BOLD, size)
 
 
 def draw_marks(canvas: Any, page: Page) -> None:
@@ -221,19 +229,6 @@ def _rules(canvas: Any, layout: SheetLayout, colour: tuple[float, float, float],
         canvas.line(layout.left * _MM, height, layout.right * _MM, height)
 
 
-def _words(canvas: Any, layout: SheetLayout, lines: Sequence[str]) -> None:
-    """The words of each line, inside its band: small where letters are small, never wider than the line."""
-    size = _SIZE * layout.pitch * _MM
-    room = (layout.right - layout.left) * _MM
-    widest = max((text_width(line, BOLD, size) for line in lines), default=0.0)
-    size *= min(1.0, room / widest) if widest else 1.0
-    canvas.setFillColorRGB(*WORDS)
-    for line, band in zip(lines, layout.bands, strict=False):
-        # the descenders of the words stay inside the band too
-        height = (layout.page.height - band[3]) * _MM + 0.22 * size
-        draw_text(canvas, layout.left * _MM, height, line, BOLD, size)
-
-
 def _page_of_words(canvas: Any, layout: SheetLayout, record: PageRecord) -> None:
     """The lines of a page, numbered, at the height where they are to be written."""
     canvas.setFillColorRGB(*_BLACK)
@@ -247,13 +242,3 @@ def _page_of_words(canvas: Any, layout: SheetLayout, record: PageRecord) -> None
         count = str(number)
         draw_text(canvas, (layout.left - 3) * _MM - text_width(count, REGULAR, 7), height, count, REGULAR, 7)
         draw_text(canvas, layout.left * _MM, height, line, REGULAR, size)
-
-
-def _page_to_lay_under(canvas: Any, layout: SheetLayout) -> None:
-    """Dark lines to be seen through the sheet above, and frames where that has its marks."""
-    _label(canvas, layout, "Lay this under the sheet you write on, the frames under its four marks", _BLACK)
-    _rules(canvas, layout, _UNDER, _UNDER_WIDTH)
-    canvas.setLineWidth(_UNDER_WIDTH * _MM)
-    for square in mark_corners(layout.page):
-        x, y = square[0] * _MM
-        canvas.rect(x, layout.page.height * _MM - y - MARK_SIZE * _MM, MARK_SIZE * _MM, MARK_SIZE * _MM)

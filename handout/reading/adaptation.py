@@ -51,20 +51,16 @@ def adapted(
     weights = begun
     for _ in range(settings.rounds):
         given = np.split(log_softmax((steps @ weights.astype(np.float32)).astype(np.float64)), borders)
-        weights = begun + _change(begun, weights - begun, steps, _targets(given, labels), settings)
+        # how much of each step belongs to each class (steps, classes); 0 where a text does not fit
+        targets = []
+        for logs, own, occupied in zip(given, labels, ctc.occupancies(given, labels), strict=True):
+            target = np.zeros(logs.shape)
+            np.add.at(target.T, np.array(own, dtype=np.intp), occupied.T)
+            if occupied.any():
+                target[:, ctc.BLANK] = np.maximum(1.0 - target.sum(axis=1), 0.0)
+            targets.append(target)
+        weights = begun + _change(begun, weights - begun, steps, np.vstack(targets).astype(np.float32), settings)
     return reader.with_last_layer(weights)
-
-
-def _targets(given: Sequence[Array], labels: Sequence[Sequence[int]]) -> Floats:
-    """(steps, classes): how much of each step belongs to each class, given the texts; 0 where a text does not fit."""
-    targets = []
-    for logs, own, occupied in zip(given, labels, ctc.occupancies(given, labels), strict=True):
-        target = np.zeros(logs.shape)
-        np.add.at(target.T, np.array(own, dtype=np.intp), occupied.T)
-        if occupied.any():
-            target[:, ctc.BLANK] = np.maximum(1.0 - target.sum(axis=1), 0.0)
-        targets.append(target)
-    return np.vstack(targets).astype(np.float32)
 
 
 def _change(begun: Array, change: Array, steps: Floats, targets: Floats, settings: AdaptationSettings) -> Array:

@@ -120,11 +120,11 @@ def substitutions(log_posteriors: Array, labels: Sequence[int]) -> Array:
         else:
             leave = np.where(at == len(states) - 2, 0.0, _NEVER)[:, None]
         total = np.logaddexp(total, run + leave)
-    total[:, BLANK] = [_without(k, labels, ahead, behind) for k in range(count)]
+    total[:, BLANK] = [_probability_without(k, labels, ahead, behind) for k in range(count)]
     return total
 
 
-def _without(number: int, labels: Sequence[int], ahead: Array, behind: Array) -> float:
+def _probability_without(number: int, labels: Sequence[int], ahead: Array, behind: Array) -> float:
     """Log probability of the text without a letter: ways that leave the letter before it for what follows it."""
     last, after = number + 1 == len(labels), 2 * number + 2
     onward = behind[:, after]
@@ -191,13 +191,13 @@ def beams(log_posteriors: Array, width: int = 8, least: float = 1e-3) -> list[Hy
     # of each prefix: log probability of ending in a blank, and in its last label
     kept: dict[tuple[int, ...], tuple[float, float]] = {(): (0.0, _NEVER)}
     for row in np.asarray(log_posteriors, dtype=np.float64):
-        kept = _widened(kept, row, np.nonzero(np.exp(row) > least)[0].tolist())
+        kept = _widen_prefixes(kept, row, np.nonzero(np.exp(row) > least)[0].tolist())
         kept = dict(sorted(kept.items(), key=lambda item: -np.logaddexp(*item[1]))[:width])
     found = [Hypothesis(prefix, float(np.logaddexp(*ends))) for prefix, ends in kept.items()]
     return [hypothesis for hypothesis in found if hypothesis.log_probability > _NEVER]
 
 
-def _widened(
+def _widen_prefixes(
     kept: dict[tuple[int, ...], tuple[float, float]], row: Array, classes: Sequence[int]
 ) -> dict[tuple[int, ...], tuple[float, float]]:
     """The prefixes after one step more: each stays as it is, or gains one of the classes."""

@@ -103,7 +103,7 @@ class Reading:
     def best(self) -> tuple[str, float]:
         """The likeliest text and its probability, of letters as they look."""
         found = ctc.beams(self.log_posteriors, _BEAM)
-        return _spelt(found[0].labels, self.letters), float(np.exp(found[0].log_probability))
+        return _spell(found[0].labels, self.letters), float(np.exp(found[0].log_probability))
 
     @property
     def text(self) -> str:
@@ -140,7 +140,11 @@ class Reading:
         other = float(np.exp(best.log_probability))
         if best.labels == labels or other <= probability:
             return Verdict(text, probability, text, probability)
-        return Verdict(text, probability, _as_seen(best.labels, groups, text), other)
+        # a letter that looks like that of `text` in its place is written as there
+        seen, wanted = _spell(best.labels, groups), "".join(_stand_ins("".join(map(fold, text))))
+        same = len(seen) == len(wanted)
+        seen = "".join(text[k] if same and letter == wanted[k] else letter for k, letter in enumerate(seen))
+        return Verdict(text, probability, seen, other)
 
     def rivals(self, text: str, count: int) -> list[str]:
         """Of each letter of `text` the likeliest others in its place."""
@@ -322,15 +326,8 @@ def _labels(text: str, groups: str) -> tuple[int, ...]:
     return tuple(groups.index(letter) + 1 for letter in seen)
 
 
-def _spelt(labels: tuple[int, ...], letters: str) -> str:
+def _spell(labels: tuple[int, ...], letters: str) -> str:
     return "".join(letters[label - 1] for label in labels)
-
-
-def _as_seen(labels: tuple[int, ...], groups: str, text: str) -> str:
-    """The letters that were seen; one that looks like a letter of `text` in its place is written as there."""
-    seen, wanted = _spelt(labels, groups), "".join(_stand_ins("".join(map(fold, text))))
-    same = len(seen) == len(wanted)
-    return "".join(text[k] if same and letter == wanted[k] else letter for k, letter in enumerate(seen))
 
 
 @lru_cache(maxsize=2)

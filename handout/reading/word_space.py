@@ -51,7 +51,7 @@ def drawn(places: Array, radius: Array, edges: Indices) -> Array:
 
     if not len(places):
         return np.zeros((HEIGHT, 1))
-    up = _pressed(places[:, 1], float(radius.max()))
+    up = _press_heights(places[:, 1], float(radius.max()))
     left = float((places[:, 0] - radius).min())
     width = min(int(float((places[:, 0] + radius).max()) - left) + 2, _WIDEST)
     fine = np.zeros((HEIGHT * _FINE, width * _FINE), dtype=np.uint8)
@@ -66,7 +66,7 @@ def drawn(places: Array, radius: Array, edges: Indices) -> Array:
     return np.asarray(cv2.resize(fine, (width, HEIGHT), interpolation=cv2.INTER_AREA) / 255.0, dtype=np.float64)
 
 
-def _pressed(up: Array, radius: float) -> Array:
+def _press_heights(up: Array, radius: float) -> Array:
     """Heights over the baseline, with ascenders and descenders short enough for the picture."""
     over, under = ABOVE - 1 - radius, BELOW - 1 - radius
     high, low = float(up.max()), -float(up.min())

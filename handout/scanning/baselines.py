@@ -135,15 +135,12 @@ def find_stroke_extremes(mask: NDArray[np.bool_], dpi: float) -> StrokeExtremes:
     left = np.stack([begin[sampled], row[sampled]], axis=1) * pixel
     foot = _ends(mask, row[short], begin[short], end[short], 1)
     top = _ends(mask, row[short], begin[short], end[short], -1)
-    return StrokeExtremes(left, foot * pixel, top * pixel, _free_above(mask, top) * pixel)
-
-
-def _free_above(mask: NDArray[np.bool_], top: Array) -> Array:
-    """(n,) pixels: from each place to the next ink above it, or to the edge."""
+    # how far it is from each top to the next ink above it, or to the edge (n,)
     number = np.arange(1, mask.shape[0] + 1, dtype=np.int32)[:, None]
     last = np.maximum.accumulate(np.where(mask, number, 0), axis=0)
     y, x = top[:, 1].astype(np.intp), top[:, 0].astype(np.intp)
-    return np.asarray(np.where(y > 0, y - last[np.maximum(y - 1, 0), x], y), dtype=np.float64)
+    free = np.asarray(np.where(y > 0, y - last[np.maximum(y - 1, 0), x], y), dtype=np.float64)
+    return StrokeExtremes(left, foot * pixel, top * pixel, free * pixel)
 
 
 def spans(mask: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:

@@ -109,6 +109,7 @@ def density_table(inks: Inks, scale: Scale, rgb: NDArray[np.uint8]) -> NDArray[n
     Source: seed 000, §5.1.1 (thin plate spline from RGB to density).
     """
     from scipy.interpolate import RBFInterpolator
+    from scipy.ndimage import maximum_filter
 
     points = _sample(inks, rgb)
     densities = scale.density(np.clip(inks.levels(points).max(axis=-1), 0, None))
@@ -117,7 +118,11 @@ def density_table(inks: Inks, scale: Scale, rgb: NDArray[np.uint8]) -> NDArray[n
     lattice = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
     level = inks.levels(lattice).max(axis=-1)
     table = np.where(level > 0, scale.density(np.clip(level, 0, None)), np.clip(level, -1, 0))
-    in_use = (level > 0) & _corners_used(rgb)
+    # (33³,) bool: corners of the cells in which the page has colours
+    low = np.minimum(rgb[::3, ::3].astype(np.uint16) * _CELLS // 255, _CELLS - 1)
+    used = np.zeros((_CELLS + 1,) * 3, dtype=bool)
+    used[low[..., 0], low[..., 1], low[..., 2]] = True
+    in_use = (level > 0) & np.asarray(maximum_filter(used, size=2, origin=(0, 0, 0))).ravel()
     table[in_use] = np.clip(spline(lattice[in_use]), 0, MOST)
     return np.asarray(table.reshape(_CELLS + 1, _CELLS + 1, _CELLS + 1), dtype=np.float32)
 
@@ -134,25 +139,19 @@ def _sample(inks: Inks, rgb: NDArray[np.uint8]) -> Array:
     return np.asarray(np.unique(np.concatenate([lattice, page_colours[:: max(1, len(page_colours) // _OWN)]]), axis=0))
 
 
-def _corners_used(rgb: NDArray[np.uint8]) -> NDArray[np.bool_]:
-    """(33³,) bool: corners of the cells in which the page has colours."""
-    from scipy.ndimage import maximum_filter
-
-    low = np.minimum(rgb[::3, ::3].astype(np.uint16) * _CELLS // 255, _CELLS - 1)
-    used = np.zeros((_CELLS + 1,) * 3, dtype=bool)
-    used[low[..., 0], low[..., 1], low[..., 2]] = True
-    return np.asarray(maximum_filter(used, size=2, origin=(0, 0, 0))).ravel()
-
-
 def look_up(table: NDArray[np.float32], rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
     """Density of colours (…, 3) uint8 by trilinear interpolation; what lies below 0 is 0.
 
     Only colours with ink in one of the eight corners of their cell are worked out: paper has none.
     """
+    from scipy.ndimage import maximum_filter
+
     cells = table.shape[0] - 1
     where = rgb.astype(np.uint16) * cells  # in 255ths of a cell
     low = np.minimum(where // 255, cells - 1)
-    inky = _any_ink(table)[low[..., 0], low[..., 1], low[..., 2]]
+    # (cells, cells, cells) bool: any corner of the cell has ink
+    with_ink = np.asarray(maximum_filter(table > 0, size=2, origin=(-1, -1, -1))[:-1, :-1, :-1])
+    inky = with_ink[low[..., 0], low[..., 1], low[..., 2]]
     result = np.zeros(rgb.shape[:-1], dtype=np.float32)
     corner = low[inky].astype(np.intp)
     part = where[inky].astype(np.float32) / 255 - corner
@@ -164,10 +163,3 @@ def look_up(table: NDArray[np.float32], rgb: NDArray[np.uint8]) -> NDArray[np.fl
         interpolated += weight * values[flat + (bits[0] * (cells + 1) + bits[1]) * (cells + 1) + bits[2]]
     result[inky] = np.maximum(interpolated, 0)
     return result
-
-
-def _any_ink(table: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """(cells, cells, cells) bool: whether any corner of the cell has ink."""
-    from scipy.ndimage import maximum_filter
-
-    return np.asarray(maximum_filter(table > 0, size=2, origin=(-1, -1, -1))[:-1, :-1, :-1])

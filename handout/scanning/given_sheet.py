@@ -82,7 +82,7 @@ def _read(path: Path, page: int | None, _changed: int) -> GivenSheet:
     if measured and picture.own is not None:
         height, width = (side / picture.own * 25.4 for side in picture.rgb.shape[:2])
         return GivenSheet(label, _read_only(picture.rgb), (width, height))
-    flat = _straightened(picture.rgb)
+    flat = _straighten_sheet(picture.rgb)
     return GivenSheet(label, _read_only(picture.rgb if flat is None else flat), None, flat is not None)
 
 
@@ -92,7 +92,7 @@ def _read_only(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return rgb
 
 
-def _straightened(rgb: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
+def _straighten_sheet(rgb: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
     """The sheet alone, (h, w, 3), its sides the edges of the picture; None where its outline is not to be seen."""
     import cv2
 
@@ -100,7 +100,7 @@ def _straightened(rgb: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
     if len(sides) < 4:
         return None
     # the corners, clockwise from the upper left: each where a side meets the one before
-    corners = np.array([_meeting(sides[k - 1], sides[k]) for k in range(4)])
+    corners = np.array([_meeting_point(sides[k - 1], sides[k]) for k in range(4)])
     lengths = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
     width, height = round(max(lengths[0], lengths[2])), round(max(lengths[1], lengths[3]))
     frame = np.array([(0, 0), (width, 0), (width, height), (0, height)], dtype=np.float32)
@@ -109,7 +109,7 @@ def _straightened(rgb: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
     return np.asarray(flat, dtype=np.uint8)
 
 
-def _meeting(a: Array, b: Array) -> Array:
+def _meeting_point(a: Array, b: Array) -> Array:
     """Where two lines, each a point and a direction (2, 2), meet."""
     along = np.linalg.solve(np.column_stack([a[1], -b[1]]), b[0] - a[0])[0]
     return np.asarray(a[0] + along * a[1])

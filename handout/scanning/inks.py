@@ -100,8 +100,16 @@ def find_inks(scan: Scan) -> Inks:
 
     Source: seed 000, §5.1.1; the colour of ink is that of the middle of strokes, not the second mode.
     """
+    import cv2
+
     paper = paper_mode(scan)
-    away = _away(scan, paper)
+    # (h, w) float32: distance from the paper's colour, a little blurred
+    away = np.empty(scan.shape, dtype=np.float32)
+    ground = paper.astype(np.float32) * 255
+    for start in range(0, scan.shape[0], 512):
+        part = scan.rgb[start : start + 512].astype(np.float32) - ground
+        away[start : start + 512] = np.linalg.norm(part, axis=2) / 255
+    away = np.asarray(cv2.GaussianBlur(away, (0, 0), 1.0, dst=away))
     core, threshold = _cores(away)
     if int(core.sum()) < _INK.enough or threshold < 0.4 * _INK.contrast:
         raise blank_page(scan)
@@ -115,7 +123,10 @@ def find_inks(scan: Scan) -> Inks:
     colours = scan.rgb[core] / 255.0
     if len(colours) < _INK.enough or float(np.median(np.linalg.norm(colours - paper, axis=1))) < _INK.contrast:
         raise blank_page(scan)
-    noise = _noise(scan, away, paper)
+    # the covariance (3, 3) of the paper's colour
+    plain = away[::4, ::4] < 0.08
+    rest = scan.rgb[::4, ::4][plain] / 255.0 - paper
+    noise = np.asarray(rest.T @ rest / max(1, len(rest)) + 1e-4 * np.eye(3))
     inks, grain = _told_apart(colours, paper, noise, ruled)
     return Inks(paper, inks, grain, ruling)
 
@@ -125,7 +136,14 @@ def paper_mode(scan: Scan) -> Array:
 
     Source: seed 000, §5.1.1: Gaussian kernel, here on a histogram of 32³ colours of every fourth pixel.
     """
-    colours, counts = _histogram(scan.rgb[::2, ::2])
+    # the mean colour and the count of every occupied cell of 32³
+    flat = scan.rgb[::2, ::2].reshape(-1, 3)
+    cell = (flat >> 3).astype(np.int32) @ np.array([_INK.bins * _INK.bins, _INK.bins, 1], dtype=np.int32)
+    counts = np.bincount(cell, minlength=_INK.bins**3).astype(np.float64)
+    sums = [np.bincount(cell, flat[:, k], minlength=_INK.bins**3) for k in range(3)]
+    occupied = counts > 0
+    colours = np.stack(sums, axis=1)[occupied] / counts[occupied, None] / 255
+    counts = counts[occupied]
     mode = colours[np.argmax(counts)]
     for _ in range(100):
         weight = counts * np.exp(-((colours - mode) ** 2).sum(axis=1) / (2 * _INK.kernel**2))
@@ -134,29 +152,6 @@ def paper_mode(scan: Scan) -> Array:
         if np.abs(step).max() < 1e-4:
             break
     return np.asarray(mode)
-
-
-def _histogram(rgb: NDArray[np.uint8]) -> tuple[Array, Array]:
-    """Mean colour and count of the occupied cells of 32³."""
-    flat = rgb.reshape(-1, 3)
-    cell = (flat >> 3).astype(np.int32) @ np.array([_INK.bins * _INK.bins, _INK.bins, 1], dtype=np.int32)
-    counts = np.bincount(cell, minlength=_INK.bins**3).astype(np.float64)
-    sums = [np.bincount(cell, flat[:, k], minlength=_INK.bins**3) for k in range(3)]
-    occupied = counts > 0
-    colours = np.stack(sums, axis=1)[occupied] / counts[occupied, None] / 255
-    return np.asarray(colours), counts[occupied]
-
-
-def _away(scan: Scan, paper: Array) -> NDArray[np.float32]:
-    """(h, w) float32: distance from the paper's colour, a little blurred."""
-    import cv2
-
-    away = np.empty(scan.shape, dtype=np.float32)
-    ground = paper.astype(np.float32) * 255
-    for start in range(0, scan.shape[0], 512):
-        part = scan.rgb[start : start + 512].astype(np.float32) - ground
-        away[start : start + 512] = np.linalg.norm(part, axis=2) / 255
-    return np.asarray(cv2.GaussianBlur(away, (0, 0), 1.0, dst=away))
 
 
 def _cores(away: NDArray[np.float32]) -> tuple[NDArray[np.bool_], float]:
@@ -168,14 +163,10 @@ def _cores(away: NDArray[np.float32]) -> tuple[NDArray[np.bool_], float]:
         return np.zeros(away.shape, dtype=bool), 0.0
     threshold = float(threshold_otsu(dark, nbins=128))  # type: ignore[no-untyped-call]
     core = away > threshold
-    core[:, 1:-1] &= (away[:, 1:-1] >= np.maximum(away[:, :-2], away[:, 2:])) | _greatest_down(away)[:, 1:-1]
-    return core, threshold
-
-
-def _greatest_down(away: NDArray[np.float32]) -> NDArray[np.bool_]:
     greatest = np.zeros(away.shape, dtype=bool)
     greatest[1:-1] = away[1:-1] >= np.maximum(away[:-2], away[2:])
-    return greatest
+    core[:, 1:-1] &= (away[:, 1:-1] >= np.maximum(away[:, :-2], away[:, 2:])) | greatest[:, 1:-1]
+    return core, threshold
 
 
 def _wider(mask: NDArray[np.bool_], by: float) -> NDArray[np.bool_]:
@@ -191,13 +182,6 @@ def _usual(ruled: Array) -> Array:
     off = np.abs(ruled - np.median(ruled, axis=0))
     off = (off / np.maximum(np.median(off, axis=0), 1 / 255)).max(axis=1)
     return np.asarray(ruled[off <= 5.0])
-
-
-def _noise(scan: Scan, away: NDArray[np.float32], paper: Array) -> Array:
-    """(3, 3) covariance of the paper's colour."""
-    plain = away[::4, ::4] < 0.08
-    rest = scan.rgb[::4, ::4][plain] / 255.0 - paper
-    return np.asarray(rest.T @ rest / max(1, len(rest)) + 1e-4 * np.eye(3))
 
 
 def _told_apart(colours: Array, paper: Array, noise: Array, ruled: Array) -> tuple[tuple[Ink, ...], float]:
@@ -267,14 +251,10 @@ def find_ruling(scan: Scan, colour: NDArray[np.float32], contrast: float) -> NDA
     for shape in ((run, 1), (1, run)):
         kernel = np.ones(shape[::-1], dtype=np.uint8)
         lines = np.asarray(cv2.morphologyEx(marked, cv2.MORPH_OPEN, kernel), dtype=np.uint8)
-        if _spread(lines, axis=1 if shape[0] > 1 else 0):
+        # whether long runs lie on many rows of the page, as ruling does and a few underlines do not
+        covered = (lines > 0).mean(axis=(1 if shape[0] > 1 else 0))
+        # thickness does not count: the strongest row of every 2 % of the page stands for it
+        blocks = np.array([block.max() for block in np.array_split(covered, 50)])
+        if bool(blocks[blocks > 0.25].sum() > _RULING.lines):
             ruling |= lines
     return ruling.astype(bool) if ruling.any() else None
-
-
-def _spread(lines: NDArray[np.uint8], axis: int) -> bool:
-    """Whether long runs lie on many rows of the page, as ruling does and a few underlines do not."""
-    covered = (lines > 0).mean(axis=axis)
-    # thickness does not count: the strongest row of every 2 % of the page stands for it
-    blocks = np.array([block.max() for block in np.array_split(covered, 50)])
-    return bool(blocks[blocks > 0.25].sum() > _RULING.lines)

@@ -118,14 +118,16 @@ def fitted_to_ink(
     inner = np.flatnonzero(before >= 0)
     half = np.full(count, usual)
     for round_ in range(_FIT.rounds):
-        normal = _normals(xy, before[inner], after[inner])
+        way = xy[after[inner]] - xy[before[inner]]
+        way /= np.maximum(np.linalg.norm(way, axis=1), 1e-9)[:, None]
+        normal = np.stack([-way[:, 1], way[:, 0]], axis=1)
         right, left, centre = _across(xy[inner], normal, usual, weight, ink)
         if not round_:
             measured = np.full(count, usual)
             measured[inner] = (right + left) / 2
             half = half_widths(measured, edges, count, usual)
         offset, weight_of_offset = _middle(right, left, centre, half[inner])
-        xy = _solved(xy, inner, normal, offset, weight_of_offset, bends, _FIT.stiff * usual)
+        xy = _solve_places(xy, inner, normal, offset, weight_of_offset, bends, _FIT.stiff * usual)
     return xy, half
 
 
@@ -164,12 +166,6 @@ def sampled(image: NDArray[np.float32], xy: Array) -> Array:
         )
         values[start : start + 30_000] = remapped[:, 0]
     return values.reshape(xy.shape[:-1]).astype(np.float64)
-
-
-def _normals(xy: Array, before: Indices, after: Indices) -> Array:
-    way = xy[after] - xy[before]
-    way /= np.maximum(np.linalg.norm(way, axis=1), 1e-9)[:, None]
-    return np.stack([-way[:, 1], way[:, 0]], axis=1)
 
 
 def _bends(xy: Array, edges: Indices, usual: float) -> Indices:
@@ -214,7 +210,7 @@ def _across(
     for part in np.array_split(np.arange(len(xy)), max(1, len(xy) * len(steps) // 2_000_000)):
         places = xy[part, None] + normal[part, None] * steps[:, None]
         inky = sampled(ink, places)
-        inky *= _unbroken(inky > 0, reach)
+        inky *= _unbroken_ink(inky > 0, reach)
         weights = sampled(weight, places) * (inky > 0)
         middle = inky[:, reach] / 2
         right[part] = (inky[:, reach + 1 :].sum(axis=1) + middle) * _FIT.sample
@@ -237,14 +233,14 @@ def _middle(right: Array, left: Array, centre: Array, half: Array) -> tuple[Arra
     return np.clip(offset, -_FIT.step, _FIT.step), np.where(alone, 1.0, np.where(bound, _FIT.one_edge, 0.0))
 
 
-def _unbroken(inky: NDArray[np.bool_], middle: int) -> NDArray[np.bool_]:
+def _unbroken_ink(inky: NDArray[np.bool_], middle: int) -> NDArray[np.bool_]:
     """Where ink reaches without a gap from the middle column, so that a neighbouring line does not pull."""
     right = np.minimum.accumulate(inky[:, middle:], axis=1)
     left = np.minimum.accumulate(inky[:, middle::-1], axis=1)[:, ::-1]
     return np.concatenate([left[:, :-1], right], axis=1)
 
 
-def _solved(
+def _solve_places(
     xy: Array, inner: Indices, normal: Array, offset: Array, sure: Array, bends: Indices, stiff: float
 ) -> Array:
     """The places that are nearest to the middles found and bend least: one sparse linear system."""

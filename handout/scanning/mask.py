@@ -85,16 +85,23 @@ def find_mask(
     InputError
         An unknown pen; strokes too thin for the resolution; nothing but specks.
     """
+    import cv2
+
     if pen is not None and pen not in PENS:
         raise InputError(f"--pen {pen}: not known; choose one of {', '.join(PENS)}.")
     if method not in METHODS:
         raise ValueError(f"method {method!r} is not one of {METHODS}")
     pen = pen or guess_pen(inks)
-    values = _softened(density.values, soften)
+    values = _soften(density.values, soften)
     ink = hysteresis(values, density)
     if method == "cut":
         weights = PENS[pen]
-        ink = least_cut(scan.rgb, values, _domain(values, paint), weights, paint)
+        inky = values > 0
+        if paint is not None:
+            inky |= paint > 0
+        kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _AROUND + 1, 2 * _AROUND + 1))
+        domain = np.asarray(cv2.dilate(inky.astype(np.uint8), kernel).astype(bool))
+        ink = least_cut(scan.rgb, values, domain, weights, paint)
     elif paint is not None:
         ink = (ink | (paint > 0)) & ~(paint < 0)
     stroke = stroke_width(ink)
@@ -166,23 +173,13 @@ def without_specks(
     return np.asarray(keep[labels])
 
 
-def _softened(values: NDArray[np.float32], radius: int) -> NDArray[np.float32]:
+def _soften(values: NDArray[np.float32], radius: int) -> NDArray[np.float32]:
     import cv2
 
     if radius <= 0:
         return values
     levels = np.rint(values * 127).astype(np.uint8)
     return np.asarray(cv2.medianBlur(levels, 2 * radius + 1), dtype=np.float32) / np.float32(127)
-
-
-def _domain(values: NDArray[np.float32], paint: NDArray[np.int8] | None) -> NDArray[np.bool_]:
-    import cv2
-
-    inky = values > 0
-    if paint is not None:
-        inky |= paint > 0
-    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _AROUND + 1, 2 * _AROUND + 1))
-    return np.asarray(cv2.dilate(inky.astype(np.uint8), kernel).astype(bool))
 
 
 def smooth(mask: NDArray[np.bool_], passes: int = 2) -> NDArray[np.bool_]:

@@ -9,7 +9,6 @@ Source: own method.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,7 +57,7 @@ def refuse_oblique(scan: Scan) -> None:
     for pair in (sides[0::2], sides[1::2]):
         if any(side is None for side in pair):
             continue
-        angle = _between(*(side[1] for side in pair if side is not None))
+        angle = _angle_between(*(side[1] for side in pair if side is not None))
         if angle > _OUTLINE.angle:
             raise InputError(
                 f"{scan.source} was photographed at an angle: opposite edges of the sheet are {angle:.1f}° apart "
@@ -80,28 +79,26 @@ def outline(rgb: NDArray[np.uint8]) -> list[Array | None]:
     piece = _sheet(np.asarray(grey, dtype=np.uint8))
     if piece is None:
         return [None] * 4
-    grey = _evenly_lit(grey, piece)
-    piece = _sheet(grey)
-    if piece is None:
-        return [None] * 4
-    contour = max(cv2.findContours(piece, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0], key=len)
-    points = contour.reshape(-1, 2).astype(np.float64)
-    corners = _corners(points)
-    if piece.sum() < _OUTLINE.full * cv2.contourArea(corners.astype(np.float32)):
-        return [None] * 4
-    sides = _sides(points, corners, np.asarray(grey, dtype=np.float64))
-    # the middle of a pixel of the smaller picture
-    return [None if side is None else np.array([(side[0] + 0.5) / factor - 0.5, side[1]]) for side in sides]
-
-
-def _evenly_lit(grey: NDArray[Any], piece: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """(h, w): the picture without the fall of light over a piece of the sheet, so that all of it is as bright."""
+    # take away the fall of light over the piece of the sheet, so that all of it is as bright
     rows, columns = np.nonzero(piece[::4, ::4])
     light = np.log(np.maximum(grey[::4, ::4][rows, columns], 1.0))
     level, down, across = np.linalg.lstsq(np.column_stack([np.ones(len(rows)), rows, columns]), light, rcond=None)[0]
     y, x = np.arange(grey.shape[0])[:, None] / 4, np.arange(grey.shape[1]) / 4
     even = grey / np.exp(down * y + across * x + level - float(light.mean()))
-    return np.asarray(np.clip(even, 0, 255), dtype=np.uint8)
+    lit = np.asarray(np.clip(even, 0, 255), dtype=np.uint8)
+    piece = _sheet(lit)
+    if piece is None:
+        return [None] * 4
+    contour = max(cv2.findContours(piece, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0], key=len)
+    points = contour.reshape(-1, 2).astype(np.float64)
+    # the outermost points (4, 2) of the contour along the diagonals, clockwise from the upper left
+    diagonals = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=np.float64)
+    corners = points[np.argmax(points @ diagonals.T, axis=0)]
+    if piece.sum() < _OUTLINE.full * cv2.contourArea(corners.astype(np.float32)):
+        return [None] * 4
+    sides = _sides(points, corners, np.asarray(lit, dtype=np.float64))
+    # the middle of a pixel of the smaller picture
+    return [None if side is None else np.array([(side[0] + 0.5) / factor - 0.5, side[1]]) for side in sides]
 
 
 def _sheet(grey: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
@@ -123,12 +120,6 @@ def _sheet(grey: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
     return np.asarray(labels == largest, dtype=np.uint8)
 
 
-def _corners(points: Array) -> Array:
-    """(4, 2): the outermost points of a contour along the diagonals, clockwise from the upper left."""
-    diagonals = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=np.float64)
-    return np.asarray(points[np.argmax(points @ diagonals.T, axis=0)])
-
-
 def _sides(points: Array, corners: Array, grey: Array) -> list[Array | None]:
     """A point and the direction of each side, where it lies inside the picture, runs straight, and is no shadow's."""
     high, wide = (side - 1 - _OUTLINE.edge for side in grey.shape)
@@ -142,7 +133,7 @@ def _sides(points: Array, corners: Array, grey: Array) -> list[Array | None]:
         on_side = inside & (along > 0.1 * length) & (along < 0.9 * length) & (np.abs(across) < 0.04 * length)
         long_enough = on_side.sum() > 0.6 * 0.8 * length > 40
         visible = long_enough and _step(grey, points[on_side], direction) > _OUTLINE.contrast / 2
-        sides.append(_straight(points[on_side]) if visible else None)
+        sides.append(_fit_side(points[on_side]) if visible else None)
     return sides
 
 
@@ -156,7 +147,7 @@ def _step(grey: Array, points: Array, direction: Array) -> float:
     return float(np.median(levels[0] - levels[1]))
 
 
-def _straight(points: Array) -> Array | None:
+def _fit_side(points: Array) -> Array | None:
     """(2, 2): a point and the direction of the line through points (n, 2), or None if they do not lie on one."""
     count = len(points)
     for _ in range(3):
@@ -170,7 +161,7 @@ def _straight(points: Array) -> Array | None:
     return line if len(points) > 0.6 * count else None
 
 
-def _between(a: Array, b: Array) -> float:
+def _angle_between(a: Array, b: Array) -> float:
     """Degrees between two directions."""
     return float(np.degrees(np.arccos(np.clip(abs(float(a @ b)), 0, 1))))
 
@@ -202,7 +193,7 @@ def find_gutter(ink: NDArray[np.bool_], dpi: float) -> Gutter | None:
     if not len(rows):
         return None
     part = cells[rows[0] : rows[-1] + 1]
-    width, at = max(_band(_leaning(part, lean)) for lean in _LEANS.tolist())
+    width, at = max(_band(_shear_cells(part, lean)) for lean in _LEANS.tolist())
     if width * _GUTTER.cell < _GUTTER.width:
         return None
     cut = round(at * _GUTTER.cell / 25.4 * dpi)
@@ -221,7 +212,7 @@ def _cells(ink: NDArray[np.bool_], dpi: float) -> NDArray[np.bool_]:
     return cells
 
 
-def _leaning(cells: NDArray[np.bool_], lean: float) -> NDArray[np.bool_]:
+def _shear_cells(cells: NDArray[np.bool_], lean: float) -> NDArray[np.bool_]:
     """The cells with their rows moved, so that a band that leans stands upright."""
     middle = len(cells) / 2
     return np.stack([np.roll(row, round(lean * (i - middle))) for i, row in enumerate(cells)])

@@ -67,7 +67,11 @@ def find_paper(scan: Scan) -> Paper:
     small, dpi = _small(scan)
     size = _odd(_PAPER.stroke * dpi / 25.4)
     closed = np.asarray(cv2.morphologyEx(small, cv2.MORPH_CLOSE, np.ones((size, size), np.uint8)), dtype=np.uint8)
-    wide = _wide_median(closed, dpi)
+    # median over `_PAPER.wide` mm, taken at a fifth of the size
+    height, width = closed.shape[:2]
+    tiny = cv2.resize(closed, (max(1, width // 5), max(1, height // 5)), interpolation=cv2.INTER_AREA)
+    tiny = cv2.medianBlur(tiny, min(_odd(_PAPER.wide * dpi / 25.4 / 5), 255))
+    wide = np.asarray(cv2.resize(tiny, (width, height), interpolation=cv2.INTER_LINEAR), dtype=np.float32)
     calm = cv2.medianBlur(closed, min(_odd(3.5 * _PAPER.stroke * dpi / 25.4), 255))
     calm = np.maximum(calm, (wide * _PAPER.deepest).astype(np.uint8))
     smooth = np.asarray(cv2.GaussianBlur(calm.astype(np.float32) / 255, (0, 0), 0.5 * size), dtype=np.float32)
@@ -151,16 +155,6 @@ def _small(scan: Scan) -> tuple[NDArray[np.uint8], float]:
     factor = max(1.0, scan.dpi / _PAPER.dpi)
     size = (max(1, round(scan.shape[1] / factor)), max(1, round(scan.shape[0] / factor)))
     return np.asarray(cv2.resize(scan.rgb, size, interpolation=cv2.INTER_AREA)), scan.dpi / factor
-
-
-def _wide_median(image: NDArray[np.uint8], dpi: float) -> NDArray[np.float32]:
-    """Median over `_PAPER.wide` mm, taken at a fifth of the size."""
-    import cv2
-
-    height, width = image.shape[:2]
-    tiny = cv2.resize(image, (max(1, width // 5), max(1, height // 5)), interpolation=cv2.INTER_AREA)
-    tiny = cv2.medianBlur(tiny, min(_odd(_PAPER.wide * dpi / 25.4 / 5), 255))
-    return np.asarray(cv2.resize(tiny, (width, height), interpolation=cv2.INTER_LINEAR), dtype=np.float32)
 
 
 def _odd(length: float) -> int:

@@ -29,10 +29,19 @@ def page_of_pdf(path: Path, page: int | None) -> tuple[NDArray[np.uint8], float,
         The library is missing; no such page; not a PDF, damaged, or locked by a password; a page without a picture;
         too large.
     """
-    with _opened(path) as document:
+    with _open_pdf(path) as document:
         count = len(document)
         index = page_index(count, page, path)
-        return *_drawn(document[index], path, source_of(path, page, count)), count
+        sheet = document[index]
+        width, height = sheet.get_size()  # points
+        picture = _native(sheet, width * height)
+        if picture is None:
+            raise InputError(
+                f"{source_of(path, page, count)} holds no picture of a page, only text or drawings: it is not a scan. "
+                "Print and scan it, or save it as a PNG of 300 dpi."
+            )
+        dpi = min(picture, _FINEST)
+        return *(_render_page(sheet, path, dpi), dpi), count
 
 
 def count_of_pdf(path: Path) -> int:
@@ -43,7 +52,7 @@ def count_of_pdf(path: Path) -> int:
     InputError
         The library is missing; not a PDF, damaged, locked, or without a page.
     """
-    with _opened(path) as document:
+    with _open_pdf(path) as document:
         return len(document)
 
 
@@ -57,8 +66,8 @@ def drawn_page(path: Path, page: int | None, dpi: float, content: bytes | None =
     InputError
         As `page_of_pdf`, but for a page without a picture.
     """
-    with _opened(path, content) as document:
-        return _rendered(document[page_index(len(document), page, path)], path, dpi)
+    with _open_pdf(path, content) as document:
+        return _render_page(document[page_index(len(document), page, path)], path, dpi)
 
 
 def size_of_pdf(path: Path, page: int = 1) -> tuple[float, float]:
@@ -69,12 +78,12 @@ def size_of_pdf(path: Path, page: int = 1) -> tuple[float, float]:
     InputError
         As `page_of_pdf`.
     """
-    with _opened(path) as document:
+    with _open_pdf(path) as document:
         width, height = document[page_index(len(document), page, path)].get_size()
     return width * 25.4 / 72, height * 25.4 / 72
 
 
-def _rendered(sheet: Any, path: Path, dpi: float) -> NDArray[np.uint8]:
+def _render_page(sheet: Any, path: Path, dpi: float) -> NDArray[np.uint8]:
     width, height = sheet.get_size()  # points
     refuse_large(round(width / 72 * dpi), round(height / 72 * dpi), path)
     # pdfium rounds the size up: without the hair's breadth a picture would be stretched by a row
@@ -83,7 +92,7 @@ def _rendered(sheet: Any, path: Path, dpi: float) -> NDArray[np.uint8]:
 
 
 @contextmanager
-def _opened(path: Path, content: bytes | None = None) -> Iterator[Any]:
+def _open_pdf(path: Path, content: bytes | None = None) -> Iterator[Any]:
     try:
         import pypdfium2  # type: ignore[import-not-found, unused-ignore]
     except ImportError as error:
@@ -104,18 +113,6 @@ def _opened(path: Path, content: bytes | None = None) -> Iterator[Any]:
     finally:
         if document is not None:
             document.close()
-
-
-def _drawn(sheet: Any, path: Path, source: str) -> tuple[NDArray[np.uint8], float]:
-    width, height = sheet.get_size()  # points
-    picture = _native(sheet, width * height)
-    if picture is None:
-        raise InputError(
-            f"{source} holds no picture of a page, only text or drawings: it is not a scan. Print and scan it, or save "
-            "it as a PNG of 300 dpi."
-        )
-    dpi = min(picture, _FINEST)
-    return _rendered(sheet, path, dpi), dpi
 
 
 def _native(sheet: Any, whole: float) -> float | None:

@@ -134,7 +134,7 @@ def _read_image(path: Path, page: int | None) -> Picture:
                 refuse_large(image.width, image.height, path)
             if image.format == "TIFF" and getattr(image, "tag_v2", {}).get(284) == 2:
                 return _by_tifffile(path, page)  # Pillow misreads 16-bit planes
-            dpi, photographed = image.info.get("dpi"), _photographed(image)
+            dpi, photographed = image.info.get("dpi"), _is_photograph(image)
             ImageOps.exif_transpose(image, in_place=True)
             rgb = _as_rgb(image, path)
             return Picture(rgb, square_resolution(dpi, path), source_of(path, page, frames), photographed)
@@ -166,7 +166,7 @@ def _reason(error: BaseException, path: Path) -> str:
     return "it is not an image that can be read, or it is damaged or cut off; copy it again, or scan it as PNG"
 
 
-def _photographed(image: Image_) -> bool:
+def _is_photograph(image: Image_) -> bool:
     exif = image.getexif()
     return any(exif.get(tag) for tag in _CAMERA) and bool(exif.get_ifd(0x8769).get(_EXPOSED))
 
@@ -178,20 +178,16 @@ def _as_rgb(image: Image_, path: Path) -> NDArray[np.uint8]:
     if image.mode == "F" or image.mode.startswith("I"):
         return _grey(np.asarray(image), path)
     if image.mode in ("RGBA", "LA", "PA", "La", "RGBa") or "transparency" in image.info:
-        return _on_white(image)
+        # pixels (h, w, 3) of a picture with transparent parts, laid on white
+        from PIL import Image
+
+        rgb = np.empty((image.height, image.width, 3), dtype=np.uint8)
+        for top in range(0, image.height, _ROWS):
+            over = image.crop((0, top, image.width, min(top + _ROWS, image.height))).convert("RGBA")
+            white = Image.new("RGBA", over.size, "white")
+            rgb[top : top + _ROWS] = np.asarray(Image.alpha_composite(white, over))[:, :, :3]
+        return rgb
     return np.array(image if image.mode == "RGB" else image.convert("RGB"), dtype=np.uint8)
-
-
-def _on_white(image: Image_) -> NDArray[np.uint8]:
-    """Pixels (h, w, 3) of a picture with transparent parts, laid on white."""
-    from PIL import Image
-
-    rgb = np.empty((image.height, image.width, 3), dtype=np.uint8)
-    for top in range(0, image.height, _ROWS):
-        over = image.crop((0, top, image.width, min(top + _ROWS, image.height))).convert("RGBA")
-        white = Image.new("RGBA", over.size, "white")
-        rgb[top : top + _ROWS] = np.asarray(Image.alpha_composite(white, over))[:, :, :3]
-    return rgb
 
 
 def _by_profile(image: Image_, path: Path) -> Image_:
@@ -270,10 +266,7 @@ def scan_of(picture: Picture, dpi: float | None = None) -> Scan:
         dpi = plausible_dpi(picture)
     else:
         refuse_oversize(picture, dpi)
-    return _reduced(Scan(picture.rgb, float(dpi), picture.source, told=given_by_user))
-
-
-def _reduced(scan: Scan) -> Scan:
+    scan = Scan(picture.rgb, float(dpi), picture.source, told=given_by_user)
     import cv2
 
     if scan.dpi <= _FINE:

@@ -49,10 +49,21 @@ def find_print(
 
     size = (max(8, round(width * _SEARCH.scale)), max(8, round(height * _SEARCH.scale)))
     small = np.asarray(cv2.resize(rgb, size, interpolation=cv2.INTER_AREA), dtype=np.float32)
-    light = small / np.maximum(_paper(rgb, width, height, size), 16)
+    # (h, w, 3): the bare sheet, as it is lit
+    coarse = (max(8, round(width * _SEARCH.coarse)), max(8, round(height * _SEARCH.coarse)))
+    image = cv2.resize(rgb, coarse, interpolation=cv2.INTER_AREA)
+    grain = 2 * round(_SEARCH.grain * _SEARCH.coarse / 2) + 1
+    bare = cv2.morphologyEx(image, cv2.MORPH_CLOSE, np.ones((grain, grain), np.uint8))
+    window = 2 * round(_SEARCH.paper * _SEARCH.coarse / 2) + 1
+    bare = cv2.medianBlur(np.asarray(bare, dtype=np.uint8), window)
+    light = small / np.maximum(np.asarray(cv2.resize(bare, size, interpolation=cv2.INTER_LINEAR), dtype=np.float32), 16)
     ink = (light.min(axis=2) < 1 - _SEARCH.dark) | (light.min(axis=2) > 1 + _SEARCH.bright)
     if lines is not None:
-        ink &= ~(_on_lines(size, lines) | _stray_lines(ink))
+        # (h, w): where the lines of the sheet are
+        on = np.zeros(size[::-1], dtype=bool)
+        _mark(on, lines.across)
+        _mark(on.T, lines.down)
+        ink &= ~(on | _stray_lines(ink))
     rim = round(_SEARCH.rim * _SEARCH.scale)
     ink[:rim] = ink[-rim:] = False
     ink[:, :rim] = ink[:, -rim:] = False
@@ -65,27 +76,6 @@ def find_print(
     cells = (max(1, round(width)), max(1, round(height)))
     printed = cv2.resize(found[labels].astype(np.float32), cells, interpolation=cv2.INTER_AREA)
     return np.asarray(printed > 0)
-
-
-def _paper(rgb: NDArray[np.uint8], width: float, height: float, size: tuple[int, int]) -> NDArray[np.float32]:
-    """(h, w, 3): the bare sheet, as it is lit."""
-    import cv2
-
-    coarse = (max(8, round(width * _SEARCH.coarse)), max(8, round(height * _SEARCH.coarse)))
-    image = cv2.resize(rgb, coarse, interpolation=cv2.INTER_AREA)
-    grain = 2 * round(_SEARCH.grain * _SEARCH.coarse / 2) + 1
-    bare = cv2.morphologyEx(image, cv2.MORPH_CLOSE, np.ones((grain, grain), np.uint8))
-    window = 2 * round(_SEARCH.paper * _SEARCH.coarse / 2) + 1
-    bare = cv2.medianBlur(np.asarray(bare, dtype=np.uint8), window)
-    return np.asarray(cv2.resize(bare, size, interpolation=cv2.INTER_LINEAR), dtype=np.float32)
-
-
-def _on_lines(size: tuple[int, int], lines: PrintedSheet) -> NDArray[np.bool_]:
-    """(h, w): where the lines of the sheet are."""
-    on = np.zeros(size[::-1], dtype=bool)
-    _mark(on, lines.across)
-    _mark(on.T, lines.down)
-    return on
 
 
 def _stray_lines(ink: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -109,7 +109,10 @@ def find_printed_lines(rgb: NDArray[np.uint8], width: float, height: float) -> P
         return None
     down = _lines(_light_taken(np.ascontiguousarray(rgb.transpose(1, 0, 2)), height, width), height)
     columns, margins = _columns(down, rules)
-    left, right = _margins(margins, width, height)
+    # where the margin lines come furthest in, left and right
+    ends = [(line.at - abs(line.slope) * height / 2, line.at + abs(line.slope) * height / 2) for line in margins]
+    left = max((high for (low, high) in ends if 0.03 * width < high < 0.35 * width), default=None)
+    right = min((low for (low, high) in ends if 0.65 * width < low < 0.97 * width), default=None)
     distance = _pitch(columns) if columns else None
     return PrintedSheet(rules, pitch, fine, distance, left, right, (*row[0], *rules), (*columns, *margins))
 
@@ -136,7 +139,16 @@ def _lines(absorbed: NDArray[np.float32], length: float) -> list[PrintedLine]:
     middles = np.array([strip.mean() + 0.5 for strip in strips]) / _SEARCH.scale
     profiles = np.stack([absorbed[:, strip].mean(axis=1) for strip in strips])  # (strips, h, 3)
     heights = [_peaks(profile) for profile in profiles]
-    slope = _usual_slope(heights, middles)
+    # the slope at which most peaks of neighbouring strips follow each other
+    slopes = np.linspace(-_SEARCH.steepest, _SEARCH.steepest, 97)
+    votes = np.zeros(len(slopes))
+    for apart in (3, 6):
+        for a, b in ((i, i + apart) for i in range(_SEARCH.strips - apart)):
+            step = middles[b] - middles[a]
+            slopes_between = (heights[b][None, :] - heights[a][:, None]).ravel() / step
+            votes += (np.abs(slopes_between[:, None] - slopes) < 0.15 / step).sum(axis=0)
+    best = np.flatnonzero(votes >= 0.98 * votes.max())
+    slope = float(slopes[best].mean()) if votes.max() > 0 else 0.0
     free = [np.ones(len(peaks), dtype=bool) for peaks in heights]
     # what is seen in half of the strips is seen in one of these
     seed_strips = range(_SEARCH.strips // 4, 3 * _SEARCH.strips // 4, 2)
@@ -145,10 +157,10 @@ def _lines(absorbed: NDArray[np.float32], length: float) -> list[PrintedLine]:
     lines = []
     for s, k in seeds:
         if free[s][k]:
-            chain = _followed(s, k, heights, free, middles, slope)
+            chain = _follow_chain(s, k, heights, free, middles, slope)
             for strip, peak in chain:
                 free[strip][peak] = False
-            line = _fitted(chain, heights, middles, profiles, length)
+            line = _fit_line(chain, heights, middles, profiles, length)
             if line is not None:
                 lines.append(line)
     return _parallel(sorted(lines, key=lambda line: line.at))
@@ -176,20 +188,7 @@ def _peaks(profile: NDArray[np.float32]) -> Array:
     return np.asarray((at + 0.5 + 0.5 * (after - before) / curve) / _SEARCH.scale)
 
 
-def _usual_slope(heights: list[Array], middles: Array) -> float:
-    """The slope at which most peaks of neighbouring strips follow each other."""
-    slopes = np.linspace(-_SEARCH.steepest, _SEARCH.steepest, 97)
-    votes = np.zeros(len(slopes))
-    for apart in (3, 6):
-        for a, b in ((i, i + apart) for i in range(_SEARCH.strips - apart)):
-            step = middles[b] - middles[a]
-            slopes_between = (heights[b][None, :] - heights[a][:, None]).ravel() / step
-            votes += (np.abs(slopes_between[:, None] - slopes) < 0.15 / step).sum(axis=0)
-    best = np.flatnonzero(votes >= 0.98 * votes.max())
-    return float(slopes[best].mean()) if votes.max() > 0 else 0.0
-
-
-def _followed(
+def _follow_chain(
     s: int, k: int, heights: list[Array], free: list[NDArray[np.bool_]], middles: Array, slope: float
 ) -> list[tuple[int, int]]:
     """The chain of peaks through one peak, to both sides: (strip, number) of each."""
@@ -214,7 +213,7 @@ def _followed(
     return chain
 
 
-def _fitted(
+def _fit_line(
     chain: list[tuple[int, int]], heights: list[Array], middles: Array, profiles: NDArray[np.float32], length: float
 ) -> PrintedLine | None:
     """The straight line through the peaks that belong together, if there are enough of them."""
@@ -296,7 +295,7 @@ def _heavy(lines: list[PrintedLine], place: Indices) -> tuple[tuple[PrintedLine,
     if every > 1:  # without what has the place of a heavy line but is none
         heavy_lines &= contrast > np.sqrt(np.median(contrast[heavy_lines]) * np.median(contrast[~heavy_lines]))
     line_at = {int(p): line for p, line, heavy in zip(place, lines, heavy_lines, strict=True) if heavy}
-    return _filled(line_at, every), fine
+    return _fill_row(line_at, every), fine
 
 
 def _classes(fine: float, place: Indices) -> list[tuple[int, int]]:
@@ -313,7 +312,7 @@ def _ratio(contrast: Array, among: NDArray[np.bool_]) -> float:
     return heavy / max(float(np.median(others)), 1e-9) if heavy > 1.1 * np.percentile(others, 80) else 0.0
 
 
-def _filled(seen_lines: dict[int, PrintedLine], every: int) -> tuple[PrintedLine, ...]:
+def _fill_row(seen_lines: dict[int, PrintedLine], every: int) -> tuple[PrintedLine, ...]:
     """The lines of a row, with those between two that were not seen."""
     places = np.array(sorted(seen_lines))
     interpolated = partial(np.interp, xp=places)
@@ -351,11 +350,3 @@ def _columns(
         if (angle > least or line.contrast > _SEARCH.stronger * strength) and line.seen >= _SEARCH.seen
     ]
     return (tuple(row[0]) if row else ()), margins
-
-
-def _margins(lines: list[PrintedLine], width: float, height: float) -> tuple[float | None, float | None]:
-    """Where the margin lines come furthest in, left and right."""
-    ends = [(line.at - abs(line.slope) * height / 2, line.at + abs(line.slope) * height / 2) for line in lines]
-    left = [high for (low, high) in ends if 0.03 * width < high < 0.35 * width]
-    right = [low for (low, high) in ends if 0.65 * width < low < 0.97 * width]
-    return max(left, default=None), min(right, default=None)

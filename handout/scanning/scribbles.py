@@ -75,7 +75,16 @@ class Window:
 
     def contrast(self) -> tuple[Floats, Array]:
         """(h, w, 3) the difference of each colour from the paper around it, and (3,) that of the page's ink."""
-        paper = _paper(self)
+        # (h, w, 3) the paper: what lies around the ink, without anything as thin as a stroke
+        import cv2
+
+        hole = _grown(self.ink, 2 * self.half).astype(np.uint8)
+        filled = fill_smooth(self.rgb, hole)
+        step = max(2, round(self.half))
+        small = cv2.resize(filled, None, fx=1 / step, fy=1 / step, interpolation=cv2.INTER_AREA)
+        side = 2 * round(_SETTINGS.ground * self.half / step / 2) + 1
+        calm = cv2.GaussianBlur(cv2.medianBlur(small, min(side, 255)), (0, 0), side / 4)
+        paper = np.asarray(cv2.resize(calm, self.ink.shape[::-1], interpolation=cv2.INTER_LINEAR), dtype=np.float32)
         away = self.rgb.astype(np.float32) - paper
         return away, self.usual - np.median(paper.reshape(-1, 3), axis=0)
 
@@ -112,7 +121,7 @@ def with_ink(window: Window, scribble: Bools) -> Found:
     floor = _SETTINGS.noise * deviation * np.sqrt(float(usual @ usual) / size)
     density[(share < floor) | ~alike] = 0
     open_ = ((density > 0) & ~window.ink) | scribble
-    near = _touching(_grown(open_, _SETTINGS.gap * window.half / 2), scribble)
+    near = _pieces_under(_grown(open_, _SETTINGS.gap * window.half / 2), scribble)
     domain = _grown(open_ & near, 2.0)
     sure = (scribble | (window.ink & domain)).astype(np.int8)
     cost = np.where(density > 0, -_WEIGHTS.ink * np.minimum(density, 1), _WEIGHTS.paper)
@@ -131,13 +140,13 @@ def without_ink(window: Window, scribble: Bools) -> Bools:
     likelier = _likelier(window, marked)
     like = (window.ink & (likelier > _SETTINGS.plain)) | marked
     near = _in_line(window, like, scribble)
-    near |= _touching(_grown(window.ink & (likelier > 0), window.half), scribble)
+    near |= _pieces_under(_grown(window.ink & (likelier > 0), window.half), scribble)
     domain = window.ink & _grown(near & window.ink & ((likelier > 0) | marked), 2 * window.half)
     edge = domain & _grown(window.ink & ~domain, 1.0)
     cost = np.where(window.ink, np.clip(likelier, -_SETTINGS.most, _SETTINGS.most) - _SETTINGS.stay, 0)
     sure = np.where(scribble, -1, np.where(edge | window.held, 1, 0)).astype(np.int8)
     gone = domain & ~field_cut(window.rgb, cost.astype(np.float32), domain, _WEIGHTS, sure)
-    gone &= _touching(_grown(gone, 2 * window.half), scribble) | _in_line(window, gone, scribble)
+    gone &= _pieces_under(_grown(gone, 2 * window.half), scribble) | _in_line(window, gone, scribble)
     return window.ink & ~gone & ~scribble
 
 
@@ -146,7 +155,7 @@ def _in_line(window: Window, like: Bools, scribble: Bools) -> Bools:
 
     A rule, or the limb of a stain, is known by its direction; a round one has all directions alike.
     """
-    found = like & _touching(_grown(like, window.half), scribble)
+    found = like & _pieces_under(_grown(like, window.half), scribble)
     grid: Array = np.indices(like.shape).astype(np.float64)
     y, x = grid[0], grid[1]
     for _ in range(_SETTINGS.rounds):
@@ -157,7 +166,7 @@ def _in_line(window: Window, like: Bools, scribble: Bools) -> Bools:
         dx, dy = np.linalg.eigh(np.cov(places.T))[1][:, 1].tolist()
         off = np.abs((places - [mx, my]) @ np.array([-dy, dx]))
         strip = np.abs((y - my) * dx - (x - mx) * dy) <= np.percentile(off, 95) + window.half
-        reached = like & strip & _touching(_grown((like & strip) | found, window.x_height), scribble)
+        reached = like & strip & _pieces_under(_grown((like & strip) | found, window.x_height), scribble)
         if not (reached & ~found).any():
             break
         found |= reached
@@ -174,7 +183,11 @@ def _likelier(window: Window, marked: Bools) -> Floats:
     other = np.zeros(len(flat), dtype=bool)
     ratio = np.zeros(len(flat))
     for _ in range(_SETTINGS.rounds):
-        ratio = _ratio(flat, is_ | other, means)
+        # (n,) log-likelihood ratio of two normal classes with one covariance
+        off = flat - means[np.where((is_ | other), 0, 1)]
+        spread = np.clip(np.median(np.abs(off), axis=0) * 1.4826, _SETTINGS.steady, None)
+        away = ((flat[None] - means[:, None]) / spread) ** 2
+        ratio = np.asarray((away[1] - away[0]).sum(axis=1) / 2)
         other = ratio > 0
         for k, some in enumerate((is_ | other, ~(is_ | other))):
             if some.any():
@@ -183,14 +196,6 @@ def _likelier(window: Window, marked: Bools) -> Floats:
     found = np.zeros(window.ink.shape, dtype=np.float32)
     found[window.ink] = ratio
     return found
-
-
-def _ratio(flat: Array, first: Bools, means: Array) -> Array:
-    """(n,) log-likelihood ratio of two normal classes with one covariance."""
-    off = flat - means[np.where(first, 0, 1)]
-    spread = np.clip(np.median(np.abs(off), axis=0) * 1.4826, _SETTINGS.steady, None)
-    away = ((flat[None] - means[:, None]) / spread) ** 2
-    return np.asarray((away[1] - away[0]).sum(axis=1) / 2)
 
 
 def _features(window: Window) -> Floats:
@@ -216,19 +221,6 @@ def _features(window: Window) -> Floats:
     return np.dstack([own, tint @ across.T.astype(np.float32), width]).astype(np.float32)
 
 
-def _paper(window: Window) -> Floats:
-    """(h, w, 3) the paper: what lies around the ink, without anything as thin as a stroke."""
-    import cv2
-
-    hole = _grown(window.ink, 2 * window.half).astype(np.uint8)
-    filled = fill_smooth(window.rgb, hole)
-    step = max(2, round(window.half))
-    small = cv2.resize(filled, None, fx=1 / step, fy=1 / step, interpolation=cv2.INTER_AREA)
-    side = 2 * round(_SETTINGS.ground * window.half / step / 2) + 1
-    calm = cv2.GaussianBlur(cv2.medianBlur(small, min(side, 255)), (0, 0), side / 4)
-    return np.asarray(cv2.resize(calm, window.ink.shape[::-1], interpolation=cv2.INTER_LINEAR), dtype=np.float32)
-
-
 def _soft(values: Floats, half: float) -> Floats:
     import cv2
 
@@ -239,7 +231,11 @@ def _darkest(values: Floats, half: float) -> Floats:
     """(h, w): the greatest value within a stroke's reach."""
     import cv2
 
-    return np.asarray(cv2.dilate(values, _disc(_SETTINGS.reach * half)), dtype=np.float32)
+    size = 2 * max(1, round(_SETTINGS.reach * half)) + 1
+    return np.asarray(
+        cv2.dilate(values, np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)), dtype=np.uint8)),
+        dtype=np.float32,
+    )
 
 
 def _grown(mask: Bools, by: float) -> Bools:
@@ -251,14 +247,7 @@ def _grown(mask: Bools, by: float) -> Bools:
     return np.asarray(cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 5) <= max(1.0, by))
 
 
-def _disc(radius: float) -> NDArray[np.uint8]:
-    import cv2
-
-    size = 2 * max(1, round(radius)) + 1
-    return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)), dtype=np.uint8)
-
-
-def _touching(mask: Bools, places: Bools) -> Bools:
+def _pieces_under(mask: Bools, places: Bools) -> Bools:
     """The pieces of a mask (h, w) that lie under some places."""
     import cv2
 

@@ -67,7 +67,9 @@ def without_spurs(xy: Array, edges: Indices, inside: NDArray[np.float32]) -> tup
         spurs = _spurs(xy, edges, inside)
         if not spurs.any():
             break
-        xy, edges = _kept(xy, edges, ~spurs)
+        keep = ~spurs
+        number = np.cumsum(keep) - 1
+        xy, edges = (xy[keep], number[edges[keep[edges].all(axis=1)]])
     return xy, edges
 
 
@@ -134,11 +136,6 @@ def _spurs(xy: Array, edges: Indices, inside: NDArray[np.float32]) -> NDArray[np
             open_at[root] -= 1
             spur[body] = True
     return spur
-
-
-def _kept(xy: Array, edges: Indices, keep: NDArray[np.bool_]) -> tuple[Array, Indices]:
-    number = np.cumsum(keep) - 1
-    return xy[keep], number[edges[keep[edges].all(axis=1)]]
 
 
 @dataclass
@@ -247,7 +244,7 @@ def _separate(web: _PathGraph, junction: int, half: float) -> None:
     for end, strand in zip((ends[i], ends[j]), strands, strict=True):
         way = web.outward(*end)
         keep = min(reach, (len(way) - 1) // (3 if loop else 1))
-        web.put(*end, [zone[-1], *strand[::-1], *_straightened(web, strand, way, keep)])
+        web.put(*end, [zone[-1], *strand[::-1], *_straighten_path(web, strand, way, keep)])
     _move_junction(web, junction, zone[-1], ends[k], outward[k][shared:], [ends[i], ends[j]])
 
 
@@ -272,7 +269,7 @@ def _offset_strand(web: _PathGraph, zone: list[int], side: float, half: float) -
     return [web.add(place, half) for place in beside[:-1]]
 
 
-def _straightened(web: _PathGraph, strand: list[int], way: list[int], reach: int) -> list[int]:
+def _straighten_path(web: _PathGraph, strand: list[int], way: list[int], reach: int) -> list[int]:
     """A path without its hook: new vertices straight from the strand to where the path has left the shared ink."""
     reach = max(1, min(reach, len(way) - 1))
     a, b = web.xy[strand[0]], web.xy[way[reach]]

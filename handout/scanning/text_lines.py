@@ -76,12 +76,21 @@ def find_text_lines(mask: NDArray[np.bool_], dpi: float, count: int | None = Non
     extremes = find_stroke_extremes(mask, dpi)
     if len(extremes.left) < LEAST_EDGES:
         return TextLines((), 0.0, 0.0, 0.0)
-    slope = _page_slope(extremes.left)
+    # the slope that makes the profile of left edges sharpest
+    u = extremes.left[:, 0] - extremes.left[:, 0].mean()
+    sharpness = [float(np.square(np.diff(_profile(extremes.left[:, 1] - s * u, 0.35)[0])).sum()) for s in _SLOPES]
+    slope = float(_SLOPES[int(np.argmax(sharpness))])
     centre = float(extremes.left[:, 0].mean())
     levels = extremes.left[:, 1] - slope * (extremes.left[:, 0] - centre)
-    middles, pitch = _peaks(levels)
+    # levels of the middles of the lines, and their pitch, where it is not known how many they are
+    pitch = _period(_profile(levels, 0.42)[0])
+    smooth, first = _profile(levels, 0.13 * pitch)
+    high = float(np.percentile(smooth, 95))
+    places = peaks(smooth, prominence=0.05 * high, apart=max(1, int(np.ceil(0.55 * pitch / _BIN))))
+    places = places[smooth[places] >= 0.07 * high]
+    middles = [first + (float(place) + 0.5) * _BIN for place in places]
     if count and len(middles) != count:
-        middles, pitch = _counted(levels, count)
+        middles, pitch = _place_lines(levels, count)
     traces = _traces(extremes.left, levels, slope, centre, middles, pitch)
     widest = _widest(extremes.left, traces, centre)
     lines = on_baselines(extremes, traces, centre, min(pitch, widest))
@@ -97,13 +106,6 @@ def find_text_lines(mask: NDArray[np.bool_], dpi: float, count: int | None = Non
     return TextLines(tuple(lines), x_height, slant_of_lines(mask, dpi, lines, x_height), pitch)
 
 
-def _page_slope(edges: Array) -> float:
-    """The slope that makes the profile of left edges sharpest."""
-    u = edges[:, 0] - edges[:, 0].mean()
-    sharpness = [float(np.square(np.diff(_profile(edges[:, 1] - s * u, 0.35)[0])).sum()) for s in _SLOPES]
-    return float(_SLOPES[int(np.argmax(sharpness))])
-
-
 def _profile(levels: Array, sigma: float) -> tuple[Array, float]:
     """Edges per `_BIN` of height, smoothed by `sigma` mm, with empty rows around; and the level of the first bin."""
     from scipy.ndimage import gaussian_filter1d
@@ -112,16 +114,6 @@ def _profile(levels: Array, sigma: float) -> tuple[Array, float]:
     at = ((levels - first) / _BIN).astype(np.intp)
     counts = np.bincount(at, minlength=int(at.max()) + int(6.0 / _BIN)).astype(np.float64)
     return np.asarray(gaussian_filter1d(counts, sigma / _BIN, mode="constant")), first
-
-
-def _peaks(levels: Array) -> tuple[list[float], float]:
-    """Levels of the middles of the lines, and their pitch, where it is not known how many they are."""
-    pitch = _period(_profile(levels, 0.42)[0])
-    smooth, first = _profile(levels, 0.13 * pitch)
-    high = float(np.percentile(smooth, 95))
-    places = peaks(smooth, prominence=0.05 * high, apart=max(1, int(np.ceil(0.55 * pitch / _BIN))))
-    places = places[smooth[places] >= 0.07 * high]
-    return [first + (float(place) + 0.5) * _BIN for place in places], pitch
 
 
 def _period(profile: Array) -> float:
@@ -140,7 +132,7 @@ def _period(profile: Array) -> float:
     return float(lags[part[lags] >= min(0.75 * best, best)][0]) * _BIN
 
 
-def _counted(levels: Array, count: int) -> tuple[list[float], float]:
+def _place_lines(levels: Array, count: int) -> tuple[list[float], float]:
     """Levels of exactly `count` lines, and their pitch.
 
     For each of several pitches the chain of peaks of the profile that holds most, gaps unlike the pitch costing.
@@ -311,11 +303,11 @@ def line_owners(mask: NDArray[np.bool_], lines: Sequence[PixelBaseline]) -> NDAr
         corner = (slice(top, top + high), slice(left, left + wide))
         mask_of = label[corner] == number
         sharing = np.flatnonzero(body_pixels[:, number] > _SHARED * most_pixels[number])
-        line_of[corner][mask_of] = _shared(mask_of, (left, top), lines, sharing)[mask_of]
+        line_of[corner][mask_of] = _share_components(mask_of, (left, top), lines, sharing)[mask_of]
     return line_of
 
 
-def _shared(
+def _share_components(
     piece: NDArray[np.bool_], corner: tuple[int, int], lines: Sequence[PixelBaseline], among: NDArray[np.intp]
 ) -> NDArray[np.int16]:
     """(h, w) the line of every pixel of a component that lies in the bodies of several lines."""

@@ -56,11 +56,11 @@ def page_of_tiff(path: Path, page: int | None) -> tuple[NDArray[np.uint8], tuple
         ) from error
     if values.ndim == 3 and planes == 2:
         values = np.moveaxis(values, 0, -1)
-    rgb = _upright(_as_rgb(values, photometric, path), int(orientation.value) if orientation else 1)
+    rgb = _turn_upright(_as_rgb(values, photometric, path), int(orientation.value) if orientation else 1)
     return rgb, dpi, count
 
 
-def _upright(rgb: NDArray[np.uint8], orientation: int) -> NDArray[np.uint8]:
+def _turn_upright(rgb: NDArray[np.uint8], orientation: int) -> NDArray[np.uint8]:
     """The picture (h, w, 3) as the TIFF's tag of that name, 1–8, says that it is to be shown."""
     if orientation in (5, 6, 7, 8):
         rgb = rgb.transpose(1, 0, 2)

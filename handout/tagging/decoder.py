@@ -117,7 +117,8 @@ def read(
     log_states = terms.temper * (log_posterior.astype(np.float64) - terms.prior * log_prior)
     ink = image > INKY
     ink_in_body = _heights(ink[ABOVE - _BODY_UP : ABOVE + _BODY_DOWN])
-    pen = _pen(ink)
+    tall = ink.sum(axis=0)
+    pen = 0.8 * max(float(np.median(tall[tall > 0])), 2.0) if tall.any() else 2.0
     border = np.where(ink_in_body == 0, terms.clear, -terms.cut * np.clip(ink_in_body / pen - 0.5, 0, 3))
     ink_near = _heights(ink[ABOVE - _BODY_UP : ABOVE + _LOW])
     ink_far = _heights(ink[: ABOVE - _BODY_UP]) + _heights(ink[ABOVE + _LOW :])
@@ -130,11 +131,6 @@ def _heights(rows: NDArray[np.bool_]) -> Array:
     """(n,) float: pixels of ink a column, meaned over each step."""
     starts = np.arange(0, rows.shape[1], STEP)
     return np.add.reduceat(rows.sum(axis=0).astype(np.float64), starts) / STEP
-
-
-def _pen(ink: NDArray[np.bool_]) -> float:
-    tall = ink.sum(axis=0)
-    return 0.8 * max(float(np.median(tall[tall > 0])), 2.0) if tall.any() else 2.0
 
 
 def _summed(each: Array) -> Array:
@@ -184,7 +180,7 @@ def decode(
         best, starts[row] = _STEPS[kind](reading, best, letter, widths, hold)
         if kind != "gap" and row < len(steps) - 1:
             best = best + reading.border
-    left, right = _traced(starts, [kind for kind, _ in steps], reading.columns)
+    left, right = _trace_borders(starts, [kind for kind, _ in steps], reading.columns)
     return Decoded(left * STEP, right * STEP, float(best[-1]), right > left)
 
 
@@ -211,9 +207,9 @@ def _letter(
     thirds = reading.letters[:, state(letter, 0) : state(letter, 0) + THIRDS]
     a, b, c = thirds.T
     prior = -0.5 * (np.log(long / usual) / terms.sigma) ** 2
-    total = _delayed(before - a, long) + prior[:, None]
-    total += _delayed(a - b, long - first)
-    total += _delayed(b - c, long - second)
+    total = _delay_rows(before - a, long) + prior[:, None]
+    total += _delay_rows(a - b, long - first)
+    total += _delay_rows(b - c, long - second)
     ends = np.arange(len(before))
     if hold is not None:
         there = (np.abs(STEP * ends - hold.right) <= hold.reach)[None] & (
@@ -229,7 +225,7 @@ def _letter(
     return np.where(skipped, lost, best), np.where(skipped, ends, start).astype(np.int32)
 
 
-def _delayed(values: Array, by: NDArray[np.intp]) -> Array:
+def _delay_rows(values: Array, by: NDArray[np.intp]) -> Array:
     """(k, n): row i is `values` moved right by by[i] columns, NEVER coming in from the left."""
     most, count = int(by.max()), len(values)
     padded = np.full(most + count, NEVER)
@@ -282,7 +278,7 @@ def _junk(reading: Reading, before: Array, letter: str, widths: Mapping[str, flo
 _STEPS = {"edge": _edge, "letter": _letter, "gap": _gap, "space": _space, "junk": _junk}
 
 
-def _traced(starts: NDArray[np.int32], kinds: Sequence[str], end: int) -> tuple[Array, Array]:
+def _trace_borders(starts: NDArray[np.int32], kinds: Sequence[str], end: int) -> tuple[Array, Array]:
     """Left and right borders, in columns, of every letter and space, by going back from the end."""
     spans = []
     for row in range(len(kinds) - 1, -1, -1):

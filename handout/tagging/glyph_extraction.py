@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.hand.ligatures import LigatureFinder
-from handout.hand.places import Place, graphemes, places
+from handout.hand.places import graphemes, places, word_numbers
 from handout.hand.scanned import NOBODY, KeptScan, ScannedGlyph, ScannedPage, Texture
 from handout.scanning.scan import Scan
 from handout.scanning.written_page import WrittenPage
@@ -44,6 +44,8 @@ class Missing:
 
 def scanned_page(written: WrittenPage, transcript: str) -> ScannedPage:
     """What is kept of a page; its places are pixels of the file's own picture, before borders were cut off."""
+    import cv2
+
     scan, graph, text_lines = written.scan, written.graph, written.text_lines
     dx, dy = scan.origin
     uv = graph.uv + np.array(scan.origin)
@@ -51,6 +53,18 @@ def scanned_page(written: WrittenPage, transcript: str) -> ScannedPage:
         (frame.baseline[0] + dy, frame.baseline[1], frame.baseline[2], frame.middle + dx, frame.reach)
         for frame in frames(written)
     ]
+    # the ink, cut to its own box
+    rgba = written.matte.rgba
+    inky = rgba[:, :, 3] > 0
+    rows, columns = np.flatnonzero(inky.any(axis=1)), np.flatnonzero(inky.any(axis=0))
+    top, bottom = (int(rows[0]), int(rows[-1]) + 1) if len(rows) else (0, 1)
+    left, right = (int(columns[0]), int(columns[-1]) + 1) if len(columns) else (0, 1)
+    cut = np.ascontiguousarray(rgba[top:bottom, left:right])
+    cut[cut[:, :, 3] == 0] = 0
+    paper = written.matte.paper
+    height, width = paper.shape[:2]
+    part = min(1.0, _PAPER / max(height, width))
+    size = (max(1, round(width * part)), max(1, round(height * part)))
     return ScannedPage(
         source=Path(scan.source).name,
         transcript=transcript,
@@ -62,14 +76,14 @@ def scanned_page(written: WrittenPage, transcript: str) -> ScannedPage:
         x_height=text_lines.x_height,
         slant=text_lines.slant,
         pen=written.mask.pen,
-        texture=_texture(written.matte.rgba, (dx, dy)),
-        paper=_reduced(written.matte.paper),
+        texture=Texture((left + dx, top + dy), (bottom - top, right - left), lambda: cut),
+        paper=np.asarray(cv2.resize(paper, size, interpolation=cv2.INTER_AREA), dtype=np.uint8),
         moments=written.moments,
-        scan=_around(scan, uv, text_lines.pitch / scan.pixel) if written.moments is None else None,
+        scan=_keep_around(scan, uv, text_lines.pitch / scan.pixel) if written.moments is None else None,
     )
 
 
-def _around(scan: Scan, uv: Array, reach: float) -> KeptScan | None:
+def _keep_around(scan: Scan, uv: Array, reach: float) -> KeptScan | None:
     """The scan up to `reach` pixels from some places (n, 2) of the file's own picture; elsewhere its usual colour."""
     import cv2
 
@@ -93,26 +107,6 @@ def _webp(pixels: NDArray[np.uint8]) -> bytes:
 
     _, data = cv2.imencode(".webp", pixels, [cv2.IMWRITE_WEBP_QUALITY, _QUALITY])
     return bytes(data)
-
-
-def _texture(rgba: NDArray[np.uint8], origin: tuple[int, int]) -> Texture:
-    """The ink, cut to its own box."""
-    inky = rgba[:, :, 3] > 0
-    rows, columns = np.flatnonzero(inky.any(axis=1)), np.flatnonzero(inky.any(axis=0))
-    top, bottom = (int(rows[0]), int(rows[-1]) + 1) if len(rows) else (0, 1)
-    left, right = (int(columns[0]), int(columns[-1]) + 1) if len(columns) else (0, 1)
-    cut = np.ascontiguousarray(rgba[top:bottom, left:right])
-    cut[cut[:, :, 3] == 0] = 0
-    return Texture((left + origin[0], top + origin[1]), (bottom - top, right - left), lambda: cut)
-
-
-def _reduced(paper: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    import cv2
-
-    height, width = paper.shape[:2]
-    part = min(1.0, _PAPER / max(height, width))
-    size = (max(1, round(width * part)), max(1, round(height * part)))
-    return np.asarray(cv2.resize(paper, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
 
 def letters_within_reach(graph: LineGraph, alignment: Alignment, letter: Indices) -> Indices:
@@ -142,7 +136,8 @@ def extract_glyphs(
 
     letters : (n,) int: index of each vertex's letter in `Alignment.letters`, −1 for none.
     """
-    words = _words_and_places(page.transcript)
+    units = graphemes(page.transcript)
+    words = list(zip(word_numbers(units), places(units), strict=True))
     vertices = by_letter(Assignment(letters, _NO_JOINTS), len(alignment.letters))
     owner = np.full(len(page.graph), NOBODY, dtype=np.intp)
     glyphs: list[ScannedGlyph] = []
@@ -161,25 +156,14 @@ def extract_glyphs(
         glyphs.append(
             ScannedGlyph(letter.text, place, 0, line.number, word, letter.at, sorted_, confidence=float(confidence))
         )
-    return tuple(_joined(page, glyphs, owner)), tuple(missing)
-
-
-def _joined(page: ScannedPage, glyphs: list[ScannedGlyph], owner: Indices) -> list[ScannedGlyph]:
-    """The glyphs with their neighbours, where no letter between is missing, and the ligatures towards those."""
+    # a glyph has a neighbour, and ligatures towards it, where no letter between is missing
     joining = LigatureFinder(page, owner)
     joined = list(glyphs)
     for i, (a, b) in enumerate(pairwise(glyphs)):
         if a.word == b.word and a.line == b.line and b.at == a.at + 1:
             joined[i] = replace(joined[i], after=i + 1, ligatures=joining.between(i, i + 1, a.line))
             joined[i + 1] = replace(b, before=i)
-    return joined
-
-
-def _words_and_places(transcript: str) -> list[tuple[int, Place]]:
-    """For every grapheme of a text the number of its word, and its place among the letters, or digits, there."""
-    units = graphemes(transcript)
-    begins_word = [not unit.isspace() and (i == 0 or units[i - 1].isspace()) for i, unit in enumerate(units)]
-    return list(zip((np.cumsum(begins_word) - 1).tolist(), places(units), strict=True))
+    return tuple(joined), tuple(missing)
 
 
 def doubt_cropped_glyphs(

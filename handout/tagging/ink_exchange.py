@@ -33,11 +33,17 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
 from handout.hand import outlier_score
-from handout.hand.author_reader import Reader, author_reader, reads_alone, surprises, usual_surprise
+from handout.hand.author_reader import (
+    Reader,
+    author_reader,
+    picture_of_vertices,
+    reads_alone,
+    surprises,
+    usual_surprise,
+)
 from handout.hand.glyph_features import COUNT, features_of
 from handout.hand.outlier_score import Siblings
 from handout.hand.scanned import ScannedHand, ScannedPage
-from handout.hand.word_pictures import picture_of_vertices
 from handout.tagging.alignment import Alignment
 from handout.tagging.glyph_extraction import extract_glyphs
 from handout.values import Array, Indices
@@ -195,7 +201,12 @@ class InkExchange:
 
     def _round(self, letters: set[int]) -> set[int]:
         """Make the best exchanges that some letters take part in, one for each letter; which letters did."""
-        self._branch = self._branches()
+        # the number of the piece of line, of one letter and between forks, that each vertex lies on
+        a, b = self._sheet.graph.edges.T
+        same = (self.letter[a] == self.letter[b]) & self._simple[a] & self._simple[b]
+        count = len(self.letter)
+        joined = coo_matrix((np.ones(int(same.sum()), np.int8), (a[same], b[same])), shape=(count, count))
+        self._branch = np.asarray(connected_components(joined, directed=False)[1], dtype=np.intp)
         offers = list(self._offers(letters))
         if not offers:
             return set()
@@ -269,27 +280,16 @@ class InkExchange:
         )
         return np.where(np.minimum(giver, taker) >= SETTINGS.each, giver + taker, 0.0)
 
-    def _branches(self) -> Indices:
-        """(n,): number of the piece of line between forks, of one letter, that each vertex lies on."""
-        a, b = self._sheet.graph.edges.T
-        same = (self.letter[a] == self.letter[b]) & self._simple[a] & self._simple[b]
-        count = len(self.letter)
-        joined = coo_matrix((np.ones(int(same.sum()), np.int8), (a[same], b[same])), shape=(count, count))
-        return np.asarray(connected_components(joined, directed=False)[1], dtype=np.intp)
-
     def _offers(self, letters: set[int]) -> Iterator[_Offer]:
-        for first, second in self._pairs():
-            if {first, second} & letters and not {first, second} & self._held:
-                yield from self._offered(first, second)
-                yield from self._offered(second, first)
-
-    def _pairs(self) -> list[tuple[int, int]]:
-        """Letters that stand side by side on a line, and those of different lines that touch."""
+        # letters that stand side by side on a line, and those of different lines that touch
         beside = [(a, b) for a, b in pairwise(self._sets) if self._lines[a] == self._lines[b]]
         owners = self.letter[self._sheet.graph.edges]
         crossing = owners[(owners[:, 0] != owners[:, 1]) & (owners >= 0).all(axis=1)]
         touching = np.unique(np.sort(crossing, axis=1), axis=0)
-        return [*beside, *((a, b) for a, b in touching.tolist() if self._lines[a] != self._lines[b])]
+        for first, second in [*beside, *((a, b) for a, b in touching.tolist() if self._lines[a] != self._lines[b])]:
+            if {first, second} & letters and not {first, second} & self._held:
+                yield from self._offered(first, second)
+                yield from self._offered(second, first)
 
     def _offered(self, giver: int, taker: int) -> Iterator[_Offer]:
         own = self._sets[giver]

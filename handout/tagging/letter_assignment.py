@@ -109,7 +109,10 @@ class _Line:
             return np.full(len(self.u), NOBODY)
         before = self.left[None] - self.u[:, None]
         after = self.u[:, None] - self.right[None]
-        away = np.maximum(np.maximum(before, after), 0) + self._beyond()
+        # how far each vertex lies above or below what each letter reaches (n, letters)
+        low, high = np.array([_reach(name) for name in self.names]).T
+        beyond = np.maximum(np.maximum(self.up[:, None] - high, low - self.up[:, None]), 0)
+        away = np.maximum(np.maximum(before, after), 0) + beyond
         away = np.where(self.present, away, np.inf)
         nearest = np.asarray(away.argmin(axis=1))
         paths = branches(self.edges, len(self.u))
@@ -127,11 +130,6 @@ class _Line:
         for path, letters in zip(paths, self._cut(paths, settled, away), strict=True):
             settled[path] = letters
         return settled
-
-    def _beyond(self) -> Array:
-        """(n, letters) how far each vertex lies above or below what a letter reaches."""
-        low, high = np.array([_reach(name) for name in self.names]).T
-        return np.asarray(np.maximum(np.maximum(self.up[:, None] - high, low - self.up[:, None]), 0))
 
     def _cut(self, paths: Sequence[Indices], nearest: Indices, away: Array) -> Iterator[Indices]:
         """The letter of every vertex of each path: cut seldom, and little outside the letters' columns."""
@@ -165,7 +163,16 @@ class _Line:
                 anchors[i] = vertex
                 used.add(int(self.whole[vertex]))
         for i in marks:
-            vertex = self._mark(i, used)
+            # the free vertex nearest to the mark's column, at a height where such marks are
+            free = ~np.isin(self.whole, list(used))
+            distance = np.maximum(np.maximum(self.left[i] - self.u, self.u - self.right[i]), 0)
+            fitting = free & (distance <= _SETTINGS.near)
+            if self.names[i] in _LOW_MARKS:
+                fitting &= self.up < _SETTINGS.low
+            elif self.names[i] in _HIGH_MARKS:
+                fitting &= self.up > _SETTINGS.high
+            candidates = np.flatnonzero(fitting)
+            vertex = int(candidates[distance[candidates].argmin()]) if len(candidates) else None
             if vertex is None:
                 vertex = self._middle(i)
             if vertex is not None:
@@ -180,18 +187,6 @@ class _Line:
         inner = in_column & (self.u >= self.left[i] + third) & (self.u <= self.right[i] - third)
         candidates = np.flatnonzero(inner if inner.any() else in_column)
         return int(candidates[np.abs(self.up[candidates] - _SETTINGS.anchor).argmin()]) if len(candidates) else None
-
-    def _mark(self, i: int, assigned: set[int]) -> int | None:
-        """A vertex of the free component nearest to a mark's column, at a height where such marks are."""
-        free = ~np.isin(self.whole, list(assigned))
-        distance = np.maximum(np.maximum(self.left[i] - self.u, self.u - self.right[i]), 0)
-        fitting = free & (distance <= _SETTINGS.near)
-        if self.names[i] in _LOW_MARKS:
-            fitting &= self.up < _SETTINGS.low
-        elif self.names[i] in _HIGH_MARKS:
-            fitting &= self.up > _SETTINGS.high
-        candidates = np.flatnonzero(fitting)
-        return int(candidates[distance[candidates].argmin()]) if len(candidates) else None
 
     def _branches(self, anchors: dict[int, int]) -> Indices:
         """(n,) letters within components that have anchors: pieces follow what they are joined to."""

@@ -113,17 +113,11 @@ def _reason(
     if not text_lines.lines:
         return InputError(f"{scan.source}: no line of writing was found on it; is it the right scan?")
     if not _MUCH <= breadth <= _LITTLE:
-        return _amount(inked, lines, breadth)
+        letters, count = sum(len(line.letters) for line in lines), len(lines)
+        advice = "the text of this page alone" if breadth < _MUCH else "all that is written on the page"
+        return InputError(
+            f"{scan.source} has {len(text_lines.lines)} lines of writing, and its text "
+            f"({units.count(count, 'line')}, {units.count(letters, 'character')}) is about "
+            f"{1 / breadth:.1f} times what they hold: give {advice}, line by line."
+        )
     return InputError(f"{scan.source}: {refusal(fit, (len(text_lines.lines), len(lines)))}")
-
-
-def _amount(inked: Inked, lines: Sequence[TranscriptLine], breadth: float) -> InputError:
-    """The error of a text that is far too long or too short for the page."""
-    letters, count = sum(len(line.letters) for line in lines), len(lines)
-    advice = "the text of this page alone" if breadth < _MUCH else "all that is written on the page"
-    return InputError(
-        f"{inked.prepared.scan.source} has {len(inked.text_lines.lines)} lines of writing, and its text "
-        f"({units.count(count, 'line')}, "
-        f"{units.count(letters, 'character')}) is about {1 / breadth:.1f} times what they hold: "
-        f"give {advice}, line by line."
-    )

@@ -20,7 +20,7 @@ from handout.alphabet import SPACE
 from handout.hand import vetting
 from handout.hand.author_reader import Reader
 from handout.hand.ligatures import LigatureFinder
-from handout.hand.places import graphemes, places
+from handout.hand.places import graphemes, places, word_numbers
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
 from handout.networks import Floats
 from handout.scanning.text_lines import line_owners
@@ -113,8 +113,7 @@ class PageAligner:
         self._readings: dict[int, list[Reading]] = {}
         self._units = graphemes(page.transcript)
         self._places = places(self._units)
-        begins = [not u.isspace() and (i == 0 or self._units[i - 1].isspace()) for i, u in enumerate(self._units)]
-        self._words: list[int] = (np.cumsum(begins) - 1).tolist()
+        self._words = word_numbers(self._units)
         self._letters = tuple(i for i, unit in enumerate(self._units) if not unit.isspace())
         self._number = {at: k for k, at in enumerate(self._letters)}
         self._exchange: InkExchange | None = None
@@ -131,7 +130,7 @@ class PageAligner:
             if line not in self._readings:
                 self._read(line)
                 return True
-        self._compared(_by_place(_on_page(hand, number)))
+        self._compare_letters(_by_place(_on_page(hand, number)))
         return False
 
     def aligned(self, before: ScannedHand, after: ScannedHand, number: int) -> Renewed:
@@ -144,17 +143,17 @@ class PageAligner:
         """
         page = after.pages[number]
         old, own = _on_page(before, number), _on_page(after, number)
-        touched = [*_touched(before.pages[number], old, page, own)]
+        touched = [*_find_touched(before.pages[number], old, page, own)]
         self._follow(page, {one.at for one in touched})
         known, drafts = _by_place(old), _by_place(own)
-        inks = _renumbered(before.pages[number], known, page)
+        inks = _renumber_vertices(before.pages[number], known, page)
         if not touched or not drafts:
             return Renewed(after, {})
         texts, loose = self._texts(own), [glyph for glyph in own if glyph.at < 0]
         for line in sorted({one.line for one in touched if texts[one.line].letters}):
             here = [one for one in touched if one.line == line]
-            drafts = _changed(drafts, self._line(line, texts[line], drafts, loose, here))
-        drafts = self._exchanged(known, drafts)
+            drafts = _update_drafts(drafts, self._line(line, texts[line], drafts, loose, here))
+        drafts = self._exchange_ink(known, drafts)
         return Renewed(_with_letters(after, number, drafts), self._probability(inks, drafts))
 
     def _texts(self, own: Sequence[ScannedGlyph]) -> list[TranscriptLine]:
@@ -175,7 +174,14 @@ class PageAligner:
         if was.graph is page.graph and not bent:
             return
         if not np.array_equal(was.graph.uv, page.graph.uv):
-            self._line_of = _carried(self._line_of, _matched(was.graph.uv, page.graph.uv), page)
+            # the line of each vertex of a page that was painted: as it was, or that whose small letters are nearest
+            found = _match_vertices(was.graph.uv, page.graph.uv)
+            lines, new = np.append(self._line_of, NOBODY)[found], np.flatnonzero(found == NOBODY)
+            x, y = page.graph.uv[new].T
+            middle = 0.5 * page.x_height / page.pixel
+            height = np.abs(np.stack([page.base(line, x) - middle - y for line in range(len(page.baselines))]))
+            lines[new] = height.argmin(axis=0)
+            self._line_of = lines
         if self._exchange is not None:
             odd = self._exchange.odd()
             self._odd = {k: value for k, value in odd.items() if self._letters[k] not in touched}
@@ -193,7 +199,7 @@ class PageAligner:
             if line not in bent and not ((rows >= top) & (rows < low)).any():
                 continue
             near = [i for i in range(len(frames)) if abs(middle[i] - middle[line]) < 2 * (low - top)]
-            owners = line_owners(ink[top:low], [_lifted(frames[i], top) for i in near])
+            owners = line_owners(ink[top:low], [_lift_frame(frames[i], top) for i in near])
             frame = replace(frames[line], slant=strip.frame.slant)
             again = straightened(owners == near.index(line), top, frame)
             if not np.array_equal(again.image, strip.image):
@@ -208,14 +214,14 @@ class PageAligner:
         """What each network reads on a line, and last what they read together."""
         image = self._strips[line].image
         if line not in self._columns:
-            self._columns[line] = self._seen(image)
+            self._columns[line] = self._look(image)
         if line not in self._readings:
             each = self._columns[line]
             prior = np.mean([one.log_prior for one in self._networks], axis=0)
             self._readings[line] = [read(image, posterior, prior) for posterior in (*each, averaged(each))]
         return self._readings[line]
 
-    def _seen(self, image: Image) -> list[Floats]:
+    def _look(self, image: Image) -> list[Floats]:
         """What each network makes of the columns of a line's image, or of a part of one."""
         features = describe(image)
         return [each.log_posterior(features) for each in self._networks]
@@ -227,7 +233,7 @@ class PageAligner:
         image = self._strips[line].image
         first, last = int(changed[0]) - _SIGHT, int(changed[-1]) + _SIGHT + 1
         begin, end = max(0, first // STEP - _SIGHT // STEP), min(column_count(image), last // STEP + _SIGHT // STEP)
-        seen = self._seen(image[:, begin * STEP : end * STEP])
+        seen = self._look(image[:, begin * STEP : end * STEP])
         inner = slice(max(0, first // STEP) - begin, min(column_count(image), last // STEP) - begin)
         for whole, part in zip(self._columns[line], seen, strict=True):
             whole[begin + inner.start : begin + inner.stop] = part[inner]
@@ -246,8 +252,8 @@ class PageAligner:
         window = _window(strip, text, held, touched)
         if window is None:
             return {}
-        decodings = self._decoded(line, text, held, window)
-        window = _divided(text, held, window, decodings[-1], drafts)
+        decodings = self._decode_window(line, text, held, window)
+        window = _divide_window(text, held, window, decodings[-1], drafts)
         sure = dict(zip(range(window.first, window.stop), confidence(decodings).tolist(), strict=True))
         found: dict[int, ScannedGlyph | None] = {}
         for i in window.fixed:
@@ -259,13 +265,15 @@ class PageAligner:
             letters = aligned_letters(strip.frame, text.part(window.first, window.stop), decodings)
             letters = tuple(replace(letter, present=letter.present and letter.at in free) for letter in letters)
             closed = [glyph for glyph in (*drafts.values(), *loose) if glyph.at not in free]
-            given = self._given(AlignedLine(line, strip.frame, letters, 0.0), closed, window)
+            given = self._assign_ink(AlignedLine(line, strip.frame, letters, 0.0), closed, window)
             for i in window.free:
                 at = text.at[i]
                 found[at] = self._glyph(at, line, given[at], sure[i], drafts.get(at))
         return found
 
-    def _decoded(self, line: int, text: TranscriptLine, held: Mapping[int, Held], window: _Window) -> list[Decoded]:
+    def _decode_window(
+        self, line: int, text: TranscriptLine, held: Mapping[int, Held], window: _Window
+    ) -> list[Decoded]:
         """The window laid along what each network reads there, and last along what they read together."""
         begin, end = int(np.ceil(window.left / STEP)), int(window.right / STEP)
         away = float(begin * STEP)
@@ -278,7 +286,7 @@ class PageAligner:
         found = (decode(_part(reading, begin, end), letters, self._widths, inside) for reading in self._read(line))
         return [replace(one, left=one.left + away, right=one.right + away) for one in found]
 
-    def _given(self, aligned: AlignedLine, closed: Sequence[ScannedGlyph], window: _Window) -> dict[int, Indices]:
+    def _assign_ink(self, aligned: AlignedLine, closed: Sequence[ScannedGlyph], window: _Window) -> dict[int, Indices]:
         """Letter → its vertices, of a window; `closed` keep theirs, and letters that are not `present` get none."""
         graph, open_ = self._page.graph, self._line_of == aligned.number
         open_[self._page.dismissed] = False
@@ -305,9 +313,9 @@ class PageAligner:
         of = (self._places[at], 0, line, self._words[at], at)
         return ScannedGlyph(self._units[at], *of, vertices, confidence=sure)
 
-    def _exchanged(self, known: Drafts, drafts: Drafts) -> Drafts:
+    def _exchange_ink(self, known: Drafts, drafts: Drafts) -> Drafts:
         """The letters after the neighbours of what was confirmed now have exchanged ink."""
-        exchange = self._compared(drafts)
+        exchange = self._compare_letters(drafts)
         inks = {number: _ink_of(drafts.get(at)) for at, number in self._number.items()}
         changed = {number: ink for number, ink in inks.items() if not np.array_equal(exchange.ink(number), ink[1])}
         held = frozenset(self._number[at] for at, glyph in drafts.items() if glyph.confirmed)
@@ -319,7 +327,7 @@ class PageAligner:
         ink_of = {self._letters[number]: exchange.ink(number) for number in gave}
         return {**drafts, **{at: replace(drafts[at], vertices=ink, ligatures=()) for at, ink in ink_of.items()}}
 
-    def _compared(self, drafts: Drafts) -> InkExchange:
+    def _compare_letters(self, drafts: Drafts) -> InkExchange:
         """The letters of the page, compared with one another."""
         if self._exchange is None:
             letter, lines = np.full(len(self._page.graph), NOBODY), np.zeros(len(self._letters), dtype=np.intp)
@@ -334,7 +342,7 @@ class PageAligner:
 
     def _probability(self, inks: Mapping[int, Indices], drafts: Drafts) -> dict[int, float]:
         """How probable letters are, of the names of which one has other ink now than `inks`, its vertices before."""
-        strange = self._compared(drafts).strange()
+        strange = self._compare_letters(drafts).strange()
         same = {at for at in inks if at in drafts and np.array_equal(inks[at], drafts[at].vertices)}
         names = {self._units[at] for at in {*inks, *drafts} - same}
         ats = [self._letters[number] for number in strange]
@@ -353,22 +361,22 @@ def _by_place(glyphs: Sequence[ScannedGlyph]) -> Drafts:
     return {glyph.at: glyph for glyph in glyphs if glyph.at >= 0}
 
 
-def _renumbered(was: ScannedPage, letters: Drafts, page: ScannedPage) -> dict[int, Indices]:
+def _renumber_vertices(was: ScannedPage, letters: Drafts, page: ScannedPage) -> dict[int, Indices]:
     """The vertices of letters of a page, rising, by their numbers on that page as it is now; without those gone."""
     if np.array_equal(was.graph.uv, page.graph.uv):
         return {at: glyph.vertices for at, glyph in letters.items()}
-    found, number = _matched(was.graph.uv, page.graph.uv), np.full(len(was.graph), NOBODY)
+    found, number = _match_vertices(was.graph.uv, page.graph.uv), np.full(len(was.graph), NOBODY)
     number[found[found != NOBODY]] = np.flatnonzero(found != NOBODY)
     new = {at: number[glyph.vertices] for at, glyph in letters.items()}
     return {at: np.sort(vertices[vertices != NOBODY]) for at, vertices in new.items()}
 
 
-def _changed(drafts: Drafts, found: Mapping[int, ScannedGlyph | None]) -> Drafts:
+def _update_drafts(drafts: Drafts, found: Mapping[int, ScannedGlyph | None]) -> Drafts:
     """Letters with those that are others now; None: one that is not there any more."""
     return {at: glyph for at, glyph in {**drafts, **found}.items() if glyph is not None}
 
 
-def _touched(
+def _find_touched(
     was: ScannedPage, old: Sequence[ScannedGlyph], is_: ScannedPage, new: Sequence[ScannedGlyph]
 ) -> Iterator[_Touched]:
     """Letters of which ink, name or truth is another now, as they were and as they are."""
@@ -420,7 +428,9 @@ def _near(strip: Strip, text: TranscriptLine, held: Mapping[int, Held], touched:
     return [*named, *(i for i, hold in held.items() if hold.right > low and hold.left < high)]
 
 
-def _divided(text: TranscriptLine, held: Mapping[int, Held], window: _Window, best: Decoded, drafts: Drafts) -> _Window:
+def _divide_window(
+    text: TranscriptLine, held: Mapping[int, Held], window: _Window, best: Decoded, drafts: Drafts
+) -> _Window:
     """The window with which of its letters keep their ink: those that are confirmed, or lie where they lay."""
     fixed: list[int] = []
     free: list[int] = []
@@ -442,12 +452,12 @@ def _part(reading: Reading, begin: int, end: int) -> Reading:
     )
 
 
-def _lifted(frame: Frame, rows: int) -> Frame:
+def _lift_frame(frame: Frame, rows: int) -> Frame:
     """A frame in a picture that begins so many rows further down."""
     return replace(frame, baseline=(frame.baseline[0] - rows, *frame.baseline[1:]))
 
 
-def _matched(uv: Array, again: Array) -> Indices:
+def _match_vertices(uv: Array, again: Array) -> Indices:
     """(n,) which of the vertices at places uv (m, 2) is each of those at `again` (n, 2); NOBODY: none, it is new."""
     from scipy.spatial import cKDTree
 
@@ -463,16 +473,6 @@ def _matched(uv: Array, again: Array) -> Indices:
     return found
 
 
-def _carried(line_of: Indices, found: Indices, page: ScannedPage) -> Indices:
-    """The line of each vertex of a page that was painted: as it was, or that whose small letters are nearest."""
-    lines, new = np.append(line_of, NOBODY)[found], np.flatnonzero(found == NOBODY)
-    x, y = page.graph.uv[new].T
-    middle = 0.5 * page.x_height / page.pixel
-    height = np.abs(np.stack([page.base(line, x) - middle - y for line in range(len(page.baselines))]))
-    lines[new] = height.argmin(axis=0)
-    return lines
-
-
 def _with_letters(hand: ScannedHand, number: int, drafts: Drafts) -> ScannedHand:
     """The hand with other letters on one page; what leads from one to the next is found anew where it may differ."""
     page = hand.pages[number]
@@ -480,7 +480,7 @@ def _with_letters(hand: ScannedHand, number: int, drafts: Drafts) -> ScannedHand
     old = {glyph.at: glyph for glyph in own if glyph.at >= 0}
     if all(drafts.get(at) is old.get(at) for at in {*drafts, *old}):
         return hand
-    glyphs, ats = _placed(hand, number, drafts)
+    glyphs, ats = _place_glyphs(hand, number, drafts)
     inked = {at for at in {*old, *drafts} if not _alike(old.get(at), drafts.get(at))}
     place = {at: i for i, at in enumerate(ats)}
     owner = np.full(len(page.graph), NOBODY)
@@ -492,7 +492,7 @@ def _with_letters(hand: ScannedHand, number: int, drafts: Drafts) -> ScannedHand
     return with_page(hand, number, glyphs)
 
 
-def _placed(hand: ScannedHand, number: int, drafts: Drafts) -> tuple[list[ScannedGlyph], list[int]]:
+def _place_glyphs(hand: ScannedHand, number: int, drafts: Drafts) -> tuple[list[ScannedGlyph], list[int]]:
     """The glyphs of a page with other letters, numbered from 0, and of each its index in the text, or less than 0."""
     own = [(i, glyph) for i, glyph in enumerate(hand.glyphs) if glyph.page == number]
     keys = [glyph.at if glyph.at >= 0 else -1 - i for i, glyph in own]
@@ -503,10 +503,10 @@ def _placed(hand: ScannedHand, number: int, drafts: Drafts) -> tuple[list[Scanne
     # of neighbours that are gone, nobody
     here = {NOBODY: NOBODY} | {i: place.get(key, NOBODY) for (i, _), key in zip(own, keys, strict=True)}
     glyphs = (drafts[at] if at >= 0 else hand.glyphs[-1 - at] for at in ats)
-    return [_numbered(glyph, here) for glyph in glyphs], ats
+    return [_renumber_neighbours(glyph, here) for glyph in glyphs], ats
 
 
-def _numbered(glyph: ScannedGlyph, number: Mapping[int, int]) -> ScannedGlyph:
+def _renumber_neighbours(glyph: ScannedGlyph, number: Mapping[int, int]) -> ScannedGlyph:
     """A glyph whose neighbours have other numbers; where the next is gone nothing leads there."""
     moved = glyph.beside({n: number.get(n, NOBODY) for n in (glyph.before, glyph.after)})
     return moved if moved.after != NOBODY or not moved.ligatures else replace(moved, ligatures=())

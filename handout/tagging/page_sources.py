@@ -136,14 +136,20 @@ def gather_sources(
     remaining, sources, source_of = list(texts), list[PageSource](), dict[bytes, str]()
     for path, page in pages:
         picture = read_picture(path, page)
-        _refuse_duplicate(picture, source_of)
+        digest = hashlib.blake2b(np.ascontiguousarray(picture.rgb).data, person=b"scan").digest()
+        if digest in source_of:
+            raise InputError(
+                f"{picture.source} shows the very same picture as {source_of[digest]}: leave one of them out, or its "
+                "letters would count twice."
+            )
+        source_of[digest] = picture.source
         sheet = filled_sheet(picture)
         has_text = len(texts) == len(pages) or (sheet is None and bool(remaining))
         if sheet is None and not has_text:
             refuse_mirrored(picture)
             raise InputError(_missing_text(picture.source, len(texts), len(pages)))
         text = remaining.pop(0)[1] if has_text else sheet.transcript if sheet else ""
-        sources.append(PageSource(sheet.prepared if sheet else _prepared(picture, dpi, say), text))
+        sources.append(PageSource(sheet.prepared if sheet else _prepare_plain(picture, dpi, say), text))
     if remaining:
         raise InputError(
             f"--text {remaining[-1][0]}: every scan without a text of its own has one already; leave it out."
@@ -163,18 +169,7 @@ def _missing_text(source: str, texts: int, pages: int) -> str:
     )
 
 
-def _refuse_duplicate(picture: Picture, source_of: dict[bytes, str]) -> None:
-    """Raise InputError for a picture that is the same as one before, under another name."""
-    digest = hashlib.blake2b(np.ascontiguousarray(picture.rgb).data, person=b"scan").digest()
-    if digest in source_of:
-        raise InputError(
-            f"{picture.source} shows the very same picture as {source_of[digest]}: leave one of them out, or its "
-            "letters would count twice."
-        )
-    source_of[digest] = picture.source
-
-
-def _prepared(picture: Picture, dpi: float | None, say: Say) -> Prepared:
+def _prepare_plain(picture: Picture, dpi: float | None, say: Say) -> Prepared:
     """A page that is no prompt sheet."""
     scan = scan_of(picture, dpi)
     if dpi and picture.own and max(dpi, picture.own) > _DIFFERENT * min(dpi, picture.own):
@@ -223,10 +218,10 @@ def tagged_pages(
         say(f"Page {number + 1} of {len(sources)}: {source.prepared.scan.source} …")
         rng = np.random.default_rng((seed, number))
         part = within(tell, number / len(sources), (number + 1) / len(sources), f"page {number + 1}: ")
-        yield _tagged(source, scale, rng, pen, say, method, part)
+        yield _tag_source(source, scale, rng, pen, say, method, part)
 
 
-def _tagged(
+def _tag_source(
     source: PageSource,
     scale: Scale | None,
     rng: np.random.Generator,

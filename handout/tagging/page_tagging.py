@@ -246,7 +246,7 @@ def renumbered(glyph: ScannedGlyph, page: int, first: int) -> ScannedGlyph:
 def _notes(page: ScannedPage, alignment: Alignment, missing: Sequence[Missing]) -> list[str]:
     text = {line.number: line.text for line in alignment.lines}
     notes = [
-        f"{page.source}, line {number + 1}: “{_quoted(text.get(number, ''))}” seems not to be what is written there; "
+        f"{page.source}, line {number + 1}: “{_quote(text.get(number, ''))}” seems not to be what is written there; "
         "its letters are kept as doubtful."
         for number in alignment.poor
     ]
@@ -268,5 +268,5 @@ def _case_notes(page: ScannedPage, glyphs: Sequence[ScannedGlyph], cases: Sequen
     ]
 
 
-def _quoted(text: str) -> str:
+def _quote(text: str) -> str:
     return text if len(text) <= _QUOTED else text[: _QUOTED - 1] + "…"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -51,18 +51,20 @@ def recorded_pages(recordings: Sequence[Recording], say: Say) -> list[Recording]
     """
     pages, pieces = list[Recording](), list[Piece]()
     for recording in recordings:
-        _refuse_empty(recording)
-        if not _clocked(recording.drawing):
+        bounds = recording.drawing.bounds
+        if bounds is None or max(bounds[2] - bounds[0], bounds[3] - bounds[1]) <= 0:
+            raise InputError(f"{recording.name}: the pen never moves on the paper, so there is nothing to read.")
+        if not _has_clock(recording.drawing):
             say(f"  {recording.name} does not say when the pen was where: the order is known, the pace is not.")
         if recording.text:
             x_height = recording.x_height or x_height_of_strokes(recording.drawing.strokes)
             factor = _factor(recording.name, x_height, say)
-            pages.append(_sheet(replace(recording, x_height=x_height), factor, _clocked(recording.drawing)))
+            pages.append(_sheet(replace(recording, x_height=x_height), factor, _has_clock(recording.drawing)))
         else:
             pieces += labelled_pieces(recording.name, recording.drawing)
     if pieces:
         name = next(recording.name for recording in recordings if not recording.text)
-        timed = all(_clocked(recording.drawing) for recording in recordings if not recording.text)
+        timed = all(_has_clock(recording.drawing) for recording in recordings if not recording.text)
         x_height = pieces_x_height(pieces)
         factor = _factor(name, x_height, say)
         pages += [
@@ -77,7 +79,10 @@ def page_source(recording: Recording) -> PageSource:
     drawing = recording.drawing
     width = _PEN * recording.x_height
     rgb = plain.image(drawing, _DPI, width=width, variation=0.0)
-    ways = tuple(_even(stroke, curve, width) for stroke, curve in _curved(drawing))
+    ways = tuple(
+        _resample_evenly(stroke, curve, width)
+        for stroke, curve in zip(drawing.strokes, curves.fit(drawing.strokes), strict=True)
+    )
     named = [
         of[np.searchsorted((stroke.t[1:] + stroke.t[:-1]) / 2, way.t)]
         for of, stroke, way in zip(recording.letters, drawing.strokes, ways, strict=False)
@@ -88,11 +93,7 @@ def page_source(recording: Recording) -> PageSource:
     )
 
 
-def _curved(drawing: Drawing) -> Iterator[tuple[Stroke, curves.Curve]]:
-    return zip(drawing.strokes, curves.fit(drawing.strokes), strict=True)
-
-
-def _even(stroke: Stroke, curve: curves.Curve, width: float) -> Stroke:
+def _resample_evenly(stroke: Stroke, curve: curves.Curve, width: float) -> Stroke:
     """A stroke with a sample about every pixel of its page."""
     fine = np.concatenate([np.linspace(a, b, 8, endpoint=False) for a, b in pairwise(stroke.t)] + [stroke.t[-1:]])
     xy = curve.at(fine)
@@ -109,13 +110,6 @@ def _even(stroke: Stroke, curve: curves.Curve, width: float) -> Stroke:
     return Stroke(t, place, **pose, width=np.full(count, width), word=stroke.word)
 
 
-def _refuse_empty(recording: Recording) -> None:
-    """Raise InputError if there is no writing in it."""
-    bounds = recording.drawing.bounds
-    if bounds is None or max(bounds[2] - bounds[0], bounds[3] - bounds[1]) <= 0:
-        raise InputError(f"{recording.name}: the pen never moves on the paper, so there is nothing to read.")
-
-
 def _factor(name: str, x_height: float, say: Say) -> float:
     """What writing is to be enlarged by to be of a size at which people write."""
     if not x_height:
@@ -128,7 +122,7 @@ def _factor(name: str, x_height: float, say: Say) -> float:
     return _SIZE / x_height
 
 
-def _clocked(drawing: Drawing) -> bool:
+def _has_clock(drawing: Drawing) -> bool:
     """Whether its times were measured."""
     return drawing.timed and "timing" not in drawing.about
 

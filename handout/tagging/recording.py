@@ -62,11 +62,13 @@ def turns(strokes: Sequence[Stroke]) -> list[Array]:
     """Of every stroke that is no dot or bar the heights y between which the pen goes up and down."""
     high = [float(np.ptp(stroke.xy[:, 1])) for stroke in strokes]
     usual = float(np.median([h for h in high if h > 0.1 * max(high)] or [0.0]))
-    extremes = [_turning(stroke.xy[:, 1], _TURN * usual) for stroke, h in zip(strokes, high, strict=True) if h > 0]
+    extremes = [
+        _turning_points(stroke.xy[:, 1], _TURN * usual) for stroke, h in zip(strokes, high, strict=True) if h > 0
+    ]
     return [heights for heights in extremes if len(heights) > 1]
 
 
-def _turning(y: Array, least: float) -> Array:
+def _turning_points(y: Array, least: float) -> Array:
     """The extremes of `y` in turn, each more than `least` from the one before; both ends count as such."""
     extremes, direction, extreme = [float(y[0])], 0, float(y[0])
     for value in y.tolist():
@@ -140,10 +142,10 @@ def _piece(drawing: Drawing, segment: Mapping[str, Any], level: str, letters: Se
     turned = np.concatenate(
         [np.maximum(heights[:-1], heights[1:]) for heights in turns(strokes)] or [strokes[0].xy[:1, 1]]
     )
-    return Piece(strokes, label, float(np.median(turned)), _spelt(label, numbers, letters))
+    return Piece(strokes, label, float(np.median(turned)), _match_spelling(label, numbers, letters))
 
 
-def _spelt(label: str, strokes: Sequence[int], letters: Sequence[Mapping[str, Any]]) -> tuple[int, ...]:
+def _match_spelling(label: str, strokes: Sequence[int], letters: Sequence[Mapping[str, Any]]) -> tuple[int, ...]:
     """Which grapheme of a label each stroke writes, if labels of single letters spell it, each with its own strokes."""
     units = graphemes(label)
     written = [i for i, unit in enumerate(units) if not unit.isspace()]

@@ -114,7 +114,7 @@ def changes(
 
     named : page and number in its text of letters to leave out; those that a person confirmed are, anyway.
     """
-    unmoved = _unmoved(before, after)
+    unmoved = _find_unmoved(before, after)
     old, new = _inks(before, unmoved), _inks(after, unmoved)
     found: list[Change] = []
     for (page, at), one in sorted({**old, **new}.items()):
@@ -145,7 +145,7 @@ class _Ink:
     ink: frozenset[tuple[int, int]]
 
 
-def _unmoved(before: ScannedHand, after: ScannedHand) -> set[tuple[int, int]]:
+def _find_unmoved(before: ScannedHand, after: ScannedHand) -> set[tuple[int, int]]:
     """Page and number in its text of the glyphs whose vertices lie where they lay."""
     old = {(glyph.page, glyph.at): glyph.vertices for glyph in before.glyphs}
     pages = [(was.graph.uv, is_.graph.uv) for was, is_ in zip(before.pages, after.pages, strict=True)]
@@ -190,9 +190,9 @@ def realigned(hand: ScannedHand, number: int, *, rng: np.random.Generator, tell:
     lines = strips(ink, line_frames(page))
     texts = line_texts(page, own)
     held = [held_letters(page, lines[i], texts[i], own, i) for i in range(len(lines))]
-    alignment = _aligned(lines, texts, held, rng, tell)
+    alignment = _align_lines(lines, texts, held, rng, tell)
     owner = lines_at(line_owners(ink, [line.frame for line in lines]), page.graph.uv)
-    glyphs = _glyphs(page, own, alignment, _stayed(alignment, texts, held), owner)
+    glyphs = _glyphs(page, own, alignment, _find_stayed(alignment, texts, held), owner)
     return with_page(hand, number, glyphs)
 
 
@@ -285,7 +285,7 @@ def _ends(page: ScannedPage, strip: Strip, glyph: ScannedGlyph) -> tuple[float, 
 
 
 @one_thread
-def _aligned(
+def _align_lines(
     lines: Sequence[Strip],
     texts: Sequence[TranscriptLine],
     held: Sequence[Mapping[int, Held]],
@@ -304,7 +304,7 @@ def _aligned(
     return Alignment(aligned, tuple(i for i, fit in zip(some, fitting, strict=True) if fit < POOR))
 
 
-def _stayed(
+def _find_stayed(
     alignment: Alignment, texts: Sequence[TranscriptLine], held: Sequence[Mapping[int, Held]]
 ) -> frozenset[int]:
     """The letters, by their number in the transcript, both ends of which lie where they were."""
@@ -329,21 +329,22 @@ def _glyphs(
     for glyph in (*fixed.values(), *extra):
         free[glyph.vertices] = NOBODY
     free[page.dismissed] = NOBODY
-    letters = assign_letters(page.graph, _without(alignment, fixed), free).letter
+    # the others are assigned as if the letters `fixed` were not on the page
+    letters = assign_letters(page.graph, _mark_present(alignment, dict.fromkeys(fixed, False)), free).letter
     letters = letters_within_reach(page.graph, alignment, letters)
     for number, letter in enumerate(alignment.letters):
         if letter.at in fixed:
             letters[fixed[letter.at].vertices] = number
-    whole = _present(alignment, fixed)
+    whole = _mark_present(alignment, dict.fromkeys(fixed, True))
     known = {glyph.at for glyph in fixed.values() if glyph.confirmed}
     held = frozenset(number for number, letter in enumerate(whole.letters) if letter.at in known)
     glyphs, _ = extract_glyphs(page, whole, exchanged(page, whole, letters, held))
     cropped = reaches_edge(page.graph, page.shape, page.pixel)
-    made = [_settled(glyph, fixed.get(glyph.at), bool(cropped[glyph.vertices].any())) for glyph in glyphs]
+    made = [_settle_glyph(glyph, fixed.get(glyph.at), bool(cropped[glyph.vertices].any())) for glyph in glyphs]
     return made + [replace(glyph, before=NOBODY, after=NOBODY, ligatures=()) for glyph in extra]
 
 
-def _settled(glyph: ScannedGlyph, fixed: ScannedGlyph | None, cropped: bool) -> ScannedGlyph:
+def _settle_glyph(glyph: ScannedGlyph, fixed: ScannedGlyph | None, cropped: bool) -> ScannedGlyph:
     if fixed is not None and fixed.confirmed:
         return replace(glyph, confirmed=True, confidence=1.0, place=fixed.place, kept_out=fixed.kept_out)
     if fixed is not None and not cropped:
@@ -352,16 +353,7 @@ def _settled(glyph: ScannedGlyph, fixed: ScannedGlyph | None, cropped: bool) -> 
     return replace(glyph, confidence=0.0) if cropped else glyph
 
 
-def _without(alignment: Alignment, fixed: Mapping[int, ScannedGlyph]) -> Alignment:
-    """The alignment as if the letters `fixed` were not on the page."""
-    return _marked(alignment, dict.fromkeys(fixed, False))
-
-
-def _present(alignment: Alignment, fixed: Mapping[int, ScannedGlyph]) -> Alignment:
-    return _marked(alignment, dict.fromkeys(fixed, True))
-
-
-def _marked(alignment: Alignment, present: Mapping[int, bool]) -> Alignment:
+def _mark_present(alignment: Alignment, present: Mapping[int, bool]) -> Alignment:
     lines = tuple(
         replace(line, letters=tuple(replace(x, present=present.get(x.at, x.present)) for x in line.letters))
         for line in alignment.lines

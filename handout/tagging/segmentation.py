@@ -160,7 +160,7 @@ def by_segments(
     tell(0.0, "the letters")
     widths = page.widths(lines)
     held = held or [{}] * len(lines)
-    decoded = [_decoded(page, i, line, widths, page.networks, held[i]) for i, line in enumerate(lines)]
+    decoded = [_decode_line(page, i, line, widths, page.networks, held[i]) for i, line in enumerate(lines)]
     if not adapting or len(lines) < _ADAPTATION.folds:
         return decoded
     best = [of_line[-1] for of_line in decoded]
@@ -176,11 +176,11 @@ def by_segments(
         learned = page_columns([page.images[i] for i in others], letters, rng)
         networks = adapted(page.networks, learned, rehearsed, rng, learning, known)
         for i in np.flatnonzero(fold == half).tolist():
-            single[i] += _decoded(page, i, lines[i], widths, networks, held[i])
+            single[i] += _decode_line(page, i, lines[i], widths, networks, held[i])
     return single
 
 
-def _decoded(
+def _decode_line(
     page: PageReader,
     number: int,
     line: TranscriptLine,
@@ -238,26 +238,22 @@ def rehearsal(text: Sequence[str], rng: np.random.Generator) -> LabelledColumns:
 
 def page_columns(images: Sequence[Image], spans: Sequence[Spans], rng: np.random.Generator) -> LabelledColumns:
     """Columns of the lines of a page, labelled by the letters found on them; every line is distorted several times."""
+    import cv2
+
     parts = []
     for image, letters in zip(images, spans, strict=True):
         for _ in range(_ADAPTATION.copies):
-            distorted, breadth = _distorted(image, rng)
+            # a random breadth, height, slant and shift
+            breadth, height = np.exp(rng.normal(0.0, [_ADAPTATION.breadth, _ADAPTATION.height])).tolist()
+            shear, shift = rng.normal(0.0, [_ADAPTATION.shear, _ADAPTATION.shift * X_HEIGHT])
+            matrix = np.array([[breadth, shear, -shear * ABOVE], [0, height, ABOVE - height * ABOVE + shift]])
+            width = int(image.shape[1] * breadth) + 1
+            distorted = np.asarray(cv2.warpAffine(image, matrix, (width, HEIGHT)), dtype=np.uint8)
             scaled = [(letter, left * breadth, right * breadth) for letter, left, right in letters]
             states = column_states(scaled, column_count(distorted))
             chosen = np.flatnonzero(rng.random(len(states)) < _ADAPTATION.share)
             parts.append(LabelledColumns(describe(distorted, chosen), states[chosen]))
     return joined(parts)
-
-
-def _distorted(image: Image, rng: np.random.Generator) -> tuple[Image, float]:
-    """The line with a random breadth, height, slant and shift, and that breadth."""
-    import cv2
-
-    breadth, height = np.exp(rng.normal(0.0, [_ADAPTATION.breadth, _ADAPTATION.height]))
-    shear, shift = rng.normal(0.0, [_ADAPTATION.shear, _ADAPTATION.shift * X_HEIGHT])
-    matrix = np.array([[breadth, shear, -shear * ABOVE], [0, height, ABOVE - height * ABOVE + shift]])
-    width = int(image.shape[1] * breadth) + 1
-    return np.asarray(cv2.warpAffine(image, matrix, (width, HEIGHT))), float(breadth)
 
 
 def adapted(

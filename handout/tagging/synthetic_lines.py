@@ -67,7 +67,7 @@ def write_lines(
 
     struck : strike out a word now and then.
     """
-    lines, strokes, _ = _written(text, hand, habits, rng)
+    lines, strokes, _ = _write_text(text, hand, habits, rng)
     return [_draw(line, of_line, habits, rng, struck) for line, of_line in zip(lines, strokes, strict=True) if of_line]
 
 
@@ -76,7 +76,7 @@ def habitual_strokes(
 ) -> Iterator[tuple[str, list[Array], list[Indices]]]:
     """The words of `text`: the strokes of each in the order of writing (upright, x-heights, y up), and of every sample
     the letter of the word that it writes."""
-    for line, strokes, letters in zip(*_written(text, hand, habits, rng, engine), strict=True):
+    for line, strokes, letters in zip(*_write_text(text, hand, habits, rng, engine), strict=True):
         if not strokes:
             continue
         paths = [line.upright(stroke.xy) for stroke in strokes]
@@ -89,7 +89,7 @@ def habitual_strokes(
             yield "".join(at.values()), [bent[k] for k in own], of
 
 
-def _written(
+def _write_text(
     text: str, hand: Hand, habits: WriterHabits, rng: np.random.Generator, engine: str = "optimal-control"
 ) -> tuple[list[_HabitualLine], list[list[Stroke]], list[list[Indices]]]:
     """The lines of a text with a writer's habits, the strokes of each, and the letter in the text of every sample."""
@@ -123,7 +123,7 @@ class _HabitualLine:
             for i, unit in enumerate(word):
                 lifted = not unit.joined
                 shift += (habits.tight if lifted else 0.5 * habits.tight) if i else 0.0
-                placed.append(self._moved(unit, shift, habits, (i == 0, i == len(word) - 1), rng))
+                placed.append(self._move_glyph(unit, shift, habits, (i == 0, i == len(word) - 1), rng))
         self.line = replace(line, placed=tuple(placed))
 
     def upright(self, xy: Array) -> Array:
@@ -131,15 +131,18 @@ class _HabitualLine:
         up = (self._baseline - xy[:, 1]) / _MM
         return np.column_stack([xy[:, 0] / _MM - self._slant * up, up])
 
-    def _page(self, xy: Array) -> Array:
-        return np.column_stack([(xy[:, 0] + self._slant * xy[:, 1]) * _MM, self._baseline - xy[:, 1] * _MM])
-
-    def _moved(
+    def _move_glyph(
         self, unit: Placed, shift: float, habits: WriterHabits, at: tuple[bool, bool], rng: np.random.Generator
     ) -> Placed:
         """The glyph moved along its line, with its box noted; led in and out where it begins or ends a word."""
         strokes = [self.upright(stroke) + np.array([shift, 0.0]) for stroke in unit.strokes]
-        left, scale = _origin(unit, strokes)
+        # where x = 0 of the drawing lies now, and its scale: least squares with a firm prior
+        drawn, now = np.vstack(unit.glyph.strokes), np.vstack(strokes)
+        a, b = (drawn - drawn.mean(axis=0)).T
+        normal = np.array([[a @ a + _FIRM, a @ b], [a @ b, b @ b + _FIRM]])
+        x = now[:, 0] - now[:, 0].mean()
+        scale, lean = np.linalg.solve(normal, np.array([a @ x + _FIRM, b @ x]))
+        left, scale = float(now[:, 0].mean() - drawn.mean(axis=0) @ (scale, lean)), float(scale)
         box = (left - _BEFORE, left + scale * unit.glyph.width - _BEFORE)
         self.boxes.append((fold(unit.glyph.letter), unit.word, *box))
         if habits.slur and unit.glyph.letter in "nmuhrwia":
@@ -150,17 +153,15 @@ class _HabitualLine:
         if last and habits.tail and unit.glyph.letter.isalpha():
             k = unit.glyph.last_main
             strokes[k] = _led_out(strokes[k], habits.tail * rng.uniform(0.7, 1.2), rng)
-        return replace(unit, strokes=tuple(self._page(stroke) for stroke in strokes))
-
-
-def _origin(unit: Placed, strokes: Sequence[Array]) -> tuple[float, float]:
-    """Where x = 0 of the glyph's drawing has come to, and how broad 1 has become: least squares with a firm prior."""
-    drawn, now = np.vstack(unit.glyph.strokes), np.vstack(strokes)
-    a, b = (drawn - drawn.mean(axis=0)).T
-    normal = np.array([[a @ a + _FIRM, a @ b], [a @ b, b @ b + _FIRM]])
-    x = now[:, 0] - now[:, 0].mean()
-    scale, lean = np.linalg.solve(normal, np.array([a @ x + _FIRM, b @ x]))
-    return float(now[:, 0].mean() - drawn.mean(axis=0) @ (scale, lean)), float(scale)
+        return replace(
+            unit,
+            strokes=tuple(
+                np.column_stack(
+                    [(stroke[:, 0] + self._slant * stroke[:, 1]) * _MM, self._baseline - stroke[:, 1] * _MM]
+                )
+                for stroke in strokes
+            ),
+        )
 
 
 def _led_in(stroke: Array, length: float, rng: np.random.Generator) -> Array:
@@ -188,7 +189,14 @@ def _draw(
 ) -> SyntheticLine:
     paths = [line.upright(stroke.xy) for stroke in strokes]
     words = [stroke.word for stroke in strokes]
-    boxes = _clipped(line.boxes, paths, words)
+    # the boxes of each word end where its ink does, unless that is far beyond them
+    boxes: list[Box] = []
+    for word, group in groupby(line.boxes, key=lambda box: box[1]):
+        boxes_of_word = sorted(group, key=lambda box: box[2] + box[3])
+        ink = np.concatenate([p[:, 0] for p, w in zip(paths, words, strict=True) if w == word])
+        lefts = [max(boxes_of_word[0][2] - _OVER, float(ink.min())), *(box[2] for box in boxes_of_word[1:])]
+        rights = [*lefts[1:], min(boxes_of_word[-1][3] + _OVER, float(ink.max()) + 0.05)]
+        boxes += [(box[0], word, a, b) for box, a, b in zip(boxes_of_word, lefts, rights, strict=True)]
     if struck:
         boxes = _strike(boxes, paths, words, rng)
     ends = np.array([[x, 0.5] for _, _, left, right in boxes for x in (left, right)])
@@ -202,7 +210,7 @@ def _draw(
         for (letter, *_), a, b in zip(boxes, edges[::2], edges[1::2], strict=True)
         if b > a
     )
-    return SyntheticLine(_drawn(pieces[:-1], habits.pen * X_HEIGHT), spans)
+    return SyntheticLine(_draw_strokes(pieces[:-1], habits.pen * X_HEIGHT), spans)
 
 
 def _ends_of(paths: Sequence[Array]) -> Array:
@@ -216,18 +224,6 @@ def _bent(xy: Array, habits: WriterHabits, rng: np.random.Generator) -> Array:
     xy = np.column_stack([x * habits.breadth + habits.shear * (y - 0.5), y])
     xy = xy + warp(xy, rng, habits.wobble, 1.5, 5.0)
     return habits.size * xy + (0.0, habits.rise)
-
-
-def _clipped(boxes: Sequence[Box], paths: Sequence[Array], words: Sequence[int]) -> list[Box]:
-    """The boxes of each word end where its ink does, unless that is far beyond them."""
-    clipped: list[Box] = []
-    for word, group in groupby(boxes, key=lambda box: box[1]):
-        boxes_of_word = sorted(group, key=lambda box: box[2] + box[3])
-        ink = np.concatenate([p[:, 0] for p, w in zip(paths, words, strict=True) if w == word])
-        lefts = [max(boxes_of_word[0][2] - _OVER, float(ink.min())), *(box[2] for box in boxes_of_word[1:])]
-        rights = [*lefts[1:], min(boxes_of_word[-1][3] + _OVER, float(ink.max()) + 0.05)]
-        clipped += [(box[0], word, a, b) for box, a, b in zip(boxes_of_word, lefts, rights, strict=True)]
-    return clipped
 
 
 def _strike(boxes: list[Box], paths: list[Array], words: list[int], rng: np.random.Generator) -> list[Box]:
@@ -248,7 +244,7 @@ def _strike(boxes: list[Box], paths: list[Array], words: list[int], rng: np.rand
     return struck
 
 
-def _drawn(paths: Sequence[Array], pen: float) -> Image:
+def _draw_strokes(paths: Sequence[Array], pen: float) -> Image:
     """(HEIGHT, w) uint8: the strokes as a round pen draws them."""
     import cv2
 

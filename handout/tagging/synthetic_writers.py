@@ -9,7 +9,7 @@ every letter of the alphabet is seen next to many others.
 from __future__ import annotations
 
 import string
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -105,7 +105,13 @@ def random_writer(hands: Sequence[Hand], rng: np.random.Generator) -> Hand:
         share = rng.uniform(*_BORROWED)
         glyphs |= {letter: forms for letter, forms in other.glyphs.items() if rng.random() < share}
     if rng.random() < _TURNED:
-        glyphs |= _turned(glyphs)
+        # forms of n like u and of m like w: arches that are written from below look so
+        pairs = [(letter, like) for letter, like in (("n", "u"), ("m", "w")) if letter in glyphs and like in glyphs]
+        glyphs |= {
+            letter: glyphs[letter]
+            + tuple(replace(form, letter=letter, form=form.form + _FORM) for form in glyphs[like])
+            for letter, like in pairs
+        }
     return replace(hand, glyphs=glyphs)
 
 
@@ -143,15 +149,6 @@ def _own_form(form: Glyph, rng: np.random.Generator, bend: float, lifted: bool) 
     return replace(form, strokes=tuple(strokes), width=form.width * float(breadth), exit=ends)
 
 
-def _turned(glyphs: Mapping[str, tuple[Glyph, ...]]) -> dict[str, tuple[Glyph, ...]]:
-    """Forms of n like u and of m like w: arches that are written from below look so."""
-    pairs = [(letter, like) for letter, like in (("n", "u"), ("m", "w")) if letter in glyphs and like in glyphs]
-    return {
-        letter: glyphs[letter] + tuple(replace(form, letter=letter, form=form.form + _FORM) for form in glyphs[like])
-        for letter, like in pairs
-    }
-
-
 def texts(sentences: Sequence[str], rng: np.random.Generator) -> Iterator[str]:
     """Texts to write, without end."""
     words = sorted({word for sentence in sentences for word in sentence.split()})
@@ -160,7 +157,7 @@ def texts(sentences: Sequence[str], rng: np.random.Generator) -> Iterator[str]:
             yield " ".join(rng.choice(np.array(sentences, dtype=object), _SENTENCES))
             continue
         yield " ".join(
-            _group(rng) if rng.random() < _GROUPED else _dressed(words[int(rng.integers(len(words)))], rng)
+            _group(rng) if rng.random() < _GROUPED else _dress_word(words[int(rng.integers(len(words)))], rng)
             for _ in range(_WORDS)
         )
 
@@ -175,7 +172,7 @@ def _group(rng: np.random.Generator) -> str:
     return "".join(group)
 
 
-def _dressed(word: str, rng: np.random.Generator) -> str:
+def _dress_word(word: str, rng: np.random.Generator) -> str:
     """A word as it is, with a capital, all in capitals, in quotation marks, or followed by a mark."""
     chance = rng.random()
     if chance < 0.12:

@@ -57,9 +57,15 @@ def _read_line(line: str, at: int) -> TranscriptLine:
     letters: list[str] = []
     spelt: list[str] = []
     places: list[int] = []
-    for piece, struck in _pieces(line):
+    # the line cut where something struck out begins and ends
+    pieces: list[tuple[str, bool]] = []
+    done = 0
+    for start, stop in struck_out(line):
+        pieces += [(line[done:start], False), (line[start:stop], True)]
+        done = stop
+    for piece, struck in [*pieces, (line[done:], False)]:
         units = graphemes(piece)
-        if struck:
+        if struck and piece:
             letters.append(JUNK)
             spelt.append(piece)
             places.append(at)
@@ -72,15 +78,6 @@ def _read_line(line: str, at: int) -> TranscriptLine:
         at += len(units)
     end = len(letters) - (bool(letters) and letters[-1] == SPACE)
     return TranscriptLine(tuple(letters), tuple(spelt), tuple(places)).part(0, end)
-
-
-def _pieces(line: str) -> list[tuple[str, bool]]:
-    """The line cut where something struck out begins and ends."""
-    pieces, done = [], 0
-    for start, stop in struck_out(line):
-        pieces += [(line[done:start], False), (line[start:stop], True)]
-        done = stop
-    return [(piece, struck) for piece, struck in [*pieces, (line[done:], False)] if piece]
 
 
 def in_one_line(lines: Sequence[TranscriptLine]) -> TranscriptLine:

@@ -2,7 +2,7 @@
 
 from handout.prompting import corpus, prompt_pages
 from handout.prompting.coverage import LEAST
-from handout.prompting.letters_again import frequencies_again, letters_again
+from handout.prompting.sentence_choice import frequencies_again, letters_again
 
 
 def test_letters_count_as_much_as_they_lack():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from handout.hand import library
-from handout.hand.word_pictures import own_words
+from handout.hand.author_reader import own_words
 from handout.reading import pictures
 from handout.reading.adaptation import adapted
 

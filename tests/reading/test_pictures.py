@@ -9,7 +9,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 from handout.errors import InputError
 from handout.hand import library
-from handout.hand.word_pictures import own_words, picture_of
+from handout.hand.author_reader import own_words, picture_of
 from handout.networks import one_thread
 from handout.reading import ctc, pictures
 from handout.reading.word_space import HEIGHT, normalised

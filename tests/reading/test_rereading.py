@@ -7,9 +7,9 @@ import pytest
 
 from handout.errors import InputError
 from handout.hand import library
+from handout.hand.author_reader import own_words
 from handout.hand.learnt import known, remember
 from handout.hand.vetting import vet
-from handout.hand.word_pictures import own_words
 from handout.page_sizes import page
 from handout.pipeline import rereading
 from handout.pipeline.options import WritingOptions
