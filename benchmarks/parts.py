@@ -48,7 +48,7 @@ def write(hand: ScannedHand, text: str, seed: int, *, seams: bool = True, **swit
     sheets = manuscripts(hand, text, seed, **switches)
     with ExitStack() as stack:
         if not seams:
-            stack.enter_context(patch("handout.inking.texture.parted", over))
+            stack.enter_context(patch("handout.inking.texture.part_layers", over))
         return [grey(sheet, hand) for sheet in sheets]
 
 
@@ -185,7 +185,7 @@ def stiff(model: LayoutModel, number: int, drift: tuple[float, ...], seed: int, 
 
 
 def over(a: Layer, b: Layer, *, gradient: float = 0.0) -> tuple[Layer, Layer]:
-    """Two layers as they are.  See `seams.parted`."""
+    """Two layers as they are.  See `layers.part_layers`."""
     return a, b
 
 

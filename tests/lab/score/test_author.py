@@ -8,8 +8,6 @@ import pytest
 from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.score.drawn import page
-from tests.score.pages_of_hands import font, house
 
 from handout.errors import InputError
 from handout.scanning.text_lines import line_owners
@@ -19,6 +17,8 @@ from handout_lab.score.features import full_lines, measure_lines, page_features,
 from handout_lab.score.repetition import repetition
 from handout_lab.score.two_sample import TwoSample, together, two_sample, wilson
 from handout_lab.score.written_lines import find_lines, ink
+from tests.lab.score.drawn import page
+from tests.lab.score.pages_of_hands import font, house
 
 # they rest on scans that take seconds to make
 pytestmark = pytest.mark.slow

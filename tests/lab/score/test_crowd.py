@@ -6,13 +6,13 @@ import cv2
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from tests.score.drawn import page
 
 from handout.errors import InputError
 from handout_lab.cli.score_ import command
 from handout_lab.score.comparison import own_nearest, rank_writers, read_crowd
 from handout_lab.score.features import distance, page_features
 from handout_lab.score.written_lines import ink
+from tests.lab.score.drawn import page
 
 KINDS = [
     {"slant": np.radians(-10)},

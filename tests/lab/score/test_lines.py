@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from tests.score.drawn import X, page
 
 from handout_lab.score.written_lines import Lines, WrittenLine, ends_of_strokes, find_lines, find_words, gap_limit, ink
+from tests.lab.score.drawn import X, page
 
 
 def level(i, x=1000.0, slope=0.0, pitch=110.0):

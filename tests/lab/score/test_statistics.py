@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from tests.score.drawn import X, page
 
 from handout.errors import InputError
 from handout_lab.score.statistics import page_statistics
 from handout_lab.score.written_lines import find_lines, ink
+from tests.lab.score.drawn import X, page
 
 
 @pytest.mark.slow
