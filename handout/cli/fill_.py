@@ -88,12 +88,11 @@ def _plot(
     form: Path, answers: Path, mode: _Mode, filling: FillOptions, writing: WritingOptions, console: Console
 ) -> None:
     """--port."""
-    from handout.cli.operator import Operator
     from handout.pipeline.filling import plot_forms
 
     assert mode.port is not None
-    operator = Operator(mode.port, mode.yes, console.quiet)
-    result = plot_forms(form, answers, mode.port, filling, writing, operator=operator, listener=console)
+    console.yes = mode.yes
+    result = plot_forms(form, answers, mode.port, filling, writing, attendant=console)
     assert result.tally is not None
     sentence = (
         f"Plotted {units.count(result.sheets, 'sheet')} in {units.duration(result.executed_s)}; seed {result.seed}."

@@ -52,13 +52,10 @@ def test(plotter: _Plotter, page: str | None, dry_run: tuple[Path, ...], seed: i
     """
     if plotter.port is None and not dry_run:
         raise InputError("Where to? Give --port /dev/ttyUSB0 (or COM3, or sim:), or --dry-run sheet.svg.")
-    from handout.cli.operator import Operator
     from handout.pipeline.pen_setup import test_sheet
 
-    operator = Operator(plotter.port or "", yes=True, quiet=console.quiet)
-    result = test_sheet(
-        plotter.port, plotter.device, page=page, seed=seed, outputs=dry_run, operator=operator, listener=console
-    )
+    console.yes = True
+    result = test_sheet(plotter.port, plotter.device, page=page, seed=seed, outputs=dry_run, attendant=console)
     if result.executed_s is None:
         duration = units.duration(result.planned_s)
         console.report(result, f"Wrote {sentences.names(result.files)}; plotting would take {duration}.")
@@ -82,11 +79,10 @@ def heights(plotter: _Plotter, heights: HeightOptions, yes: bool, console: Conso
     handout pen heights --device eleksdraw --port /dev/ttyUSB0 --save my-eleksdraw
     handout pen heights --device eleksdraw --port /dev/ttyUSB0 --up 12 --down 36
     """
-    from handout.cli.operator import HeightsOperator
     from handout.pipeline.pen_setup import find_heights
 
-    person = HeightsOperator(plotter.port or "", yes)
-    result = find_heights(plotter.port, plotter.device, heights, person, console)
+    console.yes = yes
+    result = find_heights(plotter.port, plotter.device, heights, console)
     if not console.as_json:
         click.echo("[pen]\n" + "\n".join(f"{key} = {value:g}" for key, value in result.keys.items()))
     if result.file is None:

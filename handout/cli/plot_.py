@@ -119,6 +119,7 @@ def command(
 
     Without a name the one that was drawn last is taken, of those for which it can be done.
     """
+    console.yes = mode.yes
     if merge.letter is not None or merge.with_envelopes or table.columns:
         if request.part:
             raise InputError("--from, --to and --sheets take a part of a text or a drawing; of a table give --rows.")
@@ -168,7 +169,6 @@ def _plot_rows(
     console: Console,
 ) -> int:
     """--letter, --with-envelopes."""
-    from handout.cli.operator import Operator
     from handout.cli.print_ import name_problems, summary
     from handout.pipeline.plot_rows import plot_rows
     from handout.pipeline.printing import PrintingStopped, RowsRefused
@@ -179,19 +179,10 @@ def _plot_rows(
     if not mode.ports and not mode.dry_run:
         raise InputError("Where to? Give --port /dev/ttyUSB0 (or COM3, or sim:), or --dry-run preview.svg.")
     rows, merge = replace(table, resume=mode.resume is not None), replace(merge, given=options.given())
-    operator = Operator(mode.ports[0], mode.yes, console.quiet) if mode.ports and not mode.dry_run else None
     try:
         with console.working() if mode.dry_run else contextlib.nullcontext():
-            result = plot_rows(
-                names[0],
-                request,
-                mode.ports,
-                (rows, merge),
-                mode.attendance,
-                outputs=mode.dry_run,
-                operator=operator,
-                listener=console,
-            )
+            how = request, mode.ports, (rows, merge), mode.attendance
+            result = plot_rows(names[0], *how, outputs=mode.dry_run, attendant=console)
     except (PrintingStopped, RowsRefused) as stopped:
         name_problems(stopped.report, console)
         raise
@@ -208,12 +199,10 @@ def _plot_rows(
 
 def _plot(request: PlotRequest, mode: _Mode, console: Console) -> None:
     """--port."""
-    from handout.cli.operator import Operator
     from handout.pipeline.plotting import plot
 
     assert mode.port is not None
-    operator = Operator(mode.port, mode.yes, console.quiet)
-    result = plot(request, mode.port, mode.attendance, operator=operator, listener=console)
+    result = plot(request, mode.port, mode.attendance, attendant=console)
     assert result.tally is not None
     sentence = (
         f"Plotted {units.count(result.sheets, 'sheet')} in {units.duration(result.executed_s)}; seed {result.seed}."
@@ -256,22 +245,15 @@ def _check_kept(text: tuple[str, ...], allowed: Collection[str], known: str, why
 
 def _resume(mode: _Mode, console: Console) -> None:
     """--resume."""
-    from handout.cli.operator import Operator
-    from handout.pipeline.plot_jobs import find_job
     from handout.pipeline.plotting import resume
 
-    job = find_job(mode.resume, unfinished=True)
-    address = mode.port or job.port
-    operator = Operator(address, mode.yes, console.quiet)
-    result = resume(job.name, address, mode.attendance, operator=operator, listener=console)
+    result = resume(mode.resume, mode.port, mode.attendance, attendant=console)
     sentence = f"Plotted the rest of {result.job.name} in {units.duration(result.executed_s)}."
     console.report(result, f"{sentence}\n{result.fidelity}".strip())
 
 
 def _again(job: str, part: PartOptions, mode: _Mode, console: Console) -> None:
     """--again."""
-    from handout.cli.operator import Operator
-    from handout.pipeline import plot_jobs
     from handout.pipeline.plotting import again, preview_again
 
     if mode.dry_run:
@@ -279,9 +261,7 @@ def _again(job: str, part: PartOptions, mode: _Mode, console: Console) -> None:
         took = f"plotting would take {units.duration(shown.planned_s)}{sentences.hooked(shown.dips, shown.hooks_s)}"
         console.report(shown, f"Wrote {sentences.names(shown.files)}; {took}.")
         return
-    address = mode.port or plot_jobs.find_drawn(job).port
-    operator = Operator(address, mode.yes, console.quiet)
-    result = again(job, part, address, mode.attendance, operator=operator, listener=console)
+    result = again(job, part, mode.port, mode.attendance, attendant=console)
     console.report(
         result, f"Plotted {result.job.name} in {units.duration(result.executed_s)}.\n{result.fidelity}".strip()
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -52,16 +51,11 @@ def command(
     """
     from handout.pipeline.printing import PrintingStopped, RowsRefused, print_
 
-    def change(request: str) -> None:
-        if yes or not sys.stdin.isatty():
-            console.say(f"{request}.")
-        else:
-            click.prompt(f"{request} and press Enter", default="", show_default=False, prompt_suffix=" ", err=True)
-
+    console.yes = yes
     try:
         with console.working():
             asked = replace(merge, given=options.given())
-            result = print_(table, printing, writing, picture, asked, change=change, listener=console)
+            result = print_(table, printing, writing, picture, asked, attendant=console)
     except (PrintingStopped, RowsRefused) as stopped:
         name_problems(stopped.report, console)
         raise

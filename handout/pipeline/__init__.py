@@ -35,7 +35,8 @@ How a verb is built
    asked for", so nothing has to ask click whether a value came from the user.
 2. The work is one function in the verb's file here, `verb(what, options…, *, listener=SILENT) -> Result`.  It reads
    like a table of contents, and it neither prints nor reads the terminal.  What the user should learn *while* it works
-   goes to the `Listener`: `say` for a sentence, `progress` for the share that is done.
+   goes to the `Listener`: `say` for a sentence, `progress` for the share that is done.  Where a machine moves it is an
+   `Attendant`, who is also asked.
 3. What the user should learn *afterwards* is data: a frozen dataclass in the verb's file that extends `results.Result`.
    `facts()` gives the JSON object that ``--json`` prints (the fields, unless it is overridden); the field `notes` has
    sentences on what was decided for the user: letters that were lent, parts that were left out, options that were not

@@ -31,7 +31,7 @@ from handout.pipeline.options import (
     WritingOptions,
     seed_of,
 )
-from handout.pipeline.plot_desk import Attendant, Shared, Wire, known_port
+from handout.pipeline.plot_desk import AtPage, Shared, Wire, known_port
 from handout.pipeline.plot_request import AttendanceOptions, PlotOptions, PlotRequest
 from handout.pipeline.plot_rows import plot_rows
 from handout.pipeline.printing import Printed, print_
@@ -327,7 +327,7 @@ def _make(batch: _Batch, name: str, ports: Sequence[str], at_zero: bool, listene
     shared = Shared(listener) if len(_queues(plan) if plan.to == "printer" else ports) > 1 else None
     try:
         with shared or contextlib.nullcontext():
-            made = _made(batch, table, (ports, at_zero), Attendant(ports, shared or listener))
+            made = _made(batch, table, (ports, at_zero), AtPage(shared or listener))
     except KeyboardInterrupt:
         return {**show_batch(name), "complete": False}
     return {**show_batch(name), "complete": True, "made": {**made.facts(), "files": []}}
@@ -347,13 +347,13 @@ def _rows(batch: _Batch) -> str:
     return ",".join(f"{first}-{last}" for first, last in good)
 
 
-def _made(batch: _Batch, table: TableOptions, where: tuple[Sequence[str], bool], attendant: Attendant) -> Printed:
+def _made(batch: _Batch, table: TableOptions, where: tuple[Sequence[str], bool], page: AtPage) -> Printed:
     """What becomes of a batch at some ports, or at its printers."""
     (ports, at_zero), plan, merge = where, batch.plan, batch.merge
     if plan.to != "plotter":
         own: dict[str, Any] = {"printer": plan.printer or "pdf", "queue": _queues(plan), "page": plan.page}
         printing = PrintOptions(**_of(table), **own, dry_run=_out(batch))
-        return print_(batch.table, printing, plan.writing, plan.picture, merge, change=attendant.do, listener=attendant)
+        return print_(batch.table, printing, plan.writing, plan.picture, merge, attendant=page)
     for port in ports:
         known_port(port)
     ways = PlotOptions(device=plan.device, copies=plan.table.copies, grid=plan.grid)
@@ -361,7 +361,7 @@ def _made(batch: _Batch, table: TableOptions, where: tuple[Sequence[str], bool],
         Source(""), plan.writing, SheetOptions(plan.page, merge.margin, merge.pages), plan.picture, ways
     )
     attendance = AttendanceOptions(at_zero)
-    return plot_rows(batch.table, request, ports, (table, merge), attendance, operator=attendant, listener=attendant)
+    return plot_rows(batch.table, request, ports, (table, merge), attendance, attendant=page)
 
 
 def _queues(plan: BatchPlan) -> tuple[str, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -19,8 +19,7 @@ from handout.pdf_forms.entries import SETTINGS, Entry, Filler, page_manuscript
 from handout.pdf_forms.fields import Box, Field, Form, read_form
 from handout.pipeline import plotting, programs, texts
 from handout.pipeline.options import FillOptions, PictureOptions, SheetOptions, WritingOptions
-from handout.pipeline.plot_request import AttendanceOptions, Operator
-from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
+from handout.pipeline.results import SILENT, Attendant, Facts, Listener, Result, Tally
 from handout.pipeline.texts import INK, STROKES, WritingTask
 from handout.printing.rows import Row, select
 from handout.printing.table_files import read_sheet
@@ -139,9 +138,7 @@ def plot_forms(
     filling: FillOptions = FillOptions(),
     writing_options: WritingOptions = WritingOptions(),
     *,
-    attendance: AttendanceOptions = AttendanceOptions(),
-    operator: Operator | None = None,
-    listener: Listener = SILENT,
+    attendant: Attendant = SILENT,
 ) -> plotting.Plotted:
     """Fill in a form for every row of a table with a plotter, sheet after sheet; pages without writing are left out.
 
@@ -151,7 +148,7 @@ def plot_forms(
         As `fill` and `plotting.plot`.
     """
     profile = plotting.machine(filling.device, port)
-    work = _prepared(Path(form), Path(table), filling, writing_options, PictureOptions(), listener)
+    work = _prepared(Path(form), Path(table), filling, writing_options, PictureOptions(), attendant)
     tally, drawings, blank, entries = Tally(), list[Drawing](), set[int](), 0
     for answers in work.forms:
         pages = work.written(answers, STROKES)
@@ -163,13 +160,10 @@ def plot_forms(
     if blank:
         which = ", ".join(str(page + 1) for page in sorted(blank))
         notes = (*notes, f"{form}: nothing is written on page {which}: lay in the others alone.")
-    listener.note(*notes)
-    operator = operator or plotting.Unattended(port, listener)
-    job, reports = plotting.plot_drawings(
-        drawings, profile, port, Path(form).name, operator, listener, attendance=attendance, fast=work.task.fast
-    )
+    attendant.note(*notes)
+    plotted = plotting.plot_drawings(drawings, profile, port, Path(form).name, attendant, fast=work.task.fast)
     written = Filled(tally, work.task.seed, work.task.hand.name, len(work.forms), entries, (), notes=notes)
-    return plotting.Plotted(job, tuple(reports), written.facts(), tally, work.task.seed, notes=notes)
+    return replace(plotted, written=written.facts(), tally=tally, seed=work.task.seed, notes=notes)
 
 
 @dataclass(frozen=True)

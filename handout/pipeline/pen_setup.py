@@ -14,10 +14,10 @@ from handout.errors import InputError
 from handout.inking.pen import usual
 from handout.page_sizes import page as page_of
 from handout.pipeline.options import Length, millimetres, seed_of
-from handout.pipeline.plot_request import HeightOptions, Operator
-from handout.pipeline.plotting import Unattended, machine, plot_drawing, usual_device
+from handout.pipeline.plot_request import HeightOptions
+from handout.pipeline.plotting import AtPlotter, machine, plot_drawings, usual_device
 from handout.pipeline.programs import Programs
-from handout.pipeline.results import SILENT, Facts, Listener, Result
+from handout.pipeline.results import SILENT, Attendant, Facts, Listener, Result
 from handout.plotting import open_port, plan
 from handout.plotting.dialect import Controller
 from handout.plotting.driving import driver
@@ -80,8 +80,7 @@ def test_sheet(
     page: str | None = None,
     seed: int = 1,
     outputs: Sequence[str | Path] = (),
-    operator: Operator | None = None,
-    listener: Listener = SILENT,
+    attendant: Attendant = SILENT,
 ) -> TestSheetResult:
     """Draw the sheet that shows what to set of a plotter, on paper at a port, or in files."""
     profile = machine(device, port)
@@ -93,8 +92,9 @@ def test_sheet(
         return TestSheetResult(profile.name, planned_s, how_to_read, _files(drawing, profile, outputs))
     if port is None:
         raise InputError(_NO_PORT)
-    job, report = plot_drawing(drawing, profile, port, "test sheet", operator or Unattended(port, listener), listener)
-    return TestSheetResult(profile.name, report.announced_s, how_to_read, (), report.executed_s, job.name)
+    plotted = plot_drawings([drawing], profile, port, "test sheet", attendant)
+    (report,) = plotted.reports
+    return TestSheetResult(profile.name, report.announced_s, how_to_read, (), report.executed_s, plotted.job.name)
 
 
 def _files(drawing: Drawing, profile: Plotter, outputs: Sequence[str | Path]) -> tuple[Path, ...]:
@@ -109,8 +109,7 @@ def find_heights(
     port: str | None,
     device: str | None,
     options: HeightOptions,
-    person: pen_heights.Person,
-    listener: Listener = SILENT,
+    attendant: Attendant = SILENT,
 ) -> PenHeights:
     """Find how high a pen is lifted and how low it is let down with a person who looks, or try two heights.
 
@@ -133,8 +132,8 @@ def find_heights(
     if trial is not None:
         saved_heights.check(source, saved_heights.lines(trial, profile))
     with contextlib.closing(open_port(port, profile)) as opened:
-        controller = driver.connect(opened, profile, listener.say)
-        bench = pen_heights.begin(controller, opened, person, listener.say)
+        controller = driver.connect(opened, profile, attendant.say)
+        bench = pen_heights.begin(controller, opened, AtPlotter(attendant, port), attendant.say)
         if trial is None:
             heights = pen_heights.find(bench)
         else:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import contextlib
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal, Protocol, Self
@@ -23,8 +23,7 @@ from handout.pipeline.devices import list_devices, serial_devices
 from handout.pipeline.inputs import sent_source
 from handout.pipeline.plot_jobs import JobState, find_job, list_jobs, outlook
 from handout.pipeline.plot_request import AttendanceOptions, PlotRequest
-from handout.pipeline.plotting import Progress, is_simulated
-from handout.pipeline.results import SILENT, Facts, Listener
+from handout.pipeline.results import SILENT, Attendant, Facts, Listener
 from handout.plotting import bed
 from handout.plotting.dialect import ButtonPressed
 from handout.plotting.jobs import pages
@@ -53,26 +52,23 @@ class Wire(Listener, Protocol):
         """What the page says next, waited for so long: "pause", "on" or "stop"; "gone" where it is; "" for nothing."""
 
 
-class Attendant:
-    """The person at the page: an `Operator`, and the listener of work that ends where the page says stop.
+class AtPage(Attendant):
+    """The person at a page of the studio, whose work ends where the page says stop."""
 
-    addresses : of the plotters; for simulated ones nobody puts in sheets.
-    """
+    def __init__(self, wire: Wire) -> None:
+        self._wire, self._told = wire, 0.0
 
-    watches = True
+    @property
+    def watches(self) -> bool:
+        """Somebody does."""
+        return True
 
-    def __init__(self, addresses: Sequence[str], wire: Wire) -> None:
-        self._simulated, self._wire, self._told = all(map(is_simulated, addresses)), wire, 0.0
-
-    def do(self, request: str) -> None:
+    def do(self, request: str, needed: bool = True) -> None:
         """Ask, and wait."""
-        if not self._simulated:
-            self._asked(f"{request}.")
+        self._asked(f"{request}.")
 
     def try_again(self, error: DeviceError) -> bool:
         """Say what is wrong, and wait."""
-        if self._simulated:
-            return False
         self._asked(f"{error} Put it right, then go on.")
         return True
 
@@ -88,7 +84,7 @@ class Attendant:
         self._wire.live({})
 
     @contextlib.contextmanager
-    def plotting(self) -> Iterator[Progress | None]:
+    def plotting(self) -> Iterator[Callable[[float, float], None] | None]:
         """How far it is, and what the page wants meanwhile."""
         yield self._progress
 
@@ -279,10 +275,10 @@ def draw_plot(name: str, port: str, at_zero: bool, home_after: bool, *, listener
         The message says how to go on.
     """
     known_port(port)
-    job, attendant = find_job(name), Attendant((port,), listener)
-    attendance = AttendanceOptions(at_zero, home_after, reached=attendant.reached(job))
+    job, page = find_job(name), AtPage(listener)
+    attendance = AttendanceOptions(at_zero, home_after, reached=page.reached(job))
     try:
-        facts = plotting.resume(name, port, attendance, operator=attendant, listener=listener).facts()
+        facts = plotting.resume(name, port, attendance, attendant=page).facts()
     except KeyboardInterrupt:
         return {**show_plot(name), "ended": False}
     except HandoutError as error:  # a page has a button for what the command is told to type

@@ -98,11 +98,6 @@ def find_job(name: str | None, *, unfinished: bool = False) -> Job:
     return store.find(name, unfinished=unfinished)
 
 
-def find_drawn(name: str | None) -> Job:
-    """The plot of that name, or the one that was drawn last, whose drawings are kept; InputError if there is none."""
-    return store.drawn_before(name)
-
-
 def show_job(name: str | None) -> JobState:
     """How far the job of that name has come, or the one that was drawn last."""
     return JobState.of(store.find(name))

@@ -26,7 +26,7 @@ from handout.pipeline.options import (
     millimetres,
     seed_of,
 )
-from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
+from handout.pipeline.results import SILENT, Attendant, Facts, Listener, Result, Tally
 from handout.pipeline.texts import WritingTask, not_followed
 from handout.printing import envelope, media, printers
 from handout.printing.batch import SIMULATED, BatchOptions, Way, chosen_rows, destinations, make_rows
@@ -100,16 +100,14 @@ def print_(
     picture: PictureOptions = PictureOptions(),
     merge: MergeOptions = MergeOptions(),
     *,
-    change: Callable[[str], object] | None = None,
-    listener: Listener = SILENT,
+    attendant: Attendant = SILENT,
 ) -> Printed:
     """Print a letter, an envelope or both for every row of a table (CSV or .xlsx).
 
     Parameters
     ----------
     merge : the letter, if there is one, and what goes on the envelope.
-    change : asks somebody to put in other paper, where a printer has one tray for letters and envelopes; None: the
-        listener is told.
+    attendant : is asked to put in other paper, where a printer has one tray for letters and envelopes.
 
     Raises
     ------
@@ -122,18 +120,18 @@ def print_(
     """
     profiles = _printers(printing, writing_options, merge)
     profile, apart = profiles[0], _apart(profiles[0], printing)
-    merged = merging.read(Path(table), printing, merge, listener)
+    merged = merging.read(Path(table), printing, merge, attendant)
     sheet = SheetOptions(printing.page, merge.margin, merge.pages, "A4" if merged.with_letters else "DL")
     pages = RowPages(merged, writing_options, sheet, picture)
     fed = partial(_fed, profile, apart[0] if apart else profile, printing, merged.with_letters)
     pages.seed, pages.margins = seed_of(writing_options.seed), partial(_margins, fed)
     task = pages.look()
     notes = not_followed(task, ink_shown=True)
-    listener.note(*notes)
+    attendant.note(*notes)
     pages.seed = merging.approved_seed(pages, printing)
     record = _journal(printing, pages)
     pages.seed = record.seed
-    calibrations = _calibrations(printing, listener)
+    calibrations = _calibrations(printing, attendant)
     pages.calibrated = calibrations.of
     out = None if printing.dry_run is None else Path(printing.dry_run)
     options = BatchOptions(printing.rows, printing.copies, printing.again, out, merging.all_or_none(merged))
@@ -142,11 +140,12 @@ def print_(
         envelope.address_layout(pages.envelope_page, 1, 1, pages.address_x_height)
     merging.check_apart(merged, printing.envelopes_to)
     about = {"seed": pages.seed, "hand": task.hand.name}
-    way = Way(profile, fed, about, None, record.resumed, listener.say, change or listener.say)
+    asked = SILENT if all(each.simulated for each in [*profiles, *apart]) else attendant
+    way = Way(profile, fed, about, None, record.resumed, attendant.say, partial(asked.do, needed=False))
     ways = [_at(way, task.layout.page, each) for each in profiles], [_at(way, pages.envelope_page, a) for a in apart]
-    calibrations.say_whose(ways[1], listener)
+    calibrations.say_whose(ways[1], attendant)
     with record, destinations(*ways, options, pages.sheets()) as place:
-        report, account = make_all(pages, place, options, (printing, record), listener=listener)
+        report, account = make_all(pages, place, options, (printing, record), listener=attendant)
     printed = Printed(
         report,
         account.tally,
