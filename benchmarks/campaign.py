@@ -29,7 +29,7 @@ from benchmarks.faults import MACHINES as EVERY
 from handout.merging.sheets import Grid
 from handout.pipeline.plot_request import AttendanceOptions
 from handout.pipeline.plot_rows import PlotSpool, PlotterQueue
-from handout.pipeline.plotting import ReportFile, AtPlotter
+from handout.pipeline.plotting import AtPlotter, ReportFile
 from handout.pipeline.results import Attendant
 from handout.plotting import bed
 from handout.plotting.jobs import runner, store

@@ -6,7 +6,7 @@ here knows click or a terminal.  Files:
     options.py    what a caller may ask for, as frozen dataclasses: WritingOptions, SheetOptions, PictureOptions …;
                   declarations.py says how an option is declared
     results.py    what a call gives back: results that turn into JSON, and the notes that are told to the user
-    writing.py    `write`, and the documents that it writes; texts.py prepares, sets and draws a text
+    writing.py    `write` and `export`, and the documents that it writes; texts.py prepares, sets and draws a text
     letters.py    a letter file and its pages; signatures.py keeps signatures
     hands.py      `read`, a hand from scans or recorded pens; kept_hands.py what is done with hands that there are
     letter_desk.py   the letters of a scanned hand, corrected one after another
@@ -19,7 +19,7 @@ here knows click or a terminal.  Files:
     scoring.py    `score`, measures of page images
     inputs.py     what is to be written: a text, a file, standard input, or a drawing
     lined_paper.py   which lines of a paper are written on
-    programs.py   files for plotters: how a page becomes one; exporting.py is `export`, which writes nothing else
+    programs.py   files for plotters: how a page becomes one
     plotting.py   `plot`, `preview`, `resume`; plot_request.py has their options, plot_jobs.py the plots that are kept
     job_pages.py  the pages of a plot that are made while the first are drawn, by a program of its own
     pen_setup.py  a plotter's test sheet, the heights of its pen, the pen moved by hand

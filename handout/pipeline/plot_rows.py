@@ -25,8 +25,8 @@ from handout.pipeline.merging import Merge, RowPages
 from handout.pipeline.options import MergeOptions, TableOptions, seed_of
 from handout.pipeline.plot_request import AttendanceOptions, PlotOptions, PlotRequest
 from handout.pipeline.plotting import (
-    ReportFile,
     AtPlotter,
+    ReportFile,
     asked_machine,
     draw_job,
     is_simulated,

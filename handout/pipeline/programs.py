@@ -18,6 +18,13 @@ if TYPE_CHECKING:
 SUFFIXES = (".gcode", ".nc", ".ngc", ".g", ".gco", ".hpgl", ".plt", ".ebb")
 
 
+def check_suffixes(outputs: Sequence[str | Path]) -> None:
+    """Raise InputError for the first file that is no program of a plotter."""
+    for path in map(Path, outputs):
+        if path.suffix.lower() not in SUFFIXES:
+            raise InputError(f"{path}: programs of plotters end in {', '.join(SUFFIXES)}; handout write does the rest.")
+
+
 PageSink = Callable[["Drawing"], bytes]
 
 

@@ -1,4 +1,4 @@
-"""What is written (a text, a letter file, a drawing) as one kind of thing, and the verb `write`, which makes files."""
+"""What is written (a text, a letter file, a drawing) as one kind of thing, and what makes files: `write`, `export`."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from handout.inking.pen import is_brush
 from handout.pipeline import programs
 from handout.pipeline.inputs import Source, sent_source
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
+from handout.pipeline.plot_request import ExportOptions
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.pipeline.texts import INK, STROKES, Pages, TextDocument, WritingTask, not_followed, prepare, style_notes
 from handout.progress import Tell, silent, within
@@ -186,6 +187,62 @@ def write(
     return replace(result, words=tuple(pages.words())) if places else result
 
 
+@dataclass(frozen=True, kw_only=True)
+class Exported(Written):
+    """What `export` wrote; seconds : name of the machine → how long all pages would take it, s; dips, hooks_s : as in
+    `Programs`; drawing : what one asks for, empty for a text."""
+
+    seconds: dict[str, float]
+    dips: dict[str, int]
+    hooks_s: dict[str, float]
+    drawing: Facts
+
+    def facts(self) -> Facts:
+        devices = {name: round(seconds, 2) for name, seconds in self.seconds.items()}
+        notes: Facts = {**self.drawing, **({"notes": list(self.notes)} if self.notes else {})}
+        if self.hooks_s:
+            notes |= {"dips": self.dips, "hooks_s": {name: round(s, 2) for name, s in self.hooks_s.items()}}
+        return {**self.tally.facts(self.seed, self.hand, self.files), "devices": devices, **notes}
+
+
+def export(
+    source: Source,
+    outputs: Sequence[str | Path],
+    writing: WritingOptions = WritingOptions(),
+    sheet: SheetOptions = SheetOptions(usual_page="A5"),
+    options: ExportOptions = ExportOptions(),
+) -> Exported:
+    """Write a text, a letter or a drawing as programs of plotters, for something else to send.
+
+    Raises
+    ------
+    InputError, MissingCharacters, DoesNotFit
+        An option is wrong, the hand lacks letters, or a page is larger than the plotter; nothing is written then.
+    """
+    programs.check_suffixes(outputs)
+    paths, document = [Path(name) for name in outputs], open_document(source, writing, sheet)
+    machines = programs.Programs(
+        options.device, paths, fast=document.task.fast, fit=writing.fit, order=options.order, hooks=options.hooks
+    )
+    check_outputs(paths, machines.sinks)
+    pages, task = document.draw(STROKES), document.task
+    files = write_drawings(pages.drawings, paths, extra=machines.sinks)
+    even = machines.pressed_evenly() if task.pose.pose is not None else []
+    sentences, drawing = asked(document)
+    notes = (*sentences, *document.notes, *one_pen(document), *even, *style_notes(task, pages.drawings))
+    return Exported(
+        pages.tally,
+        task.seed,
+        task.hand.name,
+        tuple(files),
+        seconds=machines.seconds,
+        dips=machines.dips,
+        hooks_s=machines.hooks_s,
+        drawing=drawing,
+        notes=notes,
+    )
+
+
 def write_sent(
     text: str,
     letter: bool,
@@ -196,7 +253,7 @@ def write_sent(
     pictures: Path | None = None,
     listener: Listener = SILENT,
 ) -> Written:
-    """The same for what was sent from elsewhere, see `inputs.sent_source`, with where each word is."""
+    """Write what was sent from elsewhere, see `inputs.sent_source`, and tell where each word is."""
     source = sent_source(text, letter, pictures)
     return write(source, outputs, *options, device=device, places=True, listener=listener)
 
