@@ -17,7 +17,7 @@ from handout.pipeline.declarations import MACHINE, shared
 from handout.pipeline.plot_request import HeightOptions
 
 if TYPE_CHECKING:
-    from handout.pipeline.pen_setup import PenMove
+    from handout.pipeline.pen_setup import Move
 
 
 @dataclass(frozen=True)
@@ -92,30 +92,31 @@ def heights(plotter: _Plotter, heights: HeightOptions, yes: bool, console: Conso
         console.report(result, f"Wrote {result.file}; use it with: --device {name}")
 
 
-def _say(move: PenMove, console: Console) -> None:
-    """What has been done, and where the pen is."""
+def _move(how: Move, plotter: _Plotter, console: Console, x: str = "0", y: str = "0") -> None:
+    """Move the pen, and say what has been done, and where it is."""
+    from handout.pipeline.pen_setup import move_pen
+
+    move = move_pen(how, plotter.port, plotter.device, x, y, listener=console)
     where = "" if move.position is None else f", at {move.position[0]:g}, {move.position[1]:g} mm"
     console.report(move, f"{move.title}: {move.done}{where}.")
 
 
-def _move(name: str, function: str, help_: str) -> None:
-    """Add a command that moves the pen by a function of `pen_setup`."""
+def _add_move(name: str, how: Move, help_: str) -> None:
+    """Add a command that moves the pen."""
 
     @command.command(name, help=f"{help_}\n\n\b\nhandout pen {name} --device axidraw-v3 --port auto")
     @_plotter
     @options.console
     def move(plotter: _Plotter, console: Console) -> None:
-        from handout.pipeline import pen_setup
-
-        _say(getattr(pen_setup, function)(plotter.port, plotter.device, console), console)
+        _move(how, plotter, console)
 
 
-_move("up", "lift_pen", "Lift the pen.")
-_move("down", "lower_pen", "Lower the pen onto the paper, where it stays.")
-_move("home", "home_pen", "Lift the pen and go to the machine's zero: by its switches, or as it knows the way.")
-_move(
+_add_move("up", "up", "Lift the pen.")
+_add_move("down", "down", "Lower the pen onto the paper, where it stays.")
+_add_move("home", "home", "Lift the pen and go to the machine's zero: by its switches, or as it knows the way.")
+_add_move(
     "motors-off",
-    "release_motors",
+    "release",
     "Take the power from the motors, so that the carriage can be pushed by hand; the machine forgets where it is.",
 )
 
@@ -132,6 +133,4 @@ def jog(x: str, y: str, plotter: _Plotter, console: Console) -> None:
     handout pen jog 20 0 --device axidraw-v3 --port auto
     handout pen jog -5mm 12.5mm --device eleksdraw --port /dev/ttyUSB0
     """
-    from handout.pipeline import pen_setup
-
-    _say(pen_setup.jog(x, y, plotter.port, plotter.device, console), console)
+    _move("jog", plotter, console, x, y)

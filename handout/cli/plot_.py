@@ -7,7 +7,7 @@ import json
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import click
 from click.core import ParameterSource
@@ -21,9 +21,6 @@ from handout.pipeline.declarations import FILES, MACHINE, PARTS, option
 from handout.pipeline.inputs import Source
 from handout.pipeline.options import MergeOptions, TableOptions
 from handout.pipeline.plot_request import AttendanceOptions, DrawingOptions, PartOptions, PlotRequest
-
-if TYPE_CHECKING:
-    from handout.pipeline.plot_jobs import JobState
 
 _LAST = "last"  # of kept plots, in place of a name
 # what may be given with --again
@@ -276,7 +273,7 @@ def _manage(word: str, names: tuple[str, ...], console: Console) -> None:
             raise InputError(f"plot jobs takes no names; for one job use: handout plot show {names[0]}")
         jobs = plot_jobs.list_jobs(console)
         if console.as_json:
-            click.echo(json.dumps([job.facts() for job in jobs], ensure_ascii=False))
+            click.echo(json.dumps(jobs, ensure_ascii=False))
         elif jobs:
             click.echo("\n".join(map(_row, jobs)))
         else:
@@ -287,18 +284,20 @@ def _manage(word: str, names: tuple[str, ...], console: Console) -> None:
     if word == "forget":
         click.echo(f"Forgot {plot_jobs.forget_job(names[0])}.", err=True)
         return
-    job = plot_jobs.show_job(names[0] if names else None)
+    job = plot_jobs.find_job(names[0] if names else None)
+    state = plot_jobs.state_of(job)
     if console.as_json:
-        click.echo(json.dumps(job.facts(), ensure_ascii=False))
+        click.echo(json.dumps(state, ensure_ascii=False))
         return
-    for name, value in job.facts().items():
+    for name, value in state.items():
         click.echo(f"{name:12} {', '.join(map(str, value)) if isinstance(value, list) else value}")
-    if not job.finished:
-        click.echo(f"\n{job.outlook}\nhandout plot --resume {job.name}")
+    if not state["finished"]:
+        click.echo(f"\n{plot_jobs.outlook(job)}\nhandout plot --resume {job.name}")
 
 
-def _row(job: JobState) -> str:
+def _row(job: dict[str, Any]) -> str:
     """A job in the list of all."""
-    state = "finished" if job.finished else f"{min(job.share, 0.99):.0%} drawn"
-    sheets = units.count(job.sheets, "sheet") + ("" if job.all_written else " so far")
-    return f"{job.name:9} {job.begun.replace('T', ' ')}  {state:10} {sheets:9} {job.title}".rstrip()
+    share = min(job["drawn_mm"] / max(job["pen_down_mm"], 1e-9), 0.99)
+    state = "finished" if job["finished"] else f"{share:.0%} drawn"
+    sheets = units.count(job["sheets"], "sheet") + ("" if job["all_written"] else " so far")
+    return f"{job['job']:9} {job['begun'].replace('T', ' ')}  {state:10} {sheets:9} {job['title']}".rstrip()

@@ -104,7 +104,7 @@ def vary(
     \b
     handout strokes vary plan.json --copies 20 -o sheet.svg
     """
-    from handout.pipeline.drawings import vary_plans
+    from handout.pipeline.drawings import draw_plans
 
-    result = vary_plans(plan, output, copies, styling, picture)
+    result = draw_plans(plan, output, styling, picture, copies)
     console.report(result, f"Wrote {', '.join(map(str, result.files))}: {result.copies} copies; seed {result.seed}.")

@@ -223,54 +223,36 @@ def draw_plans(
     outputs: Sequence[str | Path],
     styling: StyleOptions = StyleOptions(),
     picture: PictureOptions = PictureOptions(),
+    copies: int | None = None,
 ) -> DrawnPlans:
     """Draw the plans of a JSON file that `fit_strokes` wrote, changed by hand or not, or of targets alone, to files.
 
     Targets alone are moved through in a style, the usual one if none is asked for; plans only if one is.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read, or holds no plans.
-    """
-    check_outputs(outputs)
-    seed = seed_of(styling.seed)
-    draw, notes, styled = _drawer(plans, styling)
-    drawing = draw(np.random.default_rng(seed), None)
-    look = picture.look(styled=styled)
-    files = write_drawings([replace(drawing, about={**drawing.about, "seed": seed})], outputs, look)
-    return DrawnPlans(len(drawing.strokes), 1, seed, tuple(files), notes=notes)
-
-
-def vary_plans(
-    plans: Path,
-    outputs: Sequence[str | Path],
-    copies: int = 20,
-    styling: StyleOptions = StyleOptions(),
-    picture: PictureOptions = PictureOptions(),
-) -> DrawnPlans:
-    """Draw plans many times over on one sheet, each copy a little different.
-
-    Plans are varied as those are from which styles are learned: their targets, overlaps and bends.  Targets alone are
-    moved through by chance of their style, each copy by its own.
+    Parameters
+    ----------
+    copies : draw them so many times on one sheet, each a little different: plans as those are from which styles are
+        learned, in their targets, overlaps and bends; targets alone by chance of their style.  None: once, as they are.
 
     Raises
     ------
     InputError
-        As `draw_plans`, or a number of copies outside 1 to 500.
+        The file cannot be read, or holds no plans; a number of copies outside 1 to 500.
     """
-    from handout.motion.learned.training import Variation
-
-    if not 1 <= copies <= 500:
+    if copies is not None and not 1 <= copies <= 500:
         raise InputError(f"copies: {copies} is outside 1 to 500.")
     check_outputs(outputs)
     seed = seed_of(styling.seed)
     draw, notes, styled = _drawer(plans, styling)
-    drawings = [draw(np.random.default_rng((seed, copy)), Variation()) for copy in range(copies)]
-    sheet = _side_by_side(drawings)
+    if copies is None:
+        drawing = draw(np.random.default_rng(seed), None)
+    else:
+        from handout.motion.learned.training import Variation
+
+        drawing = _side_by_side([draw(np.random.default_rng((seed, copy)), Variation()) for copy in range(copies)])
     look = picture.look(styled=styled)
-    files = write_drawings([replace(sheet, about={**sheet.about, "seed": seed})], outputs, look)
-    return DrawnPlans(len(sheet.strokes), copies, seed, tuple(files), notes=notes)
+    files = write_drawings([replace(drawing, about={**drawing.about, "seed": seed})], outputs, look)
+    return DrawnPlans(len(drawing.strokes), copies or 1, seed, tuple(files), notes=notes)
 
 
 Drawer = Callable[[np.random.Generator, "Variation | None"], Drawing]

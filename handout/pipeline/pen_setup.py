@@ -5,7 +5,9 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -23,9 +25,7 @@ from handout.plotting.dialect import Controller
 from handout.plotting.driving import driver
 from handout.plotting.setup import manual, pen_heights, saved_heights, sheet
 from handout.plotting.setup.pen_heights import Heights
-from handout.profiles import Plotter
 from handout.sinks import Look, check_outputs, write_drawings
-from handout.values import Drawing
 
 _NO_PORT = "Where is the plotter? Give --port /dev/ttyUSB0 (or COM3, auto, or sim:)."
 
@@ -88,21 +88,17 @@ def test_sheet(
     drawing = sheet.test_sheet(profile, size, np.random.default_rng(seed_of(seed)))
     how_to_read = tuple(sheet.how_to_read(profile))
     if outputs:
-        planned_s = plan(drawing, profile).duration
-        return TestSheetResult(profile.name, planned_s, how_to_read, _files(drawing, profile, outputs))
+        planned_s, paths = plan(drawing, profile).duration, [Path(name) for name in outputs]
+        programs = Programs(profile.name or None, paths)
+        check_outputs(paths, programs.sinks)
+        look = Look(usual("plain", float(profile.pen.width)))
+        files = write_drawings([drawing], paths, look, extra=programs.sinks)
+        return TestSheetResult(profile.name, planned_s, how_to_read, tuple(files))
     if port is None:
         raise InputError(_NO_PORT)
     plotted = plot_drawings([drawing], profile, port, "test sheet", attendant)
     (report,) = plotted.reports
     return TestSheetResult(profile.name, report.announced_s, how_to_read, (), report.executed_s, plotted.job.name)
-
-
-def _files(drawing: Drawing, profile: Plotter, outputs: Sequence[str | Path]) -> tuple[Path, ...]:
-    paths = [Path(name) for name in outputs]
-    programs = Programs(profile.name or None, paths)
-    check_outputs(paths, programs.sinks)
-    pen = usual("plain", float(profile.pen.width))
-    return tuple(write_drawings([drawing], paths, Look(pen), extra=programs.sinks))
 
 
 def find_heights(
@@ -145,46 +141,37 @@ def find_heights(
     return PenHeights(keys, path)
 
 
-def lift_pen(port: str | None, device: str | None = None, listener: Listener = SILENT) -> PenMove:
-    """Lift the pen."""
-    return _moved(port, device, "the pen is up", lambda controller: controller.pen(False), listener)
+Move = Literal["up", "down", "home", "jog", "release"]
+# what is done with a pen, and what does it; jog has a distance, too
+_MOVES: dict[str, tuple[str, Callable[[Controller], None]]] = {
+    "up": ("the pen is up", lambda controller: controller.pen(False)),
+    "down": ("the pen is down", lambda controller: controller.pen(True)),
+    "home": ("the pen is above its zero", manual.home),
+    "release": ("its motors are off", lambda controller: controller.release()),
+}
 
 
-def lower_pen(port: str | None, device: str | None = None, listener: Listener = SILENT) -> PenMove:
-    """Lower the pen onto the paper, where it stays."""
-    return _moved(port, device, "the pen is down", lambda controller: controller.pen(True), listener)
-
-
-def home_pen(port: str | None, device: str | None = None, listener: Listener = SILENT) -> PenMove:
-    """Lift the pen and go to the machine's zero."""
-    return _moved(port, device, "the pen is above its zero", manual.home, listener)
-
-
-def jog(x: Length, y: Length, port: str | None, device: str | None = None, listener: Listener = SILENT) -> PenMove:
-    """Lift the pen and travel so far along the machine's axes."""
-    dx, dy = millimetres(x, "jog x"), millimetres(y, "jog y")
-    done = f"moved by {dx:g}, {dy:g} mm"
-    return _moved(port, device, done, lambda controller: manual.jog(controller, dx, dy), listener)
-
-
-def release_motors(port: str | None, device: str | None = None, listener: Listener = SILENT) -> PenMove:
-    """Take the power from the motors; the machine forgets where it is."""
-    return _moved(port, device, "its motors are off", lambda controller: controller.release(), listener, knows=False)
-
-
-def _moved(
+def move_pen(
+    how: Move,
     port: str | None,
-    device: str | None,
-    done: str,
-    move: Callable[[Controller], None],
-    listener: Listener,
-    knows: bool = True,
+    device: str | None = None,
+    x: Length = 0.0,
+    y: Length = 0.0,
+    *,
+    listener: Listener = SILENT,
 ) -> PenMove:
-    """Connect, move, and say where it stands; `knows` : whether the machine still knows that."""
+    """Lift the pen, lower it onto the paper, where it stays, or go to the machine's zero; travel so far along its axes;
+    or take the power from the motors: the machine forgets where it is."""
+    move: Callable[[Controller], None]
+    if how == "jog":
+        dx, dy = millimetres(x, "jog x"), millimetres(y, "jog y")
+        done, move = f"moved by {dx:g}, {dy:g} mm", partial(manual.jog, dx=dx, dy=dy)
+    else:
+        done, move = _MOVES[how]
     if port is None:
         raise InputError(_NO_PORT)
     profile = machine(device, port)
     with contextlib.closing(open_port(port, profile)) as opened:
         place = manual.moved(driver.connect(opened, profile, listener.say), move)
-    position = None if place is None or not knows else (round(place[0], 3), round(place[1], 3))
+    position = None if place is None or how == "release" else (round(place[0], 3), round(place[1], 3))
     return PenMove(profile.name, profile.title, done, position)

@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal, Protocol, Self
+from typing import Protocol, Self
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from handout.errors import DeviceError, HandoutError, InputError
 from handout.pipeline import pen_setup, plotting
 from handout.pipeline.devices import list_devices, serial_devices
 from handout.pipeline.inputs import sent_source
-from handout.pipeline.plot_jobs import JobState, find_job, list_jobs, outlook
+from handout.pipeline.plot_jobs import find_job, list_jobs, outlook, state_of
 from handout.pipeline.plot_request import AttendanceOptions, PlotRequest
 from handout.pipeline.results import SILENT, Attendant, Facts, Listener
 from handout.plotting import bed
@@ -39,7 +39,6 @@ SIMULATED = {"sim:": "simulated, at once", "sim:?realtime=1": "simulated, at tru
 _OFTEN = 0.1  # s of the clock between two places that are told: a screen shows no more of a pen
 _LOOK = 0.25  # s that a paused plot waits for a word before it looks at the plotter's button
 _STOPS = {"stop": "it was stopped at the page", "gone": "the studio was closed"}
-Move = Literal["up", "down", "home", "jog", "release"]
 
 
 class Wire(Listener, Protocol):
@@ -185,18 +184,12 @@ def machines() -> Facts:
     }
 
 
-def move_pen(port: str, device: str | None, move: Move, x: float, y: float, *, listener: Listener = SILENT) -> Facts:
+def move_pen(
+    port: str, device: str | None, move: pen_setup.Move, x: float, y: float, *, listener: Listener = SILENT
+) -> Facts:
     """The pen up or down, to its zero, or so far along the machine's axes, mm; or the motors off."""
     known_port(port)
-    if move == "jog":
-        return pen_setup.jog(x, y, port, device, listener).facts()
-    done = {
-        "up": pen_setup.lift_pen,
-        "down": pen_setup.lower_pen,
-        "home": pen_setup.home_pen,
-        "release": pen_setup.release_motors,
-    }
-    return done[move](port, device, listener).facts()
+    return pen_setup.move_pen(move, port, device, x, y, listener=listener).facts()
 
 
 def known_port(port: str) -> None:
@@ -217,7 +210,7 @@ def keep_plot(
 
 def plots(*, listener: Listener = SILENT) -> Facts:
     """The plots that are kept, the newest first."""
-    return {"plots": [state.facts() for state in reversed(list_jobs(listener))]}
+    return {"plots": list_jobs(listener)[::-1]}
 
 
 def show_plot(name: str) -> Facts:
@@ -226,7 +219,7 @@ def show_plot(name: str) -> Facts:
     standing, profile = job.standing(), job.profile
     over = standing.finished or standing.part >= len(job.parts)
     facts: Facts = {
-        **JobState.of(job).facts(),
+        **state_of(job),
         "outlook": "" if standing.finished else outlook(job),
         "bed": [float(profile.bed.width), float(profile.bed.height)],
         "pages": job.pages,

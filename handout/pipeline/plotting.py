@@ -23,7 +23,7 @@ from handout.pipeline import job_pages
 from handout.pipeline.inputs import Source
 from handout.pipeline.lined_paper import page_name
 from handout.pipeline.options import Length, millimetres
-from handout.pipeline.plot_jobs import JobState, called, outlook
+from handout.pipeline.plot_jobs import called, outlook, state_of
 from handout.pipeline.plot_request import AttendanceOptions, PartOptions, PlotOptions, PlotRequest
 from handout.pipeline.programs import hooked, pressed_evenly
 from handout.pipeline.results import SILENT, Attendant, Facts, Listener, Result, Tally
@@ -128,7 +128,7 @@ class Plotted(Result):
             **plot_report.facts(self.reports),
         }
         if self.written is None:
-            return {**JobState.of(self.job).facts(), **executed}
+            return {**state_of(self.job), **executed}
         more: Facts = {"copies": self.job.options.copies, "job": self.job.name}
         return {**self.written, **executed, **more}
 

@@ -14,7 +14,7 @@ from handout.calibrating import calibrated_ink
 from handout.calibrating.calibrated_ink import CalibratedInk
 from handout.calibrating.store import Calibration
 from handout.errors import InputError
-from handout.pipeline import merging, row_work, workers
+from handout.pipeline import merging, row_work
 from handout.pipeline.merging import Account, RowPages
 from handout.pipeline.options import (
     MergeOptions,
@@ -282,8 +282,8 @@ def make_all(
     """
     (table, record), account = run, Account()
     work = row_work.row_work(pages, place.prepare, drawn)
-    with workers.opened(work, table.jobs, table.cluster, listener.say) as made:
-        make, check = (workers.counted(made, account, listener.say, check) for check in (False, True))
+    with row_work.opened(work, table.jobs, table.cluster, listener.say) as made:
+        make, check = (row_work.counted(made, account, listener.say, check) for check in (False, True))
         heard = BatchListener(progress(listener), listener.say)
         return make_rows(pages.merge.table, make, place, options, record, listener=heard, check=check), account
 

@@ -43,12 +43,14 @@ def test_a_text_is_plotted_previewed_and_gone_on_with():
     with pytest.raises(DeviceAlarm, match="go on with: handout plot --resume"):
         handout.plot("ill", "sim:?fault=alarm&after=30", attendant=heard)
     (state,) = plot_jobs.list_jobs()
-    assert not state.finished and 0 <= state.share < 1 and "goes on with sheet 1 of 1" in state.outlook
+    assert not state["finished"] and 0 <= state["drawn_mm"] < state["pen_down_mm"]
+    assert "goes on with sheet 1 of 1" in plot_jobs.outlook(store.find(state["job"]))
     assert any("1 sheet" in sentence for sentence in heard.sentences)
     result = handout.resume(port="sim:", attendant=heard)
-    assert result.job.name == state.name and result.facts()["finished"]
+    assert result.job.name == state["job"] and result.facts()["finished"]
     assert heard.shares[-1] == (1.0, "plotting") and result.fidelity.startswith("Measured: ")
-    assert plot_jobs.show_job(state.name).share == pytest.approx(1.0)
+    done = plot_jobs.state_of(store.find(state["job"]))
+    assert done["drawn_mm"] == pytest.approx(done["pen_down_mm"])
     request = handout.PlotRequest(handout.pipeline.inputs.Source("ill"), handout.WritingOptions(seed=1))
     shown = preview(request, ["ill.svg"])
     assert json.loads(json.dumps(shown.facts()))["planned_s"] > 0 and shown.files[0].is_file()

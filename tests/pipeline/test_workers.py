@@ -23,8 +23,7 @@ from handout.pipeline.merging import Account, RowPages
 from handout.pipeline.options import MergeOptions, PictureOptions, PrintOptions, SheetOptions, TableOptions
 from handout.pipeline.options import WritingOptions as Writing
 from handout.pipeline.results import SILENT
-from handout.pipeline.row_work import MadeRow, Remote, RowWork, WorkersLost, row_work
-from handout.pipeline.workers import ProcessWorkers, opened
+from handout.pipeline.row_work import MadeRow, ProcessWorkers, Remote, RowWork, WorkersLost, opened, row_work
 from handout.printing.prepared import PreparedRow
 from handout.printing.rows import Row
 
