@@ -191,7 +191,7 @@ def _find(name: str) -> _Batch:
         raise InputError(f"There is no batch {name}, or it cannot be read.") from error
 
 
-def batches() -> list[Facts]:
+def batches(*, listener: Listener = SILENT) -> Facts:
     """The batches that are kept, the newest first."""
     base, found = folder(), list[tuple[str, Facts]]()
     for path in base.iterdir() if base.is_dir() else []:
@@ -201,7 +201,7 @@ def batches() -> list[Facts]:
             except InputError:
                 continue
             found.append((batch.begun, {"batch": path.name, "title": batch.plan.title, "state": batch.state}))
-    return [facts for _, facts in sorted(found, key=lambda each: each[0], reverse=True)]
+    return {"batches": [facts for _, facts in sorted(found, key=lambda each: each[0], reverse=True)]}
 
 
 def show_batch(name: str) -> Facts:
