@@ -26,28 +26,26 @@ from handout.pipeline.options import MergeOptions, TableOptions, seed_of
 from handout.pipeline.plot_request import AttendanceOptions, PlotOptions, PlotRequest
 from handout.pipeline.plotting import (
     AtPlotter,
+    Drawn,
     ReportFile,
     asked_machine,
     draw_job,
     is_simulated,
     job_options,
     port_to,
-    stretched,
     with_hooks,
 )
 from handout.pipeline.printing import Printed, make_all
 from handout.pipeline.results import SILENT, Attendant, Facts
 from handout.pipeline.texts import STROKES
 from handout.plotting import bed, plan
-from handout.plotting.driving import plot_report
 from handout.plotting.driving.driver import Report, connect
 from handout.plotting.jobs import store
 from handout.plotting.jobs.job import Job, Options
 from handout.plotting.jobs.pages import laid_out
 from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
-from handout.printing.batch import BatchOptions, chosen_rows
-from handout.printing.journal import BACK, ENVELOPE, Journal, Piece
+from handout.printing.journal import BACK, ENVELOPE, Piece
 from handout.printing.prepared import NOTHING, BatchPage, Folder, PreparedPage
 from handout.printing.queue import Outcome
 from handout.printing.rows import named
@@ -63,31 +61,15 @@ _ENDS = {"ebb": "\r", "hpgl": ""}  # of the lines of a dialect, where that is no
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlottedRows(Printed):
-    """What became of a table: see `Printed`.
+class PlottedRows(Printed, Drawn):
+    """What became of a table: see `Printed`; planned_s : s that plotting would take, of a preview."""
 
-    reports : of every part that was plotted; planned_s : s that plotting would take, of a preview.
-    """
-
-    reports: tuple[Report, ...] = ()
     planned_s: float | None = None
-
-    @property
-    def executed_s(self) -> float:
-        """Time that it took, s."""
-        return round(sum(report.executed_s for report in self.reports), 2)
-
-    @property
-    def fidelity(self) -> str:
-        """How faithful the plot was, in one sentence; "" if nothing was plotted."""
-        return plot_report.sentence(self.reports)
 
     def facts(self) -> Facts:
         if self.planned_s is not None:
             return {**super().facts(), "planned_s": round(self.planned_s, 2)}
-        planned = round(sum(report.announced_s for report in self.reports), 2)
-        told = {"planned_s": planned, "executed_s": self.executed_s, "stretched": stretched(self.reports)}
-        return {**super().facts(), **told, **plot_report.facts(self.reports)}
+        return {**super().facts(), **self.executed()}
 
 
 def plot_rows(
@@ -125,12 +107,11 @@ def plot_rows(
     pages = _pages(merging.read(Path(table), rows, merge, attendant), request)
     task, merged, shared = pages.look(), pages.merge, grid(plotting.grid, plotting.gap)
     _check_grid(shared, task.layout.page, profile)
-    merging.check_apart(merged, plotting.envelopes_to)
-    pages.seed = merging.approved_seed(pages, rows)
-    record = _journal(pages, rows, request, profile, bool(paths))
-    pages.seed = record.seed
-    options = BatchOptions(rows.rows, plotting.copies, rows.again, None, merging.all_or_none(merged))
-    chosen_rows(merged.table, options, record.resumed)
+    sheet = request.sheet
+    ways = {name: getattr(plotting, name) for name in ("order", "layers", "grid", "pen_up", "pen_down")}
+    more = {**ways, "gap": str(plotting.gap), "margin": sheet.margin, "pages": sheet.pages, "device": profile.name}
+    rows, more = replace(rows, copies=plotting.copies), {**more, "page_name": pages.sheet.page_name}
+    options, record = merging.begin_batch(pages, rows, more, envelopes_to=plotting.envelopes_to, dry_run=bool(paths))
     place: PlotFiles | PlotSpool | Several
     if paths:
         place = PlotFiles(shared, profile, paths, task.look, plotting)
@@ -192,15 +173,6 @@ def _pages(merged: Merge, request: PlotRequest) -> RowPages:
     """How the pages of rows are written, as strokes."""
     sheet = request.sheet if merged.with_letters else replace(request.sheet, usual_page="DL")
     return RowPages(merged, request.writing, sheet, request.picture, STROKES, seed=seed_of(request.writing.seed))
-
-
-def _journal(pages: RowPages, rows: TableOptions, request: PlotRequest, profile: Plotter, dry_run: bool) -> Journal:
-    """The journal of this batch: what changes the ink makes another."""
-    plotting, sheet = request.plotting, request.sheet
-    ways = {name: getattr(plotting, name) for name in ("order", "layers", "grid", "pen_up", "pen_down")}
-    more = {**ways, "gap": str(plotting.gap), "margin": sheet.margin, "pages": sheet.pages, "device": profile.name}
-    copied = replace(rows, copies=plotting.copies)
-    return merging.journal_of(pages, copied, {**more, "page_name": pages.sheet.page_name}, dry_run)
 
 
 def _check_grid(shared: Grid, card: Page, profile: Plotter) -> None:

@@ -92,23 +92,11 @@ class AtPlotter:
         self.attendant.say(f"{self.name}: {sentence}" if self.name else sentence)
 
 
-@dataclass(frozen=True)
-class Plotted(Result):
-    """What was plotted.
+@dataclass(frozen=True, kw_only=True)
+class Drawn:
+    """What plotters did; reports : of every part that was plotted."""
 
-    written : of `plot`, what is on the sheets; of `resume` None; job : as it stands now; reports : of its parts.
-    """
-
-    job: Job
-    reports: tuple[Report, ...]
-    written: Facts | None = None
-    tally: Tally | None = None
-    seed: int | None = None
-
-    @property
-    def sheets(self) -> int:
-        """Sheets in all."""
-        return self.job.pages * self.job.options.copies
+    reports: tuple[Report, ...] = ()
 
     @property
     def executed_s(self) -> float:
@@ -120,17 +108,38 @@ class Plotted(Result):
         """How faithful the plot was, in one sentence; "" if nothing was plotted."""
         return plot_report.sentence(self.reports)
 
-    def facts(self) -> Facts:
-        executed: Facts = {
+    def executed(self) -> Facts:
+        """For JSON."""
+        return {
             "planned_s": round(sum(report.announced_s for report in self.reports), 2),
             "executed_s": self.executed_s,
             "stretched": stretched(self.reports),
             **plot_report.facts(self.reports),
         }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plotted(Drawn, Result):
+    """What was plotted.
+
+    written : of `plot`, what is on the sheets; of `resume` None; job : as it stands now.
+    """
+
+    job: Job
+    written: Facts | None = None
+    tally: Tally | None = None
+    seed: int | None = None
+
+    @property
+    def sheets(self) -> int:
+        """Sheets in all."""
+        return self.job.pages * self.job.options.copies
+
+    def facts(self) -> Facts:
         if self.written is None:
-            return {**state_of(self.job), **executed}
+            return {**state_of(self.job), **self.executed()}
         more: Facts = {"copies": self.job.options.copies, "job": self.job.name}
-        return {**self.written, **executed, **more}
+        return {**self.written, **self.executed(), **more}
 
 
 @dataclass(frozen=True)
@@ -260,7 +269,7 @@ def resume(
     attendant.say(outlook(job))
     with _kept(job, new=False):
         reports = draw_job(job, AtPlotter(attendant, port or job.port), attendance, account)
-    return Plotted(load(job.folder), tuple(reports))
+    return Plotted(job=load(job.folder), reports=tuple(reports))
 
 
 def machine(device: str | None, port: str | None) -> Plotter:
@@ -316,7 +325,7 @@ def _plot_new(
     person.attendant.note(*notes)
     with _kept(job, new=True):
         reports = draw_job(job, person, attendance, account, connected)
-    return Plotted(load(job.folder), tuple(reports))
+    return Plotted(job=load(job.folder), reports=tuple(reports))
 
 
 def asked_machine(plotting: PlotOptions, port: str | None) -> Plotter:

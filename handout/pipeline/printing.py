@@ -29,7 +29,7 @@ from handout.pipeline.options import (
 from handout.pipeline.results import SILENT, Attendant, Facts, Listener, Result, Tally
 from handout.pipeline.texts import WritingTask, not_followed
 from handout.printing import envelope, media, printers
-from handout.printing.batch import SIMULATED, BatchOptions, Way, chosen_rows, destinations, make_rows
+from handout.printing.batch import SIMULATED, BatchOptions, Way, destinations, make_rows
 from handout.printing.batch import RowsRefused as RowsRefused
 from handout.printing.journal import Journal
 from handout.printing.prepared import Destination
@@ -128,17 +128,18 @@ def print_(
     task = pages.look()
     notes = not_followed(task, ink_shown=True)
     attendant.note(*notes)
-    pages.seed = merging.approved_seed(pages, printing)
-    record = _journal(printing, pages)
-    pages.seed = record.seed
+    out = None if printing.dry_run is None else Path(printing.dry_run)
+    # a simulated printer prints into the folder that a dry run names
+    simulated = not printing.queue and printers.resolve(printing.printer).simulated
+    dry_run = out is not None and not (simulated and out.suffix == "")
+    more = {"page_name": pages.sheet.page_name}
+    options, record = merging.begin_batch(
+        pages, printing, more, envelopes_to=printing.envelopes_to, out=out, dry_run=dry_run
+    )
     calibrations = _calibrations(printing, attendant)
     pages.calibrated = calibrations.of
-    out = None if printing.dry_run is None else Path(printing.dry_run)
-    options = BatchOptions(printing.rows, printing.copies, printing.again, out, merging.all_or_none(merged))
-    chosen_rows(merged.table, options, record.resumed)
     if merged.with_envelopes:  # what is wrong for every row is said once
         envelope.address_layout(pages.envelope_page, 1, 1, pages.address_x_height)
-    merging.check_apart(merged, printing.envelopes_to)
     about = {"seed": pages.seed, "hand": task.hand.name}
     asked = SILENT if all(each.simulated for each in [*profiles, *apart]) else attendant
     way = Way(profile, fed, about, None, record.resumed, attendant.say, partial(asked.do, needed=False))
@@ -158,14 +159,9 @@ def print_(
         letters=merged.with_letters,
         notes=(*notes, *account.dropped),
     )
-    return _told(printed, calibrations.of(task, pages.hand_of(task)) if account.tally.pages else None)
-
-
-def _told(printed: Printed, calibration: CalibratedInk | None) -> Printed:
-    """A result with what is known of the calibration that its pages went through."""
-    if calibration is None:
+    if not account.tally.pages or (through := calibrations.of(task, pages.hand_of(task))) is None:
         return printed
-    return replace(printed, calibration=cast("Facts", calibration.facts()), calibration_note=calibration.said())
+    return replace(printed, calibration=cast("Facts", through.facts()), calibration_note=through.said())
 
 
 def _printers(printing: PrintOptions, writing_options: WritingOptions, merge: MergeOptions) -> list[Printer]:
@@ -231,13 +227,6 @@ def _fed(profile: Printer, apart: Printer, printing: PrintOptions, with_letters:
 def _margins(fed: Callable[[Page], Printer], page: Page) -> tuple[float, float, float, float]:
     """What of a page the printer, as it is fed with that, does not reach."""
     return media.page_margins(page, fed(page))
-
-
-def _journal(printing: PrintOptions, pages: RowPages) -> Journal:
-    """The journal of this batch; a simulated printer prints into the folder that a dry run names."""
-    simulated = not printing.queue and printers.resolve(printing.printer).simulated
-    dry_run = printing.dry_run is not None and not (simulated and Path(printing.dry_run).suffix == "")
-    return merging.journal_of(pages, printing, {"page_name": pages.sheet.page_name}, dry_run)
 
 
 @dataclass(frozen=True)
