@@ -145,12 +145,6 @@ def _shown(value: object) -> str:
     return "" if value is None else str(value).lower() if isinstance(value, bool) else str(value)
 
 
-def _root() -> click.Group:
-    root = click.get_current_context().find_root().command
-    assert isinstance(root, click.Group)
-    return root
-
-
 def _layers() -> list[Layer]:
     return configuration.layers(click.get_current_context().find_root().params.get("config"))
 
@@ -194,7 +188,9 @@ def _owners(key: str) -> tuple[str, list[tuple[str, click.Option]]]:
 
 def _options() -> Iterator[tuple[str, click.Option]]:
     """Every option of every verb, with the verb's path."""
-    for path, verb in sorted(configuration.all_verbs(_root()).items()):
+    root = click.get_current_context().find_root().command
+    assert isinstance(root, click.Group)
+    for path, verb in sorted(configuration.all_verbs(root).items()):
         yield from ((path, option) for option in configuration.options_of(verb))
 
 

@@ -11,10 +11,10 @@ import difflib
 import json
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeGuard
+from typing import TypeGuard
 
 import click
 from click.core import ParameterSource
@@ -412,14 +412,14 @@ def changed(text: str, key: str, value: Value | None) -> str:
 
     document = tomlkit.parse(text)
     table, _, name = key.rpartition(".")
-    places = list[Any]()
+    places = list[MutableMapping[str, object]]()
     # ["hand.prompt"], as it is written here, or [hand.prompt]
     for way in ([table], table.split(".")) if table else ([],):
-        inner: Any = document
+        inner: object = document
         for part in way:
-            inner = inner.get(part) if isinstance(inner, Mapping) else None
-        places += [inner] if isinstance(inner, Mapping) else []
-    place: Any = next((each for each in places if name in each), places[0] if places else None)
+            inner = inner.get(part) if isinstance(inner, MutableMapping) else None
+        places += [inner] if isinstance(inner, MutableMapping) else []
+    place = next((each for each in places if name in each), places[0] if places else None)
     if value is None:
         if place is not None:
             place.pop(name, None)

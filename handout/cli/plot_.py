@@ -7,7 +7,7 @@ import json
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import click
 from click.core import ParameterSource
@@ -21,6 +21,9 @@ from handout.pipeline.declarations import FILES, MACHINE, PARTS, option
 from handout.pipeline.inputs import Source
 from handout.pipeline.options import MergeOptions, TableOptions
 from handout.pipeline.plot_request import AttendanceOptions, DrawingOptions, PartOptions, PlotRequest
+
+if TYPE_CHECKING:
+    from handout.pipeline.plot_jobs import State
 
 _LAST = "last"  # of kept plots, in place of a name
 # what may be given with --again
@@ -150,7 +153,11 @@ def _of_kept(text: tuple[str, ...], mode: _Mode, part: PartOptions, again: str, 
     if mode.resume is not None:
         known, why = "--resume goes on with a plot whose text is known", "a plot that is resumed goes on as it began"
         _check_kept(text, _RESUMING, known, why)
-        _resume(mode, console)
+        from handout.pipeline.plotting import resume
+
+        result = resume(mode.resume, mode.port, mode.attendance, attendant=console)
+        sentence = f"Plotted the rest of {result.job.name} in {units.duration(result.executed_s)}."
+        console.report(result, f"{sentence}\n{result.fidelity}".strip())
     elif again:
         _check_kept(text, _AGAIN, "--again plots what is kept", "a plot that is drawn again is drawn as it was")
         _again(again, part, mode, console)
@@ -240,15 +247,6 @@ def _check_kept(text: tuple[str, ...], allowed: Collection[str], known: str, why
             raise InputError(f"{option} cannot be changed any more: {why}.")
 
 
-def _resume(mode: _Mode, console: Console) -> None:
-    """--resume."""
-    from handout.pipeline.plotting import resume
-
-    result = resume(mode.resume, mode.port, mode.attendance, attendant=console)
-    sentence = f"Plotted the rest of {result.job.name} in {units.duration(result.executed_s)}."
-    console.report(result, f"{sentence}\n{result.fidelity}".strip())
-
-
 def _again(job: str, part: PartOptions, mode: _Mode, console: Console) -> None:
     """--again."""
     from handout.pipeline.plotting import again, preview_again
@@ -295,7 +293,7 @@ def _manage(word: str, names: tuple[str, ...], console: Console) -> None:
         click.echo(f"\n{plot_jobs.outlook(job)}\nhandout plot --resume {job.name}")
 
 
-def _row(job: dict[str, Any]) -> str:
+def _row(job: State) -> str:
     """A job in the list of all."""
     share = min(job["drawn_mm"] / max(job["pen_down_mm"], 1e-9), 0.99)
     state = "finished" if job["finished"] else f"{share:.0%} drawn"

@@ -351,8 +351,11 @@ def _made(batch: _Batch, table: TableOptions, where: tuple[Sequence[str], bool],
     """What becomes of a batch at some ports, or at its printers."""
     (ports, at_zero), plan, merge = where, batch.plan, batch.merge
     if plan.to != "plotter":
+        out = batch.folder / _PDF if plan.to == "pdf" else None
+        if plan.to == "printer" and printers.resolve(plan.printer).simulated:
+            out = batch.folder / "printed"
         own: dict[str, Any] = {"printer": plan.printer or "pdf", "queue": _queues(plan), "page": plan.page}
-        printing = PrintOptions(**_of(table), **own, dry_run=_out(batch))
+        printing = PrintOptions(**_of(table), **own, dry_run=out)
         return print_(batch.table, printing, plan.writing, plan.picture, merge, attendant=page)
     for port in ports:
         known_port(port)
@@ -375,13 +378,6 @@ def _queues(plan: BatchPlan) -> tuple[str, ...]:
 def _of(table: TableOptions) -> dict[str, Any]:
     """Its fields, for the options that are more than it."""
     return {field.name: getattr(table, field.name) for field in fields(TableOptions)}
-
-
-def _out(batch: _Batch) -> Path | None:
-    """The file, or of a simulated printer the folder, that pages go to; None: to a printer."""
-    if batch.plan.to == "pdf":
-        return batch.folder / _PDF
-    return batch.folder / "printed" if printers.resolve(batch.plan.printer).simulated else None
 
 
 def forget_batch(name: str) -> str:

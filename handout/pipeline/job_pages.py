@@ -32,7 +32,6 @@ from handout.plotting.jobs.pages import NewPage
 from handout.profiles import Plotter
 from handout.values import Drawing, Manuscript
 from handout.writing.layout import Ruling
-from handout.writing.pages import Sheet
 
 # the fields of WritingOptions that a job keeps under their own names; the seed is always known
 _WRITING = tuple(each.name for each, declaration in declared(WritingOptions) if declaration.of_strokes)
@@ -122,19 +121,14 @@ def _each(document: Document, shares: Sequence[float]) -> Iterator[tuple[Manuscr
     about = {"title": title(document.text)}
     task, sheets = document.set()
     for number, sheet in enumerate(sheets, 1):
-        share = _share(sheet, document.text)
+        at = max((placed.at for line in sheet.manuscript.lines for placed in line.placed), default=0)
+        share = 1.0 if sheet.last else min(at / max(len(document.text), 1), 0.999)  # of the text, as far as this page
         if number <= len(shares):
             if share != shares[number - 1]:
                 raise InputError(f"Page {number} of the job does not end where it would end now: plot the text anew.")
             continue
         drawing = draw(sheet.manuscript, task, sheet.rng, {**about, "page_number": number}, STROKES)
         yield sheet.manuscript, drawing, share
-
-
-def _share(sheet: Sheet, text: str) -> float:
-    """How much of a text is on a page and those before it."""
-    at = max((placed.at for line in sheet.manuscript.lines for placed in line.placed), default=0)
-    return 1.0 if sheet.last else min(at / max(len(text), 1), 0.999)
 
 
 @contextlib.contextmanager

@@ -208,7 +208,9 @@ def _set(task: LetterDocument, row: int | None) -> tuple[Mapping[str, Hand | Sca
     writers, first = {}, _first_places(runs, hands)
     for number, (name, hand) in enumerate(hands.items()):
         with _located(name, runs):
-            options = _writer_options(task, name, first[name])
+            layout, own = main.layout, task.tasks[name].layout.x_height
+            rewrites = Rewrites(tuple((at - first[name], times) for at, times in layout.rewritten))
+            options = WriterOptions(own, layout.x_height, layout.jitter, main.fallback, main.slips, rewrites)
             writers[name] = written(runs, name, hand, options, [*key, number], readers[name])
     limit = main.pages or (1 if main.layout.fit else None)
     setting = Setting(letter, runs, writers, task.first, task.following, _sizes(letter), limit)
@@ -230,13 +232,6 @@ def _first_places(runs: Runs, hands: Iterable[str]) -> dict[str, int]:
     """Where what each hand writes begins, in all that they write, one hand after the other: by that words are told."""
     lengths = [len(runs.text(name)) + 1 if runs.of(name) else 0 for name in hands]
     return dict(zip(hands, accumulate([0, *lengths]), strict=False))
-
-
-def _writer_options(task: LetterDocument, name: str, first: int) -> WriterOptions:
-    """How a hand writes; `first` : see `_first_places`."""
-    main, own = task.task, task.tasks[name].layout.x_height
-    rewrites = Rewrites(tuple((at - first, times) for at, times in main.layout.rewritten))
-    return WriterOptions(own, main.layout.x_height, main.layout.jitter, main.fallback, main.slips, rewrites)
 
 
 def _supplied(name: str, runs: Runs, task: LetterDocument) -> tuple[Hand | ScannedHand, Sequence[Borrowed]]:

@@ -540,11 +540,16 @@ def _findings(pages: Sequence[Manuscript], layout: Layout) -> Iterator[Finding]:
             yield Finding(DOUBTFUL, f"{doubt['word']!r} may be read as {doubt['reads_as'] or 'nothing'!r}")
         for slip in page.about.get("slips", []):
             yield Finding(SLIP, f"struck out and written again: {slip.get('word', '')!r}")
-        for above, below in itertools.pairwise(line for line in page.lines if line.placed):
-            last = above.placed[-1]
-            if below.placed[0].at == last.at + 1:
-                word = "".join(placed.glyph.letter for placed in above.placed if placed.word == last.word)
-                yield Finding(BROKEN, f"a word goes on in the next line after {word!r}")
+        yield from _broken(page)
+
+
+def _broken(page: Manuscript) -> Iterator[Finding]:
+    """Words that go on in the next line."""
+    for above, below in itertools.pairwise(line for line in page.lines if line.placed):
+        last = above.placed[-1]
+        if below.placed[0].at == last.at + 1:
+            word = "".join(placed.glyph.letter for placed in above.placed if placed.word == last.word)
+            yield Finding(BROKEN, f"a word goes on in the next line after {word!r}")
 
 
 def approval(pages: RowPages, table: TableOptions) -> dict[str, object]:

@@ -14,8 +14,10 @@ from handout.plotting.jobs.parts import named
 from handout.plotting.jobs.places import drawn
 from handout.plotting.jobs.runner import doubt
 
+State = dict[str, Any]
 
-def state_of(job: Job) -> dict[str, Any]:
+
+def state_of(job: Job) -> State:
     """A plot that is kept, and how far it has come, as ``--json`` prints it; InputError if its journal cannot be read.
 
     sheets : of all copies, as far as they are written; all_written : whether all are; layers : that have names; part,
@@ -44,7 +46,7 @@ def state_of(job: Job) -> dict[str, Any]:
     }
 
 
-def list_jobs(listener: Listener = SILENT) -> list[dict[str, Any]]:
+def list_jobs(listener: Listener = SILENT) -> list[State]:
     """The states of all jobs that are kept, the oldest first; the listener hears of those that cannot be read."""
     states = []
     for job in store.every():

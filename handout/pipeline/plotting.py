@@ -488,16 +488,13 @@ def _shown(
 ) -> tuple[list[Drawing], list[Plan]]:
     """Pages as a preview shows them, and the plans of what is drawn of them."""
     laid = [laid_out(page, profile, options.layers, options.order) for page in pages]
-    chosen = stretch.pieces(laid, profile, options.speed, **dataclasses.asdict(part)) if part else _whole(laid)
+    chosen = [stretch.Piece(number, 0, len(page.strokes)) for number, page in enumerate(laid)]
     if part:
+        chosen = stretch.pieces(laid, profile, options.speed, **dataclasses.asdict(part))
         listener.say(stretch.named(chosen, laid))
     plans = [plan(cut_out(laid[piece.sheet], piece), profile, speed=options.speed) for piece in chosen]
     shown = [with_rest(laid[piece.sheet], piece, made) for piece, made in zip(chosen, plans, strict=True)]
     return shown, plans
-
-
-def _whole(pages: Sequence[Drawing]) -> list[stretch.Piece]:
-    return [stretch.Piece(number, 0, len(page.strokes)) for number, page in enumerate(pages)]
 
 
 def _previewed(

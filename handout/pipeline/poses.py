@@ -41,21 +41,18 @@ class PoseSheet(Result):
 
     def facts(self) -> Facts:
         pose = self.library
+        # the least, the median and the greatest
+        told = {name: np.percentile(values, (0, 50, 100)).tolist() for name, values in pose.channels.items()}
         return {
             "title": pose.title,
             "strokes": len(pose.lengths),
             "samples": len(pose.xy),
             "letter_height_mm": round(pose.letter_height, 3),
-            "channels": {name: _spread(values) for name, values in pose.channels.items()},
+            "channels": {name: [round(value, 4) for value in values] for name, values in told.items()},
             "notices": list(pose.notices),
             "notes": list(self.notes),
             "files": [str(path) for path in self.files],
         }
-
-
-def _spread(values: Array) -> list[float]:
-    """The least, the median and the greatest."""
-    return [round(float(v), 4) for v in np.percentile(values, (0, 50, 100))]
 
 
 def learn_pose(

@@ -129,12 +129,13 @@ def print_(
     notes = not_followed(task, ink_shown=True)
     attendant.note(*notes)
     out = None if printing.dry_run is None else Path(printing.dry_run)
-    # a simulated printer prints into the folder that a dry run names
-    simulated = not printing.queue and printers.resolve(printing.printer).simulated
-    dry_run = out is not None and not (simulated and out.suffix == "")
-    more = {"page_name": pages.sheet.page_name}
     options, record = merging.begin_batch(
-        pages, printing, more, envelopes_to=printing.envelopes_to, out=out, dry_run=dry_run
+        pages,
+        printing,
+        {"page_name": pages.sheet.page_name},
+        envelopes_to=printing.envelopes_to,
+        out=out,
+        dry_run=out is not None and not _prints_into(out, printing),
     )
     calibrations = _calibrations(printing, attendant)
     pages.calibrated = calibrations.of
@@ -159,9 +160,12 @@ def print_(
         letters=merged.with_letters,
         notes=(*notes, *account.dropped),
     )
-    if not account.tally.pages or (through := calibrations.of(task, pages.hand_of(task))) is None:
-        return printed
-    return replace(printed, calibration=cast("Facts", through.facts()), calibration_note=through.said())
+    through = calibrations.of(task, pages.hand_of(task)) if account.tally.pages else None
+    return (
+        printed
+        if through is None
+        else replace(printed, calibration=cast("Facts", through.facts()), calibration_note=through.said())
+    )
 
 
 def _printers(printing: PrintOptions, writing_options: WritingOptions, merge: MergeOptions) -> list[Printer]:
@@ -227,6 +231,11 @@ def _fed(profile: Printer, apart: Printer, printing: PrintOptions, with_letters:
 def _margins(fed: Callable[[Page], Printer], page: Page) -> tuple[float, float, float, float]:
     """What of a page the printer, as it is fed with that, does not reach."""
     return media.page_margins(page, fed(page))
+
+
+def _prints_into(out: Path, printing: PrintOptions) -> bool:
+    """Whether what a dry run names is the folder that a simulated printer prints into."""
+    return out.suffix == "" and not printing.queue and printers.resolve(printing.printer).simulated
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from pathlib import Path
 from handout import atomic, units
 from handout.errors import InputError
 from handout.inking.papers import lay_ink
-from handout.pipeline import merging
+from handout.pipeline import merging, plotting
 from handout.pipeline.costs import Costs, Spent, costs, prices
 from handout.pipeline.merging import AT_EDGE, OUT_OF_REACH, WARNED, Finding, RowPages
 from handout.pipeline.options import (
@@ -35,8 +35,7 @@ from handout.printing import media, printers
 from handout.printing.journal import BACK, ENVELOPE
 from handout.printing.prepared import BatchPage, margin_warning
 from handout.printing.rows import Row, select
-from handout.profiles import Plotter, Prices, Printer, find
-from handout.values import Drawing
+from handout.profiles import Plotter, Prices, Printer
 
 _DPI = 96  # of the small pictures
 _WIDE = 300  # pixels across a picture, on the screen
@@ -116,8 +115,7 @@ def proof(
         The table or the letter cannot be read, or an option is wrong.
     """
     paths = [Path(name) for name in outputs]
-    _check(paths)
-    machine = _machine(options)
+    record, machine = _checked(paths, options)
     at = prices(machine, options.prices)
     merged = merging.read(Path(table), options, merge, listener)
     usual = "DL" if not merged.with_letters else "A5" if isinstance(machine, Plotter) else "A4"
@@ -134,7 +132,6 @@ def proof(
         made.take(row)
     approved = {"seed": pages.seed, "rows": made.good, "facts": merging.approval(pages, options)}
     heading = f"{Path(table).name}, {hand}, seed {pages.seed}"
-    record = paths[0].with_suffix(".json")
     shown = ((path, (_html if path.suffix.lower() == ".html" else _pdf)(made, heading)) for path in paths)
     atomic.write_all([*shown, (record, json.dumps(approved, ensure_ascii=False, indent=1).encode())])
     return Proof(
@@ -155,25 +152,22 @@ def proof(
     )
 
 
-def _check(paths: Sequence[Path]) -> None:
+def _checked(paths: Sequence[Path], options: ProofOptions) -> tuple[Path, Printer | Plotter | None]:
+    """The file by which a proof is approved, and the machine whose reach is looked at."""
     if not paths:
         raise InputError("A proof needs a file: give it with -o proof.html.")
     for path in paths:
         if path.suffix.lower() not in (".html", ".pdf"):
             raise InputError(f"{path}: a proof is written as .html or .pdf; give the file one of these endings.")
         atomic.check_writable(path)
-    atomic.check_writable(paths[0].with_suffix(".json"))
-
-
-def _machine(options: ProofOptions) -> Printer | Plotter | None:
-    """The machine whose reach is looked at."""
+    record = paths[0].with_suffix(".json")
+    atomic.check_writable(record)
     if options.printer and options.device:
         raise InputError("--printer and --device are both given: a proof is of one machine.")
+    machine: Printer | Plotter | None = printers.resolve(options.printer) if options.printer else None
     if options.device:
-        profile = find(options.device, "plotter")
-        assert isinstance(profile, Plotter)
-        return profile
-    return printers.resolve(options.printer) if options.printer else None
+        machine = plotting.machine(options.device, None)
+    return record, machine
 
 
 @dataclass
@@ -253,18 +247,13 @@ class _Made:
                 seconds = plan(drawing, self.machine).duration
             except InputError as error:
                 found.append(Finding(OUT_OF_REACH, str(error)))
-        if not found and (near := _nearest(drawing)) is not None and near < _EDGE:
-            called = "the envelope" if page.part == ENVELOPE else page.part
-            found.append(Finding(AT_EDGE, f"ink comes within {max(near, 0.0):.1f} mm of the edge of {called}"))
+        if not found and drawing.bounds is not None:
+            x0, y0, x1, y1 = drawing.bounds
+            near = min(x0, y0, drawing.page.width - x1, drawing.page.height - y1)
+            if near < _EDGE:
+                called = "the envelope" if page.part == ENVELOPE else page.part
+                found.append(Finding(AT_EDGE, f"ink comes within {max(near, 0.0):.1f} mm of the edge of {called}"))
         return found, seconds
-
-
-def _nearest(drawing: Drawing) -> float | None:
-    """How near ink comes to an edge of its paper, mm."""
-    if drawing.bounds is None:
-        return None
-    x0, y0, x1, y1 = drawing.bounds
-    return min(x0, y0, drawing.page.width - x1, drawing.page.height - y1)
 
 
 def _small(page: BatchPage) -> tuple[bytes, float]:
@@ -346,7 +335,8 @@ def _pdf(made: _Made, heading: str) -> bytes:
     y = height - 50.0
     lines = [heading, _totals(made), "", *(f"row {row}: {why}" for row, why, _ in _first(made))]
     for line in lines:
-        for part in simpleSplit(_plain(line), "Helvetica", 9, width - 80) or [""]:
+        told = line.encode("cp1252", "replace").decode("cp1252")  # in the letters that every PDF has
+        for part in simpleSplit(told, "Helvetica", 9, width - 80) or [""]:
             if y < 50:
                 canvas.showPage()
                 y = height - 50.0
@@ -370,8 +360,3 @@ def _pdf(made: _Made, heading: str) -> bytes:
         canvas.drawString(x, top - h - 9.0, f"row {page.row}, {page.part}")
     canvas.save()
     return stream.getvalue()
-
-
-def _plain(text: str) -> str:
-    """A text in the letters that every PDF has."""
-    return text.encode("cp1252", "replace").decode("cp1252")

@@ -445,21 +445,17 @@ def draw(
 
         speed = task.speed * (_HURRIED if task.fast else 1.0)
         drawing = trace(page, task.hand, rng, task.kinematics, speed=speed, jitter=task.layout.jitter)
-        drawing = _posed(_styled(_in_colour(drawing, task), task, rng), task.pose) if drawing.strokes else drawing
+        drawing = _styled(_in_colour(drawing, task), task, rng) if drawing.strokes else drawing
+        if drawing.strokes and task.pose.pose is not None:
+            from handout.pipeline.poses import with_pose
+
+            drawing = with_pose(drawing, task.pose)
     if task.hand.pages is not None and not task.traced and wanted & INK:
         from handout.inking.pen_replacement import ink_drawing
 
         drawing = replace(ink_drawing(page, task.hand, task.pen_hand), strokes=drawing.strokes)
     told = {"program": f"handout {__version__}", "seed": task.seed, **words(page)}
     return replace(drawing, about={**told, **about, **drawing.about})
-
-
-def _posed(drawing: Drawing, pose: PoseOptions) -> Drawing:
-    if pose.pose is None:
-        return drawing
-    from handout.pipeline.poses import with_pose
-
-    return with_pose(drawing, pose)
 
 
 def _styled(drawing: Drawing, task: WritingTask, rng: np.random.Generator) -> Drawing:
