@@ -13,6 +13,7 @@ from handout.errors import InputError
 from handout.inking.brush import brushes, sheet
 from handout.inking.brush.ribbon import SEGMENTS
 from handout.inking.pen import BRUSH_FILE, PENS
+from handout.pipeline.inputs import output_path
 from handout.pipeline.options import Length, millimetres
 from handout.pipeline.results import Result
 from handout.sinks.png import to_png
@@ -44,12 +45,9 @@ def learn(
     InputError
         A picture without a stroke that can be used, or a file that cannot be written.
     """
-    path = Path(output)
-    if path.suffix != BRUSH_FILE:
-        raise InputError(f"{path}: a brush is kept in a {BRUSH_FILE} file: write -o {path.with_suffix(BRUSH_FILE)}.")
+    path = output_path(output, BRUSH_FILE, "a brush is kept as")
     if path.stem in PENS:
         raise InputError(f"{path}: {path.stem} is the name of a pen; take another.")
-    atomic.check_writable(path)
     pictures = [Path(each) for each in photographs]
     if width is None:
         brush, notes = brushes.learn(pictures, title=title)
@@ -67,10 +65,7 @@ def show(name: str, output: str | Path, seed: int = 1) -> BrushReport:
     InputError
         There is no such brush, or the sheet cannot be written.
     """
-    path = Path(output)
-    if path.suffix.lower() != ".png":
-        raise InputError(f"{path}: a brush is shown as a picture: write -o {path.with_suffix('.png')}.")
-    atomic.check_writable(path)
+    path = output_path(output, ".png", "a brush is shown as")
     brush = brushes.find(name)
     picture = sheet.show(brush, name, np.random.default_rng(seed))
     atomic.write(path, to_png(picture, sheet.DPI, about={"brush": name, "seed": seed}))

@@ -14,6 +14,7 @@ from handout import atomic
 from handout.errors import InputError
 from handout.motion.styles.style import find
 from handout.page_sizes import page
+from handout.pipeline.inputs import output_path, read_bytes
 from handout.pipeline.options import PictureOptions, PoseOptions, StyleOptions, seed_of
 from handout.pipeline.poses import with_pose
 from handout.pipeline.results import Facts, Result
@@ -192,8 +193,8 @@ def fit_strokes(
     from handout.sinks import plans
 
     for path, suffix in ((output, ".json"), (report, ".svg")):
-        if path is not None and path.suffix.lower() != suffix:
-            raise InputError(f"{path}: this is written as {suffix[1:].upper()}; give a name that ends in {suffix}.")
+        if path is not None:
+            output_path(path, suffix, "this is written as")
     drawing = read_drawing(trace)
     if not drawing.strokes:
         raise InputError(f"{trace} has no strokes.")
@@ -265,10 +266,7 @@ def _drawer(plans: Path, styling: StyleOptions) -> tuple[Drawer, tuple[str, ...]
     from handout.sources import plans as plan_files
     from handout.sources import target_plans as target_files
 
-    try:
-        data = plans.read_bytes()
-    except OSError as error:
-        raise InputError(f"Cannot read {plans}: {error.strerror or error}.") from error
+    data = read_bytes(plans)
     alone = target_files.looks_like(data)
     style = style_of(styling) if alone or styling != replace(StyleOptions(), seed=styling.seed) else None
     try:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from handout import atomic
 from handout.errors import InputError
 from handout.pipeline.results import SILENT, Listener
 
@@ -177,14 +178,32 @@ def decoded(data: bytes, name: str, listener: Listener = SILENT) -> str:
     return reading.text.rstrip("\n")
 
 
+def output_path(output: str | Path, suffix: str, what: str) -> Path:
+    """The path of a file that is to be written and has to end so.
+
+    Raises
+    ------
+    InputError
+        It ends otherwise, of which the message says `what` (is kept as, is shown as …), or cannot be written.
+    """
+    path = Path(output)
+    if path.suffix.lower() != suffix:
+        raise InputError(f"{path}: {what} {suffix}: use {path.stem}{suffix}.")
+    atomic.check_writable(path)
+    return path
+
+
 def hand_path(output: str | Path) -> Path:
     """The path of a .hand file that is to be written."""
-    path = Path(output)
-    if path.suffix.lower() != ".hand":
-        raise InputError(
-            f"Hands are kept in .hand files, not {path.suffix or 'without a suffix'}: use {path.stem}.hand."
-        )
-    return path
+    return output_path(output, ".hand", "hands are kept as")
+
+
+def read_bytes(path: str | Path) -> bytes:
+    """What is in a file; InputError where it cannot be read."""
+    try:
+        return Path(path).read_bytes()
+    except OSError as error:
+        raise InputError(f"Cannot read {path}: {error.strerror or error}.") from error
 
 
 def is_file(word: str) -> bool:

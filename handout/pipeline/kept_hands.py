@@ -25,7 +25,7 @@ from handout.hand.learnt import known
 from handout.hand.pending import PendingLog
 from handout.hand.report import LEAST as LEAST
 from handout.pipeline import texts
-from handout.pipeline.inputs import hand_path
+from handout.pipeline.inputs import hand_path, output_path, read_bytes
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions, seed_of
 from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
 from handout.prompting.coverage import Lack, lacks
@@ -103,9 +103,8 @@ def check_hand(
     text : one that is to be written, of which it is told how it comes by letters that are missing.
     doubts : a PNG file for the letters that are not sure, each in its word, the least probable first.
     """
-    refusal = "The letters that are not sure are written as PNG, not {suffix}: use {stem}.png."
-    sheet = None if doubts is None else _png_path(doubts, refusal)
-    path = None if output is None else _png_path(output, "Overlays are written as PNG, not {suffix}: use {stem}.png.")
+    sheet = None if doubts is None else output_path(doubts, ".png", "the letters that are not sure are shown as")
+    path = None if output is None else output_path(output, ".png", "overlays are written as")
     hand = file.load(library.scanned_file(name))
     supply = outlook(hand, text) if text else ()
     lacking = (lacks(text, hand.instances, least=1) if text else ()) if text is not None else None
@@ -120,15 +119,6 @@ def check_hand(
         _write_png(sheet, report.doubts_sheet(hand), _SHEET_DPI)
         files.append(sheet)
     return CheckedHand(hand, tuple(files), lacking, supply)
-
-
-def _png_path(output: str | Path, refusal: str) -> Path:
-    """The path of a picture that is to be written; `refusal` says why another suffix will not do."""
-    path = Path(output)
-    if path.suffix.lower() != ".png":
-        raise InputError(refusal.format(suffix=path.suffix or "without a suffix", stem=path.stem))
-    atomic.check_writable(path)
-    return path
 
 
 def _write_png(path: Path, pixels: NDArray[np.uint8], dpi: float) -> None:
@@ -220,12 +210,7 @@ def edit_hand(
     if str(corrections).endswith(file.SUFFIX):
         new = file.journal(Path(corrections)).corrections
     else:
-        try:
-            data = Path(corrections).read_bytes()
-        except OSError as error:
-            raise InputError(f"Cannot read {corrections}: {error.strerror or error}.") from error
-        new = read_corrections(data, str(corrections))
-    atomic.check_writable(path)
+        new = read_corrections(read_bytes(corrections), str(corrections))
     with _held(source, path, listener):
         hand = file.load(source)
         corrected = correct(hand, new, learning=learning, tell=listener.progress)
@@ -271,6 +256,7 @@ def _edited(name: str, output: str | Path | None) -> tuple[Path, Path]:
     path = hand_path(output) if output else source
     if library.comes_with_program(path):
         raise InputError(f"{path.stem} comes with the program: give a .hand file for the result with --output.")
+    atomic.check_writable(path)
     return source, path
 
 
@@ -283,7 +269,6 @@ def undo_edits(name: str, count: int, output: str | Path | None = None, *, liste
         There are not so many; the hand comes with the program.
     """
     source, path = _edited(name, output)
-    atomic.check_writable(path)
     with _held(source, path, listener):
         journal = file.rewind(source, path, file.journal(source).made - count)
         return EditedHand(path, journal, glyphs=len(file.load(path).glyphs))
@@ -303,7 +288,6 @@ def keep_pen(scans: Sequence[str | Path], output: str | Path, dpi: float | None 
     from handout.tagging.page_tagging import pen_of_pages
 
     path = hand_path(output)
-    atomic.check_writable(path)
     # the size of what is drawn tells nothing of the resolution
     pages = [read_page(replace(read_scan(Path(scan), dpi), told=True)) for scan in scans]
     hand = pen_of_pages(path.stem, pages)
@@ -516,8 +500,7 @@ def _show_scanned(
     hand: ScannedHand, outputs: Sequence[str | Path], text: str | None, writing_options: WritingOptions
 ) -> ShownHand:
     """The letters of a scanned hand, or those that would write a text, as PNG files."""
-    refusal = "The letters of a scanned hand are written as PNG: use {stem}.png."
-    files = tuple(_png_path(output, refusal) for output in outputs)
+    files = tuple(output_path(output, ".png", "the letters of a scanned hand are shown as") for output in outputs)
     if text is None:
         pixels, shown = report.contact_sheet(hand), ShownHand(files, report.facts(hand), hand=hand)
     else:

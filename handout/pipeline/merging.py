@@ -24,7 +24,7 @@ from handout.merging.fields import Fields, RowManner, counted, doubts, told_repe
 from handout.merging.sheets import overlaid
 from handout.merging.template import Letter
 from handout.pipeline.declarations import declared
-from handout.pipeline.inputs import LETTERS, decoded, is_file
+from handout.pipeline.inputs import LETTERS, decoded, is_file, read_bytes
 from handout.pipeline.letters import LetterDocument, prepare_letter
 from handout.pipeline.options import MergeOptions, PictureOptions, SheetOptions, TableOptions, WritingOptions
 from handout.pipeline.results import Listener, Tally
@@ -111,11 +111,7 @@ def read(path: Path, table: TableOptions, options: MergeOptions, listener: Liste
 
 def _letter(path: Path, listener: Listener) -> tuple[Letter, str | None]:
     """The letter in a file, and the head of a Markdown file."""
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"Cannot read {path}: {error.strerror or error}.") from error
-    text = decoded(data, str(path), listener)
+    text = decoded(read_bytes(path), str(path), listener)
     if not text.strip():
         raise InputError(f"{path} is empty: there is no letter to write.")
     if path.suffix.lower() not in LETTERS:

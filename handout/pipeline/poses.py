@@ -18,6 +18,7 @@ from handout.motion.pose import library
 from handout.motion.pose.library import PoseLibrary
 from handout.motion.pose.posing import Passes, pose_drawing
 from handout.motion.pose.synthesis import PoseModel
+from handout.pipeline.inputs import output_path
 from handout.pipeline.options import PoseOptions
 from handout.pipeline.results import Facts, Result
 from handout.sources import read_drawing
@@ -70,10 +71,7 @@ def learn_pose(
     InputError
         A recording that cannot be read or has no pose, or a file of another name.
     """
-    path = Path(output)
-    if path.suffix.lower() != ".pose":
-        raise InputError(f"{path}: a pose library is kept as .pose: use {path.stem}.pose.")
-    atomic.check_writable(path)
+    path = output_path(output, ".pose", "a pose library is kept as")
     learned = library.learn([read_drawing(recording) for recording in recordings], title or path.stem)
     pose = library.level_pose(learned.library) if level else learned.library
     atomic.write(path, library.to_bytes(pose))
@@ -137,10 +135,7 @@ def show_pose(name: str, output: str | Path) -> PoseSheet:
     InputError
         No such library, or a file of another name.
     """
-    path = Path(output)
-    if path.suffix.lower() != ".png":
-        raise InputError(f"{path}: a pose library is shown as PNG: use {path.stem}.png.")
-    atomic.check_writable(path)
+    path = output_path(output, ".png", "a pose library is shown as")
     pose = find_pose(name)
     picture, stream = _sheet(pose), io.BytesIO()
     picture.save(stream, "PNG")

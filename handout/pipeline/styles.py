@@ -19,6 +19,7 @@ from handout.motion.learned.model import LearnedMovement, Lesson, learn, primer_
 from handout.motion.learned.sequences import Inputs
 from handout.motion.styles.style import Style, check_style, find
 from handout.motion.styles.style_file import to_bytes
+from handout.pipeline.inputs import output_path
 from handout.pipeline.options import LessonOptions, StyleOptions, seed_of
 from handout.pipeline.results import SILENT, Listener, Result
 from handout.sources import read_drawing
@@ -131,10 +132,7 @@ def learn_style(
     InputError
         A drawing that cannot be read, too little or too much to learn from, or a file of another name.
     """
-    path = Path(output)
-    if path.suffix.lower() != ".style":
-        raise InputError(f"{path}: a learned style is kept as .style: use {path.stem}.style.")
-    atomic.check_writable(path)
+    path = output_path(output, ".style", "a learned style is kept as")
     drawings = [drawing for example in examples for drawing in apart(read_drawing(example))]
     untimed = sum(not drawing.timed or "timing" in drawing.about for drawing in drawings)
     how = Lesson(lesson.size, cast(Inputs, lesson.inputs))
