@@ -57,6 +57,5 @@ def command(
     times = ", ".join(f"{units.duration(seconds)} on {name}" for name, seconds in result.seconds.items())
     console.report(
         result,
-        f"Wrote {sentences.names(result.files)}: {times}{dips}; seed {result.seed}."
-        f"{sentences.lent(result.tally)}{sentences.doubted(result.tally)}{sentences.slipped(result.tally)}",
+        f"Wrote {sentences.names(result.files)}: {times}{dips}; seed {result.seed}.{sentences.told(result.tally)}",
     )

@@ -80,7 +80,7 @@ def command(
     console.report(
         result,
         f"Filled in {count} ({sentences.names(result.files)}); {sentences.writing_time(result.tally)}seed "
-        f"{result.seed}.{sentences.lent(result.tally)}{sentences.doubted(result.tally)}",
+        f"{result.seed}.{sentences.told(result.tally)}",
     )
 
 
@@ -96,6 +96,6 @@ def _plot(
     assert result.tally is not None
     sentence = (
         f"Plotted {units.count(result.sheets, 'sheet')} in {units.duration(result.executed_s)}; seed {result.seed}."
-        f"{sentences.lent(result.tally)}{sentences.doubted(result.tally)}"
+        f"{sentences.told(result.tally)}"
     )
     console.report(result, f"{sentence}\n{result.fidelity}".strip())

@@ -196,7 +196,7 @@ def _plot_rows(
     else:
         took = f"plotting would take {units.duration(result.planned_s)}"
     sentence = f"{summary(result)}; {took}; seed {result.seed}."
-    lent = sentences.lent(result.tally) + sentences.doubted(result.tally)
+    lent = sentences.told(result.tally)
     console.report(result, f"{sentence}{lent}\n{result.fidelity}".strip())
     return result.report.exit_code
 
@@ -210,7 +210,7 @@ def _plot(request: PlotRequest, mode: _Mode, console: Console) -> None:
     assert result.tally is not None
     sentence = (
         f"Plotted {units.count(result.sheets, 'sheet')} in {units.duration(result.executed_s)}; seed {result.seed}."
-        f"{sentences.lent(result.tally)}{sentences.doubted(result.tally)}{sentences.slipped(result.tally)}"
+        f"{sentences.told(result.tally)}"
     )
     console.report(result, f"{sentence}\n{result.fidelity}".strip())
 
@@ -232,7 +232,7 @@ def _preview(request: PlotRequest, mode: _Mode, console: Console) -> None:
         result,
         f"Wrote {sentences.names(result.files)}; plotting would take {units.duration(result.planned_s)}"
         f"{sentences.hooked(result.dips, result.hooks_s)}; seed "
-        f"{result.seed}.{sentences.lent(result.tally)}{sentences.doubted(result.tally)}{sentences.slipped(result.tally)}",
+        f"{result.seed}.{sentences.told(result.tally)}",
     )
 
 

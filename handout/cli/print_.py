@@ -63,7 +63,7 @@ def command(
     if result.calibration_note:
         console.say(result.calibration_note)
     sentence = f"{summary(result)}; {sentences.writing_time(result.tally)}seed {result.seed}."
-    console.report(result, sentence + sentences.lent(result.tally) + sentences.doubted(result.tally))
+    console.report(result, sentence + sentences.told(result.tally))
     return result.report.exit_code
 
 

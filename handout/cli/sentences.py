@@ -20,6 +20,11 @@ def writing_time(tally: Tally) -> str:
     return f"{units.duration(tally.duration)} of writing; " if tally.strokes else ""
 
 
+def told(tally: Tally) -> str:
+    """What is said of the letters that were lent or doubtful, of words that may be misread, and of slips."""
+    return f"{lent(tally)}{doubted(tally)}{slipped(tally)}"
+
+
 def lent(tally: Tally) -> str:
     """What was written for characters that the hand lacks, or doubts, in some sentences; "" where there are none."""
     by_source: dict[str, list[tuple[str, int]]] = {}

@@ -6,7 +6,6 @@ with the same; what became of its rows is in the journal that every batch has (`
 
 from __future__ import annotations
 
-import contextlib
 import json
 import shutil
 import tempfile
@@ -31,7 +30,7 @@ from handout.pipeline.options import (
     WritingOptions,
     seed_of,
 )
-from handout.pipeline.plot_desk import AtPage, Shared, Wire, known_port
+from handout.pipeline.plot_desk import AtPage, Wire, known_port
 from handout.pipeline.plot_request import AttendanceOptions, PlotOptions, PlotRequest
 from handout.pipeline.plot_rows import plot_rows
 from handout.pipeline.printing import Printed, print_
@@ -324,10 +323,10 @@ def _make(batch: _Batch, name: str, ports: Sequence[str], at_zero: bool, listene
     # who keeps a batch anew and approves it wants all of it, whatever became of another with the same rows
     afresh = run is None and plan.to != "pdf"
     table = replace(plan.table, resume=run is not None, afresh=afresh, rows=_rows(batch))
-    shared = Shared(listener) if len(_queues(plan) if plan.to == "printer" else ports) > 1 else None
+    shared = len(_queues(plan) if plan.to == "printer" else ports) > 1
     try:
-        with shared or contextlib.nullcontext():
-            made = _made(batch, table, (ports, at_zero), AtPage(shared or listener))
+        with AtPage(listener, shared) as page:
+            made = _made(batch, table, (ports, at_zero), page)
     except KeyboardInterrupt:
         return {**show_batch(name), "complete": False}
     return {**show_batch(name), "complete": True, "made": {**made.facts(), "files": []}}

@@ -52,10 +52,44 @@ class Wire(Listener, Protocol):
 
 
 class AtPage(Attendant):
-    """The person at a page of the studio, whose work ends where the page says stop."""
+    """The person at a page of the studio, whose work ends where the page says stop.
 
-    def __init__(self, wire: Wire) -> None:
-        self._wire, self._told = wire, 0.0
+    shared : whether several threads do it: what stops it stops all, by the first of them, which enters and leaves this.
+    """
+
+    def __init__(self, wire: Wire, shared: bool = False) -> None:
+        self._wire, self._told, self._shared = wire, 0.0, shared
+        self._on, self._over, self._lock = threading.Event(), False, threading.Lock()
+        self._first = threading.get_ident()
+
+    def _word(self, seconds: float = 0.0) -> str:
+        """As `Wire.word`; of shared work "on" for whoever waits for that, and nothing else."""
+        if not self._shared:
+            return self._wire.word(seconds)
+        if not seconds or not self._on.wait(seconds):
+            return ""
+        self._on.clear()
+        return "on"
+
+    def __enter__(self) -> Self:
+        if self._shared:
+            threading.Thread(target=self._watch, daemon=True).start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        with self._lock:
+            self._over = True
+
+    def _watch(self) -> None:
+        while not self._over:
+            word = self._wire.word(_LOOK)
+            if word == "on":
+                self._on.set()
+            elif word in _STOPS:
+                with self._lock:
+                    if not self._over:
+                        interrupt(self._first)
+                return
 
     @property
     def watches(self) -> bool:
@@ -77,7 +111,7 @@ class AtPage(Attendant):
 
     def _asked(self, question: str, answered: Callable[[], bool] = lambda: False) -> None:
         self._wire.live({"question": question})
-        while (word := self._wire.word(_LOOK)) != "on" and not answered():
+        while (word := self._word(_LOOK)) != "on" and not answered():
             if word in _STOPS:
                 raise KeyboardInterrupt(_STOPS[word])
         self._wire.live({})
@@ -88,7 +122,7 @@ class AtPage(Attendant):
         yield self._progress
 
     def _progress(self, share: float, left: float) -> None:
-        word = self._wire.word()
+        word = self._word()
         if word in _STOPS:
             raise KeyboardInterrupt(_STOPS[word])
         if word == "pause":
@@ -117,47 +151,9 @@ class AtPage(Attendant):
 
     def progress(self, share: float, stage: str) -> None:
         """The page hears it, too."""
-        if (word := self._wire.word()) in _STOPS:
+        if (word := self._word()) in _STOPS:
             raise KeyboardInterrupt(_STOPS[word])
         self._wire.progress(share, stage)
-
-
-class Shared:
-    """The page as a `Wire` of work that several threads do: what stops it stops all, by its first thread.
-
-    It is that thread that enters and leaves it.
-    """
-
-    def __init__(self, wire: Wire) -> None:
-        self.say, self.note, self.progress, self.live = wire.say, wire.note, wire.progress, wire.live
-        self._wire, self._on, self._over, self._lock = wire, threading.Event(), False, threading.Lock()
-        self._first = threading.get_ident()
-
-    def word(self, seconds: float = 0.0) -> str:
-        """ "on" for whoever waits for that, and nothing else."""
-        if not seconds or not self._on.wait(seconds):
-            return ""
-        self._on.clear()
-        return "on"
-
-    def __enter__(self) -> Self:
-        threading.Thread(target=self._watch, daemon=True).start()
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        with self._lock:
-            self._over = True
-
-    def _watch(self) -> None:
-        while not self._over:
-            word = self._wire.word(_LOOK)
-            if word == "on":
-                self._on.set()
-            elif word in _STOPS:
-                with self._lock:
-                    if not self._over:
-                        interrupt(self._first)
-                return
 
 
 def machines() -> Facts:
