@@ -142,8 +142,9 @@ def print_(
     if merged.with_envelopes:  # what is wrong for every row is said once
         envelope.address_layout(pages.envelope_page, 1, 1, pages.address_x_height)
     about = {"seed": pages.seed, "hand": task.hand.name}
-    asked = SILENT if all(each.simulated for each in [*profiles, *apart]) else attendant
-    way = Way(profile, fed, about, None, record.resumed, attendant.say, partial(asked.do, needed=False))
+    simulated = all(each.simulated for each in [*profiles, *apart])  # nobody is asked to feed those
+    change = (lambda request: attendant.say(f"{request}.")) if simulated else partial(attendant.do, needed=False)
+    way = Way(profile, fed, about, None, record.resumed, attendant.say, change)
     ways = [_at(way, task.layout.page, each) for each in profiles], [_at(way, pages.envelope_page, a) for a in apart]
     calibrations.say_whose(ways[1], attendant)
     with record, destinations(*ways, options, pages.sheets()) as place:
