@@ -53,8 +53,9 @@ def command(
     check_suffixes(output)
     source = read_source(text, file, console, options.given(), svg_text=drawing.svg_text)
     result = pipeline.export(source, output, writing, sheet, export)
-    dips = "".join(f", {units.count(many, 'dip')} on {name}" for name, many in result.dips.items() if many)
-    times = ", ".join(f"{units.duration(seconds)} on {name}" for name, seconds in result.seconds.items())
+    told = result.told
+    dips = "".join(f", {units.count(many, 'dip')} on {name}" for name, many in told.get("dips", {}).items() if many)
+    times = ", ".join(f"{units.duration(seconds)} on {name}" for name, seconds in told["devices"].items())
     console.report(
         result,
         f"Wrote {sentences.names(result.files)}: {times}{dips}; seed {result.seed}.{sentences.told(result.tally)}",

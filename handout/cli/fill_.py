@@ -76,7 +76,7 @@ def command(
         return
     with console.working():
         result = pipeline.fill(form, answers, mode.output, filling, writing, picture, listener=console)
-    count = f"{units.count(result.entries, 'field')} in {units.count(result.forms, 'form')}"
+    count = f"{units.count(result.told['entries'], 'field')} in {units.count(result.told['forms'], 'form')}"
     console.report(
         result,
         f"Filled in {count} ({sentences.names(result.files)}); {sentences.writing_time(result.tally)}seed "

@@ -219,20 +219,12 @@ def _preview(request: PlotRequest, mode: _Mode, console: Console) -> None:
     """--dry-run."""
     from handout.pipeline.plotting import preview
 
+    travel, report = mode.show_travel, mode.attendance.report
     with console.working():
-        result = preview(
-            request,
-            mode.dry_run,
-            show_travel=mode.show_travel,
-            report=mode.attendance.report,
-            port=mode.port,
-            listener=console,
-        )
+        result = preview(request, mode.dry_run, show_travel=travel, report=report, port=mode.port, listener=console)
+    took = f"plotting would take {units.duration(result.told['planned_s'])}{sentences.hooked(result.told)}"
     console.report(
-        result,
-        f"Wrote {sentences.names(result.files)}; plotting would take {units.duration(result.planned_s)}"
-        f"{sentences.hooked(result.dips, result.hooks_s)}; seed "
-        f"{result.seed}.{sentences.told(result.tally)}",
+        result, f"Wrote {sentences.names(result.files)}; {took}; seed {result.seed}.{sentences.told(result.tally)}"
     )
 
 
@@ -253,7 +245,7 @@ def _again(job: str, part: PartOptions, mode: _Mode, console: Console) -> None:
 
     if mode.dry_run:
         shown = preview_again(job, part, mode.dry_run, show_travel=mode.show_travel, listener=console)
-        took = f"plotting would take {units.duration(shown.planned_s)}{sentences.hooked(shown.dips, shown.hooks_s)}"
+        took = f"plotting would take {units.duration(shown.told['planned_s'])}{sentences.hooked(shown.told)}"
         console.report(shown, f"Wrote {sentences.names(shown.files)}; {took}.")
         return
     result = again(job, part, mode.port, mode.attendance, attendant=console)

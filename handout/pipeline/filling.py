@@ -19,8 +19,9 @@ from handout.pdf_forms.entries import SETTINGS, Entry, Filler, page_manuscript
 from handout.pdf_forms.fields import Box, Field, Form, read_form
 from handout.pipeline import plotting, programs, texts
 from handout.pipeline.options import FillOptions, PictureOptions, SheetOptions, WritingOptions
-from handout.pipeline.results import SILENT, Attendant, Facts, Listener, Result, Tally
+from handout.pipeline.results import SILENT, Attendant, Delivery, Facts, Listener, Result, Tally
 from handout.pipeline.texts import INK, STROKES, WritingTask
+from handout.pipeline.writing import delivered
 from handout.printing.rows import Row, select
 from handout.printing.table_files import read_sheet
 from handout.scanning.pdf_pages import drawn_page
@@ -29,29 +30,6 @@ from handout.values import Drawing, Manuscript
 
 _MOST_NAMED = 20  # problems that a refusal lists
 _PAGES_KEPT = 8  # pages of a form that are kept as pictures while its lines are looked for
-
-
-@dataclass(frozen=True)
-class Filled(Result):
-    """The forms that were filled in.
-
-    forms : how many; entries : how many fields were written in all of them.
-    """
-
-    tally: Tally
-    seed: int
-    hand: str
-    forms: int
-    entries: int
-    files: tuple[Path, ...]
-
-    def facts(self) -> Facts:
-        return {
-            **self.tally.facts(self.seed, self.hand, self.files),
-            "forms": self.forms,
-            "entries": self.entries,
-            **({"notes": list(self.notes)} if self.notes else {}),
-        }
 
 
 @dataclass(frozen=True)
@@ -95,7 +73,7 @@ def fill(
     picture: PictureOptions = PictureOptions(),
     *,
     listener: Listener = SILENT,
-) -> Filled:
+) -> Delivery:
     """Fill in a form for every row of a table, and write files.
 
     Parameters
@@ -128,7 +106,7 @@ def fill(
                     with opening(file) as stream:
                         stream.write(content)
                     files.append(file)
-    return Filled(tally, work.task.seed, work.task.hand.name, len(forms), entries, tuple(files), notes=work.notes)
+    return delivered(tally, work.task, files, work.notes, {"forms": len(forms), "entries": entries})
 
 
 def plot_forms(
@@ -162,8 +140,8 @@ def plot_forms(
         notes = (*notes, f"{form}: nothing is written on page {which}: lay in the others alone.")
     attendant.note(*notes)
     plotted = plotting.plot_drawings(drawings, profile, port, Path(form).name, attendant, fast=work.task.fast)
-    result = Filled(tally, work.task.seed, work.task.hand.name, len(work.forms), entries, (), notes=notes)
-    return replace(plotted, written=result.facts(), tally=tally, seed=work.task.seed, notes=notes)
+    result = delivered(tally, work.task, (), notes, {"forms": len(work.forms), "entries": entries})
+    return replace(plotted, written=result.told, tally=tally, seed=work.task.seed, notes=notes)
 
 
 @dataclass

@@ -26,9 +26,9 @@ from handout.pipeline.options import Length, millimetres
 from handout.pipeline.plot_jobs import called, outlook, state_of
 from handout.pipeline.plot_request import AttendanceOptions, PartOptions, PlotOptions, PlotRequest
 from handout.pipeline.programs import hooked, pressed_evenly
-from handout.pipeline.results import SILENT, Attendant, Facts, Listener, Result, Tally
+from handout.pipeline.results import SILENT, Attendant, Delivery, Facts, Listener, Result, Tally
 from handout.pipeline.texts import STROKES, TextDocument, style_notes
-from handout.pipeline.writing import Document, asked, one_pen, open_document, written
+from handout.pipeline.writing import Document, asked, delivered, one_pen, open_document
 from handout.plotting import fit_to_bed, open_port, plan
 from handout.plotting.connections import is_simulated as is_simulated
 from handout.plotting.connections import surroundings
@@ -143,25 +143,6 @@ class Plotted(Drawn, Result):
 
 
 @dataclass(frozen=True)
-class Previewed(Result):
-    """What was written instead of plotting; planned_s : s that plotting would take, hooks_s of it for `dips` dips and
-    whatever else is done besides drawing."""
-
-    written: Facts
-    files: tuple[Path, ...]
-    planned_s: float
-    stretched: float
-    tally: Tally
-    seed: int
-    dips: int
-    hooks_s: float
-
-    def facts(self) -> Facts:
-        hooks: Facts = {"dips": self.dips, "hooks_s": round(self.hooks_s, 2)} if self.hooks_s else {}
-        return {**self.written, "planned_s": round(self.planned_s, 2), "stretched": self.stretched, **hooks}
-
-
-@dataclass(frozen=True)
 class _Asked:
     """A request, checked: what is written, by which machine, how, and what is said of it."""
 
@@ -210,7 +191,7 @@ def plot(
     begin = partial(_begun, work, port, attendant)
     plotted = _plot_new(begin, work.profile, AtPlotter(attendant, port), attendance, account, notes=work.notes)
     tally, task = sum((Tally(**counts) for counts in plotted.job.told), Tally()), work.document.task
-    facts = {**written(tally, task, (), work.notes).facts(), **work.drawing}
+    facts = delivered(tally, task, (), work.notes, behind=work.drawing).told
     return dataclasses.replace(plotted, written=facts, tally=tally, seed=task.seed, notes=work.notes)
 
 
@@ -228,7 +209,7 @@ def preview(
     report: str | Path | None = None,
     port: str | None = None,
     listener: Listener = SILENT,
-) -> Previewed:
+) -> Delivery:
     """Write what would be plotted to files; `port` : that it would be plotted at, for the usual device of that."""
     paths = [Path(name) for name in outputs]
     check_outputs(paths)
@@ -244,8 +225,8 @@ def preview(
     listener.note(*notes)
     files = write_drawings(shown, paths, dataclasses.replace(task.look, show_travel=show_travel))
     account.planned(plans)
-    result = written(Tally.of(pages.manuscripts, [planned.drawing for planned in plans]), task, files, notes)
-    return _previewed(plans, {**result.facts(), **work.drawing}, result.files, result.tally, task.seed, notes)
+    tally = Tally.of(pages.manuscripts, [planned.drawing for planned in plans])
+    return delivered(tally, task, files, notes, behind={**work.drawing, **_planned(plans)})
 
 
 def with_hooks(planned: Plan) -> Drawing:
@@ -468,7 +449,7 @@ def preview_again(
     *,
     show_travel: bool = False,
     listener: Listener = SILENT,
-) -> Previewed:
+) -> Delivery:
     """Write to files what `again` would plot."""
     paths = [Path(path) for path in outputs]
     check_outputs(paths)
@@ -479,8 +460,8 @@ def preview_again(
     files = write_drawings(drawings, paths, Look(show_travel=show_travel))
     tally = sum((Tally(**page.told) for page in kept if page.told), Tally())
     about = kept[0].drawing.about
-    facts: Facts = {"job": before.name, "files": [str(file) for file in files]}
-    return _previewed(plans, facts, files, tally, int(about.get("seed") or 0))
+    told = {"job": before.name, "files": [str(file) for file in files], **_planned(plans)}
+    return Delivery(tally=tally, seed=int(about.get("seed") or 0), files=tuple(files), told=told)
 
 
 def _shown(
@@ -497,12 +478,12 @@ def _shown(
     return shown, plans
 
 
-def _previewed(
-    plans: Sequence[Plan], facts: Facts, files: Sequence[Path], tally: Tally, seed: int, notes: Sequence[str] = ()
-) -> Previewed:
-    times = sum(planned.duration for planned in plans), stretched(plans)
+def _planned(plans: Sequence[Plan]) -> Facts:
+    """What plotting would take, s; how much of it for dips, and whatever else is done besides drawing."""
     dips, hooks_s = sum(planned.dips for planned in plans), sum(planned.hooked for planned in plans)
-    return Previewed(facts, tuple(files), *times, tally, seed, dips, hooks_s, notes=tuple(notes))
+    hooks: Facts = {"dips": dips, "hooks_s": round(hooks_s, 2)} if hooks_s else {}
+    seconds = round(sum(planned.duration for planned in plans), 2)
+    return {"planned_s": seconds, "stretched": stretched(plans), **hooks}
 
 
 def _amount(job: Job) -> str:

@@ -11,7 +11,7 @@ import contextlib
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
-from pathlib import PurePath
+from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 from handout.errors import DeviceError, InputError
@@ -212,3 +212,16 @@ class Tally:
             **({"slips": self.slips} if self.slips else {}),
             **({"doubtful": self.doubtful} if self.doubtful else {}),
         }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Delivery(Result):
+    """What was written, on files or as it would be plotted; told : what ``--json`` prints of it, in its order."""
+
+    tally: Tally
+    seed: int
+    files: tuple[Path, ...] = ()
+    told: dict[str, Any]
+
+    def facts(self) -> Facts:
+        return self.told
