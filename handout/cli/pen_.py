@@ -55,13 +55,16 @@ def test(plotter: _Plotter, page: str | None, dry_run: tuple[Path, ...], seed: i
     from handout.pipeline.pen_setup import test_sheet
 
     console.yes = True
-    result = test_sheet(plotter.port, plotter.device, page=page, seed=seed, outputs=dry_run, attendant=console)
-    if result.executed_s is None:
-        duration = units.duration(result.planned_s)
-        console.report(result, f"Wrote {sentences.names(result.files)}; plotting would take {duration}.")
+    result, how_to_read = test_sheet(
+        plotter.port, plotter.device, page=page, seed=seed, outputs=dry_run, attendant=console
+    )
+    if "executed_s" in result.told:
+        took = units.duration(result.told["executed_s"])
+        console.report(result, f"Plotted the test sheet in {took}. How to read it:")
     else:
-        console.report(result, f"Plotted the test sheet in {units.duration(result.executed_s)}. How to read it:")
-    console.say(*(f"  {line}" for line in result.how_to_read))
+        duration = units.duration(result.told["planned_s"])
+        console.report(result, f"Wrote {sentences.names(result.files)}; plotting would take {duration}.")
+    console.say(*(f"  {line}" for line in how_to_read))
 
 
 @command.command("heights")

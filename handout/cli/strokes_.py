@@ -81,7 +81,9 @@ def draw(
     from handout.pipeline.drawings import draw_plans
 
     result = draw_plans(plan, output, styling, picture)
-    console.report(result, f"Wrote {', '.join(map(str, result.files))}: {units.count(result.strokes, 'movement')}.")
+    console.report(
+        result, f"Wrote {', '.join(map(str, result.files))}: {units.count(result.told['strokes'], 'movement')}."
+    )
 
 
 @command.command("vary")
@@ -107,4 +109,4 @@ def vary(
     from handout.pipeline.drawings import draw_plans
 
     result = draw_plans(plan, output, styling, picture, copies)
-    console.report(result, f"Wrote {', '.join(map(str, result.files))}: {result.copies} copies; seed {result.seed}.")
+    console.report(result, f"Wrote {', '.join(map(str, result.files))}: {copies} copies; seed {result.seed}.")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,27 +14,13 @@ from handout.inking.brush.ribbon import SEGMENTS
 from handout.inking.pen import BRUSH_FILE, PENS
 from handout.pipeline.inputs import output_path
 from handout.pipeline.options import Length, millimetres
-from handout.pipeline.results import Result
+from handout.pipeline.results import Delivery
 from handout.sinks.png import to_png
-
-
-@dataclass(frozen=True, kw_only=True)
-class BrushReport(Result):
-    """A brush that was learned or shown; its notes are on strokes that were left out.
-
-    lengths_in_widths : of its strokes; width_mm : usual for its line.
-    """
-
-    file: Path
-    strokes: int
-    lengths_in_widths: tuple[float, ...]
-    width_mm: float
-    colour: str
 
 
 def learn(
     photographs: Sequence[str | Path], output: str | Path, *, width: Length | None = None, title: str = ""
-) -> BrushReport:
+) -> Delivery:
     """Learn a brush from photographs of its strokes, one or several to a picture, and keep it in a .brush file.
 
     width : usual for its line; None: 0.8 mm.
@@ -57,7 +42,7 @@ def learn(
     return _report(path, brush, notes)
 
 
-def show(name: str, output: str | Path, seed: int = 1) -> BrushReport:
+def show(name: str, output: str | Path, seed: int = 1) -> Delivery:
     """Show a brush, by its name or file, on a sheet (PNG).
 
     Raises
@@ -72,13 +57,8 @@ def show(name: str, output: str | Path, seed: int = 1) -> BrushReport:
     return _report(path, brush, (brush.notice,) if brush.notice else ())
 
 
-def _report(path: Path, brush: brushes.Brush, notes: tuple[str, ...]) -> BrushReport:
-    lengths = tuple(round(len(ribbon) / SEGMENTS, 1) for ribbon in brush.ribbons)
-    return BrushReport(
-        file=path,
-        strokes=len(lengths),
-        lengths_in_widths=lengths,
-        width_mm=brush.width,
-        colour=brush.colour,
-        notes=notes,
-    )
+def _report(path: Path, brush: brushes.Brush, notes: tuple[str, ...]) -> Delivery:
+    """Of a brush that was learned or shown; the notes are on strokes that were left out."""
+    lengths = [round(len(ribbon) / SEGMENTS, 1) for ribbon in brush.ribbons]  # in widths of the line
+    told = {"file": str(path), "strokes": len(lengths), "lengths_in_widths": lengths}
+    return Delivery(files=(path,), told={**told, "width_mm": brush.width, "colour": brush.colour}, notes=notes)

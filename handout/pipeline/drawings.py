@@ -17,7 +17,7 @@ from handout.page_sizes import page
 from handout.pipeline.inputs import output_path, read_bytes
 from handout.pipeline.options import PictureOptions, PoseOptions, StyleOptions, seed_of
 from handout.pipeline.poses import with_pose
-from handout.pipeline.results import Facts, Result
+from handout.pipeline.results import Delivery, Facts, Result
 from handout.pipeline.styles import style_of
 from handout.sinks import check_outputs, write_drawings
 from handout.sources import read_drawing
@@ -209,23 +209,13 @@ def fit_strokes(
     return FittedStrokes(fitted, tuple(files))
 
 
-@dataclass(frozen=True)
-class DrawnPlans(Result):
-    """Plans that were drawn to files; `copies` of them."""
-
-    strokes: int
-    copies: int
-    seed: int
-    files: tuple[Path, ...]
-
-
 def draw_plans(
     plans: Path,
     outputs: Sequence[str | Path],
     styling: StyleOptions = StyleOptions(),
     picture: PictureOptions = PictureOptions(),
     copies: int | None = None,
-) -> DrawnPlans:
+) -> Delivery:
     """Draw the plans of a JSON file that `fit_strokes` wrote, changed by hand or not, or of targets alone, to files.
 
     Targets alone are moved through in a style, the usual one if none is asked for; plans only if one is.
@@ -253,7 +243,8 @@ def draw_plans(
         drawing = _side_by_side([draw(np.random.default_rng((seed, copy)), Variation()) for copy in range(copies)])
     look = picture.look(styled=styled)
     files = write_drawings([replace(drawing, about={**drawing.about, "seed": seed})], outputs, look)
-    return DrawnPlans(len(drawing.strokes), copies or 1, seed, tuple(files), notes=notes)
+    told = {"strokes": len(drawing.strokes), "copies": copies or 1, "seed": seed, "files": [*map(str, files)]}
+    return Delivery(seed=seed, files=tuple(files), told=told, notes=notes)
 
 
 Drawer = Callable[[np.random.Generator, "Variation | None"], Drawing]

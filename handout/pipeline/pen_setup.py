@@ -19,7 +19,7 @@ from handout.pipeline.options import Length, millimetres, seed_of
 from handout.pipeline.plot_request import HeightOptions
 from handout.pipeline.plotting import AtPlotter, machine, plot_drawings, usual_device
 from handout.pipeline.programs import Programs
-from handout.pipeline.results import SILENT, Attendant, Facts, Listener, Result
+from handout.pipeline.results import SILENT, Attendant, Delivery, Facts, Listener, Result
 from handout.plotting import open_port, plan
 from handout.plotting.dialect import Controller
 from handout.plotting.driving import driver
@@ -28,25 +28,6 @@ from handout.plotting.setup.pen_heights import Heights
 from handout.sinks import Look, check_outputs, write_drawings
 
 _NO_PORT = "Where is the plotter? Give --port /dev/ttyUSB0 (or COM3, auto, or sim:)."
-
-
-@dataclass(frozen=True)
-class TestSheetResult(Result):
-    """A test sheet, in files or on paper: planned_s, executed_s, s; job : that drew it; how_to_read : in lines."""
-
-    device: str
-    planned_s: float
-    how_to_read: tuple[str, ...]
-    files: tuple[Path, ...] = ()
-    executed_s: float | None = None
-    job: str = ""
-
-    def facts(self) -> Facts:
-        if self.executed_s is None:
-            files = [str(path) for path in self.files]
-            return {"files": files, "device": self.device, "planned_s": round(self.planned_s, 2)}
-        times: Facts = {"planned_s": round(self.planned_s, 2), "executed_s": round(self.executed_s, 2)}
-        return {"device": self.device, **times, "job": self.job}
 
 
 @dataclass(frozen=True)
@@ -81,24 +62,27 @@ def test_sheet(
     seed: int = 1,
     outputs: Sequence[str | Path] = (),
     attendant: Attendant = SILENT,
-) -> TestSheetResult:
-    """Draw the sheet that shows what to set of a plotter, on paper at a port, or in files."""
+) -> tuple[Delivery, list[str]]:
+    """Draw the sheet that shows what to set of a plotter, on paper at a port, or in files; how to read it, in lines."""
     profile = machine(device, port)
     size = page_of(page) if page else sheet.usual_page(profile)
     drawing = sheet.test_sheet(profile, size, np.random.default_rng(seed_of(seed)))
-    how_to_read = tuple(sheet.how_to_read(profile))
+    how_to_read = sheet.how_to_read(profile)
     if outputs:
-        planned_s, paths = plan(drawing, profile).duration, [Path(name) for name in outputs]
+        paths = [Path(name) for name in outputs]
         programs = Programs(profile.name or None, paths)
         check_outputs(paths, programs.sinks)
         look = Look(usual("plain", float(profile.pen.width)))
         files = write_drawings([drawing], paths, look, extra=programs.sinks)
-        return TestSheetResult(profile.name, planned_s, how_to_read, tuple(files))
+        planned = round(plan(drawing, profile).duration, 2)
+        told = {"files": [*map(str, files)], "device": profile.name, "planned_s": planned}
+        return Delivery(files=tuple(files), told=told), how_to_read
     if port is None:
         raise InputError(_NO_PORT)
     plotted = plot_drawings([drawing], profile, port, "test sheet", attendant)
     (report,) = plotted.reports
-    return TestSheetResult(profile.name, report.announced_s, how_to_read, (), report.executed_s, plotted.job.name)
+    times = {"planned_s": round(report.announced_s, 2), "executed_s": round(report.executed_s, 2)}
+    return Delivery(told={"device": profile.name, **times, "job": plotted.job.name}), how_to_read
 
 
 def find_heights(

@@ -10,7 +10,7 @@ from __future__ import annotations
 import contextlib
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
@@ -36,7 +36,7 @@ class Result:
 
     def facts(self) -> Facts:
         """The JSON object that ``--json`` prints: as it stands here the fields, files by their names."""
-        values = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "notes"}
+        values = {each.name: getattr(self, each.name) for each in fields(self) if each.name != "notes"}
         return {name: _plain(value) for name, value in values.items()}
 
 
@@ -216,10 +216,10 @@ class Tally:
 
 @dataclass(frozen=True, kw_only=True)
 class Delivery(Result):
-    """What was written, on files or as it would be plotted; told : what ``--json`` prints of it, in its order."""
+    """What was written or drawn, on files or as it would be plotted; told : what ``--json`` prints of it."""
 
-    tally: Tally
-    seed: int
+    tally: Tally = field(default_factory=Tally)
+    seed: int = 0
     files: tuple[Path, ...] = ()
     told: dict[str, Any]
 
