@@ -165,14 +165,14 @@ def show(
 
     result = show_hand(name, output, text, writing, picture)
     sentence = f"Wrote {sentences.names(result.files)}"
-    if result.forms:
-        sentence += f": {units.count(result.forms, 'form')}; seed {result.seed}."
-    elif result.hand is not None:
-        letters = units.count(len(result.hand.glyphs), "letter")
-        sentence += f": {letters}, {len(result.hand.letters)} different ones."
+    if forms := result.told.get("forms"):
+        sentence += f": {units.count(forms, 'form')}; seed {result.seed}."
+    elif "letters" in result.told:
+        letters, different = units.count(result.told["glyphs"], "letter"), len(result.told["letters"])
+        sentence += f": {letters}, {different} different ones."
     else:
         sentence += f".{sentences.lent(result.tally)}"
-    console.report(result, "\n".join([*result.reasons, sentence]))
+    console.report(result, "\n".join([*result.told.get("why", ()), sentence]))
 
 
 @command.command("check")

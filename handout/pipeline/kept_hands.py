@@ -7,7 +7,7 @@ import io
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
@@ -27,7 +27,7 @@ from handout.hand.report import LEAST as LEAST
 from handout.pipeline import texts
 from handout.pipeline.inputs import hand_path, output_path, read_bytes
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions, seed_of
-from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
+from handout.pipeline.results import SILENT, Delivery, Facts, Listener, Result, Tally
 from handout.prompting.coverage import Lack, lacks
 from handout.sinks import check_outputs, write_drawings
 from handout.values import Array
@@ -436,32 +436,13 @@ def _listed_scan(name: str, path: Path) -> ListedHand:
     return ListedHand(name, hand.title, "".join(hand.letters), about, None, len(hand.glyphs), _scans(hand))
 
 
-@dataclass(frozen=True)
-class ShownHand(Result):
-    """A picture of a hand's letters.
-
-    forms : of a drawn hand; hand : a scanned one; reasons : of letters that would write a text, why each was taken.
-    """
-
-    files: tuple[Path, ...]
-    found: Facts
-    tally: Tally = field(default_factory=Tally)
-    seed: int | None = None
-    forms: int = 0
-    hand: ScannedHand | None = None
-    reasons: Sequence[str] = ()
-
-    def facts(self) -> Facts:
-        return {**self.found, "files": [str(path) for path in self.files]}
-
-
 def show_hand(
     name: str,
     outputs: Sequence[str | Path],
     text: str | None = None,
     writing_options: WritingOptions = WritingOptions(),
     picture: PictureOptions = PictureOptions(),
-) -> ShownHand:
+) -> Delivery:
     """A specimen sheet of a drawn hand at three times its size; or the letters of a scanned hand side by side.
 
     Parameters
@@ -477,7 +458,7 @@ def show_hand(
 
 def _show_drawn(
     name: str, outputs: Sequence[str | Path], writing_options: WritingOptions, picture: PictureOptions
-) -> ShownHand:
+) -> Delivery:
     from handout.writing.specimen import specimen
 
     check_outputs(outputs)
@@ -492,27 +473,27 @@ def _show_drawn(
     files = write_drawings([drawing], outputs, look)
     listed = _listed(hand)
     tally = Tally.of([sheet], [drawing])
-    facts = {**tally.facts(task.seed, hand.name, files), **listed.facts()}
-    return ShownHand(tuple(files), facts, tally, task.seed, listed.forms or 0)
+    told = {**tally.facts(task.seed, hand.name, files), **listed.facts(), "files": [*map(str, files)]}
+    return Delivery(tally=tally, seed=task.seed, files=tuple(files), told=told)
 
 
 def _show_scanned(
     hand: ScannedHand, outputs: Sequence[str | Path], text: str | None, writing_options: WritingOptions
-) -> ShownHand:
+) -> Delivery:
     """The letters of a scanned hand, or those that would write a text, as PNG files."""
     files = tuple(output_path(output, ".png", "the letters of a scanned hand are shown as") for output in outputs)
     if text is None:
-        pixels, shown = report.contact_sheet(hand), ShownHand(files, report.facts(hand), hand=hand)
+        pixels, found, tally = report.contact_sheet(hand), report.facts(hand), Tally()
     else:
-        pixels, shown = _choices(hand, text, writing_options, files)
+        pixels, found, tally = _choices(hand, text, writing_options)
     for path in files:
         _write_png(path, pixels, _SHEET_DPI)
-    return shown
+    return Delivery(tally=tally, files=files, told={**found, "files": [*map(str, files)]})
 
 
 def _choices(
-    hand: ScannedHand, text: str, writing_options: WritingOptions, files: tuple[Path, ...]
-) -> tuple[NDArray[np.uint8], ShownHand]:
+    hand: ScannedHand, text: str, writing_options: WritingOptions
+) -> tuple[NDArray[np.uint8], dict[str, Any], Tally]:
     """Which letters of a hand would write a text: a picture, and why in words."""
     from handout.writing.explaining import choices_sheet, explain, reasons
 
@@ -522,9 +503,6 @@ def _choices(
     hand = completed
     borrowed = [texts.letter_facts(letter) for letter in letters]
     explained = explain(hand, text, np.random.default_rng([seed]), writing_options.jitter)
-    why = reasons(hand, explained)
-    facts: Facts = {"hand": hand.name, "text": text, "seed": seed, "why": why}
-    if borrowed:
-        facts["borrowed"] = borrowed
-    tally = Tally(borrowed=borrowed)
-    return choices_sheet(hand, explained), ShownHand(files, facts, tally, seed, reasons=why)
+    told = {"hand": hand.name, "text": text, "seed": seed, "why": reasons(hand, explained)}
+    told |= {"borrowed": borrowed} if borrowed else {}
+    return choices_sheet(hand, explained), told, Tally(borrowed=borrowed)
