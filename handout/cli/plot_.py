@@ -191,10 +191,9 @@ def _plot_rows(
         name_problems(stopped.report, console)
         raise
     name_problems(result.report, console)
-    if result.planned_s is None:
-        took = f"in {units.duration(result.executed_s)}"
-    else:
-        took = f"plotting would take {units.duration(result.planned_s)}"
+    took = f"in {units.duration(result.executed_s)}"
+    if mode.dry_run:
+        took = f"plotting would take {units.duration(result.told['planned_s'])}"
     sentence = f"{summary(result)}; {took}; seed {result.seed}."
     lent = sentences.told(result.tally)
     console.report(result, f"{sentence}{lent}\n{result.fidelity}".strip())

@@ -16,7 +16,7 @@ from handout.pipeline.declarations import MACHINE
 from handout.pipeline.options import MergeOptions, PictureOptions, PrintOptions, WritingOptions
 
 if TYPE_CHECKING:
-    from handout.pipeline.printing import Printed, Report
+    from handout.pipeline.printing import BatchDelivery, Report
 
 _MOST_NAMED = 12  # files that are named at the end
 
@@ -67,7 +67,7 @@ def command(
     return result.report.exit_code
 
 
-def summary(result: Printed) -> str:
+def summary(result: BatchDelivery) -> str:
     """What became of a batch, in a few words; of several devices which rows each made."""
     report = result.report
     files = ", ".join(map(str, report.files[:_MOST_NAMED]))

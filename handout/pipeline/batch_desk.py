@@ -33,7 +33,7 @@ from handout.pipeline.options import (
 from handout.pipeline.plot_desk import AtPage, Wire, known_port
 from handout.pipeline.plot_request import AttendanceOptions, PlotOptions, PlotRequest
 from handout.pipeline.plot_rows import plot_rows
-from handout.pipeline.printing import Printed, print_
+from handout.pipeline.printing import BatchDelivery, print_
 from handout.pipeline.proofing import proof
 from handout.pipeline.results import SILENT, Facts, Listener
 from handout.plotting.jobs.store import free_name
@@ -346,7 +346,7 @@ def _rows(batch: _Batch) -> str:
     return ",".join(f"{first}-{last}" for first, last in good)
 
 
-def _made(batch: _Batch, table: TableOptions, where: tuple[Sequence[str], bool], page: AtPage) -> Printed:
+def _made(batch: _Batch, table: TableOptions, where: tuple[Sequence[str], bool], page: AtPage) -> BatchDelivery:
     """What becomes of a batch at some ports, or at its printers."""
     (ports, at_zero), plan, merge = where, batch.plan, batch.merge
     if plan.to != "plotter":

@@ -35,8 +35,8 @@ from handout.pipeline.plotting import (
     port_to,
     with_hooks,
 )
-from handout.pipeline.printing import Printed, make_all
-from handout.pipeline.results import SILENT, Attendant, Facts
+from handout.pipeline.printing import BatchDelivery, make_all, rows_told
+from handout.pipeline.results import SILENT, Attendant
 from handout.pipeline.texts import STROKES
 from handout.plotting import bed, plan
 from handout.plotting.driving.driver import Report, connect
@@ -61,15 +61,8 @@ _ENDS = {"ebb": "\r", "hpgl": ""}  # of the lines of a dialect, where that is no
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlottedRows(Printed, Drawn):
-    """What became of a table: see `Printed`; planned_s : s that plotting would take, of a preview."""
-
-    planned_s: float | None = None
-
-    def facts(self) -> Facts:
-        if self.planned_s is not None:
-            return {**super().facts(), "planned_s": round(self.planned_s, 2)}
-        return {**super().facts(), **self.executed()}
+class PlottedRows(BatchDelivery, Drawn):
+    """What became of a table that was plotted, or would be."""
 
 
 def plot_rows(
@@ -124,17 +117,25 @@ def plot_rows(
         report, written = make_all(pages, place, options, (rows, record), drawn=True, listener=attendant)
     if isinstance(place, PlotFiles):
         account.planned(place.plans)
+    notes = [*task.given_notes, *written.dropped, *([_PENS] if merged.fields.says("pen") else [])]
+    told, drawn = rows_told(report, written.tally, pages, task.hand.name, notes), Drawn()
+    if isinstance(place, PlotFiles):
+        told["planned_s"] = round(place.planned_s, 2)
+    else:
+        spools = [station.spool for station in place.stations] if isinstance(place, Several) else [place]
+        parts = (part for spool in spools if isinstance(spool, PlotSpool) for part in spool.queue.reports)
+        drawn = Drawn(reports=tuple(parts))
+        told |= drawn.executed()
     return PlottedRows(
-        report,
-        written.tally,
-        pages.seed,
-        task.hand.name,
-        ", ".join([*ports, *plotting.envelopes_to]),
-        {**merged.table.facts()},
+        tally=written.tally,
+        seed=pages.seed,
+        files=tuple(report.files),
+        told=told,
+        report=report,
+        destination=", ".join([*ports, *plotting.envelopes_to]),
         letters=merged.with_letters,
-        reports=() if isinstance(place, PlotFiles) else _reports(place),
-        planned_s=place.planned_s if isinstance(place, PlotFiles) else None,
-        notes=(*task.given_notes, *written.dropped, *([_PENS] if merged.fields.says("pen") else [])),
+        reports=drawn.reports,
+        notes=tuple(notes),
     )
 
 
@@ -161,12 +162,6 @@ def _plotters(
             each.close()
         raise
     return Several(spools[: len(ports)], spools[len(ports) :])
-
-
-def _reports(place: PlotSpool | Several) -> tuple[Report, ...]:
-    """Of every part that was plotted."""
-    spools = [station.spool for station in place.stations] if isinstance(place, Several) else [place]
-    return tuple(report for spool in spools if isinstance(spool, PlotSpool) for report in spool.queue.reports)
 
 
 def _pages(merged: Merge, request: PlotRequest) -> RowPages:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import cast
+from typing import Any
 
 import msgspec
 
@@ -26,7 +26,7 @@ from handout.pipeline.options import (
     millimetres,
     seed_of,
 )
-from handout.pipeline.results import SILENT, Attendant, Facts, Listener, Result, Tally
+from handout.pipeline.results import SILENT, Attendant, Delivery, Listener, Tally
 from handout.pipeline.texts import WritingTask, not_followed
 from handout.printing import envelope, media, printers
 from handout.printing.batch import SIMULATED, BatchOptions, Way, destinations, make_rows
@@ -50,23 +50,17 @@ UNCALIBRATED = (
 _MOST_NUDGE = 50.0  # mm, as in a profile
 
 
-@dataclass(frozen=True)
-class Printed(Result):
+@dataclass(frozen=True, kw_only=True)
+class BatchDelivery(Delivery):
     """What became of a table.
 
     destination : the queue or the printer.
-    columns : how the table was read.
+    calibration_note : a sentence on the calibration that the pages went through.
     letters : whether there are letters, besides envelopes or alone.
-    calibration : what is known of the calibration that the pages went through, and a sentence on it.
     """
 
     report: Report
-    tally: Tally
-    seed: int
-    hand: str
     destination: str
-    columns: Facts
-    calibration: Facts | None = None
     calibration_note: str = ""
     letters: bool = False
 
@@ -76,21 +70,21 @@ class Printed(Result):
         devices = self.report.devices
         return ", ".join(f"{name}: {named(rows)}" for name, rows in devices.items()) if len(devices) > 1 else ""
 
-    def facts(self) -> Facts:
-        report = self.report
-        return {
-            **self.tally.facts(self.seed, self.hand, report.files),
-            "rows": len(report.rows),
-            "failed": [asdict(failure) for failure in report.failed],
-            "jobs": [job.name for job in report.jobs],
-            **({"devices": report.devices} if len(report.devices) > 1 else {}),
-            "warnings": list(report.warnings),
-            "before": list(report.before),
-            "unknown": [asdict(row) for row in report.unknown],
-            "columns": self.columns,
-            **({"notes": list(self.notes)} if self.notes else {}),
-            **({"calibration": self.calibration} if self.calibration else {}),
-        }
+
+def rows_told(report: Report, tally: Tally, pages: RowPages, hand: str, notes: Sequence[str]) -> dict[str, Any]:
+    """What ``--json`` prints of the rows of a batch."""
+    return {
+        **tally.facts(pages.seed, hand, report.files),
+        "rows": len(report.rows),
+        "failed": [asdict(failure) for failure in report.failed],
+        "jobs": [job.name for job in report.jobs],
+        **({"devices": report.devices} if len(report.devices) > 1 else {}),
+        "warnings": list(report.warnings),
+        "before": list(report.before),
+        "unknown": [asdict(row) for row in report.unknown],
+        "columns": {**pages.merge.table.facts()},
+        **({"notes": list(notes)} if notes else {}),
+    }
 
 
 def print_(
@@ -101,7 +95,7 @@ def print_(
     merge: MergeOptions = MergeOptions(),
     *,
     attendant: Attendant = SILENT,
-) -> Printed:
+) -> BatchDelivery:
     """Print a letter, an envelope or both for every row of a table (CSV or .xlsx).
 
     Parameters
@@ -149,23 +143,21 @@ def print_(
     calibrations.say_whose(ways[1], attendant)
     with record, destinations(*ways, options, pages.sheets()) as place:
         report, account = make_all(pages, place, options, (printing, record), listener=attendant)
-    printed = Printed(
-        report,
-        account.tally,
-        pages.seed,
-        task.hand.name,
-        ", ".join(
+    notes = [*notes, *account.dropped]
+    told = rows_told(report, account.tally, pages, task.hand.name, notes)
+    through = calibrations.of(task, pages.hand_of(task)) if account.tally.pages else None
+    return BatchDelivery(
+        tally=account.tally,
+        seed=pages.seed,
+        files=tuple(report.files),
+        told=told if through is None else {**told, "calibration": through.facts()},
+        report=report,
+        destination=", ".join(
             each.queue or (f"the folder {SIMULATED}/" if each.simulated else each.title) for each in [*profiles, *apart]
         ),
-        {**merged.table.facts()},
+        calibration_note="" if through is None else through.said(),
         letters=merged.with_letters,
-        notes=(*notes, *account.dropped),
-    )
-    through = calibrations.of(task, pages.hand_of(task)) if account.tally.pages else None
-    return (
-        printed
-        if through is None
-        else replace(printed, calibration=cast("Facts", through.facts()), calibration_note=through.said())
+        notes=tuple(notes),
     )
 
 

@@ -14,6 +14,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from handout import atomic, units
 from handout.errors import InputError
@@ -29,7 +30,7 @@ from handout.pipeline.options import (
     WritingOptions,
     seed_of,
 )
-from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
+from handout.pipeline.results import SILENT, Delivery, Listener
 from handout.plotting import plan
 from handout.printing import media, printers
 from handout.printing.journal import BACK, ENVELOPE
@@ -54,43 +55,12 @@ class ProofPage:
     findings: tuple[Finding, ...] = ()
 
 
-@dataclass(frozen=True)
-class Proof(Result):
-    """What a proof holds.
+@dataclass(frozen=True, kw_only=True)
+class TableProof(Delivery):
+    """A proof of a table; costs : what all of it costs; pages : with their pictures."""
 
-    rows : that can be made; failed : number of a row → why it cannot.
-    sheets : how many pages of each size, by its name; machine_s : s that a plotter would take, None without one.
-    ink_area : mm² of paper that ink covers; costs : what all that costs; pages : with their pictures.
-    columns : how the table was read.
-    """
-
-    tally: Tally
-    seed: int
-    hand: str
-    rows: tuple[int, ...]
-    failed: dict[int, str]
-    looked: dict[int, tuple[str, ...]]
-    sheets: dict[str, int]
-    files: tuple[Path, ...]
-    machine_s: float | None
-    ink_area: float
     costs: Costs
-    pages: tuple[ProofPage, ...] = ()
-    columns: Facts = field(default_factory=dict)
-
-    def facts(self) -> Facts:
-        return {
-            **self.tally.facts(self.seed, self.hand, self.files),
-            "rows": len(self.rows),
-            "failed": [{"row": row, "reason": reason} for row, reason in self.failed.items()],
-            "look_at": [{"row": row, "why": list(why)} for row, why in self.looked.items()],
-            "sheets": self.sheets,
-            "ink_cm2": round(self.ink_area / 100, 2),
-            **({} if self.machine_s is None else {"machine_s": round(self.machine_s, 1)}),
-            "cost": self.costs.facts(),
-            "columns": self.columns,
-            **({"notes": list(self.notes)} if self.notes else {}),
-        }
+    pages: Sequence[ProofPage]
 
 
 def proof(
@@ -102,7 +72,7 @@ def proof(
     merge: MergeOptions = MergeOptions(),
     *,
     listener: Listener = SILENT,
-) -> Proof:
+) -> TableProof:
     """Write a proof of a table's letters and envelopes.
 
     Parameters
@@ -134,22 +104,21 @@ def proof(
     heading = f"{Path(table).name}, {hand}, seed {pages.seed}"
     shown = ((path, (_html if path.suffix.lower() == ".html" else _pdf)(made, heading)) for path in paths)
     atomic.write_all([*shown, (record, json.dumps(approved, ensure_ascii=False, indent=1).encode())])
-    return Proof(
-        pages.account.tally,
-        pages.seed,
-        hand,
-        tuple(made.good),
-        made.failed,
-        {row: tuple(finding.phrase for finding in found) for row, found in made.looked.items()},
-        dict(made.sheets),
-        (*paths, record),
-        made.machine_s,
-        made.spent.covered,
-        made.costs,
-        tuple(made.pages),
-        notes=tuple(pages.account.dropped),
-        columns={**merged.table.facts()},
-    )
+    tally, files, notes = pages.account.tally, (*paths, record), tuple(pages.account.dropped)
+    told: dict[str, Any] = {
+        **tally.facts(pages.seed, hand, files),
+        "rows": len(made.good),
+        "failed": [{"row": row, "reason": reason} for row, reason in made.failed.items()],
+        "look_at": [{"row": row, "why": [each.phrase for each in found]} for row, found in made.looked.items()],
+        "sheets": dict(made.sheets),
+        "ink_cm2": round(made.spent.covered / 100, 2),
+        **({} if made.machine_s is None else {"machine_s": round(made.machine_s, 1)}),
+        "cost": made.costs.facts(),
+        "columns": {**merged.table.facts()},
+        **({"notes": list(notes)} if notes else {}),
+    }
+    told_of: dict[str, Any] = {"tally": tally, "seed": pages.seed, "files": files, "told": told, "notes": notes}
+    return TableProof(**told_of, costs=made.costs, pages=made.pages)
 
 
 def _checked(paths: Sequence[Path], options: ProofOptions) -> tuple[Path, Printer | Plotter | None]:
