@@ -118,14 +118,12 @@ def plot_rows(
     if isinstance(place, PlotFiles):
         account.planned(place.plans)
     notes = [*task.given_notes, *written.dropped, *([_PENS] if merged.fields.says("pen") else [])]
-    told, drawn = rows_told(report, written.tally, pages, task.hand.name, notes), Drawn()
-    if isinstance(place, PlotFiles):
-        told["planned_s"] = round(place.planned_s, 2)
-    else:
-        spools = [station.spool for station in place.stations] if isinstance(place, Several) else [place]
-        parts = (part for spool in spools if isinstance(spool, PlotSpool) for part in spool.queue.reports)
-        drawn = Drawn(reports=tuple(parts))
-        told |= drawn.executed()
+    spools = [station.spool for station in place.stations] if isinstance(place, Several) else [place]
+    reports = tuple(part for spool in spools if isinstance(spool, PlotSpool) for part in spool.queue.reports)
+    told = rows_told(report, written.tally, pages, task.hand.name, notes)
+    told |= (
+        {"planned_s": round(place.planned_s, 2)} if isinstance(place, PlotFiles) else Drawn(reports=reports).executed()
+    )
     return PlottedRows(
         tally=written.tally,
         seed=pages.seed,
@@ -134,7 +132,7 @@ def plot_rows(
         report=report,
         destination=", ".join([*ports, *plotting.envelopes_to]),
         letters=merged.with_letters,
-        reports=drawn.reports,
+        reports=reports,
         notes=tuple(notes),
     )
 

@@ -152,13 +152,16 @@ def print_(
         files=tuple(report.files),
         told=told if through is None else {**told, "calibration": through.facts()},
         report=report,
-        destination=", ".join(
-            each.queue or (f"the folder {SIMULATED}/" if each.simulated else each.title) for each in [*profiles, *apart]
-        ),
+        destination=", ".join(map(_called, [*profiles, *apart])),
         calibration_note="" if through is None else through.said(),
         letters=merged.with_letters,
         notes=tuple(notes),
     )
+
+
+def _called(printer: Printer) -> str:
+    """A printer, as the place that pages go to."""
+    return printer.queue or (f"the folder {SIMULATED}/" if printer.simulated else printer.title)
 
 
 def _printers(printing: PrintOptions, writing_options: WritingOptions, merge: MergeOptions) -> list[Printer]:
