@@ -36,7 +36,7 @@ from handout.pipeline.plotting import (
     with_hooks,
 )
 from handout.pipeline.printing import BatchDelivery, make_all, rows_told
-from handout.pipeline.results import SILENT, Attendant
+from handout.pipeline.results import SILENT, Attendant, Facts
 from handout.pipeline.texts import STROKES
 from handout.plotting import bed, plan
 from handout.plotting.driving.driver import Report, connect
@@ -118,12 +118,8 @@ def plot_rows(
     if isinstance(place, PlotFiles):
         account.planned(place.plans)
     notes = [*task.given_notes, *written.dropped, *([_PENS] if merged.fields.says("pen") else [])]
-    spools = [station.spool for station in place.stations] if isinstance(place, Several) else [place]
-    reports = tuple(part for spool in spools if isinstance(spool, PlotSpool) for part in spool.queue.reports)
-    told = rows_told(report, written.tally, pages, task.hand.name, notes)
-    told |= (
-        {"planned_s": round(place.planned_s, 2)} if isinstance(place, PlotFiles) else Drawn(reports=reports).executed()
-    )
+    reports, times = _drawn(place)
+    told = {**rows_told(report, written.tally, pages, task.hand.name, notes), **times}
     return PlottedRows(
         tally=written.tally,
         seed=pages.seed,
@@ -160,6 +156,15 @@ def _plotters(
             each.close()
         raise
     return Several(spools[: len(ports)], spools[len(ports) :])
+
+
+def _drawn(place: PlotFiles | PlotSpool | Several) -> tuple[tuple[Report, ...], Facts]:
+    """The reports of every part that was plotted, and what is told of the times."""
+    if isinstance(place, PlotFiles):
+        return (), {"planned_s": round(place.planned_s, 2)}
+    spools = [station.spool for station in place.stations] if isinstance(place, Several) else [place]
+    reports = tuple(part for spool in spools if isinstance(spool, PlotSpool) for part in spool.queue.reports)
+    return reports, Drawn(reports=reports).executed()
 
 
 def _pages(merged: Merge, request: PlotRequest) -> RowPages:
