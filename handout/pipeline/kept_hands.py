@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout import atomic, units
-from handout.completion.completed_hand import Outlook as Outlook
 from handout.completion.completed_hand import complete_hand, outlook
 from handout.errors import InputError
 from handout.hand import file, library, report
@@ -23,12 +22,11 @@ from handout.hand.corrections import Entry, Journal, read_corrections
 from handout.hand.drawn import Hand
 from handout.hand.learnt import known
 from handout.hand.pending import PendingLog
-from handout.hand.report import LEAST as LEAST
 from handout.pipeline import texts
 from handout.pipeline.inputs import hand_path, output_path, read_bytes
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions, seed_of
 from handout.pipeline.results import SILENT, Delivery, Facts, Listener, Result, Tally
-from handout.prompting.coverage import Lack, lacks
+from handout.prompting.coverage import lacks
 from handout.sinks import check_outputs, write_drawings
 from handout.values import Array
 
@@ -51,45 +49,11 @@ _ENLARGED = 3  # times the size in which one writes, on the specimen sheet of a 
 _SPECIMEN_WIDTH = 420.0  # mm, that of a sheet of A3
 
 
-@dataclass(frozen=True)
-class CheckedHand(Result):
-    """What a scanned hand holds.
+@dataclass(frozen=True, kw_only=True)
+class CheckedHand(Delivery):
+    """What a scanned hand holds; table : how often each letter is there, in each place of a word."""
 
-    lacking, supply : letters of a text that the hand lacks, and how it would come by them; None without a text.
-    """
-
-    hand: ScannedHand
-    files: tuple[Path, ...]
-    lacking: Sequence[Lack] | None = None
-    supply: Sequence[Outlook] = ()
-
-    @property
-    def doubtful(self) -> int:
-        """How many letters are doubtful."""
-        return len(report.doubtful(self.hand))
-
-    @property
-    def rare(self) -> list[str]:
-        """Letters that are there less than `LEAST` times."""
-        return [letter for letter, count in self.hand.letters.items() if count < LEAST]
-
-    @property
-    def again(self) -> dict[str, int]:
-        """Letters of which fewer than `LEAST` are sure, with how many are: those to write again."""
-        return {letter: sure for letter, sure in report.sure_letters(self.hand).items() if sure < LEAST}
-
-    def table(self) -> str:
-        """How often each letter is there, in each place of a word."""
-        return report.table(self.hand)
-
-    def facts(self) -> Facts:
-        facts: Facts = {**report.facts(self.hand), "files": [str(path) for path in self.files]}
-        if self.lacking is None:
-            return facts
-        fields = ("letter", "place", "needed", "here", "anywhere")
-        facts["lacks"] = [{field: getattr(lack, field) for field in fields} for lack in self.lacking]
-        facts["supply"] = [{"letter": way.letter, "how": way.how, "from": way.source} for way in self.supply]
-        return facts
+    table: str
 
 
 def check_hand(
@@ -106,8 +70,6 @@ def check_hand(
     sheet = None if doubts is None else output_path(doubts, ".png", "the letters that are not sure are shown as")
     path = None if output is None else output_path(output, ".png", "overlays are written as")
     hand = file.load(library.scanned_file(name))
-    supply = outlook(hand, text) if text else ()
-    lacking = (lacks(text, hand.instances, least=1) if text else ()) if text is not None else None
     files: list[Path] = []
     if path is not None:
         count = len(hand.pages)
@@ -118,7 +80,13 @@ def check_hand(
     if sheet is not None:
         _write_png(sheet, report.doubts_sheet(hand), _SHEET_DPI)
         files.append(sheet)
-    return CheckedHand(hand, tuple(files), lacking, supply)
+    told = {**report.facts(hand), "files": [*map(str, files)]}
+    if text is not None:
+        fields = ("letter", "place", "needed", "here", "anywhere")
+        lacking, ways = (lacks(text, hand.instances, least=1), outlook(hand, text)) if text else ((), ())
+        told["lacks"] = [{field: getattr(lack, field) for field in fields} for lack in lacking]
+        told["supply"] = [{"letter": way.letter, "how": way.how, "from": way.source} for way in ways]
+    return CheckedHand(files=tuple(files), told=told, table=report.table(hand))
 
 
 def _write_png(path: Path, pixels: NDArray[np.uint8], dpi: float) -> None:

@@ -30,7 +30,7 @@ from handout.pipeline.options import (
     WritingOptions,
     seed_of,
 )
-from handout.pipeline.results import SILENT, Delivery, Listener
+from handout.pipeline.results import SILENT, Delivery, Listener, Told
 from handout.plotting import plan
 from handout.printing import media, printers
 from handout.printing.journal import BACK, ENVELOPE
@@ -105,7 +105,7 @@ def proof(
     shown = ((path, (_html if path.suffix.lower() == ".html" else _pdf)(made, heading)) for path in paths)
     atomic.write_all([*shown, (record, json.dumps(approved, ensure_ascii=False, indent=1).encode())])
     tally, files, notes = pages.account.tally, (*paths, record), tuple(pages.account.dropped)
-    told: dict[str, Any] = {
+    told: Told = {
         **tally.facts(pages.seed, hand, files),
         "rows": len(made.good),
         "failed": [{"row": row, "reason": reason} for row, reason in made.failed.items()],

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 # what JSON can hold
 Fact: TypeAlias = "str | int | float | bool | Sequence[Fact] | Mapping[str, Fact] | None"
 Facts = dict[str, Fact]
+Told = dict[str, Any]  # the same, for who knows what is in it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -221,7 +222,7 @@ class Delivery(Result):
     tally: Tally = field(default_factory=Tally)
     seed: int = 0
     files: tuple[Path, ...] = ()
-    told: dict[str, Any]
+    told: Told
 
     def facts(self) -> Facts:
         return self.told
