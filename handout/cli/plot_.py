@@ -23,7 +23,7 @@ from handout.pipeline.options import MergeOptions, TableOptions
 from handout.pipeline.plot_request import AttendanceOptions, DrawingOptions, PartOptions, PlotRequest
 
 if TYPE_CHECKING:
-    from handout.pipeline.plot_jobs import State
+    from handout.pipeline.results import Told
 
 _LAST = "last"  # of kept plots, in place of a name
 # what may be given with --again
@@ -284,7 +284,7 @@ def _manage(word: str, names: tuple[str, ...], console: Console) -> None:
         click.echo(f"\n{plot_jobs.outlook(job)}\nhandout plot --resume {job.name}")
 
 
-def _row(job: State) -> str:
+def _row(job: Told) -> str:
     """A job in the list of all."""
     share = min(job["drawn_mm"] / max(job["pen_down_mm"], 1e-9), 0.99)
     state = "finished" if job["finished"] else f"{share:.0%} drawn"

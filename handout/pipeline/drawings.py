@@ -17,7 +17,7 @@ from handout.page_sizes import page
 from handout.pipeline.inputs import output_path, read_bytes
 from handout.pipeline.options import PictureOptions, PoseOptions, StyleOptions, seed_of
 from handout.pipeline.poses import with_pose
-from handout.pipeline.results import Delivery, Facts, Result
+from handout.pipeline.results import Delivery
 from handout.pipeline.styles import style_of
 from handout.sinks import check_outputs, write_drawings
 from handout.sources import read_drawing
@@ -28,45 +28,15 @@ _SPACE = 0.1  # of the larger side of a copy, between copies on a sheet
 
 if TYPE_CHECKING:
     from handout.motion.learned.training import Variation
-    from handout.motion.reconstruction.planned_page import Fit, PlannedPage
+    from handout.motion.reconstruction.planned_page import PlannedPage
 
 
-@dataclass(frozen=True)
-class Styled(Result):
-    """A drawing in a handstyle.
-
-    source : the drawing before, if there was one; losses : sentences on what of it the style cannot show.
-    """
+@dataclass(frozen=True, kw_only=True)
+class Styled(Delivery):
+    """A drawing in a handstyle; source : the drawing before, if there was one."""
 
     drawing: Drawing
-    style: str
-    seed: int
-    files: tuple[Path, ...]
     source: Drawing | None = None
-    letters: int = 0
-    losses: tuple[str, ...] = ()
-    pose: str = ""
-
-    @property
-    def left_out(self) -> list[str]:
-        """What of the file was not drawn."""
-        return [] if self.source is None else [str(part) for part in self.source.about.get("left_out", [])]
-
-    def facts(self) -> Facts:
-        count, seconds = len(self.drawing.strokes), round(self.drawing.duration, 2)
-        files = [str(path) for path in self.files]
-        facts: Facts = {"style": self.style, **({"pose": self.pose} if self.pose else {}), "seed": self.seed}
-        if self.source is None:
-            return {**facts, "letters": self.letters, "strokes": count, "duration_s": seconds, "files": files}
-        return {
-            **facts,
-            "strokes_before": len(self.source.strokes),
-            "strokes": count,
-            "duration_s": seconds,
-            "left_out": self.left_out,
-            "warnings": list(self.losses),
-            "files": files,
-        }
 
 
 def restyle(
@@ -99,8 +69,18 @@ def restyle(
     styled = replace(styled, about={**styled.about, "seed": seed})
     files = write_drawings([styled], outputs, replace(look, footprint=bool(posing.pose)))
     losses = [] if style is None else restyling.losses(drawing, styled, style)
-    name, held = "" if style is None else style.name, str(styled.about.get("pose", "")) if posing.pose else ""
-    return Styled(styled, name, seed, tuple(files), drawing, losses=tuple(losses), pose=held)
+    told = {
+        "style": "" if style is None else style.name,
+        **({"pose": held} if (held := str(styled.about.get("pose", "")) if posing.pose else "") else {}),
+        "seed": seed,
+        "strokes_before": len(drawing.strokes),
+        "strokes": len(styled.strokes),
+        "duration_s": round(styled.duration, 2),
+        "left_out": [str(part) for part in drawing.about.get("left_out", [])],
+        "warnings": list(losses),
+        "files": [*map(str, files)],
+    }
+    return Styled(seed=seed, files=tuple(files), told=told, drawing=styled, source=drawing)
 
 
 def asemic(
@@ -129,54 +109,17 @@ def asemic(
     drawing = replace(drawing, about={**drawing.about, "seed": seed})
     ends = "--letters: what is invented after examples ends as they do."
     notes = (ends,) if learned and letters is not None else ()
-    count = 0 if learned else letters or _LETTERS
     files = tuple(write_drawings([drawing], outputs, look))
-    return Styled(drawing, style.name, seed, files, letters=count, notes=notes)
+    told = {"style": style.name, "seed": seed, "letters": 0 if learned else letters or _LETTERS}
+    told |= {"strokes": len(drawing.strokes), "duration_s": round(drawing.duration, 2), "files": [*map(str, files)]}
+    return Styled(seed=seed, files=files, told=told, drawing=drawing, notes=notes)
 
 
-@dataclass(frozen=True)
-class FittedStrokes(Result):
+@dataclass(frozen=True, kw_only=True)
+class FittedStrokes(Delivery):
     """The plans behind the strokes of a drawing."""
 
     page: PlannedPage
-    files: tuple[Path, ...]
-
-    @property
-    def _moved(self) -> list[Fit]:
-        """The movements that are no dots."""
-        return [fit for fit in self.page.fits if fit.plan.strokes]
-
-    @property
-    def strokes(self) -> int:
-        """How many aimed pulses there are."""
-        return sum(fit.plan.strokes for fit in self._moved)
-
-    @property
-    def path_db(self) -> float | None:
-        """How well the paths are explained: the median, dB."""
-        return round(float(np.median([fit.place for fit in self._moved])), 2) if self._moved else None
-
-    @property
-    def speeds_db(self) -> list[float]:
-        """How well the speeds are explained, dB, where times are known."""
-        return [fit.speed for fit in self._moved if fit.speed is not None]
-
-    @property
-    def speed_db(self) -> float | None:
-        """The median of `speeds_db`."""
-        return round(float(np.median(self.speeds_db)), 2) if self.speeds_db else None
-
-    def facts(self) -> Facts:
-        return {
-            "movements": len(self.page.fits),
-            "dots": len(self.page.fits) - len(self._moved),
-            "strokes": self.strokes,
-            "timed": self.page.timed,
-            "path_db": self.path_db,
-            "speed_db": self.speed_db,
-            "speed_db_least": round(min(self.speeds_db), 2) if self.speeds_db else None,
-            "files": [str(path) for path in self.files],
-        }
 
 
 def fit_strokes(
@@ -206,7 +149,20 @@ def fit_strokes(
     if report is not None:
         files[report] = plans.fit_report(drawing, fitted)
     atomic.write_all(files.items())
-    return FittedStrokes(fitted, tuple(files))
+    moved = [fit for fit in fitted.fits if fit.plan.strokes]  # movements that are no dots
+    speeds = [fit.speed for fit in moved if fit.speed is not None]  # dB, where times are known
+    told = {
+        "movements": len(fitted.fits),
+        "dots": len(fitted.fits) - len(moved),
+        "strokes": sum(fit.plan.strokes for fit in moved),
+        "timed": fitted.timed,
+        # how well the paths and the speeds are explained, medians
+        "path_db": round(float(np.median([fit.place for fit in moved])), 2) if moved else None,
+        "speed_db": round(float(np.median(speeds)), 2) if speeds else None,
+        "speed_db_least": round(min(speeds), 2) if speeds else None,
+        "files": [*map(str, files)],
+    }
+    return FittedStrokes(files=tuple(files), told=told, page=fitted)
 
 
 def draw_plans(

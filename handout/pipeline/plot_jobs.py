@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from handout.errors import InputError
-from handout.pipeline.results import SILENT, Listener
+from handout.pipeline.results import SILENT, Listener, Told
 from handout.plotting.dialects import dialect
 from handout.plotting.jobs import store
 from handout.plotting.jobs.job import Job
@@ -14,10 +12,8 @@ from handout.plotting.jobs.parts import named
 from handout.plotting.jobs.places import drawn
 from handout.plotting.jobs.runner import doubt
 
-State = dict[str, Any]
 
-
-def state_of(job: Job) -> State:
+def state_of(job: Job) -> Told:
     """A plot that is kept, and how far it has come, as ``--json`` prints it; InputError if its journal cannot be read.
 
     sheets : of all copies, as far as they are written; all_written : whether all are; layers : that have names; part,
@@ -46,7 +42,7 @@ def state_of(job: Job) -> State:
     }
 
 
-def list_jobs(listener: Listener = SILENT) -> list[State]:
+def list_jobs(listener: Listener = SILENT) -> list[Told]:
     """The states of all jobs that are kept, the oldest first; the listener hears of those that cannot be read."""
     states = []
     for job in store.every():

@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import msgspec
 
@@ -26,7 +25,7 @@ from handout.pipeline.options import (
     millimetres,
     seed_of,
 )
-from handout.pipeline.results import SILENT, Attendant, Delivery, Listener, Tally
+from handout.pipeline.results import SILENT, Attendant, Delivery, Listener, Tally, Told
 from handout.pipeline.texts import WritingTask, not_followed
 from handout.printing import envelope, media, printers
 from handout.printing.batch import SIMULATED, BatchOptions, Way, destinations, make_rows
@@ -71,7 +70,7 @@ class BatchDelivery(Delivery):
         return ", ".join(f"{name}: {named(rows)}" for name, rows in devices.items()) if len(devices) > 1 else ""
 
 
-def rows_told(report: Report, tally: Tally, pages: RowPages, hand: str, notes: Sequence[str]) -> dict[str, Any]:
+def rows_told(report: Report, tally: Tally, pages: RowPages, hand: str, notes: Sequence[str]) -> Told:
     """What ``--json`` prints of the rows of a batch."""
     return {
         **tally.facts(pages.seed, hand, report.files),
