@@ -89,20 +89,21 @@ def probe(port: str, device: str | None, as_json: bool) -> None:
     from handout.cli.console import Console
     from handout.pipeline import devices
 
-    answer = devices.probe(port, device, Console())
+    told = devices.probe(port, device, Console())
     if as_json:
-        click.echo(json.dumps(answer.facts(), ensure_ascii=False))
+        click.echo(json.dumps(told, ensure_ascii=False))
         return
-    click.echo(f"{answer.port} speaks {answer.dialect}: {answer.firmware or 'it does not say what it is'}")
-    for key, value in answer.limits.items():
+    click.echo(f"{told['port']} speaks {told['dialect']}: {told['firmware'] or 'it does not say what it is'}")
+    for key, value in told.get("limits", {}).items():
         click.echo(f"  {key:<26} {value:g}")
-    if answer.profiles:
-        fits = " or ".join(f"--device {name}" for name in answer.profiles)
-        likely = "" if len(answer.profiles) == 1 else ", the likeliest first: a board does not say which frame it moves"
-        click.echo(f"  {answer.title}: {fits}{f' ({answer.why})' if answer.why else likely}")
-        if answer.others:
-            click.echo(f"  less likely: {', '.join(answer.others)}")
-    if not answer.limits:
+    if names := told.get("profiles"):
+        fits = " or ".join(f"--device {name}" for name in names)
+        likely = "" if len(names) == 1 else ", the likeliest first: a board does not say which frame it moves"
+        why = f" ({told['why']})" if told["why"] else likely
+        click.echo(f"  {told['title']}: {fits}{why}")
+        if told["others"]:
+            click.echo(f"  less likely: {', '.join(told['others'])}")
+    if "limits" not in told:
         click.echo("Name its profile with --device to hear its limits.", err=True)
 
 
