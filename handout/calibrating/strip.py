@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -162,9 +162,9 @@ def prepare(calibration: Calibration, hand: str = "", paper: str = "A4") -> Stri
 def pages_of(strip: Strip, calibration: Calibration, profile: Printer) -> Printed:
     """The strip as the printer's own pixels."""
     lines = (f"{calibration.name}   calibration of {calibration.date:%Y-%m-%d %H:%M}",)
-    dpi = round(fine_enough(profile.dpi))
-    pixels = render(strip.page, dpi, lines, "Verification strip: scan it like the chart, on the same paper")
-    return Printed(strip.page.paper, [pixels], dpi, {"verification": calibration.name})
+    dpi, title = fine_enough(profile.dpi), "Verification strip: scan it like the chart, on the same paper"
+    draw = partial(render, strip.page, dpi, lines, title)
+    return Printed(strip.page.paper, [draw], dpi, {"verification": calibration.name})
 
 
 def last_strip(calibration: Calibration) -> Strip:
