@@ -100,22 +100,31 @@ WRITTEN = "an even line, this\nof ten minute hens\nand it jumped off"
 
 @pytest.fixture(scope="session")
 def small_scan(tmp_path_factory):
-    """A scan as a file, its text as a file, and the truth about it."""
+    """A scan as a file, its text as a file, and the truth about it.
+
+    It is stored, so that what is tested on it stays when the built-in hands change; it was made once by
+    ``simulate(WRITTEN, load("house-joined"), Desk(layout=layout), rng=np.random.default_rng(5))`` with the layout
+    ``Layout(page("90x50mm"), (6.0, 6.0, 6.0, 6.0), x_height=2.2)``.  `golden/small_scan.npz` keeps of its `Truth` the
+    labels, the splits (x, y, before, after) and the rule.
+    """
     import numpy as np
     from PIL import Image
 
-    from handout.hand.library import load
-    from handout.page_sizes import page
-    from handout.writing.layout import Layout
-    from handout_lab.author.simulate import Desk, simulate
+    from handout_lab.author.truth import Split
 
-    layout = Layout(page("90x50mm"), (6.0, 6.0, 6.0, 6.0), x_height=2.2)
-    made = simulate(WRITTEN, load("house-joined"), Desk(layout=layout), rng=np.random.default_rng(5))
-    folder = tmp_path_factory.mktemp("scan")
+    golden, folder = Path(__file__).parent / "golden", tmp_path_factory.mktemp("scan")
+    kept = np.load(golden / "small_scan.npz", allow_pickle=False)
+    truth = SimpleNamespace(
+        labels=kept["labels"].astype(np.int32),
+        letters=[SimpleNamespace(text=text, at=at) for at, text in enumerate(WRITTEN) if not text.isspace()],
+        splits=tuple(Split((x, y), int(before), int(after)) for x, y, before, after in kept["splits"].tolist()),
+        rule=float(kept["rule"]),
+    )
     scan, text = folder / "page.png", folder / "page.txt"
-    Image.fromarray(made.image).save(scan, dpi=(300, 300))
+    scan.write_bytes((golden / "small_scan.png").read_bytes())
     text.write_text(WRITTEN + "\n", encoding="utf-8")
-    return SimpleNamespace(scan=scan, text=text, written=WRITTEN, simulated=made)
+    simulated = SimpleNamespace(image=np.asarray(Image.open(scan)), truth=truth)
+    return SimpleNamespace(scan=scan, text=text, written=WRITTEN, simulated=simulated)
 
 
 @pytest.fixture(scope="session")

@@ -63,7 +63,6 @@ def test_a_page_is_read_back(small_page):
     given = page_score.vertex_letters(small_page.made, [letter.at for letter in truth.letters])
     assert set(given.tolist()) <= {-1, *(letter.at for letter in truth.letters)}
     assert len(page_score.cuts(small_page.made)) == sum(len(glyph.ligatures) for glyph in small_page.made.glyphs)
-    assert page_score.transcript(small_page.simulated).split() == small_page.written.split()
 
 
 def test_a_prompt_fills_its_pages():

@@ -17,6 +17,7 @@ from handout.simulated.scanner import Flatbed
 from handout.simulated.scanner.placement import lay
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
+from handout_lab.author import page_score
 from handout_lab.author.simulate import Desk, scan, simulate, simulate_pages
 
 TEXT = "Minimum jumps, été of it."
@@ -70,6 +71,7 @@ def test_joined_letters_part_between_their_points():
 
 
 def test_the_truth_has_every_letter_once(usual_page):
+    assert page_score.transcript(usual_page).split() == TEXT.split()
     graphemes = regex.findall(r"\X", TEXT)
     letters = usual_page.truth.letters
     assert {letter.at: letter.text for letter in letters} == {i: g for i, g in enumerate(graphemes) if not g.isspace()}
