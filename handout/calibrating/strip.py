@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.calibrating import ink_samples, pen_reference
+from handout.calibrating import ink_samples, pen_reference, store
 from handout.calibrating.ink_samples import Inks, greys
 from handout.calibrating.pages import Printed, fine_enough
 from handout.calibrating.store import Calibration
@@ -155,7 +155,7 @@ def prepare(calibration: Calibration, hand: str = "", paper: str = "A4") -> Stri
     table, whose = calibration.table(), hand or ink_samples.USUAL_HAND
     page = None if hand else ink_samples.reach_of(whose, table)
     strip = make(table, samples, paper, page, f"of {whose}")
-    calibration.keep_strip(strip.facts())
+    calibration.keep(store.STRIP, strip.facts())
     return strip
 
 
@@ -175,7 +175,7 @@ def last_strip(calibration: Calibration) -> Strip:
     InputError
         None was.
     """
-    facts = calibration.strip()
+    facts = calibration.kept(store.STRIP)
     if facts is None:
         raise InputError(
             f"No verification strip was printed for {calibration.name} yet: "

@@ -200,6 +200,13 @@ class Wizard:
         """Note what comes next."""
         self._save(replace(self.state, step=step))
 
+    def keep(self, scans: Sequence[Path]) -> None:
+        """Take copies of scans along."""
+        names = [f"scan-{n}{path.suffix.lower()}" for n, path in enumerate(scans, len(self.scans) + 1)]
+        for path, name in zip(scans, names, strict=True):
+            shutil.copy2(path, self.folder / name)
+        self._save(replace(self.state, scans=(*self.state.scans, *names)))
+
     def print_page(self, out: Path | None = None) -> tuple[Path, ...]:
         """Print the chart or the strip, whichever comes next, or write it to `out` for the user to print; the files.
 
@@ -250,10 +257,7 @@ class Wizard:
         missing = [finding for finding in refusing if finding.code == "page-missing"]
         if len(missing) < len(refusing) or not reading.sheets:
             raise ScansRefused(reading.findings, len(self.scans), self.report)
-        names = [f"scan-{n}{path.suffix.lower()}" for n, path in enumerate(scans, len(self.scans) + 1)]
-        for path, name in zip(scans, names, strict=True):
-            shutil.copy2(path, self.folder / name)
-        self._save(replace(self.state, scans=(*self.state.scans, *names)))
+        self.keep(scans)
         warned = tuple(finding for finding in reading.findings if finding.severity == "warn")
         if missing:
             return ChartScanned(warned, missing[0].sentence)

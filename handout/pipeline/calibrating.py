@@ -379,7 +379,7 @@ class Stored(Result):
             misses = "" if calibration.misses is None else f", misses its patches by ΔE00 {calibration.misses:.2f}"
             origin = f"scanner {calibration.scanner or 'not named'}; {calibration.folder}"
             yield f"{calibration.described()}: {calibration.method}{misses}, {origin}"
-            facts = calibration.verification()
+            facts = calibration.kept(store.VERIFICATION)
             for line in ["not verified"] if facts is None else verification.table_lines(facts):
                 yield f"  {line}"
 

@@ -68,7 +68,7 @@ def check_printer(name: str) -> None:
 
 def _stored(calibration: Calibration) -> Facts:
     facts = {name: value for name, value in calibration.facts().items() if name not in ("folder", "verification")}
-    verified = calibration.verification()
+    verified = calibration.kept(store.VERIFICATION)
     return {
         **facts, "verified": None if verified is None else _figures(verified), "shades": _shades(calibration),
         "report": calibration.report is not None,
