@@ -48,9 +48,10 @@ from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
 from handout.printing.batch import BatchOptions, chosen_rows
 from handout.printing.journal import BACK, ENVELOPE, Journal, Piece
-from handout.printing.prepared import NOTHING, BatchPage, Folder, PreparedPage
+from handout.printing.prepared import NOTHING, BatchPage, Destination, PreparedPage
 from handout.printing.queue import Outcome
 from handout.printing.rows import named
+from handout.printing.sending import Spool
 from handout.printing.several import Several
 from handout.profiles import Plotter
 from handout.sinks import Look, check_outputs, write_drawings
@@ -306,7 +307,7 @@ def _grid(part: str, shared: Grid) -> Grid:
     return Grid() if part in (ENVELOPE, BACK) else shared
 
 
-class _Sheets(Folder):
+class _Sheets(Destination):
     """Pages on their way to a plotter: kept on the disk, and laid on sheets together."""
 
     def __init__(self, shared: Grid, profile: Plotter) -> None:
@@ -374,8 +375,10 @@ class PlotFiles(_Sheets):
         return self._written
 
 
-class PlotSpool(_Sheets):
+class PlotSpool(_Sheets, Spool):
     """Sheets for a plotter."""
+
+    queue: PlotterQueue
 
     def __init__(self, shared: Grid, profile: Plotter, queue: PlotterQueue) -> None:
         super().__init__(shared, profile)
