@@ -79,7 +79,9 @@ def row(number: int, texts: Sequence[str], columns: Sequence[Column], wanted: st
     lines, doubts, problem = address.lines(fields, number_first)
     if not problem:
         _note_written(number, chosen, lines, account)
-        if _has_name(fields, lines):
+        # an address that came as a whole begins with a name, which has no number in it
+        whole = "address" in fields and not set(fields) & address.PARTS and len(lines) > 2
+        if set(fields) & PEOPLE or (whole and not any(char.isdigit() for char in lines[0])):
             account.has_names = True
         else:
             warnings.append("it has no name")
@@ -120,10 +122,14 @@ def _unreadable(texts: Sequence[str], columns: Sequence[Column], cells: Sequence
 
 def _choose_kind(number: int, cells: Sequence[Cell], wanted: str, account: Account) -> tuple[str, list[str]]:
     """Which of a row's addresses is written, and what to warn of; the others are noted."""
-    kinds = _kinds_held(cells)
+    kinds = list(dict.fromkeys(cell.column.kind for cell in cells if cell.role in PLACES))
+    if len(kinds) > 1 and not _complete_without_kind(cells):
+        kinds = [kind for kind in kinds if kind]
+    kinds.sort(key=lambda kind: _PREFERRED.index(kind) if kind in _PREFERRED else len(_PREFERRED))
     if not kinds:
         return "", []
-    labels = _read_labels(cells)
+    # kind of address → the kind that a cell of its label says it is
+    labels = {cell.column.kind: KINDS.get(key := normalised(cell.text), key) for cell in cells if cell.role == LABEL}
     matching = [kind for kind in kinds if wanted and wanted in (kind, labels.get(kind))]
     chosen = (matching or kinds)[0]
     for other in kinds:
@@ -133,19 +139,6 @@ def _choose_kind(number: int, cells: Sequence[Cell], wanted: str, account: Accou
         called = labels.get(chosen) or chosen or "other"
         return chosen, [f"it has no {wanted} address: its {called} address is written"]
     return chosen, []
-
-
-def _read_labels(cells: Sequence[Cell]) -> dict[str, str]:
-    """Kind of address → the kind that a cell of its label says it is."""
-    return {cell.column.kind: KINDS.get(key := normalised(cell.text), key) for cell in cells if cell.role == LABEL}
-
-
-def _kinds_held(cells: Sequence[Cell]) -> list[str]:
-    """The kinds of address that a row holds, the usual one first."""
-    kinds = list(dict.fromkeys(cell.column.kind for cell in cells if cell.role in PLACES))
-    if len(kinds) > 1 and not _complete_without_kind(cells):
-        kinds = [kind for kind in kinds if kind]
-    return sorted(kinds, key=lambda kind: _PREFERRED.index(kind) if kind in _PREFERRED else len(_PREFERRED))
 
 
 def _complete_without_kind(cells: Sequence[Cell]) -> bool:
@@ -165,18 +158,13 @@ def _select_cells(
         return fitting
     if _complete_without_kind(cells):  # the columns without a kind hold another address
         fitting = [cell for cell in fitting if cell.column.kind or cell.role not in ADDRESS]
-    foreign = _foreign_roles(kind, fitting, columns)
+    named = any(cell.column.kind == kind and cell.role in NAME_PARTS for cell in fitting)
+    employed = kind == "home" and any(column.kind == "business" for column in columns)
+    foreign = {*(NAME_PARTS if named else ()), *(("company", "attention") if employed else ())}
     for cell in fitting:
         if not cell.column.kind and cell.role in foreign:
             account.unwritten.setdefault(cell.column.number, []).append(number)
     return [cell for cell in fitting if cell.column.kind or cell.role not in foreign]
-
-
-def _foreign_roles(kind: str, cells: Sequence[Cell], columns: Sequence[Column]) -> set[str]:
-    """What columns without a kind may hold that does not belong on an address of this kind."""
-    named = any(cell.column.kind == kind and cell.role in NAME_PARTS for cell in cells)
-    employed = kind == "home" and any(column.kind == "business" for column in columns)
-    return {*(NAME_PARTS if named else ()), *(("company", "attention") if employed else ())}
 
 
 def _check_single(number: int, chosen: Sequence[Cell]) -> None:
@@ -241,14 +229,6 @@ def _collect_people(chosen: Sequence[Cell]) -> list[str]:
         people[-1].setdefault(role, []).append(_write_out(cell))
         last = role
     return list(dict.fromkeys(name for person in people if (name := address.person(person))))
-
-
-def _has_name(fields: dict[str, list[str]], lines: Sequence[str]) -> bool:
-    if set(fields) & PEOPLE:
-        return True
-    # an address that came as a whole begins with a name, which has no number in it
-    whole = "address" in fields and not set(fields) & address.PARTS
-    return whole and len(lines) > 2 and not any(char.isdigit() for char in lines[0])
 
 
 def _note_written(number: int, chosen: Sequence[Cell], lines: Sequence[str], account: Account) -> None:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import overload
+from typing import Any
 
 from handout.errors import TableError
 from handout.printing import address_rows, rows
@@ -45,16 +45,7 @@ class Addresses(Sequence[Row]):
     def __len__(self) -> int:
         return len(self.rows)
 
-    def __iter__(self) -> Iterator[Row]:
-        return iter(self.rows)
-
-    @overload
-    def __getitem__(self, at: int) -> Row: ...
-
-    @overload
-    def __getitem__(self, at: slice) -> tuple[Row, ...]: ...
-
-    def __getitem__(self, at: int | slice) -> Row | tuple[Row, ...]:
+    def __getitem__(self, at: Any) -> Any:
         return self.rows[at]
 
     def facts(self) -> dict[str, list[str] | list[dict[str, str]]]:
@@ -206,15 +197,10 @@ def _records_below(table: _Table) -> tuple[list[tuple[int, TableRecord]], list[s
         raise TableError(f"{table.path}: there are no addresses {where}.")
     verb = "is" if len(repeated) == 1 else "are"
     notes = [f"the header comes again in {rows.named(repeated)}, which {verb} skipped"] if repeated else []
-    return records, [*notes, *_unseen_note(records)]
-
-
-def _unseen_note(records: Sequence[tuple[int, TableRecord]]) -> Iterator[str]:
-    """A note on the invisible characters of some rows, where there are any."""
-    chars = list(dict.fromkeys(char for _, record in records for char in record.unseen))
-    if chars:
+    if chars := list(dict.fromkeys(char for _, record in records for char in record.unseen)):
         where = rows.named([n for n, record in records if record.unseen])
-        yield f"what is invisible in {where} is not written: {', '.join(chars[:_MOST_NAMED])}"
+        notes.append(f"what is invisible in {where} is not written: {', '.join(chars[:_MOST_NAMED])}")
+    return records, notes
 
 
 def _build_addresses(
@@ -230,7 +216,12 @@ def _build_addresses(
         addressed.append(_add_encoding_warning(row, table.sheet, record))
     addressed, doubts = address_rows.questioned(addressed, account)
     if not account.has_names and not nameless and any(row.lines for row in addressed):
-        raise TableError(_explain_nameless(table))
+        unknown = [column for column in table.columns if column.role is None and column.header]
+        hint = f"; not understood: {', '.join(column.name for column in unknown)}" if unknown else ""
+        raise TableError(
+            f"{table.path}: no row has a name{hint}: say which column holds it, such as --columns "
+            f'"name={unknown[0].header if unknown else 1}", or write addresses without names with --no-name.'
+        )
     cells, numbers = [record.cells for _, record in records], [row.number for row in addressed]
     named = zip(table.columns, address_rows.cell_names(table.columns), strict=True)
     places = {column.number for column, name in named if name in elsewhere}
@@ -306,12 +297,3 @@ def _explain_unaddressable(table: _Table) -> str:
             f'the columns hold by their places, such as --columns "{places}".'
         )
     return f"{where}; found: {named}; understood: {understood()}; or {address_rows.WAY_OUT}."
-
-
-def _explain_nameless(table: _Table) -> str:
-    unknown = [column for column in table.columns if column.role is None and column.header]
-    hint = f"; not understood: {', '.join(column.name for column in unknown)}" if unknown else ""
-    return (
-        f"{table.path}: no row has a name{hint}: say which column holds it, such as --columns "
-        f'"name={unknown[0].header if unknown else 1}", or write addresses without names with --no-name.'
-    )
