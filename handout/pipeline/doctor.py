@@ -35,6 +35,7 @@ _NEWEST = (3, 13)  # the newest Python that the tests were run on
 _EXTRAS = {
     "excel": "tables in .xlsx files",
     "network": "plotters at ws:// addresses",
+    "reader": "a second reader of what scanned hands write",
     "pdf": "PDF pages as scans and sheets, PDF forms",
     "vpype": "the vpype plug-in",
     "cluster": "pages made by a Dask cluster",

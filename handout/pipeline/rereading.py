@@ -3,9 +3,10 @@
 Words are read by a reader that knows the hand: it has learnt the author's own words from his pages (`AuthorReader`).
 A word's surprise is the negative logarithm of the probability that its picture reads as its text.  How surprising his
 words are is known from those on his pages, each read as by one who learnt the other half of them; how surprising
-words with a wrong letter are, from the same pictures under texts that are wrong by a letter.  What a word's surprise
-says, and what the vetting says of its glyphs, make one probability that it is written wrong: a hand that is hard to
-read is not doubted everywhere, and says less of what is wrong.
+words with a wrong letter are, from the same pictures under texts that are wrong by a letter.  Where a second reader is
+installed (`reading.second_reader`), its surprise is added.  What a word's surprise says, and what the vetting says of
+its glyphs, make one probability that it is written wrong: a hand that is hard to read is not doubted everywhere, and
+says less of what is wrong.
 
 Source: own method (Bayes' rule with two normal distributions of one variance).
 """
@@ -20,15 +21,16 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from handout.hand import author_reader as reader_of
-from handout.hand.author_reader import readable
+from handout.hand.author_reader import OwnWord, readable
 from handout.hand.learnt import learnt
 from handout.hand.scanned import ScannedHand
 from handout.hand.vetting import vet
 from handout.networks import one_thread
 from handout.pipeline.results import Facts
-from handout.reading import pictures
+from handout.reading import pictures, second_reader
 from handout.reading.adaptation import adapted
-from handout.reading.pictures import Floats, Reader, Reading, Verdict
+from handout.reading.pictures import Reader, Reading, Verdict
+from handout.reading.second_reader import SecondReader
 from handout.reading.word_space import X_HEIGHT, drawn
 from handout.values import Array, Indices
 from handout.writing.compose import Proofreader
@@ -63,6 +65,7 @@ class RereadingSettings:
 
 
 SETTINGS = RereadingSettings()
+_OF_TWO = 0.8, 2.5, 0.55  # right, misspelt and spread of what surprises two readers; medians of ten such pages
 _TAKEN_FOR = 5  # other letters that are the likeliest in a letter's place: what is misspelt looks much like it
 _TAIL = 0.16  # of a normal distribution lies so far out that it is a standard deviation off, on either side
 VERSION = 1  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
@@ -72,7 +75,7 @@ VERSION = 1  # of what is kept of a hand; tests/hand/test_house_scanned.py says 
 class AuthorReader:
     """A reader that has learnt an author's words, and what surprise means in his hand.
 
-    reader : the adapted network.
+    reader : the adapted network; second : that reads beside it, where one is installed: surprises add up.
     right, misspelt, spread : of `scale`: the means for words that are right and wrong, and the standard deviation.
     """
 
@@ -80,6 +83,12 @@ class AuthorReader:
     right: float
     misspelt: float
     spread: float
+    second: SecondReader | None = None
+
+    def read(self, pictures: Sequence[Array]) -> list[tuple[Reading, ...]]:
+        """What each reader sees in some pictures."""
+        seen = [self.reader.read_all(pictures), *([self.second.read_all(pictures)] if self.second else [])]
+        return list(zip(*seen, strict=True))
 
     def wrong(self, word: str, surprise: float, before: float) -> float:
         """The probability that a word is not what it should be, after it was read; `before`: before that."""
@@ -118,45 +127,53 @@ class Doubt:
         }
 
 
-def surprises(readings: Sequence[Reading], words: Sequence[str], settings: RereadingSettings = SETTINGS) -> Array:
-    """(n,) nats, at least 0: how little each reading looks like its word."""
+def surprises(
+    readings: Sequence[tuple[Reading, ...]], words: Sequence[str], settings: RereadingSettings = SETTINGS
+) -> Array:
+    """(n,) nats, at least 0: how little each word's readings look like it, added up."""
     most = settings.worst * np.array([len(word) for word in words])
-    return np.asarray(np.clip(-pictures.log_probabilities(readings, words), 0.0, most))
+    each = [np.clip(-pictures.log_probabilities(seen, words), 0.0, most) for seen in zip(*readings, strict=True)]
+    return np.asarray(sum(each, np.zeros(len(words))))
 
 
 @lru_cache(maxsize=4)
 def author_reader(hand: ScannedHand, settings: RereadingSettings = SETTINGS) -> AuthorReader:
     """The reader that knows a hand."""
-    figures = learnt(hand, f"surprise, {settings}", VERSION, 3, lambda: _figures(hand, settings))
-    return AuthorReader(reader_of.author_reader(hand), *figures.tolist())
+    second = second_reader.load()
+    name = f"surprise{' of two' if second else ''}, {settings}"
+    figures = learnt(hand, name, VERSION, 3, lambda: _figures(hand, second, settings))
+    right, misspelt, spread = figures.tolist()
+    return AuthorReader(reader_of.author_reader(hand), right, misspelt, spread, second)
 
 
-def _figures(hand: ScannedHand, settings: RereadingSettings) -> Array:
+def _figures(hand: ScannedHand, second: SecondReader | None, settings: RereadingSettings) -> Array:
     """(3,): what `AuthorReader` has of a hand's author."""
-    reader, words = pictures.load(), reader_of.readable_words(hand)
-    texts, seen = [word.text for word in words], reader.features_of([word.picture for word in words])
-    right, wrong = _held_out(reader, texts, seen, settings)
-    share = len(texts) / (len(texts) + settings.trust)
-    means, spreads = zip(*map(_normal, (right, wrong)), strict=True) if len(right) else ((0.0, 0.0), (0.0, 0.0))
-    before = np.array([settings.right, settings.misspelt, settings.spread])
+    right, wrong = _held_out(pictures.load(), second, reader_of.readable_words(hand), settings)
+    count = len(right)
+    share = count / (count + settings.trust)
+    means, spreads = zip(*map(_normal, (right, wrong)), strict=True) if count else ((0.0, 0.0), (0.0, 0.0))
+    before = np.array(_OF_TWO if second else (settings.right, settings.misspelt, settings.spread))
     own = np.array([*means, float(np.hypot(*spreads)) / np.sqrt(2)])
     return np.asarray(share * own + (1 - share) * before)
 
 
 def _held_out(
-    reader: Reader, texts: Sequence[str], seen: Sequence[Floats], settings: RereadingSettings
+    reader: Reader, second: SecondReader | None, words: Sequence[OwnWord], settings: RereadingSettings
 ) -> tuple[Array, Array]:
     """`scale` of own words, each read after the other half was learnt, and of the same under texts that are wrong."""
     rng = np.random.default_rng(0)
+    shown, texts = [word.picture for word in words], [word.text for word in words]
+    seen, beside = reader.features_of(shown), second.read_all(shown) if second else None
     right, wrong = list[float](), list[float]()
     for half in (0, 1):
         learnt = adapted(reader, seen[1 - half :: 2], texts[1 - half :: 2])
-        readings = [learnt.reading(one) for one in seen[half::2]]
-        own = [(reading, text) for reading, text in zip(readings, texts[half::2], strict=True)]
-        others = [(reading, other) for reading, text in own for other in _misspelt(reading, text, rng)]
-        for pairs, into in ((own, right), (others, wrong)):
-            told = [text for _, text in pairs]
-            into += map(scale, told, surprises([reading for reading, _ in pairs], told, settings).tolist())
+        own = [learnt.reading(one) for one in seen[half::2]]
+        readings = list(zip(own, beside[half::2], strict=True)) if beside else [(reading,) for reading in own]
+        pairs = list(zip(readings, texts[half::2], strict=True))
+        others = [(reading, other) for reading, text in pairs for other in _misspelt(reading[0], text, rng)]
+        for some, into in ((pairs, right), (others, wrong)):
+            told = [text for _, text in some]
+            into += map(scale, told, surprises([reading for reading, _ in some], told, settings).tolist())
     return np.array(right), np.array(wrong)
 
 
@@ -261,21 +278,22 @@ class Rereader:
         new = [unit for unit in units if unit.word not in self._known]
         words = [self._written(paragraph, unit) for unit in new]
         known = [word for word in words if readable(word.text)]
-        readings = self.own.reader.read_all([word.picture for word in known])
+        readings = self.own.read([word.picture for word in known])
         surprising = surprises(readings, [word.text for word in known], self.settings)
         found = iter(zip(readings, surprising.tolist(), strict=True))
         for unit, word in zip(new, words, strict=True):
             self._known[unit.word] = self._judged(word, *next(found)) if readable(word.text) else word
         return [self._known[unit.word] for unit in units]
 
-    def _judged(self, word: ReadWord, reading: Reading, surprise: float) -> ReadWord:
+    def _judged(self, word: ReadWord, readings: tuple[Reading, ...], surprise: float) -> ReadWord:
         doubt = self._doubt[word.numbers]
         wrong = self.own.wrong(word.text, surprise, float(np.clip(doubt.sum(), 1e-3, 0.5)))
-        verdict = reading.verdict(word.text) if wrong >= self.settings.again else None
-        if verdict is None or not verdict.doubtful:
-            return replace(word, wrong=wrong)
-        read = np.array([max(each.probability, 1e-9) for each in reading.spans(word.text)])
-        return replace(word, wrong=wrong, verdict=verdict, worst=int(np.argmax(np.log(doubt + 1e-9) - np.log(read))))
+        for reading in readings if wrong >= self.settings.again else ():
+            if (verdict := reading.verdict(word.text)).doubtful:
+                read = np.array([max(each.probability, 1e-9) for each in readings[0].spans(word.text)])
+                worst = int(np.argmax(np.log(doubt + 1e-9) - np.log(read)))
+                return replace(word, wrong=wrong, verdict=verdict, worst=worst)
+        return replace(word, wrong=wrong)
 
 
 @lru_cache(maxsize=2)

@@ -1,0 +1,76 @@
+"""The second reader: it reads where it is installed, adds to what is thought of a word, and nothing asks for it."""
+
+import importlib.util
+
+import numpy as np
+import pytest
+
+from handout.hand import library
+from handout.hand.author_reader import own_words
+from handout.pipeline import doctor
+from handout.pipeline.rereading import AuthorReader, surprises
+from handout.reading import pictures, second_reader
+
+installed = pytest.mark.skipif(importlib.util.find_spec("rapidocr") is None, reason='the extra "reader" is wanted')
+
+
+@pytest.fixture
+def words():
+    hand = library.find("house-print-fountain")
+    return [word for word in own_words(hand) if len(word.text) > 2 and word.text.isalpha()][:25]
+
+
+@pytest.fixture
+def without(monkeypatch):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    second_reader.load.cache_clear()
+    yield
+    second_reader.load.cache_clear()
+
+
+def test_where_it_is_not_installed_one_reads_alone(without, words):
+    assert second_reader.load() is None
+    alone = AuthorReader(pictures.load(), 0.5, 2.0, 0.45, second_reader.load())
+    texts = [word.text for word in words]
+    seen = alone.read([word.picture for word in words])
+    assert surprises(seen, texts) == pytest.approx(
+        np.maximum(-pictures.log_probabilities([a for (a,) in seen], texts), 0)
+    )
+
+
+def test_the_doctor_says_whether_it_is_there(monkeypatch):
+    monkeypatch.setattr(doctor, "_requirements", lambda: ['nothing-such>=2; extra == "reader"'])
+    (finding,) = doctor.extras()
+    assert finding.state == "note" and "second reader" in finding.words and "[reader]" in finding.remedy
+
+
+def test_an_empty_file_is_no_reader(monkeypatch, tmp_path):
+    (tmp_path / "models").mkdir()
+    (tmp_path / "models" / "PP-OCRv6_rec_small.onnx").write_bytes(b"no network")
+    spec = importlib.util.spec_from_loader("rapidocr", None)
+    spec.submodule_search_locations = [str(tmp_path)]
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: spec)
+    second_reader.load.cache_clear()
+    assert second_reader.load() is None
+    second_reader.load.cache_clear()
+
+
+@installed
+def test_it_reads_words_and_minds_wrong_letters(words):
+    reader = second_reader.load()
+    readings, texts = reader.read_all([word.picture for word in words]), [word.text for word in words]
+    wrong = [text[:1] + ("k" if text[1] != "k" else "o") + text[2:] for text in texts]
+    assert (
+        np.mean([reading.verdict(text).reads_as == text for reading, text in zip(readings, texts, strict=True)]) > 0.7
+    )
+    right, spoilt = (pictures.log_probabilities(readings, some) for some in (texts, wrong))
+    assert np.mean(right > spoilt) > 0.9
+
+
+@installed
+def test_two_surprises_add_up(words):
+    texts, shown = [word.text for word in words], [word.picture for word in words]
+    both = AuthorReader(pictures.load(), 0.5, 2.0, 0.45, second_reader.load()).read(shown)
+    each = [surprises([(reading,) for reading in seen], texts) for seen in zip(*both, strict=True)]
+    assert surprises(both, texts) == pytest.approx(each[0] + each[1])
+    assert each[1].max() > 0
