@@ -165,6 +165,19 @@ def _block(text: str, names: Sequence[str]) -> tuple[list[str], list[str]]:
     return [line for line in names if line.casefold() not in held] + lines, warnings
 
 
+def _mend(fields: Fields) -> tuple[Fields, list[str]]:
+    """The fields with a place in one cell split where that is possible, and a postal code "62704.0" whole; warnings."""
+    parts, mended = place_parts(_first(fields, "place")), dict(fields)
+    if parts and not set(parts) & set(fields):
+        del mended["place"]
+        mended |= {role: [value] for role, value in parts.items()}
+    code = _first(mended, "postcode")
+    if not re.fullmatch(r"\d+\.0+", code):
+        return mended, []
+    mended["postcode"] = [code.split(".")[0]]
+    return mended, [f"postal code {code} was read as {mended['postcode'][0]}"]
+
+
 def lines(fields: Fields, number_first: bool = False) -> tuple[tuple[str, ...], list[str], str]:
     """The lines of an address, what to warn of, and why there is none if there is none.
 
@@ -180,13 +193,7 @@ def lines(fields: Fields, number_first: bool = False) -> tuple[tuple[str, ...], 
     tuple
         (lines, warnings, problem); `lines` is empty where `problem` is not.
     """
-    warnings, parts = list[str](), place_parts(_first(fields, "place"))
-    if parts and not set(parts) & set(fields):  # a place in one cell is split where that is possible
-        fields = {role: cells for role, cells in fields.items() if role != "place"}
-        fields |= {role: [value] for role, value in parts.items()}
-    if re.fullmatch(r"\d+\.0+", code := _first(fields, "postcode")):  # exported as a decimal number
-        mended = code.split(".")[0]
-        fields, warnings = {**fields, "postcode": [mended]}, [f"postal code {code} was read as {mended}"]
+    fields, warnings = _mend(fields)
     country_name = _first(fields, "country")
     country = (
         countries.find(country_name)

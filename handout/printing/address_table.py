@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -197,10 +197,15 @@ def _records_below(table: _Table) -> tuple[list[tuple[int, TableRecord]], list[s
         raise TableError(f"{table.path}: there are no addresses {where}.")
     verb = "is" if len(repeated) == 1 else "are"
     notes = [f"the header comes again in {rows.named(repeated)}, which {verb} skipped"] if repeated else []
-    if chars := list(dict.fromkeys(char for _, record in records for char in record.unseen)):
+    return records, [*notes, *_unseen_note(records)]
+
+
+def _unseen_note(records: Sequence[tuple[int, TableRecord]]) -> Iterator[str]:
+    """A note on the invisible characters of some rows, where there are any."""
+    chars = list(dict.fromkeys(char for _, record in records for char in record.unseen))
+    if chars:
         where = rows.named([n for n, record in records if record.unseen])
-        notes.append(f"what is invisible in {where} is not written: {', '.join(chars[:_MOST_NAMED])}")
-    return records, notes
+        yield f"what is invisible in {where} is not written: {', '.join(chars[:_MOST_NAMED])}"
 
 
 def _build_addresses(
@@ -216,12 +221,7 @@ def _build_addresses(
         addressed.append(_add_encoding_warning(row, table.sheet, record))
     addressed, doubts = address_rows.questioned(addressed, account)
     if not account.has_names and not nameless and any(row.lines for row in addressed):
-        unknown = [column for column in table.columns if column.role is None and column.header]
-        hint = f"; not understood: {', '.join(column.name for column in unknown)}" if unknown else ""
-        raise TableError(
-            f"{table.path}: no row has a name{hint}: say which column holds it, such as --columns "
-            f'"name={unknown[0].header if unknown else 1}", or write addresses without names with --no-name.'
-        )
+        raise TableError(_explain_nameless(table))
     cells, numbers = [record.cells for _, record in records], [row.number for row in addressed]
     named = zip(table.columns, address_rows.cell_names(table.columns), strict=True)
     places = {column.number for column, name in named if name in elsewhere}
@@ -297,3 +297,12 @@ def _explain_unaddressable(table: _Table) -> str:
             f'the columns hold by their places, such as --columns "{places}".'
         )
     return f"{where}; found: {named}; understood: {understood()}; or {address_rows.WAY_OUT}."
+
+
+def _explain_nameless(table: _Table) -> str:
+    unknown = [column for column in table.columns if column.role is None and column.header]
+    hint = f"; not understood: {', '.join(column.name for column in unknown)}" if unknown else ""
+    return (
+        f"{table.path}: no row has a name{hint}: say which column holds it, such as --columns "
+        f'"name={unknown[0].header if unknown else 1}", or write addresses without names with --no-name.'
+    )

@@ -94,29 +94,30 @@ def make_rows(
     """
     chosen, again = chosen_rows(rows, options, journal.resumed)
     copies = {row.number: options.copies * row.copies for row in chosen}
-    todo = Remaining([row.number for row in chosen if not row.problem])
     sender = place if isinstance(place, Spool | Several) else None
+    todo = Remaining(_makeable(chosen))
     if sender is not None:
         todo = remaining(journal, sender.devices, todo.fresh, copies, again)
         left = todo.rows  # worked out once: a table may have 100,000
         chosen = [row for row in chosen if row.problem or row.number in left]
-    checked = Checked(wanted=[row.number for row in chosen if not row.problem], said=journal.told)
+    checked = Checked(wanted=_makeable(chosen), said=journal.told)
     if options.all_or_none and sender is not None:
         _check_rows((check or make)(chosen), len(chosen), listener)
     taken, jobs = _take_rows(make(chosen), place, copies, checked), tuple[Job, ...]()
     if sender is not None:
         taken = _skip_lost(taken, checked, todo, journal, again)
-        run = BatchRun(checked, [row.number for row in rows if not row.problem], journal, todo)
-        jobs = sender.send_rows(taken, run, listener)
+        jobs = sender.send_rows(taken, BatchRun(checked, _makeable(rows), journal, todo), listener)
     else:
-        for number, _ in enumerate(taken):  # for a file that appears whole or not at all
-            listener.progress(number, len(chosen), "make")
-        if options.all_or_none and checked.failed:
-            raise RowsRefused(checked.failed, checked.warnings)
+        _make_files(taken, checked, options, len(chosen), listener)
     place.finish()
     done = tuple(sorted({*checked.done, *(piece.row for piece in todo.wait)}))
     before, unknown = tuple(todo.done), tuple(todo.unknown)
     return Report(done, tuple(checked.failed), place.files(), jobs, tuple(checked.warnings), before, unknown)
+
+
+def _makeable(rows: Sequence[Row]) -> list[int]:
+    """The numbers of the rows that can be made, as far as is known."""
+    return [row.number for row in rows if not row.problem]
 
 
 def _take_rows(
@@ -151,6 +152,16 @@ def _skip_lost(
             checked.wanted.remove(row)
             checked.done.remove(row)
             yield []
+
+
+def _make_files(
+    taken: Iterable[Sequence[Piece]], checked: Checked, options: BatchOptions, total: int, listener: Listener
+) -> None:
+    """Make all rows, for a file that appears whole or not at all."""
+    for number, _ in enumerate(taken):
+        listener.progress(number, total, "make")
+    if options.all_or_none and checked.failed:
+        raise RowsRefused(checked.failed, checked.warnings)
 
 
 def _check_rows(checked: Iterable[PreparedRow], total: int, listener: Listener) -> None:

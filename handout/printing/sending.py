@@ -428,6 +428,11 @@ class BatchRun:
         ended = {*sent, *failed}
         return sent, [n for n in self.checked.wanted if n not in ended]
 
+    def unmade(self, rest: Sequence[int]) -> list[int]:
+        """These rows, and those that a device had begun before and then failed, in the order of the table."""
+        left = {*rest, *(piece.row for piece in self.todo.wait if piece in self.left[piece.row])}
+        return [number for number in self.table if number in left]
+
     def _where(self, sheet: Sequence[Piece], rest: Sequence[int], word: str) -> str:
         """The row that was being sent or made, behind a word; "" if there was none."""
         number = sheet[0].row if sheet else next((n for n in rest if n not in self.made), 0)

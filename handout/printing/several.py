@@ -136,26 +136,26 @@ class Several(Destination):
         sharing.make_all()
         if sharing.broken is not None:
             raise sharing.broken
+        self._tell_stopped(sharing.interrupted, run)
+        return tuple(run.jobs)
+
+    def _tell_stopped(self, interrupted: KeyboardInterrupt | None, run: BatchRun) -> None:
+        """Raise where devices stopped and something is left; say which did where the others made it all."""
         stopped = [station for station in self.stations if station.error is not None]
         halted = [piece for station in stopped for piece in station.sheet]
         sent, rest = run.parted(halted)
-        # also rows that a device had begun before and then failed
-        left = {*rest, *(piece.row for piece in run.todo.wait if piece in run.left[piece.row])}
-        rest = [number for number in run.table if number in left]
-        if sharing.interrupted is not None:
-            going = [station.name for station in self.stations if not station.ended]
-            told = (
-                f" {' and '.join(going)} did not answer: look whether the pen is up and nothing runs." if going else ""
-            )
-            sharing.interrupted.add_note(f"Stopped.{told} {run.way_out((), sent, rest)}")
-            raise sharing.interrupted
+        rest = run.unmade(rest)
+        if interrupted is not None:
+            going = " and ".join(station.name for station in self.stations if not station.ended)
+            told = f" {going} did not answer: look whether the pen is up and nothing runs." if going else ""
+            interrupted.add_note(f"Stopped.{told} {run.way_out((), sent, rest)}")
+            raise interrupted
         errors = [f"{station.name}: {station.error}" for station in stopped]
         if rest or halted:
             message = f"{' '.join(errors)} {run.way_out((), sent, rest)}"
             failed = [Failed(number, "not made") for number in rest]
             raise run.broken_off(message, sent, failed) from stopped[0].error
         run.checked.said += [f"{words} The other devices made its rows." for words in errors]
-        return tuple(run.jobs)
 
 
 class _Sharing:
