@@ -18,7 +18,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -31,7 +31,7 @@ from handout.pipeline.row_work import MadeRow, ProcessWorkers, Remote, RowWork, 
 from handout.printing.batch import BatchOptions, PrintSpool, Way, make_rows
 from handout.printing.journal import ENVELOPE, Journal
 from handout.printing.prepared import Document, PreparedPage, PreparedRow
-from handout.printing.queue import Outcome, Ticket
+from handout.printing.queue import Outcome, Queue, Ticket
 from handout.printing.rows import Row
 from handout.profiles import Printer, find
 from handout.values import Page
@@ -115,23 +115,16 @@ def efficiency(of: TimedWork, turns: int = 4, count: int = 8) -> None:
     )
 
 
-class _Taken:
+class _Taken(Queue):
     """A printer that takes everything."""
 
-    name, keeps, format = "nowhere", False, "pdf"
-
-    def resolution(self, wanted: int) -> int:
-        return wanted
-
-    def check(self, ticket: Ticket) -> None: ...
+    name = "nowhere"
 
     def send(self, page: Path, ticket: Ticket) -> str:
         return ticket.name
 
-    def follow(self, job: str, title: str) -> Outcome:
+    def outcome(self, job: str, title: str, earlier: Collection[str] = ()) -> Outcome:
         return Outcome("completed")
-
-    outcome = cancel = lambda self, *_: Outcome("completed")
 
 
 def _cheap(rows: Iterable[Row]) -> Iterator[PreparedRow]:

@@ -53,7 +53,6 @@ _PUBLIC = {
     "plot": "handout.pipeline.plotting",
     "plot_rows": "handout.pipeline.plot_rows",
     "print_": "handout.pipeline.printing",
-    "print_rows": "handout.printing.batch",
     "prompt": "handout.pipeline.prompts",
     "proof": "handout.pipeline.proofing",
     "read": "handout.pipeline.hands",

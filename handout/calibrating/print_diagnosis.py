@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 from handout.calibrating import store
@@ -56,18 +55,3 @@ def _earlier(before: Calibration) -> Solids | None:
     patches = store.read_patches(before.patches_file)
     solids = solids_of(patches.device, patches.scanned)
     return None if solids is None or check_strength(solids) is not None else solids
-
-
-def last(printer: str, paper: str, scanner: str) -> Calibration | None:
-    """The calibration of a printer on a paper that the same scanner made last; None if there is none."""
-    same = [
-        calibration
-        for calibration in store.every()
-        if calibration.printer == store.key(printer) and calibration.paper == store.key(paper)
-    ]
-    return next((calibration for calibration in same if calibration.scanner == scanner), None)
-
-
-def warned(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """Those that are no reason to refuse."""
-    return tuple(finding for finding in findings if finding.severity == "warn")

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.calibrating import ink_samples, pen_reference
+from handout.calibrating import ink_samples, pen_reference, store
 from handout.calibrating.ink_samples import Inks, greys
 from handout.calibrating.pages import Printed, fine_enough
 from handout.calibrating.store import Calibration
@@ -155,16 +155,16 @@ def prepare(calibration: Calibration, hand: str = "", paper: str = "A4") -> Stri
     table, whose = calibration.table(), hand or ink_samples.USUAL_HAND
     page = None if hand else ink_samples.reach_of(whose, table)
     strip = make(table, samples, paper, page, f"of {whose}")
-    calibration.keep_strip(strip.facts())
+    calibration.keep(store.STRIP, strip.facts())
     return strip
 
 
 def pages_of(strip: Strip, calibration: Calibration, profile: Printer) -> Printed:
     """The strip as the printer's own pixels."""
     lines = (f"{calibration.name}   calibration of {calibration.date:%Y-%m-%d %H:%M}",)
-    dpi = round(fine_enough(profile.dpi))
-    pixels = render(strip.page, dpi, lines, "Verification strip: scan it like the chart, on the same paper")
-    return Printed(strip.page.paper, [pixels], dpi, {"verification": calibration.name})
+    dpi, title = fine_enough(profile.dpi), "Verification strip: scan it like the chart, on the same paper"
+    draw = partial(render, strip.page, dpi, lines, title)
+    return Printed(strip.page.paper, [draw], dpi, {"verification": calibration.name})
 
 
 def last_strip(calibration: Calibration) -> Strip:
@@ -175,7 +175,7 @@ def last_strip(calibration: Calibration) -> Strip:
     InputError
         None was.
     """
-    facts = calibration.strip()
+    facts = calibration.kept(store.STRIP)
     if facts is None:
         raise InputError(
             f"No verification strip was printed for {calibration.name} yet: "

@@ -15,6 +15,8 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, Literal
 
+import msgspec
+
 from handout import atomic, shipped
 from handout.errors import InputError
 from handout.pipeline import merging
@@ -174,7 +176,7 @@ def keep_batch(
 
 
 def _batch(path: Path) -> _Batch:
-    data = json.loads((path / _PLAN).read_text(encoding="utf-8"))
+    data = msgspec.json.decode((path / _PLAN).read_bytes())
     begun = data.pop("begun")
     for name, kind in _PARTS.items():
         data[name] = kind(**data[name])
@@ -241,7 +243,7 @@ def show_batch(name: str) -> Facts:
 
 def _facts(path: Path) -> dict[str, Any]:
     try:
-        facts: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        facts: dict[str, Any] = msgspec.json.decode(path.read_bytes())
     except (OSError, ValueError):
         return {}
     return facts

@@ -14,6 +14,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import msgspec
+
 from handout import page_sizes, units
 from handout.errors import InputError
 from handout.hand import library
@@ -576,7 +578,7 @@ def approved_seed(pages: RowPages, table: TableOptions) -> int:
     if path is None:
         return pages.seed
     try:
-        proof = json.loads(Path(path).read_bytes())
+        proof = msgspec.json.decode(Path(path).read_bytes())
         facts, seed, rows = dict(proof["facts"]), int(proof["seed"]), set(proof["rows"])
     except (OSError, ValueError, KeyError, TypeError) as error:
         reason = getattr(error, "strerror", None) or "it is no proof of handout"

@@ -314,9 +314,11 @@ class CalibrationOptions:
 
 @dataclass(frozen=True)
 class CalibrationPlace:
-    """A calibration that is done step by step.
+    """A calibration that is done step by step, and what a page asks of it.
 
     step : what comes next as far as who asks knows; "" where that is asked for.
+    folder : for files that are made; scans : that were sent; to_printer : print a page, else write it into the folder;
+    made : of a stored calibration, when it was made.
     """
 
     printer: str
@@ -324,6 +326,10 @@ class CalibrationPlace:
     chart: ChartOptions = ChartOptions()
     options: CalibrationOptions = CalibrationOptions()
     step: str = ""
+    folder: Path = Path()
+    scans: tuple[Path, ...] = ()
+    to_printer: bool = True
+    made: str = ""
 
 
 @dataclass(frozen=True)

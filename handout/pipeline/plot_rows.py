@@ -46,9 +46,10 @@ from handout.plotting.jobs.pages import laid_out
 from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
 from handout.printing.journal import BACK, ENVELOPE, Piece
-from handout.printing.prepared import NOTHING, BatchPage, Folder, PreparedPage
+from handout.printing.prepared import NOTHING, BatchPage, Destination, PreparedPage
 from handout.printing.queue import Outcome
 from handout.printing.rows import named
+from handout.printing.sending import Spool
 from handout.printing.several import Several
 from handout.profiles import Plotter
 from handout.sinks import Look, check_outputs, write_drawings
@@ -210,7 +211,7 @@ def _grid(part: str, shared: Grid) -> Grid:
     return Grid() if part in (ENVELOPE, BACK) else shared
 
 
-class _Sheets(Folder):
+class _Sheets(Destination):
     """Pages on their way to a plotter: kept on the disk, and laid on sheets together."""
 
     def __init__(self, shared: Grid, profile: Plotter) -> None:
@@ -278,8 +279,10 @@ class PlotFiles(_Sheets):
         return self._written
 
 
-class PlotSpool(_Sheets):
+class PlotSpool(_Sheets, Spool):
     """Sheets for a plotter."""
+
+    queue: PlotterQueue
 
     def __init__(self, shared: Grid, profile: Plotter, queue: PlotterQueue) -> None:
         super().__init__(shared, profile)

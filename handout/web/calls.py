@@ -299,4 +299,4 @@ class Calibrating(Body, frozen=True, kw_only=True):
     def place(self, hand: str) -> CalibrationPlace:
         """The calibration; `hand` is where its hand is kept, or its name."""
         parts = self.options(ChartOptions), self.options(CalibrationOptions, hand=hand)
-        return CalibrationPlace(self.printer, self.paper, *parts, self.step)
+        return CalibrationPlace(self.printer, self.paper, *parts, self.step, to_printer=self.to_printer, made=self.made)

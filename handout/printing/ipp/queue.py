@@ -14,7 +14,7 @@ from handout.printing.ipp.request import Request
 from handout.printing.ipp.status import JobState, blocks_output, jammed, reason_phrase
 from handout.printing.ipp.submission import PAUSES, Submission
 from handout.printing.ipp.transport import TransportError
-from handout.printing.queue import Outcome, OutcomeUnknown, Say, Ticket
+from handout.printing.queue import Outcome, OutcomeUnknown, Queue, Say, Ticket
 
 # s, set by eye: between questions about a job, and how long an unreachable printer is asked again
 _POLL, _SLOWEST_POLL, _PATIENCE = 0.25, 2.0, 60.0
@@ -22,10 +22,8 @@ _SLOWER = 1.5  # each pause to the one before
 _FORMATS = ("pdf", "pwg", "urf")  # in the order of preference
 
 
-class IppQueue:
+class IppQueue(Queue):
     """An IPP printer as a queue."""
-
-    keeps = False
 
     def __init__(
         self,
