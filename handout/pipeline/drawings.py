@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,7 +17,7 @@ from handout.page_sizes import page
 from handout.pipeline.inputs import output_path, read_bytes
 from handout.pipeline.options import PictureOptions, PoseOptions, StyleOptions, seed_of
 from handout.pipeline.poses import with_pose
-from handout.pipeline.results import Delivery
+from handout.pipeline.results import Delivery, Told
 from handout.pipeline.styles import style_of
 from handout.sinks import check_outputs, write_drawings
 from handout.sources import read_drawing
@@ -149,20 +149,23 @@ def fit_strokes(
     if report is not None:
         files[report] = plans.fit_report(drawing, fitted)
     atomic.write_all(files.items())
+    return FittedStrokes(files=tuple(files), told=_fitted(fitted, files), page=fitted)
+
+
+def _fitted(fitted: PlannedPage, files: Iterable[Path]) -> Told:
+    """What is told of fitted strokes: how well paths and speeds are explained, medians."""
     moved = [fit for fit in fitted.fits if fit.plan.strokes]  # movements that are no dots
     speeds = [fit.speed for fit in moved if fit.speed is not None]  # dB, where times are known
-    told = {
+    return {
         "movements": len(fitted.fits),
         "dots": len(fitted.fits) - len(moved),
         "strokes": sum(fit.plan.strokes for fit in moved),
         "timed": fitted.timed,
-        # how well the paths and the speeds are explained, medians
         "path_db": round(float(np.median([fit.place for fit in moved])), 2) if moved else None,
         "speed_db": round(float(np.median(speeds)), 2) if speeds else None,
         "speed_db_least": round(min(speeds), 2) if speeds else None,
         "files": [*map(str, files)],
     }
-    return FittedStrokes(files=tuple(files), told=told, page=fitted)
 
 
 def draw_plans(
