@@ -106,8 +106,10 @@ def reach_of(name: str, table: ColourTable, reference: Reference | None = None, 
     return reach(seen_by_chart(of_hand(name, pen), reference), table)
 
 
-def paper_of(name: str) -> Array | None:
-    """(3,) scanned RGB in 0–1 of the paper that a scanned hand was written on; None for a drawn hand.
+def writer_of(name: str) -> tuple[str, list[float] | None]:
+    """What a scanned hand calls itself, and scanned RGB in 0–1 of the paper that it was written on.
+
+    "" and None for a drawn hand, and where no hand is named.
 
     Raises
     ------
@@ -116,24 +118,11 @@ def paper_of(name: str) -> Array | None:
     """
     from handout.hand.library import find
 
-    hand = find(name)
-    if hand.pages is None:
-        return None
-    return np.asarray(np.median([np.median(page.paper, axis=(0, 1)) for page in hand.pages], axis=0) / 255)
-
-
-def scanned_name(name: str) -> str:
-    """What a scanned hand calls itself; empty for a drawn one.
-
-    Raises
-    ------
-    InputError
-        No such hand.
-    """
-    from handout.hand.library import find
-
-    hand = find(name)
-    return "" if hand.pages is None else hand.name
+    hand = find(name) if name else None
+    if hand is None or hand.pages is None:
+        return "", None
+    paper = np.median([np.median(page.paper, axis=(0, 1)) for page in hand.pages], axis=0) / 255
+    return hand.name, paper.tolist()
 
 
 def _write_sample(hand: Hand | ScannedHand, rng: np.random.Generator) -> Drawing:

@@ -97,9 +97,9 @@ def test_the_ink_of_a_hand(stored):
 
 
 def test_the_paper_of_a_hand():
-    paper = ink_samples.paper_of("house-joined-ballpoint")
-    assert paper.shape == (3,) and 0.8 < paper.min() <= paper.max() <= 1
-    assert ink_samples.paper_of("house-print") is None
+    name, paper = ink_samples.writer_of("house-joined-ballpoint")
+    assert name == "house-joined-ballpoint" and len(paper) == 3 and 0.8 < min(paper) <= max(paper) <= 1
+    assert ink_samples.writer_of("house-print") == ink_samples.writer_of("") == ("", None)
 
 
 def test_ink_on_paper():

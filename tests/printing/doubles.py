@@ -11,7 +11,7 @@ from handout.errors import MissingCharacters
 from handout.printing.batch import BatchOptions, Way, chosen_rows, destination, make_rows
 from handout.printing.envelope import address_layout, address_text
 from handout.printing.journal import ENVELOPE, Journal
-from handout.printing.prepared import BatchPage, RowMaker
+from handout.printing.prepared import BatchPage, prepare_row
 from handout.printing.rows import Row
 from handout.progress import silent
 from handout.sinks import drawing_file
@@ -114,4 +114,5 @@ def print_all(table, write, profile, page, *, ink=block, select="", copies=1, ag
         return [BatchPage(ENVELOPE, drawing, partial(ink, drawing), file=partial(drawing_file, drawing))]
 
     with destination(way, options, [page]) as place:
-        return make_rows(table, RowMaker(envelope, place.prepare).each, place, options, record, tell=tell)
+        make = partial(map, partial(prepare_row, envelope, place.prepare))
+        return make_rows(table, make, place, options, record, tell=tell)
