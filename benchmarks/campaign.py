@@ -17,6 +17,7 @@ import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any, NoReturn
 from unittest.mock import patch
@@ -37,7 +38,7 @@ from handout.plotting.jobs.job import Options
 from handout.printing import journal
 from handout.printing.batch import BatchOptions, PrintSpool, Way, make_rows
 from handout.printing.journal import ENVELOPE, Journal, Piece
-from handout.printing.prepared import BatchPage, RowMaker
+from handout.printing.prepared import BatchPage, prepare_row
 from handout.printing.queue import Outcome, SimulatedQueue, Ticket
 from handout.printing.rows import Row
 from handout.printing.several import Several
@@ -276,7 +277,8 @@ def _work(table: Sequence[Row], spools: Sequence[Any]) -> Callable[[Journal], No
 
 def _made(table: Sequence[Row], place: Any, kept: Journal) -> None:
     with place:
-        make_rows(table, RowMaker(write, place.prepare).each, place, BatchOptions(), kept)
+        made = partial(prepare_row, write, place.prepare)
+        make_rows(table, partial(map, made), place, BatchOptions(), kept)
 
 
 def _ran(work: Any, folder: Path, fate: Fate, tally: Tally) -> bool:

@@ -64,9 +64,9 @@ class Calibration:
         """The CGATS table of the chart's patches."""
         return None if self.folder is None else self.folder / PATCHES
 
-    def age(self, at: datetime | None = None) -> int:
+    def age(self) -> int:
         """Days since it was made."""
-        return max(0, ((at or now()) - self.date).days)
+        return max(0, (now() - self.date).days)
 
     def table(self) -> ColourTable:
         """Its colour table; raises InputError."""
@@ -74,9 +74,9 @@ class Calibration:
 
         return load(self.table_file)
 
-    def described(self, at: datetime | None = None) -> str:
+    def described(self) -> str:
         """Name, date and age, as they are said in a message."""
-        days = self.age(at)
+        days = self.age()
         old = "made today" if days == 0 else f"{days} day{'s' if days > 1 else ''} old"
         return f"calibration {self.name} of {self.date:%Y-%m-%d} ({old})"
 

@@ -152,9 +152,7 @@ class Wizard:
         """
         layout = pages.chart_for(task.profile, task.sheet, task.pages)
         self.task = task
-        paper = ink_samples.paper_of(task.hand) if task.hand else None
-        self._paper = None if paper is None else paper.tolist()
-        self.writer = ink_samples.scanned_name(task.hand) if task.hand else ""
+        self.writer, self._paper = ink_samples.writer_of(task.hand)
         self.seen: Reading | None = None  # what the scans of the chart that were given last showed, good or not
         names = store.key(task.printer), store.key(task.paper)
         self.name, self.folder = "/".join(names), folder() / "--".join(names)

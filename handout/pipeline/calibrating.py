@@ -265,9 +265,9 @@ def read_scans(
         A file that cannot be read or written, or no such hand.
     """
     atomic.check_writable(output)
-    bare = ink_samples.paper_of(hand) if hand else None
-    reading = read_chart(scans, paper=None if bare is None else bare.tolist())
-    reference = pen_reference.compared(reading.scribble, hand, ink_samples.scanned_name(hand) if hand else "")
+    writer, bare = ink_samples.writer_of(hand)
+    reading = read_chart(scans, paper=bare)
+    reference = pen_reference.compared(reading.scribble, hand, writer)
     reading = print_diagnosis.diagnose(reading, reference, accept=accept)
     if report_file is not None:
         report.write_report(report_file, reading)

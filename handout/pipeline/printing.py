@@ -34,7 +34,6 @@ from handout.printing.journal import Journal
 from handout.printing.prepared import Destination
 from handout.printing.queue import Say
 from handout.printing.rows import named
-from handout.printing.sending import Listener as BatchListener
 from handout.printing.sending import PrintingStopped as PrintingStopped
 from handout.printing.sending import Report as Report
 from handout.profiles import Length, Nudge, Printer, full
@@ -277,10 +276,5 @@ def make_all(
     work = row_work.row_work(pages, place.prepare, drawn)
     with row_work.opened(work, table.jobs, table.cluster, listener.say) as made:
         make, check = (row_work.counted(made, account, listener.say, check) for check in (False, True))
-        heard = BatchListener(progress(listener), listener.say)
-        return make_rows(pages.merge.table, make, place, options, record, listener=heard, check=check), account
-
-
-def progress(listener: Listener) -> Callable[[int, int, str], object]:
-    """How far a batch has come, for a listener."""
-    return lambda done, total, stage: listener.progress(done / max(total, 1), f"{stage} {done}/{total}")
+        table_rows = pages.merge.table
+        return make_rows(table_rows, make, place, options, record, tell=listener.progress, check=check), account

@@ -32,7 +32,7 @@ from handout.hand import library
 from handout.networks import one_thread
 from handout.pipeline.merging import Account, RowPages
 from handout.pipeline.texts import program
-from handout.printing.prepared import MakeRows, Prepare, PreparedRow, RowMaker
+from handout.printing.prepared import MakeRows, Prepare, PreparedRow, prepare_row
 from handout.printing.rows import Row
 
 AHEAD = 2  # rows begun for every process: one that it makes, one that waits for it
@@ -79,7 +79,7 @@ class RowWork:
     @one_thread  # in every process: as many are at work as there are processors, and sums come out alike
     def make(self, row: Row) -> MadeRow:
         """The pages of a row."""
-        return MadeRow(RowMaker(self.pages, self.prepare)(row), self.pages.settled())
+        return MadeRow(prepare_row(self.pages, self.prepare, row), self.pages.settled())
 
     @one_thread
     def check(self, row: Row) -> MadeRow:

@@ -25,20 +25,20 @@ from handout.printing.printers import open_queue, ticket
 from handout.printing.queue import Queue, Say, SimulatedQueue
 from handout.printing.rows import Row, select
 from handout.printing.sending import (
-    SILENT,
     BatchRun,
     Checked,
     Failed,
     Job,
-    Listener,
     Remaining,
     Report,
     Spool,
     pieces,
     remaining,
+    tell_rows,
 )
 from handout.printing.several import Several
 from handout.profiles import Printer
+from handout.progress import Tell, silent
 from handout.sinks import picture_pdf
 from handout.values import Page
 
@@ -73,7 +73,7 @@ def make_rows(
     options: BatchOptions,
     journal: Journal,
     *,
-    listener: Listener = SILENT,
+    tell: Tell = silent,
     check: MakeRows | None = None,
 ) -> Report:
     """Hand the pages of every row that is asked for to the device exactly once, each as soon as it is made.
@@ -102,13 +102,13 @@ def make_rows(
         chosen = [row for row in chosen if row.problem or row.number in left]
     checked = Checked(wanted=_makeable(chosen), said=journal.told)
     if options.all_or_none and sender is not None:
-        _check_rows((check or make)(chosen), len(chosen), listener)
+        _check_rows((check or make)(chosen), len(chosen), tell)
     taken, jobs = _take_rows(make(chosen), place, copies, checked), tuple[Job, ...]()
     if sender is not None:
         taken = _skip_lost(taken, checked, todo, journal, again)
-        jobs = sender.send_rows(taken, BatchRun(checked, _makeable(rows), journal, todo), listener)
+        jobs = sender.send_rows(taken, BatchRun(checked, _makeable(rows), journal, todo), tell)
     else:
-        _make_files(taken, checked, options, len(chosen), listener)
+        _make_files(taken, checked, options, len(chosen), tell)
     place.finish()
     done = tuple(sorted({*checked.done, *(piece.row for piece in todo.wait)}))
     before, unknown = tuple(todo.done), tuple(todo.unknown)
@@ -155,20 +155,20 @@ def _skip_lost(
 
 
 def _make_files(
-    taken: Iterable[Sequence[Piece]], checked: Checked, options: BatchOptions, total: int, listener: Listener
+    taken: Iterable[Sequence[Piece]], checked: Checked, options: BatchOptions, total: int, tell: Tell
 ) -> None:
     """Make all rows, for a file that appears whole or not at all."""
     for number, _ in enumerate(taken):
-        listener.progress(number, total, "make")
+        tell_rows(tell, "make", number, total)
     if options.all_or_none and checked.failed:
         raise RowsRefused(checked.failed, checked.warnings)
 
 
-def _check_rows(checked: Iterable[PreparedRow], total: int, listener: Listener) -> None:
+def _check_rows(checked: Iterable[PreparedRow], total: int, tell: Tell) -> None:
     """Raise RowsRefused where a row cannot be made."""
     found = Checked()
     for number, row in enumerate(checked):
-        listener.progress(number, total, "check")
+        tell_rows(tell, "check", number, total)
         found.warn(row.number, row.warnings)
         found.failed += [Failed(row.number, row.problem)] if row.problem else []
     if found.failed:

@@ -308,8 +308,9 @@ class JournalRun:
         """What a line says that is none of a beginning; gap : what is damaged before it."""
         self.damaged = self.damaged or (0 if gap is None else gap.line)
         state: State | None = entry.get("state")
+        # as many pages may have been begun in lines that are damaged as there is room for
         expected = self.begun + (state == "sending")
-        told = int(entry.get("n", expected + _most(gap)))
+        told = int(entry.get("n", expected + (0 if gap is None else gap.size // _SHORTEST + 1)))
         self.lost, self.begun = self.lost + max(told - expected, 0), max(told, expected)
         if state is None:
             self.ended = entry.get("ended", "")
@@ -386,11 +387,6 @@ def _entry(line: str) -> dict[str, Any] | None:
         if whole and all(type(each) is int for each in numbers) and entry.get("state", "sent") in get_args(State):
             return dict(entry)
     return None
-
-
-def _most(gap: Damage | None) -> int:
-    """How many pages may have been begun in lines that are damaged."""
-    return 0 if gap is None else gap.size // _SHORTEST + 1
 
 
 def _explain_nothing_to_resume(what: Batch, place: Path) -> str:

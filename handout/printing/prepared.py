@@ -7,7 +7,7 @@ plotter) depends on the row and the destination's settings alone; it is made by 
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -127,31 +127,20 @@ WriteRow = Callable[[Row], Sequence[BatchPage]]  # InputError where the row cann
 MakeRows = Callable[[Iterable[Row]], Iterable[PreparedRow]]  # one for each row, in their order
 
 
-@dataclass(frozen=True)
-class RowMaker:
-    """Writes rows and prepares their pages."""
-
-    write: WriteRow
-    prepare: Prepare
-
-    def __call__(self, row: Row) -> PreparedRow:
-        """The pages of a row, or why it cannot be made."""
-        if row.problem:
-            return PreparedRow(row.number, warnings=row.warnings, problem=row.problem)
-        try:
-            pages = tuple(self.prepare(row.number, page) for page in self.write(row))
-        except InputError as error:
-            return PreparedRow(row.number, warnings=row.warnings, problem=str(error))
-        told = dict.fromkeys(
-            f"{page.part or 'envelope'}: {page.warning}" if len(pages) > 1 else page.warning
-            for page in pages
-            if page.warning
-        )
-        return PreparedRow(row.number, pages, (*row.warnings, *told))
-
-    def each(self, rows: Iterable[Row]) -> Iterator[PreparedRow]:
-        """Of rows, one after the other, as they are asked for; a `MakeRows`."""
-        return map(self, rows)
+def prepare_row(write: WriteRow, prepare: Prepare, row: Row) -> PreparedRow:
+    """The pages of a row, written and prepared, or why it cannot be made."""
+    if row.problem:
+        return PreparedRow(row.number, warnings=row.warnings, problem=row.problem)
+    try:
+        pages = tuple(prepare(row.number, page) for page in write(row))
+    except InputError as error:
+        return PreparedRow(row.number, warnings=row.warnings, problem=str(error))
+    told = dict.fromkeys(
+        f"{page.part or 'envelope'}: {page.warning}" if len(pages) > 1 else page.warning
+        for page in pages
+        if page.warning
+    )
+    return PreparedRow(row.number, pages, (*row.warnings, *told))
 
 
 def margin_warning(drawing: Drawing, profile: Printer) -> str | None:

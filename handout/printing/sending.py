@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 import re
 import threading
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,8 +17,9 @@ from pathlib import Path
 from handout.errors import HandoutError, PrinterError
 from handout.printing.journal import Journal, Piece, Step
 from handout.printing.prepared import Destination
-from handout.printing.queue import Device, Outcome, OutcomeUnknown, Say
+from handout.printing.queue import Device, Outcome, OutcomeUnknown
 from handout.printing.rows import named, ranges
+from handout.progress import Tell
 
 
 @dataclass(frozen=True)
@@ -80,15 +81,9 @@ class PrintingStopped(PrinterError):
         self.resume = resume
 
 
-@dataclass(frozen=True)
-class Listener:
-    """Callbacks of a batch: `progress` gets (done, all, "check" or "send"), `say` gets sentences."""
-
-    progress: Callable[[int, int, str], object] = lambda done, total, stage: None
-    say: Say = lambda sentence: None
-
-
-SILENT = Listener()
+def tell_rows(tell: Tell, stage: str, done: int, total: int) -> None:
+    """Say how many rows of a batch are done with a stage: "make", "check" or "send"."""
+    tell(done / max(total, 1), f"{stage} {done}/{total}")
 
 
 @dataclass
@@ -169,7 +164,7 @@ class Spool(Destination):
         """Hand a sheet to the queue as a job of that title; the job's name there."""
         raise NotImplementedError
 
-    def send_rows(self, taken: Iterable[Sequence[Piece]], run: BatchRun, listener: Listener) -> tuple[Job, ...]:
+    def send_rows(self, taken: Iterable[Sequence[Piece]], run: BatchRun, tell: Tell) -> tuple[Job, ...]:
         """Wait for jobs at the device, then send pages as they are taken; a failure says what was sent, how to resume.
 
         Parameters
@@ -192,10 +187,10 @@ class Spool(Destination):
                 sheet = next(sheets, None)
             if sheet is None:
                 break
-            listener.progress(run.begun_rows, total, "send")
+            tell_rows(tell, "send", run.begun_rows, total)
             with run.stoppable(self.queue, sheet):
                 run.send(self, sheet)
-        listener.progress(total, total, "send")
+        tell_rows(tell, "send", total, total)
         return tuple(run.jobs)
 
 

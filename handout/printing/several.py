@@ -25,12 +25,13 @@ from handout.printing.sending import (
     BatchRun,
     Failed,
     Job,
-    Listener,
     Spool,
     device_of,
     follow,
     jobs_of,
+    tell_rows,
 )
+from handout.progress import Tell
 from handout.signals import interrupt
 
 Makes = Literal["rows", "letters", "envelopes"]
@@ -121,7 +122,7 @@ class Several(Destination):
         for _, path in self._pages.pop(number, ([], 0))[0]:
             path.unlink(missing_ok=True)
 
-    def send_rows(self, taken: Iterable[Sequence[Piece]], run: BatchRun, listener: Listener) -> tuple[Job, ...]:
+    def send_rows(self, taken: Iterable[Sequence[Piece]], run: BatchRun, tell: Tell) -> tuple[Job, ...]:
         """Send the rows of a batch by all of the devices at once; see `Spool.send_rows`.
 
         Raises
@@ -129,7 +130,7 @@ class Several(Destination):
         PrintingStopped
             Devices stopped, and something is left that the others could not make.
         """
-        sharing = _Sharing(self, iter(taken), run, listener)
+        sharing = _Sharing(self, iter(taken), run, tell)
         for piece in run.todo.wait:
             owner = device_of(run.journal.steps[piece], self.devices)
             sharing.waiting[self.devices.index(owner) if owner is not None else 0].append(piece)
@@ -164,8 +165,8 @@ class _Sharing:
     waiting : of every device, what it had begun before and may still make.
     """
 
-    def __init__(self, place: Several, rows: Iterator[Sequence[Piece]], run: BatchRun, listener: Listener) -> None:
-        self.place, self.run, self.listener = place, run, listener
+    def __init__(self, place: Several, rows: Iterator[Sequence[Piece]], run: BatchRun, tell: Tell) -> None:
+        self.place, self.run, self.tell = place, run, tell
         self.waiting: list[list[Piece]] = [[] for _ in place.stations]
         self.interrupted: KeyboardInterrupt | None = None
         self.broken: BaseException | None = None
@@ -236,7 +237,7 @@ class _Sharing:
         with self._changed:
             station.sheet = sheet
             total = len(self.run.checked.wanted)
-            self.listener.progress(min(self.run.begun_rows, total), total, "send")
+            tell_rows(self.tell, "send", min(self.run.begun_rows, total), total)
         yield
         with self._changed:
             station.sheet = ()

@@ -90,21 +90,22 @@ def test_another_paper_is_said_and_called_poor(made, stored, profile):
 
 def test_the_ink_of_a_hand(stored):
     drawn = ink_samples.of_hand("house-print")
-    assert len(drawn.rgba) > 500
+    assert len(drawn) > 500
     made = strip.prepare(stored, "house-print", "letter")
     assert made.paper == "letter" and made.page.paper.name == "letter"
     assert 0 <= made.out <= 1
 
 
 def test_the_paper_of_a_hand():
-    paper = ink_samples.paper_of("house-joined-ballpoint")
-    assert paper.shape == (3,) and 0.8 < paper.min() <= paper.max() <= 1
-    assert ink_samples.paper_of("house-print") is None
+    name, paper = ink_samples.writer_of("house-joined-ballpoint")
+    assert name == "house-joined-ballpoint" and len(paper) == 3 and 0.8 < min(paper) <= max(paper) <= 1
+    assert ink_samples.writer_of("house-print") == ink_samples.writer_of("") == ("", None)
 
 
 def test_ink_on_paper():
-    some = ink_samples.Inks(np.array([[0.2, 0.1, 0.4, 0.0], [0.2, 0.1, 0.4, 1.0], [0.0, 0.0, 0.0, 0.5]]))
-    assert np.allclose(some.on(np.array([0.8, 0.9, 1.0])), [[0.8, 0.9, 1.0], [0.2, 0.1, 0.4], [0.4, 0.45, 0.5]])
+    some = np.array([[0.2, 0.1, 0.4, 0.0], [0.2, 0.1, 0.4, 1.0], [0.0, 0.0, 0.0, 0.5]])
+    seen = ink_samples.lay_on(some, np.array([0.8, 0.9, 1.0]))
+    assert np.allclose(seen, [[0.8, 0.9, 1.0], [0.2, 0.1, 0.4], [0.4, 0.45, 0.5]])
 
 
 def test_two_pictures_are_one_too_many(made, stored, tmp_path):

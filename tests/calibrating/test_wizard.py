@@ -180,7 +180,7 @@ def test_a_bad_print_is_named(fault, code, wizard, profile, chart_pixels, tmp_pa
 @pytest.mark.slow
 def test_other_settings_than_the_hands_are_named(profile, scan, monkeypatch):
 
-    monkeypatch.setattr(ink_samples, "paper_of", lambda name: np.array([0.80, 0.95, 0.97]))
+    monkeypatch.setattr(ink_samples, "writer_of", lambda name: ("", [0.80, 0.95, 0.97]))
     wizard = Wizard(Task(profile, "sim", "white", hand="house-joined-ballpoint"))
     wizard.go(Step.SCAN)
     (found,) = wizard.take_scans([scan]).findings

@@ -11,9 +11,9 @@ from handout.errors import MissingCharacters
 from handout.printing.batch import BatchOptions, Way, chosen_rows, destination, make_rows
 from handout.printing.envelope import address_layout, address_text
 from handout.printing.journal import ENVELOPE, Journal
-from handout.printing.prepared import BatchPage, RowMaker
+from handout.printing.prepared import BatchPage, prepare_row
 from handout.printing.rows import Row
-from handout.printing.sending import Listener
+from handout.progress import silent
 from handout.sinks import drawing_file
 from handout.values import Drawing, Raster, Stroke
 
@@ -102,11 +102,11 @@ def rows(count, **changed):
 def print_all(table, write, profile, page, *, ink=block, select="", copies=1, again="", out=None, **given):
     """Address an envelope for every row and print it, or write it to a file; `write` gets text, layout and number."""
     record, x_height = given.pop("journal", None) or Journal(), given.pop("x_height", None)
-    listener = Listener(given.pop("progress", Listener().progress))
+    tell = given.pop("tell", silent)
     options = BatchOptions(select, copies, again, out, given.pop("all_or_none", False))
     chosen_rows(table, options, record.resumed)
     address_layout(page, 1, 1, x_height)
-    way = Way(profile, lambda page: profile, given.pop("about", {}), resumed=record.resumed, say=listener.say, **given)
+    way = Way(profile, lambda page: profile, given.pop("about", {}), resumed=record.resumed, **given)
 
     def envelope(row):
         layout = address_layout(page, len(row.lines), max(map(len, row.lines)), x_height)
@@ -114,4 +114,5 @@ def print_all(table, write, profile, page, *, ink=block, select="", copies=1, ag
         return [BatchPage(ENVELOPE, drawing, partial(ink, drawing), file=partial(drawing_file, drawing))]
 
     with destination(way, options, [page]) as place:
-        return make_rows(table, RowMaker(envelope, place.prepare).each, place, options, record, listener=listener)
+        make = partial(map, partial(prepare_row, envelope, place.prepare))
+        return make_rows(table, make, place, options, record, tell=tell)

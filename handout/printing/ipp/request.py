@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from handout.errors import ProfileError
-from handout.printing.ipp.message import Attribute, Message, Range, Resolution, Tag, Value, attribute
+from handout.printing.ipp.message import Attribute, Message, Range, Resolution, Tag, attribute
 
 _DOTS_AN_INCH = 3  # the unit of a resolution, see `message.Resolution`
 _HUNDREDTHS = 100  # PWG 5100.7: media-col has its lengths in 1/100 mm
@@ -136,7 +136,9 @@ def _option(name: str, value: str, capabilities: Capabilities) -> Attribute:
         raise ProfileError(f"The option {name!r} is no number and no word: leave it out of the profile's options.")
     if tag in (Tag.KEYWORD, Tag.NAME):
         if value not in capabilities.texts(f"{name}-supported"):
-            raise ProfileError(f"{name} = {value!r} is not among {_listed('the values', _words(listed))}.")
+            raise ProfileError(
+                f"{name} = {value!r} is not among {_listed('the values', tuple(str(each.value) for each in listed))}."
+            )
         return attribute(name, tag, value)
     if tag == Tag.BOOLEAN:
         return attribute(name, tag, value.lower() in ("true", "yes", "1"))
@@ -144,10 +146,6 @@ def _option(name: str, value: str, capabilities: Capabilities) -> Attribute:
         return attribute(name, tag, int(value))
     except ValueError:
         raise ProfileError(f"{name} = {value!r} must be a whole number.") from None
-
-
-def _words(values: Iterable[Value]) -> tuple[str, ...]:
-    return tuple(str(value.value) for value in values)
 
 
 def _listed(what: str, names: tuple[str, ...]) -> str:
