@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from handout import atomic
@@ -90,7 +89,20 @@ def read(
         A file that cannot be read or used, texts too few or too many.
     """
     path = None if output is None else hand_path(output)
-    transcripts = [(str(text), _transcript(Path(text), listener)) for text in texts]
+    transcripts = [_transcript(str(text), read_bytes(text), listener) for text in texts]
+    return _read(name, scans, inks, transcripts, path, options, listener)
+
+
+def _read(
+    name: str,
+    scans: Sequence[str | Path],
+    inks: Sequence[str | Path],
+    transcripts: Sequence[tuple[str, str]],
+    path: Path | None,
+    options: ReadingOptions,
+    listener: Listener,
+) -> ReadHand:
+    """`read`, of texts with what they are called."""
     if bool(scans) == bool(inks):
         raise InputError("A hand is read from scans or from recorded pens: give --scan or --ink, one of them.")
     listener.progress(0.0, "opening the pages")
@@ -137,23 +149,13 @@ def read_as_own(
     InputError
         There is a hand of that name; as `read`.
     """
-    return _read_texts(name, scans, texts, own_place(name), options, listener)
+    path = own_place(name)
+    return _read(name, scans, (), _transcripts(texts, listener), path, options, listener)
 
 
-def _read_texts(
-    name: str,
-    scans: Sequence[str | Path],
-    texts: Sequence[str],
-    path: Path | None,
-    options: ReadingOptions,
-    listener: Listener,
-) -> ReadHand:
-    """`read`, of texts themselves."""
-    with TemporaryDirectory() as folder:
-        files = [Path(folder) / f"text of page {number}" for number in range(1, len(texts) + 1)]
-        for file_, text in zip(files, texts, strict=True):
-            file_.write_text(text, encoding="utf-8")
-        return read(name, scans, files, path, options, listener=listener)
+def _transcripts(texts: Sequence[str], listener: Listener) -> list[tuple[str, str]]:
+    """Texts of pages with what they are called."""
+    return [_transcript(f"text of page {n}", text.encode(), listener) for n, text in enumerate(texts, 1)]
 
 
 def read_more(
@@ -181,7 +183,7 @@ def read_more(
     known = file.load(path)
     keeping = any(page.scan is not None for page in known.pages)
     options = replace(options, ink_only=options.ink_only or not keeping)
-    more = _read_texts(known.name, scans, texts, None, options, listener)
+    more = _read(known.name, scans, (), _transcripts(texts, listener), None, options, listener)
     with atomic.held(path, listener.say):  # as it is now: reading takes minutes
         if PendingLog(path).there():
             keep_letters(str(path))
@@ -195,15 +197,14 @@ def read_more(
     return ReadHand(joined, path, more.pages, options.seed, notes=notes)
 
 
-def _transcript(path: Path, listener: Listener) -> str:
-    """The text of a page."""
-    data = read_bytes(path)
+def _transcript(name: str, data: bytes, listener: Listener) -> tuple[str, str]:
+    """The text of a page, and what it is called."""
     if len(data) > _MOST_TEXT:
-        raise InputError(f"{path}: {len(data)} bytes are more than a page holds; give the text of one page.")
-    text = decoded(data, str(path), listener)
+        raise InputError(f"{name}: {len(data)} bytes are more than a page holds; give the text of one page.")
+    text = decoded(data, name, listener)
     if not text.strip():
-        raise InputError(f"{path} is empty: give what is written on the page, line by line.")
-    return text
+        raise InputError(f"{name} is empty: give what is written on the page, line by line.")
+    return name, text
 
 
 def _recorded(inks: Sequence[str], texts: Sequence[tuple[str, str]], listener: Listener) -> list[PageSource]:
