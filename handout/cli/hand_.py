@@ -78,13 +78,14 @@ def read(
 
 
 def _sentence(result: ReadHand) -> str:
-    hand, doubtful = result.hand, result.doubtful
+    hand, path, doubtful = result.hand, result.files[0], len(result.told["doubtful"])
+    missing = sum(len(page["missing"]) for page in result.told["found"])
     sentence = (
-        f"Wrote {result.path}: {units.count(len(hand.glyphs), 'letter')} on {units.count(len(hand.pages), 'page')}, "
-        f"{len(hand.letters)} different ones; {doubtful} doubtful, {result.missing} not found."
+        f"Wrote {path}: {units.count(len(hand.glyphs), 'letter')} on {units.count(len(hand.pages), 'page')}, "
+        f"{len(hand.letters)} different ones; {doubtful} doubtful, {missing} not found."
     )
-    if doubtful + result.missing > (1 - _LEAST_SURE) * len(hand.glyphs):
-        sentence += f" Many are doubtful: look at them with `handout hand check {result.path} -o overlay.png`."
+    if doubtful + missing > (1 - _LEAST_SURE) * len(hand.glyphs):
+        sentence += f" Many are doubtful: look at them with `handout hand check {path} -o overlay.png`."
     return sentence
 
 
@@ -108,7 +109,8 @@ def add_signature(name: str, scan: str, dpi: float | None, again: bool, console:
     from handout.pipeline import signatures
 
     result = signatures.add_signature(name, scan, dpi, again=again)
-    console.report(result, f"Wrote {result.path}: {result.width:.0f} x {result.height:.0f} mm.")
+    told = result.told
+    console.report(result, f"Wrote {told['path']}: {told['width']:.0f} x {told['height']:.0f} mm.")
 
 
 @signature.command("list")
@@ -118,7 +120,7 @@ def list_signatures(console: Console) -> None:
     from handout.pipeline import signatures
 
     result = signatures.list_signatures()
-    console.report(result, "\n".join(result.names) or "No signature is kept.")
+    console.report(result, "\n".join(result.told["names"]) or "No signature is kept.")
 
 
 @command.command("list")

@@ -16,7 +16,7 @@ from handout.pipeline.inputs import decoded, hand_path, read_bytes
 from handout.pipeline.kept_hands import learn, own_place, scan_notes
 from handout.pipeline.letter_desk import keep_letters
 from handout.pipeline.options import ReadingOptions
-from handout.pipeline.results import SILENT, Fact, Facts, Listener, Result
+from handout.pipeline.results import SILENT, Delivery, Fact, Listener
 from handout.progress import within
 from handout.sources import read_drawing
 from handout.tagging.page_sources import PageSource, gather_sources, tagged_pages
@@ -30,37 +30,22 @@ _MOST_TEXT = 200_000  # bytes; no page holds more
 _OPENED, _MADE = 0.04, 0.97  # of the work on a page, when it is opened, and when its letters are found; measured
 
 
-@dataclass(frozen=True, eq=False)
-class ReadHand(Result):
-    """A hand that was read.
-
-    path : its .hand file; None where it was not kept.
-    pages : how each page was read.
-    """
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ReadHand(Delivery):
+    """A hand that was read; pages : how each page was."""
 
     hand: ScannedHand
-    path: Path | None
     pages: tuple[TaggedPage, ...]
-    seed: int
 
-    @property
-    def doubtful(self) -> int:
-        """How many letters are doubtful."""
-        return len(report.doubtful(self.hand))
 
-    @property
-    def missing(self) -> int:
-        """How many letters of the transcripts were not found."""
-        return sum(len(page.missing) for page in self.pages)
-
-    def facts(self) -> Facts:
-        files = [] if self.path is None else [str(self.path)]
-        return {
-            **report.facts(self.hand),
-            "files": files,
-            "seed": self.seed,
-            "found": [_page_facts(page) for page in self.pages],
-        }
+def _delivered(
+    hand: ScannedHand, path: Path | None, pages: tuple[TaggedPage, ...], seed: int, notes: tuple[str, ...]
+) -> ReadHand:
+    """A hand that was read, which is kept in a file, or None."""
+    files = () if path is None else (path,)
+    found = [_page_facts(page) for page in pages]
+    told = {**report.facts(hand), "files": [*map(str, files)], "seed": seed, "found": found}
+    return ReadHand(seed=seed, files=files, told=told, hand=hand, pages=pages, notes=notes)
 
 
 def read(
@@ -121,7 +106,7 @@ def _read(
         with atomic.held(path, listener.say):
             file.save(hand, path)
             notes = (*scan_notes(hand), *_remembered(hand, path))
-    return ReadHand(hand, path, pages, options.seed, notes=notes)
+    return _delivered(hand, path, pages, options.seed, notes)
 
 
 def _remembered(hand: ScannedHand, path: Path) -> tuple[str, ...]:
@@ -194,7 +179,7 @@ def read_more(
         file.save(joined, path)
         notes = (f"What was corrected in {hand.name} stays, and can no longer be undone.",) if corrected else ()
         notes = (*notes, *scan_notes(more.hand), *_remembered(joined, path))
-    return ReadHand(joined, path, more.pages, options.seed, notes=notes)
+    return _delivered(joined, path, more.pages, options.seed, notes)
 
 
 def _transcript(name: str, data: bytes, listener: Listener) -> tuple[str, str]:
