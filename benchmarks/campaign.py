@@ -30,7 +30,8 @@ from benchmarks.faults import MACHINES as EVERY
 from handout.merging.sheets import Grid
 from handout.pipeline.plot_request import AttendanceOptions
 from handout.pipeline.plot_rows import PlotSpool, PlotterQueue
-from handout.pipeline.plotting import ReportFile, Unattended
+from handout.pipeline.plotting import AtPlotter, ReportFile
+from handout.pipeline.results import Attendant
 from handout.plotting import bed
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.job import Options
@@ -263,8 +264,8 @@ def plotted(machines: Sequence[int], count: int, kills: int, seed: int) -> Batch
 
 
 def _queue(desk: CountingDesk, number: int) -> DeskQueue:
-    how, nobody = Options(overlap=OVERLAP), Unattended("sim:")
-    queue = DeskQueue(desk.profile, "sim:", how, nobody, AttendanceOptions(), ReportFile(None), name=f"desk {number}")
+    person = AtPlotter(Attendant(), "sim:", f"desk {number}")
+    queue = DeskQueue(desk.profile, person, Options(overlap=OVERLAP), AttendanceOptions(), ReportFile(None))
     queue.desk = desk
     return queue
 

@@ -27,8 +27,7 @@ from handout.pipeline import merging
 from handout.pipeline.merging import RowPages
 from handout.pipeline.options import MergeOptions, PictureOptions, SheetOptions, TableOptions, WritingOptions
 from handout.pipeline.results import SILENT
-from handout.pipeline.row_work import MadeRow, RowWork, row_work
-from handout.pipeline.workers import ProcessWorkers, Workers, opened
+from handout.pipeline.row_work import MadeRow, ProcessWorkers, Remote, RowWork, opened, row_work
 from handout.printing.batch import BatchOptions, PrintSpool, Way, make_rows
 from handout.printing.journal import ENVELOPE, Journal
 from handout.printing.prepared import Document, PreparedPage, PreparedRow
@@ -90,7 +89,7 @@ def speed(title: str, of: TimedWork, count: int = ROWS) -> None:
     )
 
 
-def _timed(workers: Workers, rows: list[Row]) -> tuple[float, float]:
+def _timed(workers: RowWork | Remote, rows: list[Row]) -> tuple[float, float]:
     """CPU seconds of all processes, and seconds, for these rows."""
     own, begun = time.process_time(), time.perf_counter()
     made = sum(float(each.row.warnings[0]) for each in workers.each(rows))
@@ -159,7 +158,7 @@ def _most() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
-def _killed(workers: Workers, rows: list[Row], pids: Callable[[], list[int]]) -> tuple[list[Any], int]:
+def _killed(workers: RowWork | Remote, rows: list[Row], pids: Callable[[], list[int]]) -> tuple[list[Any], int]:
     """The pages of rows of which one in four is followed by the end of one of some processes, and how many ended."""
     rng, made, kills = random.Random(1), [], 0
     for each in workers.each(rows):

@@ -41,7 +41,7 @@ _PUBLIC = {
     "correct": "handout.tagging.relearning",
     "drawings": "handout.pipeline.writing",
     "each_page": "handout.writing.compose",
-    "export": "handout.pipeline.exporting",
+    "export": "handout.pipeline.writing",
     "fill": "handout.pipeline.filling",
     "find": "handout.hand.library",
     "ink": "handout.inking.plain",

@@ -95,7 +95,7 @@ class WritingOptions:
     speed : "human", "fast", or a factor.
     slips : words in 100 that are begun wrongly and struck out.
     rewritten : words that are written again while all others stay as they are: where each begins in the text, and how
-        many times; in a letter file, where in what its hands write, as `Written.words` tells it.
+        many times; in a letter file, where in what its hands write, as `write` tells it.
     """
 
     hand: str | Hand | ScannedHand = shared(
