@@ -326,7 +326,8 @@ class PrintSpool(Spool):
             name = page.name or f"{page.width:g} x {page.height:g} mm"
             back = " again, with their backs to the print side and in the same order" if piece.part == BACK else ""
             where = f" at {self.queue.name}" if self._way.shared else ""
-            self._way.change(f"Put in the envelopes ({name}){back}{where}")
+            what = "the envelopes" if number else "the letters' paper"
+            self._way.change(f"Put in {what} ({name}){back}{where}")
         self._last = number
 
     def send(self, sheet: Sequence[Piece], title: str) -> str:

@@ -29,8 +29,10 @@ class Ticket:
     source : tray; empty for the printer's own choice.
     options : further ones, sent as they are.
     sheet : its size as it is fed, mm; the first side lies across the feed.
-    type : kind of paper, ``"envelope"`` or empty.
+    type : kind of paper, ``"envelope"`` or empty; taken where the printer has it.
     name : for a file, without its ending.
+    format : MIME type of the document, where the way to the printer asks for it.
+    copies : always sent over IPP, because some printers otherwise make more than one.
     """
 
     title: str
@@ -40,6 +42,8 @@ class Ticket:
     sheet: Page = _NO_SHEET
     type: str = ""
     name: str = ""
+    format: str = ""
+    copies: int = 1
 
 
 @dataclass(frozen=True)

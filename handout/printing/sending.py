@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from handout.errors import HandoutError, PrinterError
-from handout.printing.journal import Journal, Piece, Step
+from handout.printing.journal import Journal, Piece, State, Step
 from handout.printing.prepared import Destination
 from handout.printing.queue import Device, Outcome, OutcomeUnknown
 from handout.printing.rows import named, ranges
@@ -303,13 +303,11 @@ def follow(queue: Device, journal: Journal, sheet: Sequence[Piece]) -> None:
 
 
 def note_outcome(journal: Journal, sheet: Sequence[Piece], outcome: Outcome) -> None:
-    for piece in sheet:
-        if outcome.state == "completed":
-            journal.note(piece, "completed")
-        elif outcome.state == "failed":
-            journal.note(piece, "failed", why=outcome.why)
-        elif outcome.state == "unknown":
-            journal.note(piece, "doubtful", why=outcome.why)
+    """Keep what became of a sheet; of one that waits there is nothing new."""
+    states: dict[str, State] = {"completed": "completed", "failed": "failed", "unknown": "doubtful"}
+    for piece in sheet if outcome.state in states else ():
+        why = {} if outcome.state == "completed" else {"why": outcome.why}
+        journal.note(piece, states[outcome.state], **why)
 
 
 @dataclass

@@ -213,9 +213,13 @@ class _Sharing:
                 with self._sending(station, begun):
                     follow(station.spool.queue, run.journal, begun)
                     run.gone(begun)
-            for sheet in station.spool.sheets(self._pieces(station)):
-                with self._sending(station, sheet):
-                    run.send(station.spool, sheet)
+            more = True
+            while more:  # while it made its last sheet, others may have given back what they cannot make
+                more = False
+                for sheet in station.spool.sheets(self._pieces(station)):
+                    more = True
+                    with self._sending(station, sheet):
+                        run.send(station.spool, sheet)
         except HandoutError as error:
             station.error = error
         except KeyboardInterrupt as stop:
@@ -255,6 +259,7 @@ class _Sharing:
 
     def _pieces(self, station: Station) -> Iterator[Piece]:
         """What a device makes next, row after row."""
+        station.collecting = True
         while (row := self._next(station)) is not None:
             self.place.hand(row, station.spool)
             yield from row
@@ -313,7 +318,11 @@ class _Sharing:
         others = [each for each in self.place.stations if each is not station]
         if station.makes == "envelopes" and not all(each.ended for each in others if each.makes == "letters"):
             return False
-        return not any(each.collecting and not each.idle for each in others if each.makes == station.makes)
+        alike = [each for each in others if each.makes == station.makes]
+        if any(each.collecting and not each.idle for each in alike):
+            return False
+        # what another holds it may still give back; who holds something makes that first
+        return bool(station.held) or not any(each.held and not each.ended for each in alike)
 
     def _give_back(self, station: Station) -> None:
         """Rows of which a device that has stopped has begun nothing may be made by others."""

@@ -10,7 +10,6 @@ from pathlib import Path
 from handout.errors import InputError, PrinterError
 from handout.printing.documents import MIME
 from handout.printing.ipp.client import Client, JobReference, JobStatus
-from handout.printing.ipp.request import Request
 from handout.printing.ipp.status import JobState, blocks_output, jammed, reason_phrase
 from handout.printing.ipp.submission import PAUSES, Submission
 from handout.printing.ipp.transport import TransportError
@@ -132,13 +131,11 @@ class IppQueue(Queue):
             return blocking
         return reason_phrase([reason for reason in status.reasons if reason != "printer-stopped"])
 
-    def _request(self, ticket: Ticket) -> Request:
-        # the kind of paper belongs to the sheet in IPP, and is an option beside it for a CUPS queue
+    def _request(self, ticket: Ticket) -> Ticket:
+        """The ticket as IPP has it: the kind of paper belongs to the sheet, and is an option beside it for CUPS."""
         options = dict(ticket.options)
         kind = options.pop("media-type", ticket.type)
-        sheet, format = ticket.sheet, MIME[self.format]
-        size = (sheet.width, sheet.height)
-        return Request(ticket.title, format, *size, ticket.source, ticket.media, kind, options=options)
+        return replace(ticket, format=MIME[self.format], type=kind, options=options)
 
 
 def earlier_outcome(client: Client, job: str, title: str, earlier: Collection[str]) -> Outcome:
