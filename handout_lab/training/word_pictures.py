@@ -295,7 +295,7 @@ def _words_of(line: SyntheticLine, words: list[str], pen: float, name: str) -> I
         words.clear()
 
 
-def distorted(source: Source, rng: np.random.Generator) -> Image | None:
+def distorted(source: Source, rng: np.random.Generator, widest: int = _WIDEST) -> Image | None:
     """(HEIGHT, w) uint8: a word in word space, as another person with another pen might write it; None: too wide."""
     picture = _another_pen(source, rng)
     scale = source.x_height / X_HEIGHT / float(np.exp(rng.normal(0.0, 0.12)))  # source pixels a pixel of word space
@@ -305,13 +305,13 @@ def distorted(source: Source, rng: np.random.Generator) -> Image | None:
         return None
     margins = rng.uniform(4, 12, 2)
     width = int((ink[-1] - ink[0]) / across + margins.sum())
-    if width > _WIDEST:
+    if width > widest:
         return None
     u, v = np.meshgrid(np.arange(width, dtype=np.float32), np.arange(HEIGHT, dtype=np.float32))
     up = ABOVE + rng.normal(0.0, 1.1) - v
     du, dv = _field(width, rng)
     # a slant that was not taken away, a baseline that rises and waves, ascenders and descenders of another length
-    drift = rng.normal(0.0, 0.012) * (u - width / 2) + rng.normal(0.0, 0.5) * np.sin(
+    drift = rng.normal(0.0, 0.012) * min(1.0, _WIDEST / width) * (u - width / 2) + rng.normal(0.0, 0.5) * np.sin(
         u / rng.uniform(15, 50) + rng.uniform(0, 6)
     )
     up = up + dv + drift
