@@ -17,6 +17,7 @@ import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any, NoReturn
 from unittest.mock import patch
@@ -29,14 +30,15 @@ from benchmarks.faults import MACHINES as EVERY
 from handout.merging.sheets import Grid
 from handout.pipeline.plot_request import AttendanceOptions
 from handout.pipeline.plot_rows import PlotSpool, PlotterQueue
-from handout.pipeline.plotting import ReportFile, Unattended
+from handout.pipeline.plotting import AtPlotter, ReportFile
+from handout.pipeline.results import Attendant
 from handout.plotting import bed
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.job import Options
 from handout.printing import journal
 from handout.printing.batch import BatchOptions, PrintSpool, Way, make_rows
 from handout.printing.journal import ENVELOPE, Journal, Piece
-from handout.printing.prepared import BatchPage, RowMaker
+from handout.printing.prepared import BatchPage, prepare_row
 from handout.printing.queue import Outcome, SimulatedQueue, Ticket
 from handout.printing.rows import Row
 from handout.printing.several import Several
@@ -262,8 +264,8 @@ def plotted(machines: Sequence[int], count: int, kills: int, seed: int) -> Batch
 
 
 def _queue(desk: CountingDesk, number: int) -> DeskQueue:
-    how, nobody = Options(overlap=OVERLAP), Unattended("sim:")
-    queue = DeskQueue(desk.profile, "sim:", how, nobody, AttendanceOptions(), ReportFile(None), name=f"desk {number}")
+    person = AtPlotter(Attendant(), "sim:", f"desk {number}")
+    queue = DeskQueue(desk.profile, person, Options(overlap=OVERLAP), AttendanceOptions(), ReportFile(None))
     queue.desk = desk
     return queue
 
@@ -275,7 +277,8 @@ def _work(table: Sequence[Row], spools: Sequence[Any]) -> Callable[[Journal], No
 
 def _made(table: Sequence[Row], place: Any, kept: Journal) -> None:
     with place:
-        make_rows(table, RowMaker(write, place.prepare).each, place, BatchOptions(), kept)
+        made = partial(prepare_row, write, place.prepare)
+        make_rows(table, partial(map, made), place, BatchOptions(), kept)
 
 
 def _ran(work: Any, folder: Path, fate: Fate, tally: Tally) -> bool:

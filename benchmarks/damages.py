@@ -35,7 +35,7 @@ from handout.printing import journal
 from handout.printing.batch import BatchOptions, PrintSpool, Way, make_rows
 from handout.printing.journal import ENVELOPE, Piece
 from handout.printing.prepared import PreparedPage, PreparedRow
-from handout.printing.queue import Outcome, OutcomeUnknown, Ticket
+from handout.printing.queue import Outcome, OutcomeUnknown, Queue, Ticket
 from handout.printing.rows import Row
 from handout.printing.sending import PrintingStopped, Report
 from handout.printing.several import Several
@@ -135,23 +135,15 @@ class Interrupt(Exception):
     """Why a plot ended."""
 
 
-class _Printer:
+class _Printer(Queue):
     """A printer that remembers what came out, by title; at one page it fails in a way of its own.
 
     refuses : it takes nothing; dies : the program is killed before it has the page, or after.
     """
 
-    keeps, format = False, "pdf"
-
     def __init__(self, name: str, rng: np.random.Generator, knows: bool) -> None:
         self.name, self.knows, self.made = name, knows, list[str]()
         self.fails, self.how = int(rng.integers(1, 16)), ("refuses", "lost", "dies", "dead")[rng.integers(4)]
-
-    def resolution(self, wanted: int) -> int:
-        return wanted
-
-    def check(self, ticket: Ticket) -> None:
-        """Takes all."""
 
     def send(self, page: Path, ticket: Ticket) -> str:
         self.fails -= 1
@@ -164,16 +156,10 @@ class _Printer:
             raise faults.Crash if self.how == "dead" else OutcomeUnknown("the cable was pulled.")
         return f"{len(self.made)}@9"
 
-    def follow(self, job: str, title: str) -> Outcome:
-        return Outcome("completed")
-
     def outcome(self, job: str, title: str, earlier: Collection[str] = ()) -> Outcome:
         if not self.knows:
             return Outcome("unknown", "the printer does not know the job (any longer)")
         return Outcome("completed" if title in self.made else "failed")
-
-    def cancel(self, job: str, title: str) -> Outcome:
-        return self.outcome(job, title)
 
 
 def batch_journal(seed: int) -> str:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.calibrating.ink_samples import Inks
+from handout.calibrating.ink_samples import lay_on
 from handout.calibrating.pen_reference import at_dpi
 from handout.colour import conversions, gamut
 from handout.colour.chart import chart
@@ -147,7 +147,7 @@ def judged(name: str, ink: Ink, scribble: Scribble, colours: ColourTable, papers
     clear = (seen / white).min(axis=1, keepdims=True)
     rgba = np.hstack([np.clip((seen - clear * white) / np.maximum(1 - clear, 1e-3), 0, 1), 1 - clear])
     outs = [Raster(part[None].astype(np.float32), DPI) for part in (rgba, found.inks(rgba))]
-    wanted = np.clip(Inks(np.asarray(outs[1].rgba[0], dtype=np.float64)).on(np.asarray(colours.paper)), 0, 1)
+    wanted = np.clip(lay_on(np.asarray(outs[1].rgba[0], dtype=np.float64), np.asarray(colours.paper)), 0, 1)
     reached = gamut.reach(wanted, colours).lost < gamut.SEEN
     printed = []
     for out in outs:

@@ -18,7 +18,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -27,12 +27,11 @@ from handout.pipeline import merging
 from handout.pipeline.merging import RowPages
 from handout.pipeline.options import MergeOptions, PictureOptions, SheetOptions, TableOptions, WritingOptions
 from handout.pipeline.results import SILENT
-from handout.pipeline.row_work import MadeRow, RowWork, row_work
-from handout.pipeline.workers import ProcessWorkers, Workers, opened
+from handout.pipeline.row_work import MadeRow, ProcessWorkers, Remote, RowWork, opened, row_work
 from handout.printing.batch import BatchOptions, PrintSpool, Way, make_rows
 from handout.printing.journal import ENVELOPE, Journal
 from handout.printing.prepared import Document, PreparedPage, PreparedRow
-from handout.printing.queue import Outcome, Ticket
+from handout.printing.queue import Outcome, Queue, Ticket
 from handout.printing.rows import Row
 from handout.profiles import Printer, find
 from handout.values import Page
@@ -90,7 +89,7 @@ def speed(title: str, of: TimedWork, count: int = ROWS) -> None:
     )
 
 
-def _timed(workers: Workers, rows: list[Row]) -> tuple[float, float]:
+def _timed(workers: RowWork | Remote, rows: list[Row]) -> tuple[float, float]:
     """CPU seconds of all processes, and seconds, for these rows."""
     own, begun = time.process_time(), time.perf_counter()
     made = sum(float(each.row.warnings[0]) for each in workers.each(rows))
@@ -116,23 +115,16 @@ def efficiency(of: TimedWork, turns: int = 4, count: int = 8) -> None:
     )
 
 
-class _Taken:
+class _Taken(Queue):
     """A printer that takes everything."""
 
-    name, keeps, format = "nowhere", False, "pdf"
-
-    def resolution(self, wanted: int) -> int:
-        return wanted
-
-    def check(self, ticket: Ticket) -> None: ...
+    name = "nowhere"
 
     def send(self, page: Path, ticket: Ticket) -> str:
         return ticket.name
 
-    def follow(self, job: str, title: str) -> Outcome:
+    def outcome(self, job: str, title: str, earlier: Collection[str] = ()) -> Outcome:
         return Outcome("completed")
-
-    outcome = cancel = lambda self, *_: Outcome("completed")
 
 
 def _cheap(rows: Iterable[Row]) -> Iterator[PreparedRow]:
@@ -166,7 +158,7 @@ def _most() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
-def _killed(workers: Workers, rows: list[Row], pids: Callable[[], list[int]]) -> tuple[list[Any], int]:
+def _killed(workers: RowWork | Remote, rows: list[Row], pids: Callable[[], list[int]]) -> tuple[list[Any], int]:
     """The pages of rows of which one in four is followed by the end of one of some processes, and how many ended."""
     rng, made, kills = random.Random(1), [], 0
     for each in workers.each(rows):

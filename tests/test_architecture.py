@@ -109,7 +109,6 @@ DOORS = {
     "handout/plotting/connections.py": "simulated",
     "handout/pipeline/calibrating.py": "simulated",
     "handout/pipeline/calibration_desk.py": "simulated",
-    "handout/pipeline/guided_calibration.py": "simulated",
 }
 HEAVY = {
     "numpy", "scipy", "sklearn", "skimage", "cv2", "colour", "reportlab", "rich", "PIL", "serial", "torch", "tifffile",

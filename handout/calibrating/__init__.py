@@ -1,7 +1,6 @@
 """From a printed chart to a stored calibration, and pages through it: what a user does about colour.
 
-    wizard           the steps of one calibration, without a terminal
-    session          what a run has come to so far, on the disk
+    wizard           the steps of one calibration, and what it has come to so far, on the disk
     store            the user's calibrations
     pages            charts and strips on their way to the printer
     scanner          scans through SANE
@@ -13,9 +12,9 @@
     calibrated_ink   which calibration pages go through, and the pages themselves
 
 The verbs are in `pipeline.calibrating`, the steps as a page asks for them in `pipeline.calibration_desk`.  To add a
-step: a member of `session.Step`, its method in `Wizard`, its request in `wizard._REQUESTS`, its line in the table of
-`pipeline.guided_calibration.GuidedCalibration.step`, its function in `pipeline.calibration_desk`, and its buttons in
-`draw` of `web/static/calibration.js`.
+step: a member of `wizard.Step`, its method in `Wizard`, its request in `wizard._REQUESTS`, its branch in `_Guide.lead`
+of `pipeline.calibrating`, its function in `pipeline.calibration_desk`, and its buttons in `draw` of
+`web/static/calibration.js`.
 
 Source: seed 000, §7.1.
 """

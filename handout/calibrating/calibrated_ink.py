@@ -110,8 +110,8 @@ class CalibratedInk:
             raster = self.reference.match.raster(raster)
         if len(self._seen) < _PAGES:
             samples = ink_samples.of_raster(np.asarray(raster.rgba), _SAMPLED)
-            if len(samples.rgba):
-                self._seen.append(np.clip(samples.on(np.asarray(self._table.paper, dtype=np.float64)), 0, 1))
+            if len(samples):
+                self._seen.append(samples)
         return apply(raster, self._table)
 
     def facts(self) -> dict[str, object]:
@@ -138,4 +138,4 @@ class CalibratedInk:
             return ink_samples.reach_of(self.hand, self._table, self.reference, self.pen)
         if not self._seen:
             return None
-        return gamut.reach(np.concatenate(self._seen), self._table)
+        return ink_samples.reach(np.concatenate(self._seen), self._table)

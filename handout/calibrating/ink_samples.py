@@ -1,8 +1,9 @@
-"""Samples of ink, by which a calibration is verified: a hand's own, or what pens usually leave, and greys."""
+"""Samples of ink, by which a calibration is verified: a hand's own, or what pens usually leave, and greys.
+
+Samples are (n, 4) float in 0–1, on a transparent sheet: scanned RGB of the ink, and how much of the paper it covers.
+"""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from handout.colour.table import ColourTable
 from handout.hand.drawn import Hand
 from handout.hand.scanned import ScannedHand
 from handout.inking.pen import Pen
-from handout.values import Array, Drawing, readonly
+from handout.values import Array, Drawing
 
 USUAL_HAND = "house-joined"  # whose ink is looked at where no hand is named: that of pages without --hand
 
@@ -26,44 +27,33 @@ _DENSITIES = (0.12, 2.0)  # of a pen's usual ink: hardly seen, to two lines over
 _MOST = 20_000  # samples: more tell the same
 
 
-@dataclass(frozen=True, eq=False)
-class Inks:
-    """Samples of ink on a transparent sheet.
-
-    rgba : (n, 4) float in 0–1: scanned RGB of the ink, and how much of the paper it covers.
-    """
-
-    rgba: Array
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "rgba", readonly(self.rgba, None, 4))
-
-    def on(self, paper: Array) -> Array:
-        """(n, 3) what is seen of them on paper of scanned RGB (3,)."""
-        cover = self.rgba[:, 3:]
-        return np.asarray(paper * (1 - cover) + cover * self.rgba[:, :3])
-
-    def take(self, rows: NDArray[np.intp]) -> Inks:
-        """Some of them."""
-        return Inks(self.rgba[rows])
+def lay_on(samples: Array, paper: Array) -> Array:
+    """(n, 3) what is seen of samples on paper of scanned RGB (3,)."""
+    cover = samples[:, 3:]
+    return np.asarray(paper * (1 - cover) + cover * samples[:, :3])
 
 
-def seen_by_chart(samples: Inks, reference: Reference) -> Inks:
-    """Samples of a hand's ink as a chart's scan shows that ink, as far as its frame tells."""
-    return (
-        samples if reference.match is None else Inks(np.asarray(reference.match.inks(samples.rgba), dtype=np.float64))
-    )
+def reach(samples: Array, table: ColourTable) -> Reach:
+    """What of some samples the printer of a table reaches."""
+    return gamut.reach(np.clip(lay_on(samples, np.asarray(table.paper, dtype=np.float64)), 0, 1), table)
 
 
-def of_raster(rgba: Array | NDArray[np.float32], most: int = _MOST) -> Inks:
+def seen_by_chart(samples: Array, reference: Reference | None) -> Array:
+    """Samples of a hand's ink as a chart's scan shows that ink, as far as its frame tells; None: of no hand."""
+    if reference is None or reference.match is None:
+        return samples
+    return np.asarray(reference.match.inks(samples), dtype=np.float64)
+
+
+def of_raster(rgba: Array | NDArray[np.float32], most: int = _MOST) -> Array:
     """Samples, evenly over the pixels of a raster (h, w, 4) that have ink."""
     pixels = rgba.reshape(-1, 4)
     inked = np.flatnonzero(pixels[:, 3] > _LEAST)
     step = max(1, -(-len(inked) // most))
-    return Inks(np.asarray(pixels[inked[::step]], dtype=np.float64))
+    return np.asarray(pixels[inked[::step]], dtype=np.float64)
 
 
-def usual(count: int) -> Inks:
+def usual(count: int) -> Array:
     """`count` samples of the program's own pens, from hardly any ink to thick ink.
 
     Light passes through ink as through a filter (the law of Beer and Lambert).
@@ -75,16 +65,16 @@ def usual(count: int) -> Inks:
     density = np.geomspace(*_DENSITIES, each)[:, None]
     light = np.concatenate([np.asarray(rgb(pen(name).colour)) ** density for name in TEXTURED])[:count]
     clear = light.min(axis=1, keepdims=True)
-    return Inks(np.hstack([(light - clear) / (1 - clear), 1 - clear]))
+    return np.hstack([(light - clear) / (1 - clear), 1 - clear])
 
 
-def greys(count: int) -> Inks:
+def greys(count: int) -> Array:
     """`count` samples of black ink that covers from little to all of the paper: greys of the paper's own hue."""
     cover = np.linspace(0.04, 1.0, count)[:, None]
-    return Inks(np.hstack([np.zeros((count, 3)), cover]))
+    return np.hstack([np.zeros((count, 3)), cover])
 
 
-def of_hand(name: str, pen: Pen | None = None) -> Inks:
+def of_hand(name: str, pen: Pen | None = None) -> Array:
     """Samples of the ink of a page in a hand: always the same page, so that its figures are the same everywhere.
 
     Parameters
@@ -113,30 +103,13 @@ def reach_of(name: str, table: ColourTable, reference: Reference | None = None, 
 
     Every figure on ink out of reach is made here.  Raises InputError: no such hand.
     """
-    samples = of_hand(name, pen)
-    if reference is not None:
-        samples = seen_by_chart(samples, reference)
-    return gamut.reach(np.clip(samples.on(np.asarray(table.paper, dtype=np.float64)), 0, 1), table)
+    return reach(seen_by_chart(of_hand(name, pen), reference), table)
 
 
-def paper_of(name: str) -> Array | None:
-    """(3,) scanned RGB in 0–1 of the paper that a scanned hand was written on; None for a drawn hand.
+def writer_of(name: str) -> tuple[str, list[float] | None]:
+    """What a scanned hand calls itself, and scanned RGB in 0–1 of the paper that it was written on.
 
-    Raises
-    ------
-    InputError
-        No such hand.
-    """
-    from handout.hand.library import find
-
-    hand = find(name)
-    if hand.pages is None:
-        return None
-    return np.asarray(np.median([np.median(page.paper, axis=(0, 1)) for page in hand.pages], axis=0) / 255)
-
-
-def scanned_name(name: str) -> str:
-    """What a scanned hand calls itself; empty for a drawn one.
+    "" and None for a drawn hand, and where no hand is named.
 
     Raises
     ------
@@ -145,8 +118,11 @@ def scanned_name(name: str) -> str:
     """
     from handout.hand.library import find
 
-    hand = find(name)
-    return "" if hand.pages is None else hand.name
+    hand = find(name) if name else None
+    if hand is None or hand.pages is None:
+        return "", None
+    paper = np.median([np.median(page.paper, axis=(0, 1)) for page in hand.pages], axis=0) / 255
+    return hand.name, paper.tolist()
 
 
 def _write_sample(hand: Hand | ScannedHand, rng: np.random.Generator) -> Drawing:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from datetime import date
+from functools import partial
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ import numpy as np
 import handout
 from handout import atomic
 from handout.colour import cgats, chart_files
+from handout.colour.cgats import Table
 from handout.colour.chart import Chart, chart
 from handout.colour.chart_files import render
 from handout.errors import InputError
@@ -34,17 +36,20 @@ _LEAST_DPI = 300  # a chart is drawn at least so finely; set by eye
 class Printed:
     """Pages of device RGB.
 
-    page : size of the sheet; pixels : (h, w, 3) uint8 of each page; dpi : theirs; about : stored with them.
+    page : size of the sheet; pixels : draw (h, w, 3) uint8 of each page; dpi : theirs; about : stored with them.
+    filed : stored with them in a file, where that is something else; tables : what lies beside a PDF, by its ending.
     """
 
     page: Page
-    pixels: Sequence[Pixels]
-    dpi: int
+    pixels: Sequence[Callable[[], Pixels]]
+    dpi: float
     about: Mapping[str, Any]
+    filed: Mapping[str, Any] | None = None
+    tables: Mapping[str, Sequence[Table]] = field(default_factory=dict)
 
 
 def write(pages: Printed, path: Path) -> tuple[Path, ...]:
-    """Write pages as one .pdf, or as .png: a file, or one a page.
+    """Write pages as one .pdf, with their tables beside it, or as .png: a file, or one a page.
 
     Raises
     ------
@@ -53,13 +58,20 @@ def write(pages: Printed, path: Path) -> tuple[Path, ...]:
     """
     suffix = path.suffix.lower()
     if suffix == ".pdf":
-        atomic.write(path, _document(pages))
-        return (path,)
+        files = (path, *map(path.with_suffix, pages.tables))
+        for file in files:
+            atomic.check_writable(file)
+        with picture_pdf.document(path, pages.about if pages.filed is None else pages.filed) as document:
+            for draw in pages.pixels:
+                document.add_pixels(pages.page, draw(), pages.dpi)
+        for file, tables in zip(files[1:], pages.tables.values(), strict=True):
+            cgats.write(file, tables)
+        return files
     if suffix != ".png":
         raise InputError(f"{path}: the chart is written as .pdf or .png; give the file one of these endings.")
     count = len(pages.pixels)
     paths = [path.with_name(f"{path.stem}-{n}{path.suffix}") if count > 1 else path for n in range(1, count + 1)]
-    atomic.write_all((to, png(pixels, pages.dpi)) for pixels, to in zip(pages.pixels, paths, strict=True))
+    atomic.write_all((to, png(draw(), pages.dpi)) for draw, to in zip(pages.pixels, paths, strict=True))
     return tuple(paths)
 
 
@@ -77,31 +89,25 @@ def send(pages: Printed, profile: Printer, queue: Queue | None = None) -> tuple[
     feeding = Feeding.of(pages.page, profile)
     names = []
     with tempfile.TemporaryDirectory(prefix="handout-") as work:
-        for number, pixels in enumerate(pages.pixels, 1):
+        for number, draw in enumerate(pages.pixels, 1):
             path = Path(work) / f"page-{number}.{queue.format}"
-            path.write_bytes(_fed(pages, pixels, feeding, queue.format))
+            path.write_bytes(_fed(pages, draw(), feeding, queue.format))
             named = ticket(profile, pages.page, f"handout colour chart, page {number}", f"chart-{number}")
             names.append(queue.send(path, named))
     return tuple(names)
 
 
-def _document(pages: Printed) -> bytes:
-    stream = BytesIO()
-    writer = picture_pdf.PdfWriter(stream, pages.about)
-    for pixels in pages.pixels:
-        writer.add_pixels(pages.page, pixels, pages.dpi)
-    writer.finish()
-    return stream.getvalue()
-
-
 def _fed(pages: Printed, pixels: Pixels, feeding: Feeding, kind: str) -> bytes:
     """One page as the printer is fed, in the queue's format."""
-    turned = pixels
     for turn in feeding.turns:
-        turned = np.ascontiguousarray(np.rot90(turned, 1 if turn == "left" else -1))
-    if kind == "pdf":
-        return _document(Printed(feeding.sheet, [turned], pages.dpi, pages.about))
-    return WRITERS[kind](feeding.sheet, DevicePixels(turned, pages.dpi), pages.about)
+        pixels = np.ascontiguousarray(np.rot90(pixels, 1 if turn == "left" else -1))
+    if kind != "pdf":
+        return WRITERS[kind](feeding.sheet, DevicePixels(pixels, pages.dpi), pages.about)
+    stream = BytesIO()
+    writer = picture_pdf.PdfWriter(stream, pages.about)
+    writer.add_pixels(feeding.sheet, pixels, pages.dpi)
+    writer.finish()
+    return stream.getvalue()
 
 
 def chart_for(printer: Printer, paper: str = "A4", pages: int | None = None) -> Chart:
@@ -116,56 +122,20 @@ def chart_for(printer: Printer, paper: str = "A4", pages: int | None = None) -> 
     return chart(paper, pages=pages, margins=(edges.top, edges.right, edges.bottom, edges.left))
 
 
-def fine_enough(dpi: float) -> float:
+def fine_enough(dpi: int) -> int:
     """The printer's resolution, or the multiple of it from 300 dpi on that a chart is drawn at."""
     return dpi * -(-_LEAST_DPI // dpi)
 
 
-def write_chart_pdf(chart: Chart, path: Path, dpi: float, lines: tuple[str, ...] = ()) -> tuple[Path, ...]:
-    """Write the chart as PDF, one DeviceRGB picture a page at the printer's resolution, with .ti1 and .ti2 beside it.
-
-    path : of the PDF; dpi : the printer's, of one below 300 a multiple of it; lines : at most two, printed under the
-    title: printer, paper, date.  Returns the paths of the PDF, the .ti1 and the .ti2.
-
-    Raises
-    ------
-    InputError
-        Another suffix than .pdf, or a file that cannot be written.
-    """
-    if path.suffix.lower() != ".pdf":
-        raise InputError(f"The chart is written as PDF, not {path.suffix or 'without a suffix'}: use {path.stem}.pdf.")
-    paths = (path, path.with_suffix(".ti1"), path.with_suffix(".ti2"))
-    for file in paths:
-        atomic.check_writable(file)
-    fine = fine_enough(dpi)
-    about = {"chart": chart.version, "paper": chart.paper.name, "dpi": fine}
-    with picture_pdf.document(path, about) as document:
-        for page in chart.pages:
-            document.add_pixels(page.paper, render(page, fine, lines), fine)
-    cgats.write(paths[1], chart_files.ti1(chart))
-    cgats.write(paths[2], chart_files.ti2(chart))
-    return paths
-
-
 def chart_pages(chart: Chart, profile: Printer, name: str) -> Printed:
-    """The pages of a chart as the printer's own pixels."""
-    dpi = round(fine_enough(profile.dpi))
-    pixels = [render(page, dpi, _title_lines(name)) for page in chart.pages]
-    return Printed(chart.paper, pixels, dpi, {"chart": chart.version, "printer": name})
-
-
-def write_chart(chart: Chart, profile: Printer, name: str, path: Path) -> tuple[Path, ...]:
-    """Write a chart as .pdf, with its tables beside it, or as .png.
-
-    Raises
-    ------
-    InputError
-        Another ending, or a file that cannot be written.
-    """
-    if path.suffix.lower() == ".png":
-        return write(chart_pages(chart, profile, name), path)
-    return write_chart_pdf(chart, path, profile.dpi, _title_lines(name))
-
-
-def _title_lines(name: str) -> tuple[str, ...]:
-    return (f"{name}   {date.today().isoformat()}   handout {handout.__version__}",)
+    """The pages of a chart as the printer's own pixels, with its tables (.ti1, .ti2); `name` : ``printer/paper``."""
+    dpi = fine_enough(profile.dpi)
+    lines = (f"{name}   {date.today().isoformat()}   handout {handout.__version__}",)
+    return Printed(
+        chart.paper,
+        [partial(render, page, dpi, lines) for page in chart.pages],
+        dpi,
+        {"chart": chart.version, "printer": name},
+        {"chart": chart.version, "paper": chart.paper.name, "dpi": dpi},
+        {".ti1": chart_files.ti1(chart), ".ti2": chart_files.ti2(chart)},
+    )

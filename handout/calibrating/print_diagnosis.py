@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 from handout.calibrating import store
@@ -43,31 +42,10 @@ def _cause(solids: Solids, pen: Reference | None, before: Calibration | None) ->
         solids = without_tone(solids, float(pen.match.tone.powers.mean()))
     if (finding := check_strength(solids)) is not None:
         return finding
-    earlier = None if before is None else _earlier(before)
-    if before is None or earlier is None:
-        return None
-    return check_change(solids, earlier, f"{before.date.day} {before.date:%B %Y}")
-
-
-def _earlier(before: Calibration) -> Solids | None:
-    """What an earlier chart's inks were like; None if that is no measure, as after a weak ink that was accepted."""
-    if before.patches_file is None or not before.patches_file.is_file():
+    if before is None or before.patches_file is None or not before.patches_file.is_file():
         return None
     patches = store.read_patches(before.patches_file)
-    solids = solids_of(patches.device, patches.scanned)
-    return None if solids is None or check_strength(solids) is not None else solids
-
-
-def last(printer: str, paper: str, scanner: str) -> Calibration | None:
-    """The calibration of a printer on a paper that the same scanner made last; None if there is none."""
-    same = [
-        calibration
-        for calibration in store.every()
-        if calibration.printer == store.key(printer) and calibration.paper == store.key(paper)
-    ]
-    return next((calibration for calibration in same if calibration.scanner == scanner), None)
-
-
-def warned(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """Those that are no reason to refuse."""
-    return tuple(finding for finding in findings if finding.severity == "warn")
+    earlier = solids_of(patches.device, patches.scanned)
+    if earlier is None or check_strength(earlier) is not None:  # no measure, as after a weak ink that was accepted
+        return None
+    return check_change(solids, earlier, f"{before.date.day} {before.date:%B %Y}")

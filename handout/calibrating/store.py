@@ -18,6 +18,8 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import msgspec
+
 from handout import atomic, profiles, shipped
 from handout.errors import InputError
 
@@ -28,8 +30,8 @@ if TYPE_CHECKING:
 
 
 ABOUT, TABLE, PATCHES = "about.json", "table.npz", "patches.ti3"
-SCRIBBLE, _PEN = "scribble.npz", "pen.json"
-_STRIP, _VERIFIED, _REPORT = "strip.json", "verification.json", "report.html"
+STRIP, VERIFICATION = "strip.json", "verification.json"
+_SCRIBBLE, _PEN, _REPORT = "scribble.npz", "pen.json", "report.html"
 
 
 @dataclass(frozen=True)
@@ -62,9 +64,9 @@ class Calibration:
         """The CGATS table of the chart's patches."""
         return None if self.folder is None else self.folder / PATCHES
 
-    def age(self, at: datetime | None = None) -> int:
+    def age(self) -> int:
         """Days since it was made."""
-        return max(0, ((at or now()) - self.date).days)
+        return max(0, (now() - self.date).days)
 
     def table(self) -> ColourTable:
         """Its colour table; raises InputError."""
@@ -72,9 +74,9 @@ class Calibration:
 
         return load(self.table_file)
 
-    def described(self, at: datetime | None = None) -> str:
+    def described(self) -> str:
         """Name, date and age, as they are said in a message."""
-        days = self.age(at)
+        days = self.age()
         old = "made today" if days == 0 else f"{days} day{'s' if days > 1 else ''} old"
         return f"calibration {self.name} of {self.date:%Y-%m-%d} ({old})"
 
@@ -83,43 +85,40 @@ class Calibration:
         return {
             "printer": self.printer, "paper": self.paper, "made": self.date.isoformat(timespec="seconds"),
             "age_days": self.age(), "scanner": self.scanner, "method": self.method, "misses": self.misses,
-            "folder": str(self.folder or self.table_file), "verification": self.verification(),
+            "folder": str(self.folder or self.table_file), "verification": self.kept(VERIFICATION),
             "pen": {"written": self.scribble() is not None, "hand": self.pen_of()},
         }  # fmt: skip
 
-    def strip(self) -> dict[str, Any] | None:
-        """The strip that was made last for it, as `strip.Strip.facts` gives it."""
-        return self._kept(_STRIP)
+    def kept(self, name: str) -> dict[str, Any] | None:
+        """What was found of its `STRIP` (as `strip.Strip.facts` gives it) or `VERIFICATION` last; None: nothing."""
+        path = None if self.folder is None else self.folder / name
+        return read_json(path) if path is not None and path.is_file() else None
 
-    def verification(self) -> dict[str, Any] | None:
-        """What its strip showed, as `verification.Verification.facts` gives it."""
-        return self._kept(_VERIFIED)
+    def keep(self, name: str, facts: Mapping[str, Any]) -> None:
+        """Remember what was found last."""
+        if self.folder is None:
+            raise InputError(
+                f"{self.table_file} is a table by itself, to which nothing can be added: name the printer."
+            )
+        atomic.write(self.folder / name, json.dumps(dict(facts), indent=1).encode())
 
     def scribble(self) -> Scribble | None:
         """What was written in the chart's frame with a pen; None if nothing was.  Raises InputError."""
-        if self.folder is None or not (self.folder / SCRIBBLE).is_file():
+        if self.folder is None or not (self.folder / _SCRIBBLE).is_file():
             return None
         from handout.colour.reading.pen_field import load
 
-        return load(self.folder / SCRIBBLE)
+        return load(self.folder / _SCRIBBLE)
 
     def pen_of(self) -> str:
         """The hand whose pen wrote in the chart's frame; empty if nobody said."""
-        return str((self._kept(_PEN) or {}).get("hand", ""))
+        return str((self.kept(_PEN) or {}).get("hand", ""))
 
     def keep_scribble(self, path: Path, hand: str) -> None:
         """Take along what was written in the chart's frame with the pen of a hand."""
         assert self.folder is not None
-        atomic.write(self.folder / SCRIBBLE, path.read_bytes())
-        self._keep(_PEN, {"hand": hand})
-
-    def keep_strip(self, facts: Mapping[str, Any]) -> None:
-        """Remember a strip that is being printed."""
-        self._keep(_STRIP, facts)
-
-    def keep_verification(self, facts: Mapping[str, Any]) -> None:
-        """Remember what a strip showed."""
-        self._keep(_VERIFIED, facts)
+        atomic.write(self.folder / _SCRIBBLE, path.read_bytes())
+        self.keep(_PEN, {"hand": hand})
 
     def keep_report(self, path: Path) -> None:
         """Take a report along."""
@@ -132,28 +131,13 @@ class Calibration:
         path = None if self.folder is None else self.folder / _REPORT
         return path if path is not None and path.is_file() else None
 
-    def _kept(self, name: str) -> dict[str, Any] | None:
-        if self.folder is None or not (self.folder / name).is_file():
-            return None
-        return read_json(self.folder / name)
-
-    def _keep(self, name: str, facts: Mapping[str, Any]) -> None:
-        if self.folder is None:
-            raise InputError(
-                f"{self.table_file} is a table by itself, to which nothing can be added: name the printer."
-            )
-        atomic.write(self.folder / name, json.dumps(dict(facts), indent=1).encode())
-
 
 def read_json(path: Path) -> dict[str, Any]:
     """A file of a calibration; raises InputError."""
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+        return msgspec.json.decode(path.read_bytes(), type=dict[str, Any])
+    except (OSError, ValueError, RecursionError) as error:
         raise InputError(f"{path} cannot be read as part of a calibration: make a new one.") from error
-    if not isinstance(content, dict):
-        raise InputError(f"{path} cannot be read as part of a calibration: make a new one.")
-    return content
 
 
 def now() -> datetime:

@@ -8,17 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.calibrating import ink_samples, pen_reference
-from handout.calibrating.ink_samples import Inks, greys
+from handout.calibrating import ink_samples, pen_reference, store
+from handout.calibrating.ink_samples import greys, lay_on, reach
 from handout.calibrating.pages import Printed, fine_enough
 from handout.calibrating.store import Calibration
-from handout.colour import gamut
 from handout.colour.chart import MARKS, PAPERS, ChartPage, grid_cells
 from handout.colour.chart_files import render
 from handout.colour.gamut import Reach
@@ -100,7 +99,7 @@ def from_facts(facts: Mapping[str, Any]) -> Strip:
         raise InputError("What is stored of the verification strip cannot be read: print a new strip.") from error
 
 
-def make(table: ColourTable, samples: Inks, paper: str = "A4", page: Reach | None = None, whose: str = "") -> Strip:
+def make(table: ColourTable, samples: Array, paper: str = "A4", page: Reach | None = None, whose: str = "") -> Strip:
     """A strip for a table, of samples of ink and of greys.
 
     Parameters
@@ -114,20 +113,19 @@ def make(table: ColourTable, samples: Inks, paper: str = "A4", page: Reach | Non
     """
     white = np.asarray(table.paper, dtype=np.float64)
     cells = len(grid_cells(_COLUMNS, _ROWS)[0])
-    reach = gamut.reach(np.clip(samples.on(white), 0, 1), table)
+    reached = reach(samples, table)
     room = (cells - _WHITES) // 2 - _GREYS
-    ink = _evenly(samples.take(np.flatnonzero(reach.lost < _REACHED)), white, room)
-    if len(ink.rgba) < _LEAST:
+    ink = _evenly(samples[reached.lost < _REACHED], white, room)
+    if len(ink) < _LEAST:
         raise InputError(
-            f"The printer reaches only {1 - reach.out:.0%} of this ink, too little to verify anything with: verify "
+            f"The printer reaches only {1 - reached.out:.0%} of this ink, too little to verify anything with: verify "
             "with another hand, or with the usual inks."
         )
     shade = greys(2 * _GREYS)
-    reached = gamut.reach(np.clip(shade.on(white), 0, 1), table).lost < _REACHED
-    shade = _evenly(shade.take(np.flatnonzero(reached)), white, _GREYS)
-    rgba = np.concatenate([ink.rgba, shade.rgba])
-    wanted = Inks(rgba).on(white)
-    grey = np.arange(len(rgba)) >= len(ink.rgba)
+    shade = _evenly(shade[reach(shade, table).lost < _REACHED], white, _GREYS)
+    rgba = np.concatenate([ink, shade])
+    wanted = lay_on(rgba, white)
+    grey = np.arange(len(rgba)) >= len(ink)
     bare = np.ones((_WHITES, 3))
     # the function that pages go through takes a raster
     matched = np.asarray(apply(Raster(rgba[None].astype(np.float32), 300), table).rgba[0], dtype=np.float64)
@@ -135,8 +133,8 @@ def make(table: ColourTable, samples: Inks, paper: str = "A4", page: Reach | Non
         np.concatenate([wanted, wanted, np.repeat(white[None], _WHITES, axis=0)]),
         np.concatenate([_sent(rgba), _sent(matched), bare]),
         np.repeat([False, True, False], [len(rgba), len(rgba), _WHITES]),
-        np.concatenate([grey, grey, np.zeros(_WHITES, dtype=bool)]), paper, (page or reach).out,
-        (page or reach).mean, whose,
+        np.concatenate([grey, grey, np.zeros(_WHITES, dtype=bool)]), paper, (page or reached).out,
+        (page or reached).mean, whose,
     )  # fmt: skip
 
 
@@ -149,22 +147,20 @@ def prepare(calibration: Calibration, hand: str = "", paper: str = "A4") -> Stri
         No such hand, or an ink of which the printer reaches next to nothing.
     """
     reference = pen_reference.of_calibration(calibration, hand) if hand else None
-    samples = ink_samples.of_hand(hand) if hand else ink_samples.usual(_USUAL)
-    if reference is not None:
-        samples = ink_samples.seen_by_chart(samples, reference)
+    samples = ink_samples.seen_by_chart(ink_samples.of_hand(hand), reference) if hand else ink_samples.usual(_USUAL)
     table, whose = calibration.table(), hand or ink_samples.USUAL_HAND
     page = None if hand else ink_samples.reach_of(whose, table)
     strip = make(table, samples, paper, page, f"of {whose}")
-    calibration.keep_strip(strip.facts())
+    calibration.keep(store.STRIP, strip.facts())
     return strip
 
 
 def pages_of(strip: Strip, calibration: Calibration, profile: Printer) -> Printed:
     """The strip as the printer's own pixels."""
     lines = (f"{calibration.name}   calibration of {calibration.date:%Y-%m-%d %H:%M}",)
-    dpi = round(fine_enough(profile.dpi))
-    pixels = render(strip.page, dpi, lines, "Verification strip: scan it like the chart, on the same paper")
-    return Printed(strip.page.paper, [pixels], dpi, {"verification": calibration.name})
+    dpi, title = fine_enough(profile.dpi), "Verification strip: scan it like the chart, on the same paper"
+    draw = partial(render, strip.page, dpi, lines, title)
+    return Printed(strip.page.paper, [draw], dpi, {"verification": calibration.name})
 
 
 def last_strip(calibration: Calibration) -> Strip:
@@ -175,7 +171,7 @@ def last_strip(calibration: Calibration) -> Strip:
     InputError
         None was.
     """
-    facts = calibration.strip()
+    facts = calibration.kept(store.STRIP)
     if facts is None:
         raise InputError(
             f"No verification strip was printed for {calibration.name} yet: "
@@ -189,12 +185,12 @@ def _sent(rgba: Array) -> Array:
     return np.asarray(np.rint(255 * (1 - rgba[:, 3:] * (1 - rgba[:, :3]))) / 255)
 
 
-def _evenly(inks: Inks, white: Array, count: int) -> Inks:
+def _evenly(inks: Array, white: Array, count: int) -> Array:
     """At most `count`, from the lightest to the darkest."""
-    order = np.argsort(inks.on(white).sum(axis=1), kind="stable")
+    order = np.argsort(lay_on(inks, white).sum(axis=1), kind="stable")
     if len(order) > count:
         order = order[np.linspace(0, len(order) - 1, count).round().astype(int)]
-    return inks.take(order)
+    return np.asarray(inks[order])
 
 
 def _sheet(paper: str) -> Page:

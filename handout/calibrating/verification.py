@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout import atomic
-from handout.calibrating import pen_reference
+from handout.calibrating import pen_reference, store
 from handout.calibrating.store import Calibration
 from handout.calibrating.strip import FIRST_MARK, Strip, from_facts, last_strip
 from handout.colour import conversions, gamut
@@ -131,8 +131,8 @@ def verify(calibration: Calibration, scans: Sequence[Path | Scan]) -> Verificati
         raise InputError(f"The verification strip is one page, and {len(opened)} were given: give its scan alone.")
     scanned, findings = _read_patches(opened[0], strip, calibration)
     verified = _build_verification(strip, scanned, findings)
-    calibration.keep_strip({**strip.facts(), "seen": scanned.round(6).tolist()})
-    calibration.keep_verification(verified.facts())
+    calibration.keep(store.STRIP, {**strip.facts(), "seen": scanned.round(6).tolist()})
+    calibration.keep(store.VERIFICATION, verified.facts())
     return verified
 
 
@@ -235,18 +235,17 @@ _SIDE, _SPAN = 420, 60.0  # pixels of the diagram; a* and b* that it reaches to
 
 def sections(calibration: Calibration) -> list[tuple[str, str]]:
     """(heading, HTML) about a calibration whose strip was scanned; nothing before that."""
-    facts, verified = calibration.strip(), calibration.verification()
-    if facts is None or verified is None or "seen" not in facts:
+    verified, rows = calibration.kept(store.VERIFICATION), kept_shades(calibration)
+    if verified is None or not rows:
         return []
-    verification, scanned = from_facts(facts), np.array(facts["seen"])
-    lines = "\n".join(table_lines(verified))
     parts = []
-    for name, rows in shades(verification, scanned):
+    for name, colours in rows:
         alt = f"{name}: sent as it is, as wanted, through the table"
-        parts.append(f"<p>{html.escape(alt)}, from dark to light.</p>{image(tiles(rows), alt)}")
+        parts.append(f"<p>{html.escape(alt)}, from dark to light.</p>{image(tiles(colours), alt)}")
+    lines = "\n".join(table_lines(verified))
     return [
         ("Before and after", f"<pre>{html.escape(lines)}</pre>" + "".join(parts)),
-        ("The printer's reach", _draw_reach(verification, calibration.table())),
+        ("The printer's reach", _draw_reach(last_strip(calibration), calibration.table())),
     ]
 
 
@@ -261,23 +260,21 @@ def write_report(calibration: Calibration, path: Path) -> None:
     atomic.write(path, page(calibration.name, f"{calibration.described()}.", sections(calibration)).encode())
 
 
-def shades(strip: Strip, scanned: Array) -> list[tuple[str, Array]]:
-    """Of inks and of greys (3, n, 3) scanned RGB: sent as they are, as wanted, through the table; the darkest first."""
-    each = []
+def kept_shades(calibration: Calibration) -> list[tuple[str, Array]]:
+    """Of inks and of greys (3, n, 3) scanned RGB: sent as they are, as wanted, through the table; the darkest first.
+
+    Nothing before the strip of the calibration was scanned.
+    """
+    facts = calibration.kept(store.STRIP)
+    if facts is None or calibration.kept(store.VERIFICATION) is None or "seen" not in facts:
+        return []
+    strip, scanned, each = from_facts(facts), np.array(facts["seen"]), []
     for name, grey in (("Ink", False), ("Greys", True)):
         which = np.flatnonzero(strip.matched & (strip.grey == grey))
         plain = which - int(strip.matched.sum())
         order = np.argsort(strip.wanted[which].sum(axis=1))
         each.append((name, np.stack([scanned[plain], strip.wanted[which], scanned[which]])[:, order]))
     return each
-
-
-def kept_shades(calibration: Calibration) -> list[tuple[str, Array]]:
-    """`shades` of a calibration whose strip was scanned; nothing before that."""
-    facts = calibration.strip()
-    if facts is None or calibration.verification() is None or "seen" not in facts:
-        return []
-    return shades(from_facts(facts), np.array(facts["seen"]))
 
 
 def tiles(rows: Array) -> NDArray[np.uint8]:

@@ -1,22 +1,30 @@
 """A calibration step by step: chart, scan, table, strip, its scan, store.  The caller shows what is asked for.
 
-    PRINT ─ print_chart → SCAN ─ take_scans → BUILD ─ build → STRIP ─ print_strip → VERIFY ─ take_strip → STORE
-                          ▲ └ refused: says what to do, keeps the pages that were good
+    PRINT ─ print_page → SCAN ─ take_scans → BUILD ─ build → STRIP ─ print_page → VERIFY ─ take_strip → STORE
+                         ▲ └ refused: says what to do, keeps the pages that were good
 
 A step that fails changes nothing, so that it can be tried again; the calibration is stored by the last step only.
+What it has come to so far lies in a folder, so that nothing measured is lost and whoever comes later, a terminal or a
+page, goes on with it.
 """
 
 from __future__ import annotations
 
+import contextlib
+import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import datetime
+from enum import StrEnum
 from pathlib import Path
 
-from handout import atomic
+import msgspec
+from msgspec.structs import replace
+
+from handout import atomic, shipped
 from handout.calibrating import ink_samples, pages, pen_reference, print_diagnosis, store, verification
 from handout.calibrating import strip as strips
 from handout.calibrating.pen_reference import Reference
-from handout.calibrating.session import Session, Step, open_session
 from handout.calibrating.store import Calibration
 from handout.calibrating.verification import Verification
 from handout.colour import cgats
@@ -26,8 +34,22 @@ from handout.colour.reading import Finding, Reading, read
 from handout.colour.reading.pen_field import save as save_scribble
 from handout.colour.report import report
 from handout.errors import InputError
-from handout.printing.queue import Queue
 from handout.profiles import Printer
+
+_STATE = "state.json"
+
+
+class Step(StrEnum):
+    """What comes next."""
+
+    PRINT = "print the chart"
+    SCAN = "scan the chart"
+    BUILD = "build the table"
+    STRIP = "print the verification strip"
+    VERIFY = "scan the verification strip"
+    STORE = "store the calibration"
+    DONE = "done"
+
 
 _REQUESTS = {
     Step.PRINT: (
@@ -94,8 +116,31 @@ class Task:
     accept: bool = False
 
 
+class State(msgspec.Struct, frozen=True):
+    """As it is kept.
+
+    step : what comes next; printer, paper : the names in the store; sheet, pages : of the chart; begun : when;
+    scanner : how the scans are called; scans : names of the files that were taken, in the wizard's folder.
+    """
+
+    step: Step
+    printer: str
+    paper: str
+    sheet: str
+    pages: int
+    begun: str
+    scanner: str = ""
+    scans: tuple[str, ...] = ()
+
+
 class Wizard:
-    """One calibration of a printer on a paper."""
+    """One calibration of a printer on a paper.
+
+    state : what is known of it, on the disk when the method that changed it returns; resumed : whether an earlier run
+    is gone on with.
+    folder : holds the state, the scans that were taken, and what was made of them: `patches`, `built` (the calibration
+    that is not stored yet), `report`.
+    """
 
     def __init__(self, task: Task, *, afresh: bool = False) -> None:
         """Begin a calibration, or go on with an unfinished one (`resumed`); `afresh` : begin in any case.
@@ -103,30 +148,29 @@ class Wizard:
         Raises
         ------
         InputError
-            No such hand, another sheet, or a chart that does not fit the printer's margins.
+            No such hand, another sheet, a chart that does not fit the printer's margins, or a name that none can have.
         """
         layout = pages.chart_for(task.profile, task.sheet, task.pages)
         self.task = task
-        paper = ink_samples.paper_of(task.hand) if task.hand else None
-        self._paper = None if paper is None else paper.tolist()
-        self.writer = ink_samples.scanned_name(task.hand) if task.hand else ""
-        self._done = False
+        self.writer, self._paper = ink_samples.writer_of(task.hand)
         self.seen: Reading | None = None  # what the scans of the chart that were given last showed, good or not
-        self.session: Session = open_session(
-            task.printer, task.paper, layout.paper.name, len(layout.pages), task.scanner, afresh
-        )
-        state = self.session.state
-        self.chart = chart(state.sheet, pages=state.pages)
+        names = store.key(task.printer), store.key(task.paper)
+        self.name, self.folder = "/".join(names), folder() / "--".join(names)
+        self.patches, self.built = self.folder / "patches.ti3", self.folder / "built"
+        self.report, self._scribble = self.folder / "report.html", self.folder / "scribble.npz"
+        left = None if afresh else _read_state(self.folder)
+        self.resumed = left is not None
+        if left is None:
+            remove(self.folder)  # of what was not removed to its end, nothing is taken for the new one's
+            begun = datetime.now().astimezone().isoformat(timespec="minutes")
+            left = State(Step.PRINT, *names, layout.paper.name, len(layout.pages), begun, task.scanner)
+        self.state = left
+        self.chart = chart(left.sheet, pages=left.pages)
 
     @property
     def step(self) -> Step:
         """What comes next."""
-        return Step.DONE if self._done else self.session.state.step
-
-    @property
-    def resumed(self) -> bool:
-        """Whether an earlier run is gone on with."""
-        return self.session.resumed
+        return self.state.step
 
     @property
     def request(self) -> str:
@@ -134,32 +178,63 @@ class Wizard:
         return _REQUESTS[self.step]
 
     @property
-    def name(self) -> str:
-        """``printer/paper``."""
-        return f"{self.session.state.printer}/{self.session.state.paper}"
+    def scans(self) -> list[Path]:
+        """The scans that were taken."""
+        return [self.folder / name for name in self.state.scans]
 
     @property
     def frame(self) -> tuple[float, float, float, float]:
         """Left, top, right and bottom, mm, of the frame for the pen on what is scanned next."""
         if self.step is Step.VERIFY:
-            return strips.last_strip(store.load(self.session.built)).page.scribble_field
+            return strips.last_strip(store.load(self.built)).page.scribble_field
         return self.chart.pages[0].scribble_field
 
-    def print_chart(self, out: Path | None = None, queue: Queue | None = None) -> tuple[Path, ...]:
-        """Print the chart, or write it to `out` for the user to print; the files written.
+    def check(self, what: str, *steps: Step) -> None:
+        """Refuse what is not to be done now."""
+        if self.step not in steps:
+            raise InputError(f"{what} now: what comes next is to {self.step}.")
+
+    def go(self, step: Step) -> None:
+        """Note what comes next."""
+        self._save(replace(self.state, step=step))
+
+    def keep(self, scans: Sequence[Path]) -> None:
+        """Take copies of scans along."""
+        names = [f"scan-{n}{path.suffix.lower()}" for n, path in enumerate(scans, len(self.scans) + 1)]
+        for path, name in zip(scans, names, strict=True):
+            shutil.copy2(path, self.folder / name)
+        self._save(replace(self.state, scans=(*self.state.scans, *names)))
+
+    def print_page(self, out: Path | None = None) -> tuple[Path, ...]:
+        """Print the chart or the strip, whichever comes next, or write it to `out` for the user to print; the files.
+
+        What a simulated printer gets lies in the wizard's folder.
 
         Raises
         ------
         InputError, PrinterError
-            It cannot be written, or the printer does not take it.
+            Neither is to be printed now; it cannot be written, or the printer does not take it; the printer reaches
+            next to nothing of the ink.
         """
-        if (path := out or self._unprinted("chart", queue)) is not None:
-            files = pages.write_chart(self.chart, self.task.profile, self.name, path)
+        self.check("Nothing is to be printed", Step.PRINT, Step.STRIP)
+        task, after = self.task, Step.SCAN if self.step is Step.PRINT else Step.VERIFY
+        if self.step is Step.PRINT:
+            printed = pages.chart_pages(self.chart, task.profile, self.name)
         else:
-            pages.send(pages.chart_pages(self.chart, self.task.profile, self.name), self.task.profile, queue)
-            files = ()
-        self.session.go(Step.SCAN)
+            built = store.load(self.built)
+            printed = strips.pages_of(strips.prepare(built, task.hand, self.state.sheet), built, task.profile)
+        if out is None and task.profile.simulated:
+            self.go(self.step)  # which makes the folder
+            out = self.page_file(after)
+        files = pages.write(printed, out) if out is not None else ()
+        if out is None:
+            pages.send(printed, task.profile)
+        self.go(after)
         return files
+
+    def page_file(self, step: Step) -> Path:
+        """Where the page lies that a simulated printer printed for a step."""
+        return self.folder / f"{'strip' if step is Step.VERIFY else 'chart'}.pdf"
 
     def take_scans(self, scans: Sequence[Path]) -> ChartScanned:
         """Read scans of the chart together with those that were kept earlier, and keep them if they are good.
@@ -171,26 +246,25 @@ class Wizard:
         InputError
             A file that cannot be read.
         """
-        reading = self._read(scans)
+        reading, state = self._read(scans), self.state
         pen = pen_reference.compared(reading.scribble, self.task.hand, self.writer)
-        state = self.session.state
-        before = print_diagnosis.last(state.printer, state.paper, state.scanner)
-        reading = self.seen = print_diagnosis.diagnose(reading, pen, before, self.task.accept)
+        alike = (one for one in store.every(state.printer, state.paper) if one.scanner == state.scanner)
+        reading = self.seen = print_diagnosis.diagnose(reading, pen, next(alike, None), self.task.accept)
         self._report(reading)
         refusing = [finding for finding in reading.findings if finding.severity == "refuse"]
         missing = [finding for finding in refusing if finding.code == "page-missing"]
         if len(missing) < len(refusing) or not reading.sheets:
-            raise ScansRefused(reading.findings, len(self.session.scans), self.session.report)
-        self.session.keep(scans)
-        warned = print_diagnosis.warned(reading.findings)
+            raise ScansRefused(reading.findings, len(self.scans), self.report)
+        self.keep(scans)
+        warned = tuple(finding for finding in reading.findings if finding.severity == "warn")
         if missing:
             return ChartScanned(warned, missing[0].sentence)
-        self.session.scribble.unlink(missing_ok=True)
+        self._scribble.unlink(missing_ok=True)
         if reading.scribble is not None:
-            save_scribble(reading.scribble, self.session.scribble)
+            save_scribble(reading.scribble, self._scribble)
         keywords = {"PRINTER": state.printer, "PAPER": state.paper, "SCANNER": state.scanner}
-        cgats.write(self.session.patches, ti3(reading, {name: value for name, value in keywords.items() if value}))
-        self.session.go(Step.BUILD)
+        cgats.write(self.patches, ti3(reading, {name: value for name, value in keywords.items() if value}))
+        self.go(Step.BUILD)
         return ChartScanned(warned, reference=pen)
 
     def build(self, method: str = "forward") -> Calibration:
@@ -199,34 +273,16 @@ class Wizard:
         Raises
         ------
         InputError
-            An unknown method, or patches that contradict each other: then the chart has to be scanned again.
+            It is not to be built now; an unknown method, or patches that contradict each other: then the chart has to
+            be scanned again.
         """
-        state = self.session.state
-        patches = store.read_patches(self.session.patches)
-        built = store.build(self.session.built, patches, state.printer, state.paper, state.scanner, method)
-        if self.session.scribble.is_file():
-            built.keep_scribble(self.session.scribble, self.writer)
-        self.session.go(Step.STRIP)
+        self.check("No table is to be built", Step.BUILD)
+        state, patches = self.state, store.read_patches(self.patches)
+        built = store.build(self.built, patches, state.printer, state.paper, state.scanner, method)
+        if self._scribble.is_file():
+            built.keep_scribble(self._scribble, self.writer)
+        self.go(Step.STRIP)
         return built
-
-    def print_strip(self, out: Path | None = None, queue: Queue | None = None) -> tuple[Path, ...]:
-        """Print the verification strip, or write it to `out`.
-
-        Raises
-        ------
-        InputError, PrinterError
-            The printer reaches next to nothing of the ink; it cannot be written, or the printer does not take it.
-        """
-        built = store.load(self.session.built)
-        strip = strips.prepare(built, self.task.hand, self.session.state.sheet)
-        printed = strips.pages_of(strip, built, self.task.profile)
-        if (path := out or self._unprinted("strip", queue)) is not None:
-            files = pages.write(printed, path)
-        else:
-            pages.send(printed, self.task.profile, queue)
-            files = ()
-        self.session.go(Step.VERIFY)
-        return files
 
     def take_strip(self, scan: Path) -> Verification:
         """Read the scan of the strip; the next step is to store, unless the calibration improves nothing.
@@ -238,13 +294,13 @@ class Wizard:
         InputError
             A file that cannot be read.
         """
-        verified = verification.verify(store.load(self.session.built), [scan])
+        verified = verification.verify(store.load(self.built), [scan])
         if verified.helps:
-            self.session.go(Step.STORE)
+            self.go(Step.STORE)
         return verified
 
     def store(self) -> Calibration:
-        """Store the calibration and delete the files of the session.
+        """Store the calibration and delete the wizard's folder.
 
         Raises
         ------
@@ -253,30 +309,52 @@ class Wizard:
         """
         if self.step not in (Step.STRIP, Step.VERIFY, Step.STORE):
             raise InputError(f"Nothing can be stored yet: what comes next is to {self.step}.")
-        built = store.load(self.session.built)
+        built = store.load(self.built)
         self._report(self._read(), built)
-        built.keep_report(self.session.report)
+        built.keep_report(self.report)
         stored = store.add(built)
-        self.session.close()
-        self._done = True
+        remove(self.folder)
+        self.state = replace(self.state, step=Step.DONE)
         return stored
 
     def back(self) -> None:
         """Return to scanning the chart, and forget the scans that were kept."""
-        self.session.forget()
+        self._save(replace(self.state, step=Step.SCAN, scans=()))
 
     def _read(self, scans: Sequence[Path] = ()) -> Reading:
         """The chart as the kept scans and some more show it."""
-        return read([*self.session.scans, *scans], self.chart, self._paper)
+        return read([*self.scans, *scans], self.chart, self._paper)
 
     def _report(self, reading: Reading, built: Calibration | None = None) -> None:
         more = verification.sections(built) if built is not None else []
-        self.session.go(self.step)
-        atomic.write(self.session.report, report(reading, f"Calibration of {self.name}", more).encode())
+        self.go(self.step)
+        atomic.write(self.report, report(reading, f"Calibration of {self.name}", more).encode())
 
-    def _unprinted(self, name: str, queue: Queue | None) -> Path | None:
-        """The file that stands for a page of the simulated printer; None for other printers."""
-        if queue is not None or not self.task.profile.simulated:
-            return None
-        self.session.go(self.step)
-        return self.session.folder / f"{name}.pdf"
+    def _save(self, state: State) -> None:
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"Cannot write {self.folder}: {error.strerror or error}.") from error
+        atomic.write(self.folder / _STATE, msgspec.json.format(msgspec.json.encode(state), indent=1))
+        self.state = state
+
+
+def folder() -> Path:
+    """Where calibrations in progress are kept; it need not exist."""
+    return shipped.own_folder("state") / "calibrating"
+
+
+def remove(home: Path) -> None:
+    """Remove the folder of a calibration; one that is broken off leaves nothing that could be gone on with."""
+    with contextlib.suppress(OSError):
+        (home / _STATE).unlink()
+    shutil.rmtree(home, ignore_errors=True)
+
+
+def _read_state(home: Path) -> State | None:
+    """What was left; None if there is nothing that can be gone on with."""
+    try:
+        state = msgspec.json.decode((home / _STATE).read_bytes(), type=State)
+    except (OSError, msgspec.MsgspecError):
+        return None
+    return state if all((home / name).is_file() for name in state.scans) else None

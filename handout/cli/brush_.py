@@ -37,10 +37,9 @@ def learn(photographs: tuple[Path, ...], output: Path, width: str | None, title:
 
     with console.working():
         result = learn(photographs, output, width=width, title=title)
-    lengths = ", ".join(f"{length:g}" for length in result.lengths_in_widths)
-    console.report(
-        result, f"Wrote {result.file}: {units.count(result.strokes, 'stroke')}, {lengths} times as long as wide."
-    )
+    lengths, strokes = result.told["lengths_in_widths"], units.count(result.told["strokes"], "stroke")
+    wide = ", ".join(f"{length:g}" for length in lengths)
+    console.report(result, f"Wrote {output}: {strokes}, {wide} times as long as wide.")
 
 
 @command.command("show")
@@ -57,4 +56,5 @@ def show(brush: str, output: Path, seed: int, console: Console) -> None:
     from handout.pipeline.brushes import show
 
     result = show(brush, output, seed)
-    console.report(result, f"Wrote {result.file}: {units.count(result.strokes, 'stroke')}, and what is made of them.")
+    strokes = units.count(result.told["strokes"], "stroke")
+    console.report(result, f"Wrote {output}: {strokes}, and what is made of them.")

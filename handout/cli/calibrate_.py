@@ -14,7 +14,7 @@ from handout.cli.commands import Group
 from handout.cli.console import Console
 from handout.errors import InputError
 from handout.pipeline.names import colour_formats
-from handout.pipeline.options import CalibrationOptions, ChartOptions
+from handout.pipeline.options import CalibrationOptions, CalibrationPlace, ChartOptions
 
 _PATH = click.Path(path_type=Path)
 
@@ -28,7 +28,7 @@ _chart = options.bind("sheets", ChartOptions)
 
 
 class _AtTerminal:
-    """The person at the terminal (a `pipeline.guided_calibration.Person`)."""
+    """The person at the terminal (a `pipeline.calibrating.Person`)."""
 
     def ready(self, request: str) -> None:
         with progress.hidden():
@@ -82,7 +82,8 @@ def wizard(
         return
     try:
         with console.working():
-            result = calibrate(printer, paper, sheets, calibration, person=_AtTerminal(), listener=console)
+            place = CalibrationPlace(printer, paper, sheets, calibration)
+            result = calibrate(place, person=_AtTerminal(), listener=console)
     except (click.Abort, KeyboardInterrupt) as stop:
         again = f"handout calibrate wizard --printer {printer} --paper {paper}"
         stop.add_note(f"What was done so far is kept; go on with: {again}")

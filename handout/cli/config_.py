@@ -5,8 +5,8 @@ from __future__ import annotations
 import contextlib
 import json
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import click
 from click.core import ParameterSource
@@ -20,16 +20,12 @@ _json = click.option("--json", "as_json", is_flag=True, help="One JSON object on
 _project = click.option("--project", is_flag=True, help=f"In the project's {PROJECT} instead of your own file.")
 
 
-@dataclass(frozen=True)
-class _Row:
+class _Row(NamedTuple):
     """A key, its value, and where that comes from."""
 
     key: str
     value: object
     place: str
-
-    def facts(self) -> dict[str, object]:
-        return {"key": self.key, "value": self.value, "from": self.place}
 
 
 @click.group("config", cls=Group)
@@ -123,32 +119,24 @@ def show(every: bool, as_json: bool, words: tuple[str, ...]) -> None:
     user, project = configuration.user_file(), configuration.project_file()
     files = {"user": str(user) if user.is_file() else None, "project": str(project) if project else None}
     if as_json:
-        facts = {"settings": [row.facts() for row in rows], "files": files, **({"notes": notes} if notes else {})}
+        settings = [{"key": row.key, "value": row.value, "from": row.place} for row in rows]
+        facts = {"settings": settings, "files": files, **({"notes": notes} if notes else {})}
         click.echo(json.dumps(facts, ensure_ascii=False))
     else:
-        widths = [max((len(text) for text in column), default=0) for column in _columns(rows)]
-        for row in zip(*_columns(rows), strict=True):
-            click.echo("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip())
+        table = [(row.key, _shown(row.value), row.place) for row in rows]
+        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+        for cells in table:
+            click.echo("  ".join(text.ljust(width) for text, width in zip(cells, widths, strict=True)).rstrip())
     if not rows and not as_json:
         click.echo(f"Nothing is configured: your own file would be {user}.", err=True)
     for note in notes:
         click.echo(note, err=True)
 
 
-def _columns(rows: Sequence[_Row]) -> tuple[list[str], list[str], list[str]]:
-    return [row.key for row in rows], [_shown(row.value) for row in rows], [row.place for row in rows]
-
-
 def _shown(value: object) -> str:
     if isinstance(value, list | tuple):
         return " ".join(map(_shown, value))
     return "" if value is None else str(value).lower() if isinstance(value, bool) else str(value)
-
-
-def _root() -> click.Group:
-    root = click.get_current_context().find_root().command
-    assert isinstance(root, click.Group)
-    return root
 
 
 def _layers() -> list[Layer]:
@@ -194,7 +182,9 @@ def _owners(key: str) -> tuple[str, list[tuple[str, click.Option]]]:
 
 def _options() -> Iterator[tuple[str, click.Option]]:
     """Every option of every verb, with the verb's path."""
-    for path, verb in sorted(configuration.all_verbs(_root()).items()):
+    root = click.get_current_context().find_root().command
+    assert isinstance(root, click.Group)
+    for path, verb in sorted(configuration.all_verbs(root).items()):
         yield from ((path, option) for option in configuration.options_of(verb))
 
 

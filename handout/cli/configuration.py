@@ -11,8 +11,7 @@ import difflib
 import json
 import os
 import re
-import tomllib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeGuard
@@ -408,72 +407,27 @@ def wrong(error: click.BadParameter) -> str | None:
 
 
 def changed(text: str, key: str, value: Value | None) -> str:
-    """The text of a configuration file with a key set to a value, or without it (None); all else stays as it is.
+    """The text of a configuration file with a key set to a value, or without it (None); all else stays as it is."""
+    import tomlkit
 
-    Raises
-    ------
-    InputError
-        The key stands there in a way that this does not understand.
-    """
+    document = tomlkit.parse(text)
     table, _, name = key.rpartition(".")
-    lines = text.splitlines(keepends=True)
-    if lines and not lines[-1].endswith("\n"):
-        lines[-1] += "\n"
-    _replace(lines, table, name, [] if value is None else [f"{name} = {_toml(value)}\n"])
-    result = "".join(lines)
-    wanted = {name: each for name, each in _flat(tomllib.loads(text), "") if name != key}
-    try:
-        done = dict(_flat(tomllib.loads(result), ""))
-    except tomllib.TOMLDecodeError:
-        done = {}
-    if done != wanted | ({} if value is None else {key: value}):
-        raise InputError(f"{key} stands in the file in a way that only an editor can change.")
-    return result
-
-
-def _replace(lines: list[str], table: str, name: str, new: list[str]) -> None:
-    """Put new lines where a key of a table is set, or at the end of its table; without new lines take it out."""
-    begin, end = _section(lines, table)
-    old = _statement(lines, begin, end, name)
-    if old is not None:
-        lines[old] = new
-    elif begin is None and new:
-        head = table if re.fullmatch(r"[\w-]+", table) else json.dumps(table)
-        lines += [*(["\n"] if lines else []), f"[{head}]\n", *new]
-    elif new:
-        while end > (begin or 0) and not lines[end - 1].strip():
-            end -= 1
-        lines[end:end] = new + (["\n"] if end < len(lines) and lines[end].strip() else [])
-
-
-def _section(lines: Sequence[str], table: str) -> tuple[int | None, int]:
-    """Where the lines of a table begin and end; those before all tables for "", None where it is not there."""
-    heads = [index for index, line in enumerate(lines) if re.match(r"\s*\[", line)]
-    if not table:
-        return 0, heads[0] if heads else len(lines)
-    for index in heads:
-        if re.match(rf'\s*\[\s*"?{re.escape(table)}"?\s*\]', lines[index]):
-            return index + 1, next((other for other in heads if other > index), len(lines))
-    return None, len(lines)
-
-
-def _statement(lines: Sequence[str], begin: int | None, end: int, name: str) -> slice | None:
-    """The lines in which a key of a table is set."""
-    for index in range(end if begin is None else begin, end):
-        if re.match(rf'\s*"?{re.escape(name)}"?\s*=', lines[index]):
-            for after in range(index + 1, end + 1):
-                try:
-                    tomllib.loads("".join(lines[index:after]))
-                except tomllib.TOMLDecodeError:  # the value has more lines
-                    continue
-                return slice(index, after)
-    return None
-
-
-def _toml(value: Value) -> str:
-    if isinstance(value, list):
-        return f"[{', '.join(map(_toml, value))}]"
-    return json.dumps(value, ensure_ascii=False)
+    places = list[MutableMapping[str, object]]()
+    # ["hand.prompt"], as it is written here, or [hand.prompt]
+    for way in ([table], table.split(".")) if table else ([],):
+        inner: object = document
+        for part in way:
+            inner = inner.get(part) if isinstance(inner, MutableMapping) else None
+        places += [inner] if isinstance(inner, MutableMapping) else []
+    place = next((each for each in places if name in each), places[0] if places else None)
+    if value is None:
+        if place is not None:
+            place.pop(name, None)
+    elif place is None:
+        document[table] = tomlkit.table().add(name, value)
+    else:
+        place[name] = value
+    return tomlkit.dumps(document)
 
 
 def write(file: Path, key: str, value: Value | None) -> None:
@@ -482,7 +436,7 @@ def write(file: Path, key: str, value: Value | None) -> None:
     Raises
     ------
     InputError
-        As `read`, `changed` and `atomic.write`.
+        As `read` and `atomic.write`.
     """
     text = ""
     if file.is_file():
@@ -491,6 +445,6 @@ def write(file: Path, key: str, value: Value | None) -> None:
     try:
         result = changed(text, key, value).encode()
         file.parent.mkdir(parents=True, exist_ok=True)
-    except (InputError, OSError, UnicodeError) as error:
+    except (OSError, ValueError) as error:
         raise InputError(f"Cannot write {file}: {getattr(error, 'strerror', 0) or error}") from error
     atomic.write(file, result)

@@ -1,11 +1,12 @@
-"""The terminal of a verb: data to standard output, sentences to standard error, progress while the work goes on."""
+"""The terminal of a verb: data to standard output, sentences, questions and progress to standard error."""
 
 from __future__ import annotations
 
 import contextlib
 import json
+import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from types import TracebackType
@@ -13,32 +14,39 @@ from types import TracebackType
 import click
 
 from handout.cli import progress as terminal
-from handout.errors import shortened
-from handout.pipeline.results import Result
+from handout.errors import DeviceError, InputError, shortened
+from handout.pipeline.results import Attendant, Result
 
 _MOST_WAITING = 200  # lines that wait for a terminal; more are only counted.  Set by eye: some screens full
 
 
 @dataclass
-class Console:
-    """Hears what the pipeline says (a `pipeline.results.Listener`) and prints the result.
+class Console(Attendant):
+    """The person at the terminal, who hears what the pipeline says, is asked, and is shown the result.
 
     as_json : print one JSON object on standard output.
     quiet : say nothing but errors.
+    yes : nothing is asked about sheets and pens.
     """
 
     as_json: bool = False
     quiet: bool = False
+    yes: bool = False
     _notes: list[str] = field(default_factory=list)
     _line: terminal.Line = terminal.unseen
+    _output: BackgroundOutput | None = None
+    _answers: Mapping[str, str] = field(default_factory=dict)
 
     def say(self, *sentences: str) -> None:
         """Say something on standard error, unless the user wants quiet."""
         if self.quiet:
             return
-        for sentence in sentences:
+        for sentence in map(shortened, sentences):
+            if self._output is not None:
+                self._output.say(sentence)
+                continue
             with terminal.hidden():
-                click.echo(shortened(sentence), err=True)
+                click.echo(sentence, err=True)
 
     def note(self, *sentences: str) -> None:
         """The same, and keep it for the "notes" of the JSON."""
@@ -58,6 +66,76 @@ class Console:
                 yield line
             finally:
                 self._line = before
+
+    @property
+    def watches(self) -> bool:
+        """Whether somebody is at the terminal, who can be asked."""
+        return not self.yes and sys.stdin.isatty() and sys.stderr.isatty()
+
+    @contextlib.contextmanager
+    def plotting(self) -> Iterator[Callable[[float, float], None] | None]:
+        """While a job is drawn a terminal shows how far it has come; what is said is said on a thread of its own."""
+        with terminal.shown(self.quiet) as line, BackgroundOutput(self.quiet) as self._output:
+            try:
+                yield (lambda share, left: line(share, "plotting", left)) if terminal.wanted(self.quiet) else None
+            finally:
+                self._output = None
+
+    def do(self, request: str, needed: bool = True) -> None:
+        """Ask, and wait for Enter."""
+        zero = needed and "plotter's zero" in request  # as `runner.is_about_zero` knows
+        if needed and self.yes and not zero:
+            return
+        if not needed and (self.yes or not sys.stdin.isatty()):
+            self.say(f"{request}.")
+            return
+        if not sys.stdin.isatty():
+            way = "--at-zero when it is done" if zero else "--yes when it is done, to go on unasked"
+            raise InputError(f"{request}: nobody can be asked to; use {way}.")
+        self._enter(f"{request} and press Enter")
+
+    def try_again(self, error: DeviceError) -> bool:
+        """Say what is wrong, and wait for Enter."""
+        if sys.stdin.isatty():
+            self._enter("Put it right and press Enter to go on; Ctrl-C stops, and the job is kept", f"handout: {error}")
+        return sys.stdin.isatty()
+
+    def paused(self, pressed: Callable[[], bool]) -> None:
+        """Until the button of the plotter is pressed once more, or Enter."""
+        enter = ", or Enter," if sys.stdin.isatty() else ""
+        with terminal.hidden():
+            click.echo(
+                f"Paused, the pen is lifted: press the plotter's button again{enter} to go on; Ctrl-C stops, and the "
+                "job is kept.",
+                err=True,
+            )
+            while not (pressed() or _entered()):
+                pass
+            click.echo("It goes on.", err=True)
+
+    def answer(self, question: str, answers: Mapping[str, str]) -> str:
+        """One of the answers, which are shown where they are others than before."""
+        if answers != self._answers:
+            self._answers = dict(answers)
+            click.echo("".join(f"  {key}  {means}\n" for key, means in answers.items()), err=True, nl=False)
+        try:
+            return str(click.prompt(question, type=click.Choice(list(answers)), prompt_suffix=": ", err=True))
+        except click.Abort as stop:
+            if isinstance(stop.__context__, EOFError):
+                raise InputError(
+                    f"pen heights asks, and the input has ended: it needs {', '.join(answers)} typed at a terminal, or "
+                    "--up and --down to try two heights without questions."
+                ) from None
+            raise
+
+    def _enter(self, request: str, *before: str) -> None:
+        """When all is said that comes before, say something, ask, and wait for Enter."""
+        if self._output is not None:
+            self._output.wait()
+        with terminal.hidden():
+            for line in before:
+                click.echo(line, err=True)
+            click.prompt(request, default="", show_default=False, prompt_suffix=" ", err=True)
 
     def report(self, result: Result, sentence: str) -> None:
         """Print a result: its notes, the JSON object where that is asked for, and a sentence."""
@@ -117,3 +195,17 @@ class BackgroundOutput:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._thread.shutdown()
+
+
+def _entered() -> bool:
+    """Whether somebody at the terminal has pressed Enter."""
+    if sys.platform == "win32":
+        import msvcrt
+
+        return "\r" in [msvcrt.getwch() for _ in iter(msvcrt.kbhit, False)]  # all that was typed
+    import select
+
+    with contextlib.suppress(OSError, ValueError):  # what cannot be looked at is not waited for
+        if sys.stdin.isatty() and select.select([sys.stdin], [], [], 0)[0]:
+            return bool(sys.stdin.readline())
+    return False

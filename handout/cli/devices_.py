@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import click
@@ -32,57 +33,43 @@ def list_(ports: bool, network: bool, as_json: bool) -> None:
     handout devices list --ports
     handout devices list --network
     """
+    from handout.pipeline import devices
+
     if network:
-        _list_network(as_json)
-        return
-    if ports:
-        _list_ports(as_json)
-        return
-    from handout import shipped
-    from handout.pipeline.devices import list_devices
-
-    devices = list_devices()
-    if as_json:
-        click.echo(json.dumps({"devices": [device.facts() for device in devices]}, ensure_ascii=False))
-        return
-    width = max(len(device.name) for device in devices)
-    for device in devices:
-        click.echo(f"{device.name:<{width}}  {device.title}")
-    click.echo(f"Your own go into {shipped.user_folder('devices')}.", err=True)
-
-
-def _list_ports(as_json: bool) -> None:
-    from handout.pipeline.devices import serial_devices
-
-    ports = serial_devices()
-    if as_json:
-        rows = [{"port": port.name, "title": port.title, "usb": port.usb_text or None} for port in ports]
-        click.echo(json.dumps({"ports": rows}, ensure_ascii=False))
-    elif not ports:
-        click.echo("No serial port was found: is the plotter plugged in and switched on?", err=True)
-    else:
-        width = max(len(port.name) for port in ports)
-        for port in ports:
-            click.echo(f"{port.name:<{width}}  {port.usb_text or '-':<9}  {port.title}".rstrip())
-
-
-def _list_network(as_json: bool) -> None:
-    from handout.pipeline.devices import on_network
-
-    machines = on_network()
-    if as_json:
-        rows = [{"port": one.address, "reached": one.reached, "dialect": one.dialect or None} for one in machines]
-        click.echo(json.dumps({"network": rows}, ensure_ascii=False))
-    elif not machines:
-        click.echo(
+        found = devices.on_network()
+        facts = [{"port": one.address, "reached": one.reached, "dialect": one.dialect or None} for one in found]
+        rows = [(one.address, f"{one.dialect or 'who this is must be asked':<7}  {one.reached}") for one in found]
+        none = (
             "No plotter has announced itself: is it on this network, and does it do so (mDNS)? Its address can be "
-            "named all the same: --port tcp://192.168.1.7",
-            err=True,
+            "named all the same: --port tcp://192.168.1.7"
         )
+        _print("network", facts, rows, as_json, none)
+    elif ports:
+        known = devices.serial_devices()
+        facts = [{"port": port.name, "title": port.title, "usb": port.usb_text or None} for port in known]
+        rows = [(port.name, f"{port.usb_text or '-':<9}  {port.title}") for port in known]
+        _print("ports", facts, rows, as_json, "No serial port was found: is the plotter plugged in and switched on?")
     else:
-        width = max(len(one.address) for one in machines)
-        for one in machines:
-            click.echo(f"{one.address:<{width}}  {one.dialect or 'who this is must be asked':<7}  {one.reached}")
+        from handout import shipped
+
+        machines = devices.list_devices()
+        _print("devices", [one.facts() for one in machines], [(one.name, one.title) for one in machines], as_json)
+        if not as_json:
+            click.echo(f"Your own go into {shipped.user_folder('devices')}.", err=True)
+
+
+def _print(
+    key: str, facts: Sequence[Mapping[str, object]], rows: Sequence[tuple[str, str]], as_json: bool, none: str = ""
+) -> None:
+    """Print what was found as JSON or in two columns, or that nothing was."""
+    if as_json:
+        click.echo(json.dumps({key: facts}, ensure_ascii=False))
+    elif not rows:
+        click.echo(none, err=True)
+    else:
+        width = max(len(name) for name, _ in rows)
+        for name, rest in rows:
+            click.echo(f"{name:<{width}}  {rest}".rstrip())
 
 
 @command.command("probe")
@@ -102,20 +89,21 @@ def probe(port: str, device: str | None, as_json: bool) -> None:
     from handout.cli.console import Console
     from handout.pipeline import devices
 
-    answer = devices.probe(port, device, Console())
+    told = devices.probe(port, device, Console())
     if as_json:
-        click.echo(json.dumps(answer.facts(), ensure_ascii=False))
+        click.echo(json.dumps(told, ensure_ascii=False))
         return
-    click.echo(f"{answer.port} speaks {answer.dialect}: {answer.firmware or 'it does not say what it is'}")
-    for key, value in answer.limits.items():
+    click.echo(f"{told['port']} speaks {told['dialect']}: {told['firmware'] or 'it does not say what it is'}")
+    for key, value in told.get("limits", {}).items():
         click.echo(f"  {key:<26} {value:g}")
-    if answer.profiles:
-        fits = " or ".join(f"--device {name}" for name in answer.profiles)
-        likely = "" if len(answer.profiles) == 1 else ", the likeliest first: a board does not say which frame it moves"
-        click.echo(f"  {answer.title}: {fits}{f' ({answer.why})' if answer.why else likely}")
-        if answer.others:
-            click.echo(f"  less likely: {', '.join(answer.others)}")
-    if not answer.limits:
+    if names := told.get("profiles"):
+        fits = " or ".join(f"--device {name}" for name in names)
+        likely = "" if len(names) == 1 else ", the likeliest first: a board does not say which frame it moves"
+        why = f" ({told['why']})" if told["why"] else likely
+        click.echo(f"  {told['title']}: {fits}{why}")
+        if told["others"]:
+            click.echo(f"  less likely: {', '.join(told['others'])}")
+    if "limits" not in told:
         click.echo("Name its profile with --device to hear its limits.", err=True)
 
 

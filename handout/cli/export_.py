@@ -13,7 +13,7 @@ from handout.cli.console import Console
 from handout.pipeline.declarations import FILES
 from handout.pipeline.options import SheetOptions, WritingOptions
 from handout.pipeline.plot_request import DrawingOptions, ExportOptions
-from handout.pipeline.programs import SUFFIXES
+from handout.pipeline.programs import SUFFIXES, check_suffixes
 
 
 @click.command("export", cls=Command)
@@ -47,16 +47,16 @@ def command(
     handout export letter.txt -o job.hpgl --device hp-7475a
     handout export drawing.svg -o job.gcode --order travel
     """
-    from handout.pipeline import exporting
+    from handout.pipeline import writing as pipeline
     from handout.pipeline.inputs import read_source
 
-    exporting.check_suffixes(output)
+    check_suffixes(output)
     source = read_source(text, file, console, options.given(), svg_text=drawing.svg_text)
-    result = exporting.export(source, output, writing, sheet, export)
-    dips = "".join(f", {units.count(many, 'dip')} on {name}" for name, many in result.dips.items() if many)
-    times = ", ".join(f"{units.duration(seconds)} on {name}" for name, seconds in result.seconds.items())
+    result = pipeline.export(source, output, writing, sheet, export)
+    told = result.told
+    dips = "".join(f", {units.count(many, 'dip')} on {name}" for name, many in told.get("dips", {}).items() if many)
+    times = ", ".join(f"{units.duration(seconds)} on {name}" for name, seconds in told["devices"].items())
     console.report(
         result,
-        f"Wrote {sentences.names(result.files)}: {times}{dips}; seed {result.seed}."
-        f"{sentences.lent(result.tally)}{sentences.doubted(result.tally)}{sentences.slipped(result.tally)}",
+        f"Wrote {sentences.names(result.files)}: {times}{dips}; seed {result.seed}.{sentences.told(result.tally)}",
     )

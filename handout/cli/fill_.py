@@ -76,11 +76,11 @@ def command(
         return
     with console.working():
         result = pipeline.fill(form, answers, mode.output, filling, writing, picture, listener=console)
-    count = f"{units.count(result.entries, 'field')} in {units.count(result.forms, 'form')}"
+    count = f"{units.count(result.told['entries'], 'field')} in {units.count(result.told['forms'], 'form')}"
     console.report(
         result,
         f"Filled in {count} ({sentences.names(result.files)}); {sentences.writing_time(result.tally)}seed "
-        f"{result.seed}.{sentences.lent(result.tally)}{sentences.doubted(result.tally)}",
+        f"{result.seed}.{sentences.told(result.tally)}",
     )
 
 
@@ -88,15 +88,14 @@ def _plot(
     form: Path, answers: Path, mode: _Mode, filling: FillOptions, writing: WritingOptions, console: Console
 ) -> None:
     """--port."""
-    from handout.cli.operator import Operator
     from handout.pipeline.filling import plot_forms
 
     assert mode.port is not None
-    operator = Operator(mode.port, mode.yes, console.quiet)
-    result = plot_forms(form, answers, mode.port, filling, writing, operator=operator, listener=console)
+    console.yes = mode.yes
+    result = plot_forms(form, answers, mode.port, filling, writing, attendant=console)
     assert result.tally is not None
     sentence = (
         f"Plotted {units.count(result.sheets, 'sheet')} in {units.duration(result.executed_s)}; seed {result.seed}."
-        f"{sentences.lent(result.tally)}{sentences.doubted(result.tally)}"
+        f"{sentences.told(result.tally)}"
     )
     console.report(result, f"{sentence}\n{result.fidelity}".strip())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import click
@@ -16,7 +16,8 @@ from handout.pipeline.options import PictureOptions, ReadingOptions, WritingOpti
 
 if TYPE_CHECKING:
     from handout.pipeline.hands import ReadHand
-    from handout.pipeline.kept_hands import Change, CheckedHand, EditedHand, Outlook
+    from handout.pipeline.kept_hands import Change, EditedHand
+    from handout.pipeline.results import Told
 
 
 _NAMED = 8  # letters that changed and are named; the others are in the JSON
@@ -165,14 +166,14 @@ def show(
 
     result = show_hand(name, output, text, writing, picture)
     sentence = f"Wrote {sentences.names(result.files)}"
-    if result.forms:
-        sentence += f": {units.count(result.forms, 'form')}; seed {result.seed}."
-    elif result.hand is not None:
-        letters = units.count(len(result.hand.glyphs), "letter")
-        sentence += f": {letters}, {len(result.hand.letters)} different ones."
+    if forms := result.told.get("forms"):
+        sentence += f": {units.count(forms, 'form')}; seed {result.seed}."
+    elif "letters" in result.told:
+        letters, different = units.count(result.told["glyphs"], "letter"), len(result.told["letters"])
+        sentence += f": {letters}, {different} different ones."
     else:
         sentence += f".{sentences.lent(result.tally)}"
-    console.report(result, "\n".join([*result.reasons, sentence]))
+    console.report(result, "\n".join([*result.told.get("why", ()), sentence]))
 
 
 @command.command("check")
@@ -196,45 +197,43 @@ def check(name: str, output: str | None, text: str | None, doubts: str | None, c
 
     result = check_hand(name, output, text, doubts)
     if not console.as_json and not console.quiet:
-        click.echo(result.table())
-    console.report(result, _checked(result))
+        click.echo(result.table)
+    console.report(result, _checked(result.told))
 
 
-def _checked(result: CheckedHand) -> str:
+def _checked(told: Told) -> str:
     """What a hand holds, and what a text would lack."""
-    from handout.pipeline.kept_hands import LEAST
-
-    hand, rare = result.hand, result.rare
-    kept_out = sum(glyph.kept_out for glyph in hand.glyphs)
+    rare, least = told["short"], told["least"]
+    many = {entry["letter"]: entry["total"] for entry in told["letters"]}
     lines = [
-        f"{hand.name}: {units.count(len(hand.glyphs), 'letter')} on {units.count(len(hand.pages), 'page')}, "
-        f"{result.doubtful} doubtful; {len(rare)} of {len(hand.letters)} fewer than {LEAST} times"
-        + (": " + " ".join(f"{letter}({hand.letters[letter]})" for letter in rare) if rare else "")
-        + (f"; {kept_out} not to be written" if kept_out else "")
+        f"{told['name']}: {units.count(told['glyphs'], 'letter')} on {units.count(len(told['pages']), 'page')}, "
+        f"{len(told['doubtful'])} doubtful; {len(rare)} of {len(many)} fewer than {least} times"
+        + (": " + " ".join(f"{letter}({many[letter]})" for letter in rare) if rare else "")
+        + (f"; {told['kept_out']} not to be written" if told["kept_out"] else "")
         + "."
     ]
-    if result.again:
-        few = " ".join(f"{letter}({sure})" for letter, sure in result.again.items())
-        lines.append(f"Fewer than {LEAST} are sure of {few}: `handout hand prompt --for` makes a sheet of those.")
-    if result.lacking is not None:
-        elsewhere = sorted({f"{lack.letter} ({lack.place})" for lack in result.lacking if lack.anywhere})
-        lines += _supplied(result.supply)
+    if told["write_again"]:
+        few = " ".join(f"{letter}({sure})" for letter, sure in told["write_again"].items())
+        lines.append(f"Fewer than {least} are sure of {few}: `handout hand prompt --for` makes a sheet of those.")
+    if "lacks" in told:
+        elsewhere = sorted({f"{lack['letter']} ({lack['place']})" for lack in told["lacks"] if lack["anywhere"]})
+        lines += _supplied(told["supply"])
         if elsewhere:
             lines.append(f"In another place of a word only: {', '.join(elsewhere)}.")
-    if result.files:
-        lines.append(f"Wrote {sentences.names(result.files)}.")
+    if told["files"]:
+        lines.append(f"Wrote {sentences.names(told['files'])}.")
     return "\n".join(lines)
 
 
-def _supplied(supply: Sequence[Outlook]) -> list[str]:
+def _supplied(supply: Sequence[Mapping[str, str]]) -> list[str]:
     """How a text comes by the letters that its hand lacks."""
     if not supply:
         return ["Every letter of that text is there."]
     composed, borrowed, doubted = (
-        ", ".join(f"{way.letter} ({way.source})" for way in supply if way.how == how)
+        ", ".join(f"{way['letter']} ({way['from']})" for way in supply if way["how"] == how)
         for how in ("composed", "lent", "doubted")
     )
-    missing = ", ".join(way.letter for way in supply if way.how == "missing")
+    missing = ", ".join(way["letter"] for way in supply if way["how"] == "missing")
     lines = [f"Put together from what the author wrote: {composed}."] if composed else []
     lines += [f"Lent with --fallback, as the author never wrote it: {borrowed}."] if borrowed else []
     lines += [f"Lent with --fallback, as all that the author wrote are doubtful: {doubted}."] if doubted else []

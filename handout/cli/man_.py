@@ -85,8 +85,10 @@ def _page(name: str, pages: dict[str, click.Command]) -> str:
     context = click.Context(verb, info_name=name)
     title = name.replace(" ", "-")
     inner = [each for each in pages if each.startswith(f"{name} ") and each.count(" ") == name.count(" ") + 1]
+    # the day on which the page is made, or that on which its package was
+    seconds = int(os.environ.get("SOURCE_DATE_EPOCH") or time.time())
     lines = [
-        f'.TH {title.upper()} 1 "{_date()}" "handout {__version__}" "handout"',
+        f'.TH {title.upper()} 1 "{datetime.fromtimestamp(seconds, UTC).date()}" "handout {__version__}" "handout"',
         f".SH NAME\n{_plain(title)} \\- {_plain(_title(verb))}",
         f".SH SYNOPSIS\n.B {_plain(name)}\n{_plain(' '.join(verb.collect_usage_pieces(context)))}",
         ".SH DESCRIPTION",
@@ -101,12 +103,6 @@ def _page(name: str, pages: dict[str, click.Command]) -> str:
     related = [name.rpartition(" ")[0]] if " " in name else []
     see = ", ".join(f"{each.replace(' ', '-')}(1)" for each in related + inner)
     return "\n".join(lines) + _FILES + (f".SH SEE ALSO\n{_plain(see)}\n" if see else "")
-
-
-def _date() -> str:
-    """The day on which the page is made, or that on which its package was."""
-    seconds = int(os.environ.get("SOURCE_DATE_EPOCH") or time.time())
-    return datetime.fromtimestamp(seconds, UTC).date().isoformat()
 
 
 def _title(verb: click.Command) -> str:

@@ -17,7 +17,7 @@ from handout.pipeline.declarations import MACHINE, shared
 from handout.pipeline.plot_request import HeightOptions
 
 if TYPE_CHECKING:
-    from handout.pipeline.pen_setup import PenMove
+    from handout.pipeline.pen_setup import Move
 
 
 @dataclass(frozen=True)
@@ -52,19 +52,19 @@ def test(plotter: _Plotter, page: str | None, dry_run: tuple[Path, ...], seed: i
     """
     if plotter.port is None and not dry_run:
         raise InputError("Where to? Give --port /dev/ttyUSB0 (or COM3, or sim:), or --dry-run sheet.svg.")
-    from handout.cli.operator import Operator
     from handout.pipeline.pen_setup import test_sheet
 
-    operator = Operator(plotter.port or "", yes=True, quiet=console.quiet)
-    result = test_sheet(
-        plotter.port, plotter.device, page=page, seed=seed, outputs=dry_run, operator=operator, listener=console
+    console.yes = True
+    result, how_to_read = test_sheet(
+        plotter.port, plotter.device, page=page, seed=seed, outputs=dry_run, attendant=console
     )
-    if result.executed_s is None:
-        duration = units.duration(result.planned_s)
-        console.report(result, f"Wrote {sentences.names(result.files)}; plotting would take {duration}.")
+    if "executed_s" in result.told:
+        took = units.duration(result.told["executed_s"])
+        console.report(result, f"Plotted the test sheet in {took}. How to read it:")
     else:
-        console.report(result, f"Plotted the test sheet in {units.duration(result.executed_s)}. How to read it:")
-    console.say(*(f"  {line}" for line in result.how_to_read))
+        duration = units.duration(result.told["planned_s"])
+        console.report(result, f"Wrote {sentences.names(result.files)}; plotting would take {duration}.")
+    console.say(*(f"  {line}" for line in how_to_read))
 
 
 @command.command("heights")
@@ -82,11 +82,10 @@ def heights(plotter: _Plotter, heights: HeightOptions, yes: bool, console: Conso
     handout pen heights --device eleksdraw --port /dev/ttyUSB0 --save my-eleksdraw
     handout pen heights --device eleksdraw --port /dev/ttyUSB0 --up 12 --down 36
     """
-    from handout.cli.operator import HeightsOperator
     from handout.pipeline.pen_setup import find_heights
 
-    person = HeightsOperator(plotter.port or "", yes)
-    result = find_heights(plotter.port, plotter.device, heights, person, console)
+    console.yes = yes
+    result = find_heights(plotter.port, plotter.device, heights, console)
     if not console.as_json:
         click.echo("[pen]\n" + "\n".join(f"{key} = {value:g}" for key, value in result.keys.items()))
     if result.file is None:
@@ -96,30 +95,31 @@ def heights(plotter: _Plotter, heights: HeightOptions, yes: bool, console: Conso
         console.report(result, f"Wrote {result.file}; use it with: --device {name}")
 
 
-def _say(move: PenMove, console: Console) -> None:
-    """What has been done, and where the pen is."""
+def _move(how: Move, plotter: _Plotter, console: Console, x: str = "0", y: str = "0") -> None:
+    """Move the pen, and say what has been done, and where it is."""
+    from handout.pipeline.pen_setup import move_pen
+
+    move = move_pen(how, plotter.port, plotter.device, x, y, listener=console)
     where = "" if move.position is None else f", at {move.position[0]:g}, {move.position[1]:g} mm"
     console.report(move, f"{move.title}: {move.done}{where}.")
 
 
-def _move(name: str, function: str, help_: str) -> None:
-    """Add a command that moves the pen by a function of `pen_setup`."""
+def _add_move(name: str, how: Move, help_: str) -> None:
+    """Add a command that moves the pen."""
 
     @command.command(name, help=f"{help_}\n\n\b\nhandout pen {name} --device axidraw-v3 --port auto")
     @_plotter
     @options.console
     def move(plotter: _Plotter, console: Console) -> None:
-        from handout.pipeline import pen_setup
-
-        _say(getattr(pen_setup, function)(plotter.port, plotter.device, console), console)
+        _move(how, plotter, console)
 
 
-_move("up", "lift_pen", "Lift the pen.")
-_move("down", "lower_pen", "Lower the pen onto the paper, where it stays.")
-_move("home", "home_pen", "Lift the pen and go to the machine's zero: by its switches, or as it knows the way.")
-_move(
+_add_move("up", "up", "Lift the pen.")
+_add_move("down", "down", "Lower the pen onto the paper, where it stays.")
+_add_move("home", "home", "Lift the pen and go to the machine's zero: by its switches, or as it knows the way.")
+_add_move(
     "motors-off",
-    "release_motors",
+    "release",
     "Take the power from the motors, so that the carriage can be pushed by hand; the machine forgets where it is.",
 )
 
@@ -136,6 +136,4 @@ def jog(x: str, y: str, plotter: _Plotter, console: Console) -> None:
     handout pen jog 20 0 --device axidraw-v3 --port auto
     handout pen jog -5mm 12.5mm --device eleksdraw --port /dev/ttyUSB0
     """
-    from handout.pipeline import pen_setup
-
-    _say(pen_setup.jog(x, y, plotter.port, plotter.device, console), console)
+    _move("jog", plotter, console, x, y)

@@ -23,7 +23,7 @@ from handout.pipeline.options import MergeOptions, TableOptions
 from handout.pipeline.plot_request import AttendanceOptions, DrawingOptions, PartOptions, PlotRequest
 
 if TYPE_CHECKING:
-    from handout.pipeline.plot_jobs import JobState
+    from handout.pipeline.results import Told
 
 _LAST = "last"  # of kept plots, in place of a name
 # what may be given with --again
@@ -119,6 +119,7 @@ def command(
 
     Without a name the one that was drawn last is taken, of those for which it can be done.
     """
+    console.yes = mode.yes
     if merge.letter is not None or merge.with_envelopes or table.columns:
         if request.part:
             raise InputError("--from, --to and --sheets take a part of a text or a drawing; of a table give --rows.")
@@ -152,7 +153,11 @@ def _of_kept(text: tuple[str, ...], mode: _Mode, part: PartOptions, again: str, 
     if mode.resume is not None:
         known, why = "--resume goes on with a plot whose text is known", "a plot that is resumed goes on as it began"
         _check_kept(text, _RESUMING, known, why)
-        _resume(mode, console)
+        from handout.pipeline.plotting import resume
+
+        result = resume(mode.resume, mode.port, mode.attendance, attendant=console)
+        sentence = f"Plotted the rest of {result.job.name} in {units.duration(result.executed_s)}."
+        console.report(result, f"{sentence}\n{result.fidelity}".strip())
     elif again:
         _check_kept(text, _AGAIN, "--again plots what is kept", "a plot that is drawn again is drawn as it was")
         _again(again, part, mode, console)
@@ -168,7 +173,6 @@ def _plot_rows(
     console: Console,
 ) -> int:
     """--letter, --with-envelopes."""
-    from handout.cli.operator import Operator
     from handout.cli.print_ import name_problems, summary
     from handout.pipeline.plot_rows import plot_rows
     from handout.pipeline.printing import PrintingStopped, RowsRefused
@@ -179,45 +183,33 @@ def _plot_rows(
     if not mode.ports and not mode.dry_run:
         raise InputError("Where to? Give --port /dev/ttyUSB0 (or COM3, or sim:), or --dry-run preview.svg.")
     rows, merge = replace(table, resume=mode.resume is not None), replace(merge, given=options.given())
-    operator = Operator(mode.ports[0], mode.yes, console.quiet) if mode.ports and not mode.dry_run else None
     try:
         with console.working() if mode.dry_run else contextlib.nullcontext():
-            result = plot_rows(
-                names[0],
-                request,
-                mode.ports,
-                (rows, merge),
-                mode.attendance,
-                outputs=mode.dry_run,
-                operator=operator,
-                listener=console,
-            )
+            how = request, mode.ports, (rows, merge), mode.attendance
+            result = plot_rows(names[0], *how, outputs=mode.dry_run, attendant=console)
     except (PrintingStopped, RowsRefused) as stopped:
         name_problems(stopped.report, console)
         raise
     name_problems(result.report, console)
-    if result.planned_s is None:
-        took = f"in {units.duration(result.executed_s)}"
-    else:
-        took = f"plotting would take {units.duration(result.planned_s)}"
+    took = f"in {units.duration(result.executed_s)}"
+    if mode.dry_run:
+        took = f"plotting would take {units.duration(result.told['planned_s'])}"
     sentence = f"{summary(result)}; {took}; seed {result.seed}."
-    lent = sentences.lent(result.tally) + sentences.doubted(result.tally)
+    lent = sentences.told(result.tally)
     console.report(result, f"{sentence}{lent}\n{result.fidelity}".strip())
     return result.report.exit_code
 
 
 def _plot(request: PlotRequest, mode: _Mode, console: Console) -> None:
     """--port."""
-    from handout.cli.operator import Operator
     from handout.pipeline.plotting import plot
 
     assert mode.port is not None
-    operator = Operator(mode.port, mode.yes, console.quiet)
-    result = plot(request, mode.port, mode.attendance, operator=operator, listener=console)
+    result = plot(request, mode.port, mode.attendance, attendant=console)
     assert result.tally is not None
     sentence = (
         f"Plotted {units.count(result.sheets, 'sheet')} in {units.duration(result.executed_s)}; seed {result.seed}."
-        f"{sentences.lent(result.tally)}{sentences.doubted(result.tally)}{sentences.slipped(result.tally)}"
+        f"{sentences.told(result.tally)}"
     )
     console.report(result, f"{sentence}\n{result.fidelity}".strip())
 
@@ -226,20 +218,12 @@ def _preview(request: PlotRequest, mode: _Mode, console: Console) -> None:
     """--dry-run."""
     from handout.pipeline.plotting import preview
 
+    travel, report = mode.show_travel, mode.attendance.report
     with console.working():
-        result = preview(
-            request,
-            mode.dry_run,
-            show_travel=mode.show_travel,
-            report=mode.attendance.report,
-            port=mode.port,
-            listener=console,
-        )
+        result = preview(request, mode.dry_run, show_travel=travel, report=report, port=mode.port, listener=console)
+    took = f"plotting would take {units.duration(result.told['planned_s'])}{sentences.hooked(result.told)}"
     console.report(
-        result,
-        f"Wrote {sentences.names(result.files)}; plotting would take {units.duration(result.planned_s)}"
-        f"{sentences.hooked(result.dips, result.hooks_s)}; seed "
-        f"{result.seed}.{sentences.lent(result.tally)}{sentences.doubted(result.tally)}{sentences.slipped(result.tally)}",
+        result, f"Wrote {sentences.names(result.files)}; {took}; seed {result.seed}.{sentences.told(result.tally)}"
     )
 
 
@@ -254,34 +238,16 @@ def _check_kept(text: tuple[str, ...], allowed: Collection[str], known: str, why
             raise InputError(f"{option} cannot be changed any more: {why}.")
 
 
-def _resume(mode: _Mode, console: Console) -> None:
-    """--resume."""
-    from handout.cli.operator import Operator
-    from handout.pipeline.plot_jobs import find_job
-    from handout.pipeline.plotting import resume
-
-    job = find_job(mode.resume, unfinished=True)
-    address = mode.port or job.port
-    operator = Operator(address, mode.yes, console.quiet)
-    result = resume(job.name, address, mode.attendance, operator=operator, listener=console)
-    sentence = f"Plotted the rest of {result.job.name} in {units.duration(result.executed_s)}."
-    console.report(result, f"{sentence}\n{result.fidelity}".strip())
-
-
 def _again(job: str, part: PartOptions, mode: _Mode, console: Console) -> None:
     """--again."""
-    from handout.cli.operator import Operator
-    from handout.pipeline import plot_jobs
     from handout.pipeline.plotting import again, preview_again
 
     if mode.dry_run:
         shown = preview_again(job, part, mode.dry_run, show_travel=mode.show_travel, listener=console)
-        took = f"plotting would take {units.duration(shown.planned_s)}{sentences.hooked(shown.dips, shown.hooks_s)}"
+        took = f"plotting would take {units.duration(shown.told['planned_s'])}{sentences.hooked(shown.told)}"
         console.report(shown, f"Wrote {sentences.names(shown.files)}; {took}.")
         return
-    address = mode.port or plot_jobs.find_drawn(job).port
-    operator = Operator(address, mode.yes, console.quiet)
-    result = again(job, part, address, mode.attendance, operator=operator, listener=console)
+    result = again(job, part, mode.port, mode.attendance, attendant=console)
     console.report(
         result, f"Plotted {result.job.name} in {units.duration(result.executed_s)}.\n{result.fidelity}".strip()
     )
@@ -296,7 +262,7 @@ def _manage(word: str, names: tuple[str, ...], console: Console) -> None:
             raise InputError(f"plot jobs takes no names; for one job use: handout plot show {names[0]}")
         jobs = plot_jobs.list_jobs(console)
         if console.as_json:
-            click.echo(json.dumps([job.facts() for job in jobs], ensure_ascii=False))
+            click.echo(json.dumps(jobs, ensure_ascii=False))
         elif jobs:
             click.echo("\n".join(map(_row, jobs)))
         else:
@@ -307,18 +273,20 @@ def _manage(word: str, names: tuple[str, ...], console: Console) -> None:
     if word == "forget":
         click.echo(f"Forgot {plot_jobs.forget_job(names[0])}.", err=True)
         return
-    job = plot_jobs.show_job(names[0] if names else None)
+    job = plot_jobs.find_job(names[0] if names else None)
+    state = plot_jobs.state_of(job)
     if console.as_json:
-        click.echo(json.dumps(job.facts(), ensure_ascii=False))
+        click.echo(json.dumps(state, ensure_ascii=False))
         return
-    for name, value in job.facts().items():
+    for name, value in state.items():
         click.echo(f"{name:12} {', '.join(map(str, value)) if isinstance(value, list) else value}")
-    if not job.finished:
-        click.echo(f"\n{job.outlook}\nhandout plot --resume {job.name}")
+    if not state["finished"]:
+        click.echo(f"\n{plot_jobs.outlook(job)}\nhandout plot --resume {job.name}")
 
 
-def _row(job: JobState) -> str:
+def _row(job: Told) -> str:
     """A job in the list of all."""
-    state = "finished" if job.finished else f"{min(job.share, 0.99):.0%} drawn"
-    sheets = units.count(job.sheets, "sheet") + ("" if job.all_written else " so far")
-    return f"{job.name:9} {job.begun.replace('T', ' ')}  {state:10} {sheets:9} {job.title}".rstrip()
+    share = min(job["drawn_mm"] / max(job["pen_down_mm"], 1e-9), 0.99)
+    state = "finished" if job["finished"] else f"{share:.0%} drawn"
+    sheets = units.count(job["sheets"], "sheet") + ("" if job["all_written"] else " so far")
+    return f"{job['job']:9} {job['begun'].replace('T', ' ')}  {state:10} {sheets:9} {job['title']}".rstrip()

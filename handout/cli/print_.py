@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,7 +16,7 @@ from handout.pipeline.declarations import MACHINE
 from handout.pipeline.options import MergeOptions, PictureOptions, PrintOptions, WritingOptions
 
 if TYPE_CHECKING:
-    from handout.pipeline.printing import Printed, Report
+    from handout.pipeline.printing import BatchDelivery, Report
 
 _MOST_NAMED = 12  # files that are named at the end
 
@@ -52,16 +51,11 @@ def command(
     """
     from handout.pipeline.printing import PrintingStopped, RowsRefused, print_
 
-    def change(request: str) -> None:
-        if yes or not sys.stdin.isatty():
-            console.say(f"{request}.")
-        else:
-            click.prompt(f"{request} and press Enter", default="", show_default=False, prompt_suffix=" ", err=True)
-
+    console.yes = yes
     try:
         with console.working():
             asked = replace(merge, given=options.given())
-            result = print_(table, printing, writing, picture, asked, change=change, listener=console)
+            result = print_(table, printing, writing, picture, asked, attendant=console)
     except (PrintingStopped, RowsRefused) as stopped:
         name_problems(stopped.report, console)
         raise
@@ -69,11 +63,11 @@ def command(
     if result.calibration_note:
         console.say(result.calibration_note)
     sentence = f"{summary(result)}; {sentences.writing_time(result.tally)}seed {result.seed}."
-    console.report(result, sentence + sentences.lent(result.tally) + sentences.doubted(result.tally))
+    console.report(result, sentence + sentences.told(result.tally))
     return result.report.exit_code
 
 
-def summary(result: Printed) -> str:
+def summary(result: BatchDelivery) -> str:
     """What became of a batch, in a few words; of several devices which rows each made."""
     report = result.report
     files = ", ".join(map(str, report.files[:_MOST_NAMED]))

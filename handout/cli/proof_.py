@@ -53,13 +53,13 @@ def command(
     with console.working():
         asked = replace(merge, given=options.given())
         result = proof(table, output, proofing, writing, picture, asked, listener=console)
-    for row, reason in result.failed.items():
-        click.echo(f"row {row}: {reason}", err=True)
-    rows = units.count(len(result.rows), "row")
-    look = f"; look first at {units.count(len(result.looked), 'row')}" if result.looked else ""
-    pages = units.count(sum(result.sheets.values()), "page")
+    told = result.told
+    for failure in told["failed"]:
+        click.echo(f"row {failure['row']}: {failure['reason']}", err=True)
+    rows, pages = units.count(told["rows"], "row"), units.count(sum(told["sheets"].values()), "page")
+    look = f"; look first at {units.count(len(told['look_at']), 'row')}" if told["look_at"] else ""
     console.report(
         result,
         f"Wrote {sentences.names(result.files)}: {rows}, {pages}{look}; seed {result.seed}. {result.costs.sentence()}",
     )
-    return 0 if not result.failed else 4 if result.rows else 2
+    return 0 if not told["failed"] else 4 if told["rows"] else 2

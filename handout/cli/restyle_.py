@@ -47,23 +47,19 @@ def command(
     from handout.pipeline.drawings import restyle
 
     result = restyle(source, output, styling, picture, posing)
-    left_out = f" Left out: {', '.join(result.left_out)}." if result.left_out else ""
+    left_out = f" Left out: {', '.join(result.told['left_out'])}." if result.told["left_out"] else ""
     count = result.source.about.get("drawings") if result.source is not None else None
     several = f" The file's {count} drawings lie beside and below one another." if count else ""
-    warnings = "".join(f" Warning: {loss}" for loss in result.losses)
+    warnings = "".join(f" Warning: {loss}" for loss in result.told["warnings"])
     console.report(result, sentence(result) + left_out + several + warnings)
 
 
 def sentence(result: Styled) -> str:
     """One sentence about a drawing in a handstyle."""
-    strokes = units.count(len(result.drawing.strokes), "stroke")
+    told = result.told
+    manners = [f"in the style {told['style']}"] if told["style"] else []
+    manners += [f"with the pose of {told['pose']}"] if "pose" in told else []
     return (
-        f"Wrote {', '.join(map(str, result.files))}: {strokes} {_manner(result)}; "
-        f"{units.duration(round(result.drawing.duration, 2))} of writing; seed {result.seed}."
+        f"Wrote {', '.join(map(str, result.files))}: {units.count(told['strokes'], 'stroke')} {' '.join(manners)}; "
+        f"{units.duration(told['duration_s'])} of writing; seed {result.seed}."
     )
-
-
-def _manner(result: Styled) -> str:
-    """How the strokes are drawn and held."""
-    manners = [f"in the style {result.style}"] if result.style else []
-    return " ".join([*manners, f"with the pose of {result.pose}"] if result.pose else manners)

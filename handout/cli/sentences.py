@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from handout import units
 from handout.pipeline.results import Tally
@@ -18,6 +18,11 @@ def names(files: Iterable[object]) -> str:
 def writing_time(tally: Tally) -> str:
     """How long the writing would take by hand; "" where strokes are not known."""
     return f"{units.duration(tally.duration)} of writing; " if tally.strokes else ""
+
+
+def told(tally: Tally) -> str:
+    """What is said of the letters that were lent or doubtful, of words that may be misread, and of slips."""
+    return f"{lent(tally)}{doubted(tally)}{slipped(tally)}"
 
 
 def lent(tally: Tally) -> str:
@@ -62,8 +67,9 @@ def _times(count: int) -> str:
     return f", {count} times" if count > 1 else ""
 
 
-def hooked(dips: int, seconds: float) -> str:
+def hooked(told: Mapping[str, float]) -> str:
     """What of the time of a plot is for dips and the like, as a part of a sentence; "" for nothing."""
-    if not seconds:
+    if "hooks_s" not in told:
         return ""
-    return f", {units.duration(seconds)} of it for {units.count(dips, 'dip') if dips else 'hooks'}"
+    what = units.count(int(told["dips"]), "dip") if told["dips"] else "hooks"
+    return f", {units.duration(told['hooks_s'])} of it for {what}"

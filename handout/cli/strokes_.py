@@ -14,7 +14,7 @@ from handout.cli.console import Console
 from handout.pipeline.options import PictureOptions, StyleOptions
 
 if TYPE_CHECKING:
-    from handout.pipeline.drawings import FittedStrokes
+    from handout.pipeline.results import Told
 
 
 @click.group("strokes", cls=Group)
@@ -40,18 +40,18 @@ def fit(trace: Path, output: Path | None, report: Path | None, shape_only: bool,
     from handout.pipeline.drawings import fit_strokes
 
     result = fit_strokes(trace, output, report, shape_only=shape_only)
-    Console(as_json, quiet=as_json).report(result, _sentence(result))
+    Console(as_json, quiet=as_json).report(result, _sentence(result.told))
 
 
-def _sentence(result: FittedStrokes) -> str:
-    sentence = f"{units.count(len(result.page.fits), 'movement')}, {units.count(result.strokes, 'stroke')}"
-    if result.path_db is not None:
-        sentence += f"; path {result.path_db:.1f} dB"
-    if result.speed_db is not None:
-        sentence += f", speed {result.speed_db:.1f} dB (medians)"
-    if not result.page.timed:
+def _sentence(told: Told) -> str:
+    sentence = f"{units.count(told['movements'], 'movement')}, {units.count(told['strokes'], 'stroke')}"
+    if told["path_db"] is not None:
+        sentence += f"; path {told['path_db']:.1f} dB"
+    if told["speed_db"] is not None:
+        sentence += f", speed {told['speed_db']:.1f} dB (medians)"
+    if not told["timed"]:
         sentence += "; from the shape alone"
-    return sentence + (f"; wrote {', '.join(map(str, result.files))}." if result.files else ".")
+    return sentence + (f"; wrote {', '.join(told['files'])}." if told["files"] else ".")
 
 
 _PLAN = click.argument("plan", type=click.Path(path_type=Path))
@@ -81,7 +81,9 @@ def draw(
     from handout.pipeline.drawings import draw_plans
 
     result = draw_plans(plan, output, styling, picture)
-    console.report(result, f"Wrote {', '.join(map(str, result.files))}: {units.count(result.strokes, 'movement')}.")
+    console.report(
+        result, f"Wrote {', '.join(map(str, result.files))}: {units.count(result.told['strokes'], 'movement')}."
+    )
 
 
 @command.command("vary")
@@ -104,7 +106,7 @@ def vary(
     \b
     handout strokes vary plan.json --copies 20 -o sheet.svg
     """
-    from handout.pipeline.drawings import vary_plans
+    from handout.pipeline.drawings import draw_plans
 
-    result = vary_plans(plan, output, copies, styling, picture)
-    console.report(result, f"Wrote {', '.join(map(str, result.files))}: {result.copies} copies; seed {result.seed}.")
+    result = draw_plans(plan, output, styling, picture, copies)
+    console.report(result, f"Wrote {', '.join(map(str, result.files))}: {copies} copies; seed {result.seed}.")

@@ -36,8 +36,8 @@ def learn(examples: tuple[Path, ...], output: Path, lesson: LessonOptions, conso
         result = learn_style(examples, output, lesson, console)
     console.report(
         result,
-        f"Wrote {output}: learned from {units.count(result.drawings, 'drawing')}, "
-        f"{units.count(result.strokes, 'stroke')} of {1e3 * result.duration_s:.0f} ms.",
+        f"Wrote {output}: learned from {units.count(result.told['drawings'], 'drawing')}, "
+        f"{units.count(result.told['strokes'], 'stroke')} of {1e3 * result.told['duration_s']:.0f} ms.",
     )
 
 

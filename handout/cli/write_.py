@@ -60,5 +60,5 @@ def command(
         result,
         f"Wrote {sentences.names(result.files)}: {units.count(result.tally.lines, 'line')} on "
         f"{units.count(result.tally.pages, 'page')}; {sentences.writing_time(result.tally)}seed {result.seed}."
-        f"{sentences.lent(result.tally)}{sentences.doubted(result.tally)}{sentences.slipped(result.tally)}",
+        f"{sentences.told(result.tally)}",
     )

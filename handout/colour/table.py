@@ -15,6 +15,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -127,7 +128,7 @@ def load(path: Path) -> ColourTable:
     """
     try:
         with np.load(path, allow_pickle=False) as stored:
-            header = json.loads(stored["about"].tobytes())
+            header = msgspec.json.decode(stored["about"].tobytes())
             if header["format"] != _FORMAT:
                 raise InputError(
                     f"{path} is a colour table of format {header['format']}; this program reads {_FORMAT}."

@@ -6,7 +6,6 @@ with the same; what became of its rows is in the journal that every batch has (`
 
 from __future__ import annotations
 
-import contextlib
 import json
 import shutil
 import tempfile
@@ -15,6 +14,8 @@ from dataclasses import asdict, dataclass, fields, replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any, Literal
+
+import msgspec
 
 from handout import atomic, shipped
 from handout.errors import InputError
@@ -31,10 +32,10 @@ from handout.pipeline.options import (
     WritingOptions,
     seed_of,
 )
-from handout.pipeline.plot_desk import Attendant, Shared, Wire, known_port
+from handout.pipeline.plot_desk import AtPage, Wire, known_port
 from handout.pipeline.plot_request import AttendanceOptions, PlotOptions, PlotRequest
 from handout.pipeline.plot_rows import plot_rows
-from handout.pipeline.printing import Printed, print_
+from handout.pipeline.printing import BatchDelivery, print_
 from handout.pipeline.proofing import proof
 from handout.pipeline.results import SILENT, Facts, Listener
 from handout.plotting.jobs.store import free_name
@@ -175,7 +176,7 @@ def keep_batch(
 
 
 def _batch(path: Path) -> _Batch:
-    data = json.loads((path / _PLAN).read_text(encoding="utf-8"))
+    data = msgspec.json.decode((path / _PLAN).read_bytes())
     begun = data.pop("begun")
     for name, kind in _PARTS.items():
         data[name] = kind(**data[name])
@@ -191,7 +192,7 @@ def _find(name: str) -> _Batch:
         raise InputError(f"There is no batch {name}, or it cannot be read.") from error
 
 
-def batches() -> list[Facts]:
+def batches(*, listener: Listener = SILENT) -> Facts:
     """The batches that are kept, the newest first."""
     base, found = folder(), list[tuple[str, Facts]]()
     for path in base.iterdir() if base.is_dir() else []:
@@ -201,7 +202,7 @@ def batches() -> list[Facts]:
             except InputError:
                 continue
             found.append((batch.begun, {"batch": path.name, "title": batch.plan.title, "state": batch.state}))
-    return [facts for _, facts in sorted(found, key=lambda each: each[0], reverse=True)]
+    return {"batches": [facts for _, facts in sorted(found, key=lambda each: each[0], reverse=True)]}
 
 
 def show_batch(name: str) -> Facts:
@@ -242,7 +243,7 @@ def show_batch(name: str) -> Facts:
 
 def _facts(path: Path) -> dict[str, Any]:
     try:
-        facts: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        facts: dict[str, Any] = msgspec.json.decode(path.read_bytes())
     except (OSError, ValueError):
         return {}
     return facts
@@ -324,10 +325,10 @@ def _make(batch: _Batch, name: str, ports: Sequence[str], at_zero: bool, listene
     # who keeps a batch anew and approves it wants all of it, whatever became of another with the same rows
     afresh = run is None and plan.to != "pdf"
     table = replace(plan.table, resume=run is not None, afresh=afresh, rows=_rows(batch))
-    shared = Shared(listener) if len(_queues(plan) if plan.to == "printer" else ports) > 1 else None
+    shared = len(_queues(plan) if plan.to == "printer" else ports) > 1
     try:
-        with shared or contextlib.nullcontext():
-            made = _made(batch, table, (ports, at_zero), Attendant(ports, shared or listener))
+        with AtPage(listener, shared) as page:
+            made = _made(batch, table, (ports, at_zero), page)
     except KeyboardInterrupt:
         return {**show_batch(name), "complete": False}
     return {**show_batch(name), "complete": True, "made": {**made.facts(), "files": []}}
@@ -347,13 +348,16 @@ def _rows(batch: _Batch) -> str:
     return ",".join(f"{first}-{last}" for first, last in good)
 
 
-def _made(batch: _Batch, table: TableOptions, where: tuple[Sequence[str], bool], attendant: Attendant) -> Printed:
+def _made(batch: _Batch, table: TableOptions, where: tuple[Sequence[str], bool], page: AtPage) -> BatchDelivery:
     """What becomes of a batch at some ports, or at its printers."""
     (ports, at_zero), plan, merge = where, batch.plan, batch.merge
     if plan.to != "plotter":
+        out = batch.folder / _PDF if plan.to == "pdf" else None
+        if plan.to == "printer" and printers.resolve(plan.printer).simulated:
+            out = batch.folder / "printed"
         own: dict[str, Any] = {"printer": plan.printer or "pdf", "queue": _queues(plan), "page": plan.page}
-        printing = PrintOptions(**_of(table), **own, dry_run=_out(batch))
-        return print_(batch.table, printing, plan.writing, plan.picture, merge, change=attendant.do, listener=attendant)
+        printing = PrintOptions(**_of(table), **own, dry_run=out)
+        return print_(batch.table, printing, plan.writing, plan.picture, merge, attendant=page)
     for port in ports:
         known_port(port)
     ways = PlotOptions(device=plan.device, copies=plan.table.copies, grid=plan.grid)
@@ -361,7 +365,7 @@ def _made(batch: _Batch, table: TableOptions, where: tuple[Sequence[str], bool],
         Source(""), plan.writing, SheetOptions(plan.page, merge.margin, merge.pages), plan.picture, ways
     )
     attendance = AttendanceOptions(at_zero)
-    return plot_rows(batch.table, request, ports, (table, merge), attendance, operator=attendant, listener=attendant)
+    return plot_rows(batch.table, request, ports, (table, merge), attendance, attendant=page)
 
 
 def _queues(plan: BatchPlan) -> tuple[str, ...]:
@@ -375,13 +379,6 @@ def _queues(plan: BatchPlan) -> tuple[str, ...]:
 def _of(table: TableOptions) -> dict[str, Any]:
     """Its fields, for the options that are more than it."""
     return {field.name: getattr(table, field.name) for field in fields(TableOptions)}
-
-
-def _out(batch: _Batch) -> Path | None:
-    """The file, or of a simulated printer the folder, that pages go to; None: to a printer."""
-    if batch.plan.to == "pdf":
-        return batch.folder / _PDF
-    return batch.folder / "printed" if printers.resolve(batch.plan.printer).simulated else None
 
 
 def forget_batch(name: str) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -13,28 +12,15 @@ from handout.errors import InputError
 from handout.inking.brush import brushes, sheet
 from handout.inking.brush.ribbon import SEGMENTS
 from handout.inking.pen import BRUSH_FILE, PENS
+from handout.pipeline.inputs import output_path
 from handout.pipeline.options import Length, millimetres
-from handout.pipeline.results import Result
+from handout.pipeline.results import Delivery
 from handout.sinks.png import to_png
-
-
-@dataclass(frozen=True, kw_only=True)
-class BrushReport(Result):
-    """A brush that was learned or shown; its notes are on strokes that were left out.
-
-    lengths_in_widths : of its strokes; width_mm : usual for its line.
-    """
-
-    file: Path
-    strokes: int
-    lengths_in_widths: tuple[float, ...]
-    width_mm: float
-    colour: str
 
 
 def learn(
     photographs: Sequence[str | Path], output: str | Path, *, width: Length | None = None, title: str = ""
-) -> BrushReport:
+) -> Delivery:
     """Learn a brush from photographs of its strokes, one or several to a picture, and keep it in a .brush file.
 
     width : usual for its line; None: 0.8 mm.
@@ -44,12 +30,9 @@ def learn(
     InputError
         A picture without a stroke that can be used, or a file that cannot be written.
     """
-    path = Path(output)
-    if path.suffix != BRUSH_FILE:
-        raise InputError(f"{path}: a brush is kept in a {BRUSH_FILE} file: write -o {path.with_suffix(BRUSH_FILE)}.")
+    path = output_path(output, BRUSH_FILE, "a brush is kept as")
     if path.stem in PENS:
         raise InputError(f"{path}: {path.stem} is the name of a pen; take another.")
-    atomic.check_writable(path)
     pictures = [Path(each) for each in photographs]
     if width is None:
         brush, notes = brushes.learn(pictures, title=title)
@@ -59,7 +42,7 @@ def learn(
     return _report(path, brush, notes)
 
 
-def show(name: str, output: str | Path, seed: int = 1) -> BrushReport:
+def show(name: str, output: str | Path, seed: int = 1) -> Delivery:
     """Show a brush, by its name or file, on a sheet (PNG).
 
     Raises
@@ -67,23 +50,15 @@ def show(name: str, output: str | Path, seed: int = 1) -> BrushReport:
     InputError
         There is no such brush, or the sheet cannot be written.
     """
-    path = Path(output)
-    if path.suffix.lower() != ".png":
-        raise InputError(f"{path}: a brush is shown as a picture: write -o {path.with_suffix('.png')}.")
-    atomic.check_writable(path)
+    path = output_path(output, ".png", "a brush is shown as")
     brush = brushes.find(name)
     picture = sheet.show(brush, name, np.random.default_rng(seed))
     atomic.write(path, to_png(picture, sheet.DPI, about={"brush": name, "seed": seed}))
     return _report(path, brush, (brush.notice,) if brush.notice else ())
 
 
-def _report(path: Path, brush: brushes.Brush, notes: tuple[str, ...]) -> BrushReport:
-    lengths = tuple(round(len(ribbon) / SEGMENTS, 1) for ribbon in brush.ribbons)
-    return BrushReport(
-        file=path,
-        strokes=len(lengths),
-        lengths_in_widths=lengths,
-        width_mm=brush.width,
-        colour=brush.colour,
-        notes=notes,
-    )
+def _report(path: Path, brush: brushes.Brush, notes: tuple[str, ...]) -> Delivery:
+    """Of a brush that was learned or shown; the notes are on strokes that were left out."""
+    lengths = [round(len(ribbon) / SEGMENTS, 1) for ribbon in brush.ribbons]  # in widths of the line
+    told = {"file": str(path), "strokes": len(lengths), "lengths_in_widths": lengths}
+    return Delivery(files=(path,), told={**told, "width_mm": brush.width, "colour": brush.colour}, notes=notes)

@@ -1,31 +1,63 @@
 """Matching a printer's colours to the ink: the chart, its scans, the table, the verification strip, what is stored.
 
-`calibrate` goes through all steps with a `Person` who prints and scans; the other functions are the steps by
-themselves, and what is done with stored calibrations.
+`calibrate` goes through all steps of the wizard with a `Person` who prints and scans, `pipeline.calibration_desk`
+through one at a time, as the studio's page asks; the other functions are the steps by themselves, and what is done
+with stored calibrations.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from handout import atomic
-from handout.calibrating import ink_samples, pages, pen_reference, print_diagnosis, store, strip, verification
+from handout.calibrating import ink_samples, pages, pen_reference, print_diagnosis, scanner, store, strip, verification
 from handout.calibrating.pen_reference import Reference
-from handout.calibrating.session import Step
 from handout.calibrating.store import Calibration
 from handout.calibrating.verification import Verification
-from handout.calibrating.wizard import ScansRefused, Task, Wizard
+from handout.calibrating.wizard import ScansRefused, Step, Task, Wizard
 from handout.colour import cgats, exports, report
 from handout.colour.chart_files import ti3
 from handout.colour.reading import Reading, pen_field
 from handout.colour.reading import read as read_chart
-from handout.errors import InputError
-from handout.pipeline.guided_calibration import GuidedCalibration, Person
-from handout.pipeline.options import CalibrationOptions, ChartOptions
+from handout.errors import HandoutError, InputError
+from handout.pipeline.options import CalibrationOptions, CalibrationPlace, ChartOptions
 from handout.pipeline.results import SILENT, Facts, Listener, Result
 from handout.printing import printers
+from handout.profiles import Printer
+
+if TYPE_CHECKING:
+    from handout.simulated.print_and_scan import Loop
+
+T = TypeVar("T")
+
+# the steps of a simulated calibration, and the share of its time at which each begins, measured on two cores
+_SIMULATED = {
+    Step.PRINT: (0.0, "The simulated printer prints it."),
+    Step.SCAN: (0.09, "The simulated flatbed scans it."),
+    Step.BUILD: (0.29, "The scan is good; the table is built of it."),
+    Step.STRIP: (0.47, "The simulated printer prints it through the table."),
+    Step.VERIFY: (0.54, "The simulated flatbed scans it."),
+    Step.STORE: (0.94, "The calibration is stored."),
+}
+
+
+class Person(Protocol):
+    """The user at the printer and the scanner."""
+
+    def ready(self, request: str) -> None:
+        """Wait until the user has done what is asked."""
+
+    def scan_of(self, name: str) -> Path:
+        """The file with the scan of "chart" or "strip"."""
+
+    def agrees(self, question: str) -> bool:
+        """Whether the user says yes; no is the usual answer."""
+
+    def tries_again(self) -> bool:
+        """Whether the user can scan again after a mistake."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,15 +74,44 @@ class Calibrated(Result):
         return facts
 
 
-def calibrate(
-    printer: str,
-    paper: str = store.PLAIN,
-    chart: ChartOptions | None = None,
-    options: CalibrationOptions | None = None,
-    *,
-    person: Person,
-    listener: Listener = SILENT,
-) -> Calibrated:
+def begin(place: CalibrationPlace, profile: Printer) -> Wizard:
+    """The wizard of a calibration, which is begun, or gone on with.
+
+    Raises
+    ------
+    InputError
+        As `Wizard`.
+    """
+    chart, options = place.chart, place.options
+    name = options.scanner or options.scanner_name or ("simulated flatbed" if profile.simulated else "")
+    task = Task(profile, place.printer, place.paper, chart.sheet, chart.pages, name, options.hand, options.accept)
+    return Wizard(task, afresh=options.afresh)
+
+
+def simulated_loop(place: CalibrationPlace, profile: Printer) -> Loop | None:
+    """The devices that print and scan where they are simulated; None for others.
+
+    Raises
+    ------
+    InputError
+        A paper that they do not have, or an unknown fault.
+    """
+    if not profile.simulated:
+        return None
+    from handout.simulated.print_and_scan import simulated
+
+    return simulated(profile, place.paper, place.options.faults, place.options.hand)
+
+
+def scan_page(wizard: Wizard, name: str, loop: Loop | None) -> list[Path]:
+    """Scan the page that was printed last: by the simulated scanner, or through SANE by the one of that name."""
+    page = wizard.page_file(wizard.step)
+    to = wizard.folder / "incoming" / f"{page.stem}.tif"
+    to.parent.mkdir(parents=True, exist_ok=True)
+    return loop.scan(page, to, wizard.frame) if loop else [scanner.scan(name, wizard.chart.paper, to)]
+
+
+def calibrate(place: CalibrationPlace, *, person: Person, listener: Listener = SILENT) -> Calibrated:
     """Calibrate a printer step by step; a run that was left is gone on with.
 
     Raises
@@ -58,26 +119,85 @@ def calibrate(
     InputError, DeviceError
         Of any step; what was done before is kept.
     """
-    chart, options = chart or ChartOptions(), options or CalibrationOptions()
-    profile = printers.resolve(printer)
-    if profile.file and not profile.simulated and options.output is None:
-        raise InputError(f"{printer} writes files: name a folder for chart and strip with -o.")
-    loop = None
-    if profile.simulated:
-        from handout.simulated.print_and_scan import simulated
-
-        loop = simulated(profile, paper, options.faults, options.hand)
-    scanner_name = options.scanner or options.scanner_name or ("simulated flatbed" if loop else "")
-    task = Task(profile, printer, paper, chart.sheet, chart.pages, scanner_name, options.hand, options.accept)
-    wizard = Wizard(task, afresh=options.afresh)
+    profile = printers.resolve(place.printer)
+    if profile.file and not profile.simulated and place.options.output is None:
+        raise InputError(f"{place.printer} writes files: name a folder for chart and strip with -o.")
+    loop = simulated_loop(place, profile)
+    wizard = begin(place, profile)
     if wizard.resumed:
-        begun = wizard.session.state.begun
+        begun = wizard.state.begun
         listener.say(f"Going on with the calibration of {wizard.name} begun on {begun} (--afresh begins anew).")
-    run = GuidedCalibration(wizard, options, person, listener, loop)
-    while wizard.step is not Step.DONE:
-        run.step()
-    assert run.stored is not None
-    return Calibrated(run.stored, run.reference)
+    return _Guide(wizard, place.options, person, listener, loop).lead()
+
+
+@dataclass(frozen=True)
+class _Guide:
+    """Leads a person, or the simulated devices, through the wizard's steps."""
+
+    wizard: Wizard
+    options: CalibrationOptions
+    person: Person
+    listener: Listener
+    loop: Loop | None
+
+    def lead(self) -> Calibrated:
+        """Do what comes next, until the calibration is stored."""
+        wizard, say = self.wizard, self.listener.say
+        reference: Reference | None = None
+        stored: Calibration | None = None
+        while stored is None:
+            now = wizard.step
+            # a person takes most of the time of a real calibration, and nobody knows how long
+            share, sentence = (0.0, wizard.request) if self.loop is None else _SIMULATED[now]
+            self.listener.progress(share, now.value)
+            say(f"\n{list(Step).index(now) + 1}/{len(Step) - 1}  {now.value.capitalize()}", sentence)
+            if now is Step.PRINT or (now is Step.STRIP and not self.options.no_verify):
+                self._print_page()
+            elif now is Step.SCAN:
+                scanned = self._until_good(wizard.take_scans)
+                reference = scanned.reference
+                say(*(f"warning: {finding}" for finding in scanned.findings))
+                say(*([reference.as_message()] if reference else []), *filter(None, [scanned.missing]))
+            elif now is Step.BUILD:
+                built = wizard.build(self.options.method)
+                say(f"The table misses its own patches by ΔE00 {built.misses:.2f} on the mean.")
+            elif now is Step.VERIFY:
+                verified = self._until_good(lambda scans: wizard.take_strip(scans[0]))
+                say(*verified.findings, *verified.lines())
+                if not verified.helps and self.person.agrees("Store it all the same?"):
+                    stored = wizard.store()
+                elif not verified.helps:
+                    wizard.back()
+            else:
+                stored = wizard.store()
+        return Calibrated(stored, reference)
+
+    def _print_page(self) -> None:
+        """Print what comes next, or write it into the folder that was named, and say where it is."""
+        task, out, name = self.wizard.task, self.options.output, "chart" if self.wizard.step is Step.PRINT else "strip"
+        if out is not None:
+            out.mkdir(parents=True, exist_ok=True)
+        elif self.loop is None:
+            self.person.ready("Press Enter when the paper is loaded")
+        files = self.wizard.print_page(out and out / f"{name}.pdf")
+        where = ", ".join(map(str, files)) or f"sent to {task.profile.queue or task.printer}"
+        self.listener.say(f"The {name}: {where}.")
+
+    def _until_good(self, take: Callable[[list[Path]], T]) -> T:
+        """What `take` makes of scans of what was printed last; a person at a terminal may try again."""
+        name = self.wizard.page_file(self.wizard.step).stem
+        while True:
+            try:
+                if self.loop is None and not self.options.scanner:
+                    return take([self.person.scan_of(name)])
+                if self.loop is None:
+                    self.person.ready(f"Press Enter when the {name} lies on the glass")
+                    self.listener.say("Scanning …")
+                return take(scan_page(self.wizard, self.options.scanner or "", self.loop))
+            except HandoutError as error:
+                if self.loop is not None or not self.person.tries_again():
+                    raise
+                self.listener.say(str(error))
 
 
 @dataclass(frozen=True)
@@ -104,9 +224,9 @@ def print_chart(
     if profile.file and not outputs:
         raise InputError(f"{printer} writes a file: name it with -o chart.pdf.")
     layout = pages.chart_for(profile, chart.sheet, chart.pages)
-    name = f"{store.key(printer)}/{store.key(paper)}"
-    files = tuple(path for output in outputs for path in pages.write_chart(layout, profile, name, output))
-    jobs = () if files else pages.send(pages.chart_pages(layout, profile, name), profile)
+    printed = pages.chart_pages(layout, profile, f"{store.key(printer)}/{store.key(paper)}")
+    files = tuple(path for output in outputs for path in pages.write(printed, output))
+    jobs = () if files else pages.send(printed, profile)
     return ChartWritten(files, jobs, len(layout.pages), profile.dpi)
 
 
@@ -145,9 +265,9 @@ def read_scans(
         A file that cannot be read or written, or no such hand.
     """
     atomic.check_writable(output)
-    bare = ink_samples.paper_of(hand) if hand else None
-    reading = read_chart(scans, paper=None if bare is None else bare.tolist())
-    reference = pen_reference.compared(reading.scribble, hand, ink_samples.scanned_name(hand) if hand else "")
+    writer, bare = ink_samples.writer_of(hand)
+    reading = read_chart(scans, paper=bare)
+    reference = pen_reference.compared(reading.scribble, hand, writer)
     reading = print_diagnosis.diagnose(reading, reference, accept=accept)
     if report_file is not None:
         report.write_report(report_file, reading)
@@ -259,7 +379,7 @@ class Stored(Result):
             misses = "" if calibration.misses is None else f", misses its patches by ΔE00 {calibration.misses:.2f}"
             origin = f"scanner {calibration.scanner or 'not named'}; {calibration.folder}"
             yield f"{calibration.described()}: {calibration.method}{misses}, {origin}"
-            facts = calibration.verification()
+            facts = calibration.kept(store.VERIFICATION)
             for line in ["not verified"] if facts is None else verification.table_lines(facts):
                 yield f"  {line}"
 

@@ -1,8 +1,8 @@
-"""One calibration step by step as the studio's page Calibration does it: the wizard's steps, each asked for by itself.
+"""One calibration as the studio's page attends to it: the wizard's steps one at a time, and what each shows.
 
-`pipeline.calibrating.calibrate` goes through the same `Wizard` with a person at a terminal.  Nothing is kept here: what
-was done lies in the wizard's session, so that it can be gone on with in the browser, at the terminal, and after either
-was killed.  Pictures are written into a folder that who asks gives.
+Nothing is kept here: what was done lies with the wizard, so that it can be gone on with in the browser, at the terminal
+(`pipeline.calibrating.calibrate`), and after either was killed.  Files and pictures are written into the folder of the
+place.
 """
 
 from __future__ import annotations
@@ -11,21 +11,22 @@ import contextlib
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.calibrating import scanner, store, verification
+from handout.calibrating import store, verification
 from handout.calibrating.pen_reference import Reference
-from handout.calibrating.session import Step
 from handout.calibrating.store import Calibration
-from handout.calibrating.wizard import ScansRefused, Task, Wizard
+from handout.calibrating.wizard import ScansRefused, Step, Wizard
 from handout.colour.pen_lines import strokes_in
 from handout.colour.reading import Finding, Reading, Scribble, open_scans
 from handout.colour.reading.findings import Refused
 from handout.colour.reading.patch_means import sample_grid
 from handout.colour.report import grid_on
 from handout.errors import InputError
+from handout.pipeline import calibrating
 from handout.pipeline.devices import list_devices
 from handout.pipeline.options import CalibrationPlace
 from handout.pipeline.results import SILENT, Facts, Listener
@@ -67,13 +68,17 @@ def check_printer(name: str) -> None:
 
 def _stored(calibration: Calibration) -> Facts:
     facts = {name: value for name, value in calibration.facts().items() if name not in ("folder", "verification")}
-    verified = calibration.verification()
-    shades = [[name, *([_hex(colour) for colour in row] for row in rows)]
-              for name, rows in verification.kept_shades(calibration)]  # fmt: skip
+    verified = calibration.kept(store.VERIFICATION)
     return {
-        **facts, "verified": None if verified is None else _figures(verified), "shades": shades,
+        **facts, "verified": None if verified is None else _figures(verified), "shades": _shades(calibration),
         "report": calibration.report is not None,
     }  # fmt: skip
+
+
+def _shades(calibration: Calibration) -> list[Any]:
+    """The colours of its strip, in words that a page understands."""
+    return [[name, *([_hex(colour) for colour in row] for row in rows)]
+            for name, rows in verification.kept_shades(calibration)]  # fmt: skip
 
 
 def _figures(verified: Facts) -> Facts:
@@ -85,7 +90,7 @@ def _hex(colour: Array) -> str:
     return "#" + bytes(np.rint(np.clip(colour, 0, 1) * 255).astype(np.uint8).tolist()).hex()
 
 
-def open_calibration(place: CalibrationPlace) -> Facts:
+def open_calibration(place: CalibrationPlace, *, listener: Listener = SILENT) -> Facts:
     """What comes next of a calibration, which is begun, or gone on with.
 
     Raises
@@ -97,19 +102,14 @@ def open_calibration(place: CalibrationPlace) -> Facts:
 
 
 def _wizard(place: CalibrationPlace) -> Wizard:
-    profile, options = printers.resolve(place.printer), place.options
-    name = options.scanner_name or ("simulated flatbed" if profile.simulated else "")
-    task = Task(
-        profile, place.printer, place.paper, place.chart.sheet, place.chart.pages, name, options.hand, options.accept
-    )
-    wizard = Wizard(task, afresh=options.afresh)
+    wizard = calibrating.begin(place, printers.resolve(place.printer))
     if place.step and place.step != wizard.step:
         raise StaleCalibration(f"This calibration was gone on with elsewhere: what comes next is to {wizard.step}.")
     return wizard
 
 
 def _state(wizard: Wizard) -> Facts:
-    state, profile = wizard.session.state, wizard.task.profile
+    state, profile = wizard.state, wizard.task.profile
     steps = [str(step) for step in Step]
     return {
         "name": wizard.name,
@@ -124,77 +124,59 @@ def _state(wizard: Wizard) -> Facts:
         "kept": len(state.scans),
         "simulated": profile.simulated,
         "writes_files": profile.file and not profile.simulated,
-        "report": wizard.session.report.is_file(),
+        "report": wizard.report.is_file(),
     }
 
 
-def print_page(place: CalibrationPlace, folder: Path, *, to_printer: bool) -> Facts:
-    """Print the chart or the strip, whichever comes next, or write it as PDF into a folder.
+def print_page(place: CalibrationPlace, *, listener: Listener = SILENT) -> Facts:
+    """Print the chart or the strip, whichever comes next, or write it as PDF into the folder.
 
     Raises
     ------
     InputError, PrinterError
-        As `Wizard.print_chart`; or neither is to be printed now.
+        As `Wizard.print_page`.
     """
-    wizard = _wizard(place)
-    named = {Step.PRINT: ("chart", wizard.print_chart), Step.STRIP: ("strip", wizard.print_strip)}
-    if wizard.step not in named:
-        raise InputError(f"Nothing is to be printed now: what comes next is to {wizard.step}.")
-    name, send = named[wizard.step]
-    output = folder / f"{name}.pdf"
-    if wizard.task.profile.simulated:
-        shutil.copy2(send()[0], output)
-    else:
-        send(None if to_printer else output)
+    return _print_page(_wizard(place), place, place.to_printer)
+
+
+def _print_page(wizard: Wizard, place: CalibrationPlace, to_printer: bool) -> Facts:
+    output, simulated = (
+        place.folder / f"{'strip' if wizard.step is Step.STRIP else 'chart'}.pdf",
+        wizard.task.profile.simulated,
+    )
+    files = wizard.print_page(None if to_printer or simulated else output)
+    if simulated:
+        shutil.copy2(files[0], output)
     return {**_state(wizard), "files": [str(output)] if output.is_file() else []}
 
 
-def again(place: CalibrationPlace, folder: Path) -> Facts:
+def again(place: CalibrationPlace, *, listener: Listener = SILENT) -> Facts:
     """The PDF of what is to be scanned now, once more."""
     wizard = _wizard(place)
-    before = {Step.SCAN: Step.PRINT, Step.VERIFY: Step.STRIP}.get(wizard.step)
-    if before is None:
-        raise InputError(f"Nothing is to be scanned now: what comes next is to {wizard.step}.")
-    wizard.session.go(before)
-    return print_page(
-        CalibrationPlace(place.printer, place.paper, place.chart, place.options), folder, to_printer=False
-    )
+    wizard.check("Nothing is to be scanned", Step.SCAN, Step.VERIFY)
+    wizard.go(Step.PRINT if wizard.step is Step.SCAN else Step.STRIP)
+    return _print_page(wizard, place, to_printer=False)
 
 
-def take_scans(place: CalibrationPlace, folder: Path, scans: Sequence[Path] = (), listener: Listener = SILENT) -> Facts:
+def take_scans(place: CalibrationPlace, *, listener: Listener = SILENT) -> Facts:
     """Take scans of the chart or the strip, whichever is waited for; what is refused is told, and changes nothing.
 
-    Parameters
-    ----------
-    place : with `options.scanner` the page is scanned through SANE, and with `options.faults` of a simulated printer
-        by its simulated scanner, where no scans are given.
-    folder : for pictures of what was found.
+    Where no scans are given, the page is scanned through SANE, and that of a simulated printer by its simulated
+    scanner, with `options.faults`.
 
     Raises
     ------
     InputError
         Nothing is to be scanned now; a file that is no picture.
     """
-    wizard = _wizard(place)
-    if wizard.step not in (Step.SCAN, Step.VERIFY):
-        raise InputError(f"Nothing is to be scanned now: what comes next is to {wizard.step}.")
+    wizard, scans = _wizard(place), place.scans
+    wizard.check("Nothing is to be scanned", Step.SCAN, Step.VERIFY)
     if not scans:
         listener.progress(0.0, "scanning")
-        scans = _scanned(wizard, place)
+        loop = calibrating.simulated_loop(place, wizard.task.profile)
+        scans = tuple(calibrating.scan_page(wizard, place.options.scanner or "", loop))
     listener.progress(0.3, "reading the scan")
-    return (_chart_scans if wizard.step is Step.SCAN else _strip_scans)(wizard, scans, folder)
-
-
-def _scanned(wizard: Wizard, place: CalibrationPlace) -> list[Path]:
-    work = wizard.session.folder / "incoming"
-    work.mkdir(parents=True, exist_ok=True)
-    name, profile, options = "chart" if wizard.step is Step.SCAN else "strip", wizard.task.profile, place.options
-    if profile.simulated:
-        from handout.simulated.print_and_scan import simulated
-
-        loop = simulated(profile, place.paper, options.faults, options.hand)
-        return loop.scan(wizard.session.folder / f"{name}.pdf", work / f"{name}.tif", wizard.frame)
-    return [scanner.scan(options.scanner or "", wizard.chart.paper, work / f"{name}.tif")]
+    return (_chart_scans if wizard.step is Step.SCAN else _strip_scans)(wizard, scans, place.folder)
 
 
 def _chart_scans(wizard: Wizard, scans: Sequence[Path], folder: Path) -> Facts:
@@ -288,14 +270,11 @@ def _strip_scans(wizard: Wizard, scans: Sequence[Path], folder: Path) -> Facts:
         pictures, files = _pictures(_nothing(error.finding), scans, folder)
         refused: Facts = {"accepted": False, "findings": [_said(error.finding)], "pictures": pictures}
         return {**_state(wizard), **refused, "files": [str(path) for path in files]}
-    built = store.load(wizard.session.built)
-    rows = [[name, *([_hex(colour) for colour in row] for row in each)]
-            for name, each in verification.kept_shades(built)]  # fmt: skip
     said = [sentence.removeprefix(f"{scans[0]}: ") for sentence in verified.findings]
     warned = [{"code": "", "severity": "warn", "sentence": sentence, "where": scans[0].name} for sentence in said]
     return {
         **_state(wizard), "accepted": True, "helps": verified.helps, "verified": _figures(verified.facts()),
-        "shades": rows, "findings": warned, "pictures": [], "files": [],
+        "shades": _shades(store.load(wizard.built)), "findings": warned, "pictures": [], "files": [],
     }  # fmt: skip
 
 
@@ -303,7 +282,7 @@ def _nothing(finding: Finding) -> Reading:
     return Reading(None, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), (finding,))
 
 
-def build_table(place: CalibrationPlace, listener: Listener = SILENT) -> Facts:
+def build_table(place: CalibrationPlace, *, listener: Listener = SILENT) -> Facts:
     """Build the table of the scans that were taken.
 
     Raises
@@ -312,14 +291,12 @@ def build_table(place: CalibrationPlace, listener: Listener = SILENT) -> Facts:
         Patches that contradict each other: then the chart has to be scanned again.
     """
     wizard = _wizard(place)
-    if wizard.step is not Step.BUILD:
-        raise InputError(f"No table is to be built now: what comes next is to {wizard.step}.")
     listener.progress(0.0, "building the table")
     built = wizard.build(place.options.method)
     return {**_state(wizard), "misses": None if built.misses is None else round(built.misses, 3)}
 
 
-def store_calibration(place: CalibrationPlace) -> Facts:
+def store_calibration(place: CalibrationPlace, *, listener: Listener = SILENT) -> Facts:
     """Store what was built, verified or not.
 
     Raises
@@ -332,14 +309,14 @@ def store_calibration(place: CalibrationPlace) -> Facts:
     return {**_state(wizard), "stored": _stored(stored), "said": f"Stored: {stored.described()}."}
 
 
-def scan_again(place: CalibrationPlace) -> Facts:
+def scan_again(place: CalibrationPlace, *, listener: Listener = SILENT) -> Facts:
     """Forget the scans of the chart, and what was built of them."""
     wizard = _wizard(place)
     wizard.back()
     return _state(wizard)
 
 
-def give_report(place: CalibrationPlace, made: str, output: Path) -> Facts:
+def give_report(place: CalibrationPlace, *, listener: Listener = SILENT) -> Facts:
     """The report of a stored calibration, by when it was made, or of the one in progress.
 
     Raises
@@ -347,11 +324,12 @@ def give_report(place: CalibrationPlace, made: str, output: Path) -> Facts:
     InputError
         There is none.
     """
-    if made:
-        kept = [one.report for one in store.every(place.printer, place.paper) if one.facts()["made"] == made]
+    output = place.folder / "report.html"
+    if place.made:
+        kept = [one.report for one in store.every(place.printer, place.paper) if one.facts()["made"] == place.made]
         path = next((report for report in kept if report is not None), None)
     else:
-        path = _wizard(place).session.report
+        path = _wizard(place).report
     if path is None or not path.is_file():
         raise InputError("There is no report of that calibration.")
     shutil.copy2(path, output)

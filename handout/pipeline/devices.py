@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from handout import profiles, shipped
 from handout.errors import DeviceSilent
 from handout.pipeline.plotting import machine
-from handout.pipeline.results import SILENT, Facts, Listener, Result
+from handout.pipeline.results import SILENT, Listener, Result, Told
 from handout.plotting import announcements, connections, open_port
 from handout.plotting.connections import is_simulated
 from handout.plotting.dialects import dialect
@@ -23,32 +23,6 @@ class Device(Result):
     kind: str
     title: str
     file: Path
-
-
-@dataclass(frozen=True)
-class Probe(Result):
-    """Who answered at a port, and its limits by the keys of profiles; none where only its dialect is known.
-
-    title : what the firmware is called, "" if it is not known; profiles : the one that it has, or the two that it could
-    have, the likeliest first; others : of its kind, less likely; why : what decided, "" if nothing did.
-    """
-
-    port: str
-    dialect: str
-    firmware: str
-    limits: dict[str, float] = field(default_factory=dict)
-    title: str = ""
-    profiles: tuple[str, ...] = ()
-    others: tuple[str, ...] = ()
-    why: str = ""
-
-    def facts(self) -> Facts:
-        limits: Facts = {"limits": self.limits} if self.limits else {}
-        return {"port": self.port, "dialect": self.dialect, "firmware": self.firmware, **limits} | (
-            {"title": self.title, "profiles": list(self.profiles), "others": list(self.others), "why": self.why}
-            if self.title
-            else {}
-        )
 
 
 def list_devices() -> list[Device]:
@@ -69,8 +43,12 @@ def on_network() -> list[announcements.Announced]:
     return announcements.listen()
 
 
-def probe(port: str = "auto", device: str | None = None, listener: Listener = SILENT) -> Probe:
-    """Ask the plotter at a port who it is and what it can do; nothing moves.
+def probe(port: str = "auto", device: str | None = None, listener: Listener = SILENT) -> Told:
+    """Ask the plotter at a port who it is and what it can do; nothing moves.  What ``--json`` prints:
+
+    limits : by the keys of profiles, if they were asked for.
+    title : what the firmware is called, if it is known; profiles : the one that it has, or the two that it could have,
+        the likeliest first; others : of its kind, less likely; why : what decided, "" if nothing did.
 
     Parameters
     ----------
@@ -92,10 +70,11 @@ def probe(port: str = "auto", device: str | None = None, listener: Listener = SI
     finally:
         opened.close()
     firmware = answer.firmware if answer else ""
-    return Probe(getattr(opened, "url", port), profile.dialect, firmware, connections.limits(machine_profile))
+    told = {"port": getattr(opened, "url", port), "dialect": profile.dialect, "firmware": firmware}
+    return {**told, **({"limits": limits} if (limits := connections.limits(machine_profile)) else {})}
 
 
-def _identified(port: str, answer: connections.Answer | None) -> Probe:
+def _identified(port: str, answer: connections.Answer | None) -> Told:
     """What is told of who is there."""
     if answer is None:
         raise DeviceSilent(
@@ -107,5 +86,8 @@ def _identified(port: str, answer: connections.Answer | None) -> Probe:
         raise DeviceSilent(
             f"{known.title} answers at {port} ({answer.firmware}), which handout does not speak: {known.advice}."
         )
-    title, (fitting, others, why) = "" if known is None else known.title, answer.fitting
-    return Probe(port, answer.dialect, answer.firmware, title=title, profiles=fitting, others=others, why=why)
+    told = {"port": port, "dialect": answer.dialect, "firmware": answer.firmware}
+    if known is None:
+        return told
+    fitting, others, why = answer.fitting
+    return {**told, "title": known.title, "profiles": list(fitting), "others": list(others), "why": why}

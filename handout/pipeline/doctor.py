@@ -314,7 +314,7 @@ def ports() -> Iterator[Finding]:
     if any(_BRAILLE.search(_text(rules)) for rules in Path("/usr/lib/udev/rules.d").glob("*brltty*")):
         words = "brltty takes plotters with a CH340, CP210x or FT232 chip for Braille displays: their port vanishes"
         yield Finding("Ports", "brltty", "poor", words, "sudo apt remove brltty, unless you read Braille")
-    if _runs("ModemManager"):
+    if any(_text(name).strip() == "ModemManager" for name in Path("/proc").glob("[0-9]*/comm")):
         words = "ModemManager talks to new serial ports for some seconds, and a plotter may answer it"
         yield Finding("Ports", "ModemManager", "note", words, "wait after plugging in, or stop it")
 
@@ -341,11 +341,6 @@ def _text(path: Path) -> str:
         return path.read_text(encoding="utf-8", errors="replace")
     except OSError:
         return ""
-
-
-def _runs(program: str) -> bool:
-    """Whether a program runs on this Linux."""
-    return any(_text(name).strip() == program for name in Path("/proc").glob("[0-9]*/comm"))
 
 
 def printers() -> Iterator[Finding]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,9 +14,10 @@ from handout import atomic
 from handout.errors import InputError
 from handout.motion.styles.style import find
 from handout.page_sizes import page
+from handout.pipeline.inputs import output_path, read_bytes
 from handout.pipeline.options import PictureOptions, PoseOptions, StyleOptions, seed_of
 from handout.pipeline.poses import with_pose
-from handout.pipeline.results import Facts, Result
+from handout.pipeline.results import Delivery, Told
 from handout.pipeline.styles import style_of
 from handout.sinks import check_outputs, write_drawings
 from handout.sources import read_drawing
@@ -27,45 +28,15 @@ _SPACE = 0.1  # of the larger side of a copy, between copies on a sheet
 
 if TYPE_CHECKING:
     from handout.motion.learned.training import Variation
-    from handout.motion.reconstruction.planned_page import Fit, PlannedPage
+    from handout.motion.reconstruction.planned_page import PlannedPage
 
 
-@dataclass(frozen=True)
-class Styled(Result):
-    """A drawing in a handstyle.
-
-    source : the drawing before, if there was one; losses : sentences on what of it the style cannot show.
-    """
+@dataclass(frozen=True, kw_only=True)
+class Styled(Delivery):
+    """A drawing in a handstyle; source : the drawing before, if there was one."""
 
     drawing: Drawing
-    style: str
-    seed: int
-    files: tuple[Path, ...]
     source: Drawing | None = None
-    letters: int = 0
-    losses: tuple[str, ...] = ()
-    pose: str = ""
-
-    @property
-    def left_out(self) -> list[str]:
-        """What of the file was not drawn."""
-        return [] if self.source is None else [str(part) for part in self.source.about.get("left_out", [])]
-
-    def facts(self) -> Facts:
-        count, seconds = len(self.drawing.strokes), round(self.drawing.duration, 2)
-        files = [str(path) for path in self.files]
-        facts: Facts = {"style": self.style, **({"pose": self.pose} if self.pose else {}), "seed": self.seed}
-        if self.source is None:
-            return {**facts, "letters": self.letters, "strokes": count, "duration_s": seconds, "files": files}
-        return {
-            **facts,
-            "strokes_before": len(self.source.strokes),
-            "strokes": count,
-            "duration_s": seconds,
-            "left_out": self.left_out,
-            "warnings": list(self.losses),
-            "files": files,
-        }
 
 
 def restyle(
@@ -98,8 +69,18 @@ def restyle(
     styled = replace(styled, about={**styled.about, "seed": seed})
     files = write_drawings([styled], outputs, replace(look, footprint=bool(posing.pose)))
     losses = [] if style is None else restyling.losses(drawing, styled, style)
-    name, held = "" if style is None else style.name, str(styled.about.get("pose", "")) if posing.pose else ""
-    return Styled(styled, name, seed, tuple(files), drawing, losses=tuple(losses), pose=held)
+    told = {
+        "style": "" if style is None else style.name,
+        **({"pose": held} if (held := str(styled.about.get("pose", "")) if posing.pose else "") else {}),
+        "seed": seed,
+        "strokes_before": len(drawing.strokes),
+        "strokes": len(styled.strokes),
+        "duration_s": round(styled.duration, 2),
+        "left_out": [str(part) for part in drawing.about.get("left_out", [])],
+        "warnings": list(losses),
+        "files": [*map(str, files)],
+    }
+    return Styled(seed=seed, files=tuple(files), told=told, drawing=styled, source=drawing)
 
 
 def asemic(
@@ -128,54 +109,17 @@ def asemic(
     drawing = replace(drawing, about={**drawing.about, "seed": seed})
     ends = "--letters: what is invented after examples ends as they do."
     notes = (ends,) if learned and letters is not None else ()
-    count = 0 if learned else letters or _LETTERS
     files = tuple(write_drawings([drawing], outputs, look))
-    return Styled(drawing, style.name, seed, files, letters=count, notes=notes)
+    told = {"style": style.name, "seed": seed, "letters": 0 if learned else letters or _LETTERS}
+    told |= {"strokes": len(drawing.strokes), "duration_s": round(drawing.duration, 2), "files": [*map(str, files)]}
+    return Styled(seed=seed, files=files, told=told, drawing=drawing, notes=notes)
 
 
-@dataclass(frozen=True)
-class FittedStrokes(Result):
+@dataclass(frozen=True, kw_only=True)
+class FittedStrokes(Delivery):
     """The plans behind the strokes of a drawing."""
 
     page: PlannedPage
-    files: tuple[Path, ...]
-
-    @property
-    def _moved(self) -> list[Fit]:
-        """The movements that are no dots."""
-        return [fit for fit in self.page.fits if fit.plan.strokes]
-
-    @property
-    def strokes(self) -> int:
-        """How many aimed pulses there are."""
-        return sum(fit.plan.strokes for fit in self._moved)
-
-    @property
-    def path_db(self) -> float | None:
-        """How well the paths are explained: the median, dB."""
-        return round(float(np.median([fit.place for fit in self._moved])), 2) if self._moved else None
-
-    @property
-    def speeds_db(self) -> list[float]:
-        """How well the speeds are explained, dB, where times are known."""
-        return [fit.speed for fit in self._moved if fit.speed is not None]
-
-    @property
-    def speed_db(self) -> float | None:
-        """The median of `speeds_db`."""
-        return round(float(np.median(self.speeds_db)), 2) if self.speeds_db else None
-
-    def facts(self) -> Facts:
-        return {
-            "movements": len(self.page.fits),
-            "dots": len(self.page.fits) - len(self._moved),
-            "strokes": self.strokes,
-            "timed": self.page.timed,
-            "path_db": self.path_db,
-            "speed_db": self.speed_db,
-            "speed_db_least": round(min(self.speeds_db), 2) if self.speeds_db else None,
-            "files": [str(path) for path in self.files],
-        }
 
 
 def fit_strokes(
@@ -192,8 +136,8 @@ def fit_strokes(
     from handout.sinks import plans
 
     for path, suffix in ((output, ".json"), (report, ".svg")):
-        if path is not None and path.suffix.lower() != suffix:
-            raise InputError(f"{path}: this is written as {suffix[1:].upper()}; give a name that ends in {suffix}.")
+        if path is not None:
+            output_path(path, suffix, "this is written as")
     drawing = read_drawing(trace)
     if not drawing.strokes:
         raise InputError(f"{trace} has no strokes.")
@@ -205,17 +149,23 @@ def fit_strokes(
     if report is not None:
         files[report] = plans.fit_report(drawing, fitted)
     atomic.write_all(files.items())
-    return FittedStrokes(fitted, tuple(files))
+    return FittedStrokes(files=tuple(files), told=_fitted(fitted, files), page=fitted)
 
 
-@dataclass(frozen=True)
-class DrawnPlans(Result):
-    """Plans that were drawn to files; `copies` of them."""
-
-    strokes: int
-    copies: int
-    seed: int
-    files: tuple[Path, ...]
+def _fitted(fitted: PlannedPage, files: Iterable[Path]) -> Told:
+    """What is told of fitted strokes: how well paths and speeds are explained, medians."""
+    moved = [fit for fit in fitted.fits if fit.plan.strokes]  # movements that are no dots
+    speeds = [fit.speed for fit in moved if fit.speed is not None]  # dB, where times are known
+    return {
+        "movements": len(fitted.fits),
+        "dots": len(fitted.fits) - len(moved),
+        "strokes": sum(fit.plan.strokes for fit in moved),
+        "timed": fitted.timed,
+        "path_db": round(float(np.median([fit.place for fit in moved])), 2) if moved else None,
+        "speed_db": round(float(np.median(speeds)), 2) if speeds else None,
+        "speed_db_least": round(min(speeds), 2) if speeds else None,
+        "files": [*map(str, files)],
+    }
 
 
 def draw_plans(
@@ -223,54 +173,37 @@ def draw_plans(
     outputs: Sequence[str | Path],
     styling: StyleOptions = StyleOptions(),
     picture: PictureOptions = PictureOptions(),
-) -> DrawnPlans:
+    copies: int | None = None,
+) -> Delivery:
     """Draw the plans of a JSON file that `fit_strokes` wrote, changed by hand or not, or of targets alone, to files.
 
     Targets alone are moved through in a style, the usual one if none is asked for; plans only if one is.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read, or holds no plans.
-    """
-    check_outputs(outputs)
-    seed = seed_of(styling.seed)
-    draw, notes, styled = _drawer(plans, styling)
-    drawing = draw(np.random.default_rng(seed), None)
-    look = picture.look(styled=styled)
-    files = write_drawings([replace(drawing, about={**drawing.about, "seed": seed})], outputs, look)
-    return DrawnPlans(len(drawing.strokes), 1, seed, tuple(files), notes=notes)
-
-
-def vary_plans(
-    plans: Path,
-    outputs: Sequence[str | Path],
-    copies: int = 20,
-    styling: StyleOptions = StyleOptions(),
-    picture: PictureOptions = PictureOptions(),
-) -> DrawnPlans:
-    """Draw plans many times over on one sheet, each copy a little different.
-
-    Plans are varied as those are from which styles are learned: their targets, overlaps and bends.  Targets alone are
-    moved through by chance of their style, each copy by its own.
+    Parameters
+    ----------
+    copies : draw them so many times on one sheet, each a little different: plans as those are from which styles are
+        learned, in their targets, overlaps and bends; targets alone by chance of their style.  None: once, as they are.
 
     Raises
     ------
     InputError
-        As `draw_plans`, or a number of copies outside 1 to 500.
+        The file cannot be read, or holds no plans; a number of copies outside 1 to 500.
     """
-    from handout.motion.learned.training import Variation
-
-    if not 1 <= copies <= 500:
+    if copies is not None and not 1 <= copies <= 500:
         raise InputError(f"copies: {copies} is outside 1 to 500.")
     check_outputs(outputs)
     seed = seed_of(styling.seed)
     draw, notes, styled = _drawer(plans, styling)
-    drawings = [draw(np.random.default_rng((seed, copy)), Variation()) for copy in range(copies)]
-    sheet = _side_by_side(drawings)
+    if copies is None:
+        drawing = draw(np.random.default_rng(seed), None)
+    else:
+        from handout.motion.learned.training import Variation
+
+        drawing = _side_by_side([draw(np.random.default_rng((seed, copy)), Variation()) for copy in range(copies)])
     look = picture.look(styled=styled)
-    files = write_drawings([replace(sheet, about={**sheet.about, "seed": seed})], outputs, look)
-    return DrawnPlans(len(sheet.strokes), copies, seed, tuple(files), notes=notes)
+    files = write_drawings([replace(drawing, about={**drawing.about, "seed": seed})], outputs, look)
+    told = {"strokes": len(drawing.strokes), "copies": copies or 1, "seed": seed, "files": [*map(str, files)]}
+    return Delivery(seed=seed, files=tuple(files), told=told, notes=notes)
 
 
 Drawer = Callable[[np.random.Generator, "Variation | None"], Drawing]
@@ -283,10 +216,7 @@ def _drawer(plans: Path, styling: StyleOptions) -> tuple[Drawer, tuple[str, ...]
     from handout.sources import plans as plan_files
     from handout.sources import target_plans as target_files
 
-    try:
-        data = plans.read_bytes()
-    except OSError as error:
-        raise InputError(f"Cannot read {plans}: {error.strerror or error}.") from error
+    data = read_bytes(plans)
     alone = target_files.looks_like(data)
     style = style_of(styling) if alone or styling != replace(StyleOptions(), seed=styling.seed) else None
     try:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
-from functools import lru_cache
+from dataclasses import asdict, dataclass, field, replace
+from functools import lru_cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +19,9 @@ from handout.pdf_forms.entries import SETTINGS, Entry, Filler, page_manuscript
 from handout.pdf_forms.fields import Box, Field, Form, read_form
 from handout.pipeline import plotting, programs, texts
 from handout.pipeline.options import FillOptions, PictureOptions, SheetOptions, WritingOptions
-from handout.pipeline.plot_request import AttendanceOptions, Operator
-from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
+from handout.pipeline.results import SILENT, Attendant, Delivery, Facts, Listener, Result, Tally
 from handout.pipeline.texts import INK, STROKES, WritingTask
+from handout.pipeline.writing import delivered
 from handout.printing.rows import Row, select
 from handout.printing.table_files import read_sheet
 from handout.scanning.pdf_pages import drawn_page
@@ -30,29 +30,6 @@ from handout.values import Drawing, Manuscript
 
 _MOST_NAMED = 20  # problems that a refusal lists
 _PAGES_KEPT = 8  # pages of a form that are kept as pictures while its lines are looked for
-
-
-@dataclass(frozen=True)
-class Filled(Result):
-    """The forms that were filled in.
-
-    forms : how many; entries : how many fields were written in all of them.
-    """
-
-    tally: Tally
-    seed: int
-    hand: str
-    forms: int
-    entries: int
-    files: tuple[Path, ...]
-
-    def facts(self) -> Facts:
-        return {
-            **self.tally.facts(self.seed, self.hand, self.files),
-            "forms": self.forms,
-            "entries": self.entries,
-            **({"notes": list(self.notes)} if self.notes else {}),
-        }
 
 
 @dataclass(frozen=True)
@@ -96,7 +73,7 @@ def fill(
     picture: PictureOptions = PictureOptions(),
     *,
     listener: Listener = SILENT,
-) -> Filled:
+) -> Delivery:
     """Fill in a form for every row of a table, and write files.
 
     Parameters
@@ -120,16 +97,16 @@ def fill(
     with atomic.together() as opening:
         for number, answers in enumerate(forms):
             listener.progress(number / len(forms), f"filling in {number + 1}/{len(forms)}")
-            pages = work.written(answers, wanted)
-            tally += pages.tally
-            entries += pages.entries
+            drawings, told, count = work.draw(answers, wanted)
+            tally += told
+            entries += count
             for (path, page), file in named[answers.row].items():
-                content = _content(work, answers, pages.drawings, path, page, extra)
+                content = _content(work, answers, drawings, path, page, extra)
                 if content is not None:
                     with opening(file) as stream:
                         stream.write(content)
                     files.append(file)
-    return Filled(tally, work.task.seed, work.task.hand.name, len(forms), entries, tuple(files), notes=work.notes)
+    return delivered(tally, work.task, files, work.notes, {"forms": len(forms), "entries": entries})
 
 
 def plot_forms(
@@ -139,9 +116,7 @@ def plot_forms(
     filling: FillOptions = FillOptions(),
     writing_options: WritingOptions = WritingOptions(),
     *,
-    attendance: AttendanceOptions = AttendanceOptions(),
-    operator: Operator | None = None,
-    listener: Listener = SILENT,
+    attendant: Attendant = SILENT,
 ) -> plotting.Plotted:
     """Fill in a form for every row of a table with a plotter, sheet after sheet; pages without writing are left out.
 
@@ -151,34 +126,22 @@ def plot_forms(
         As `fill` and `plotting.plot`.
     """
     profile = plotting.machine(filling.device, port)
-    work = _prepared(Path(form), Path(table), filling, writing_options, PictureOptions(), listener)
+    work = _prepared(Path(form), Path(table), filling, writing_options, PictureOptions(), attendant)
     tally, drawings, blank, entries = Tally(), list[Drawing](), set[int](), 0
     for answers in work.forms:
-        pages = work.written(answers, STROKES)
-        tally += pages.tally
-        entries += pages.entries
-        drawings += pages.drawings.values()
-        blank |= set(range(len(work.form.pages))) - set(pages.drawings)
+        written, told, count = work.draw(answers, STROKES)
+        tally += told
+        entries += count
+        drawings += written.values()
+        blank |= set(range(len(work.form.pages))) - set(written)
     notes = work.notes
     if blank:
         which = ", ".join(str(page + 1) for page in sorted(blank))
         notes = (*notes, f"{form}: nothing is written on page {which}: lay in the others alone.")
-    listener.note(*notes)
-    operator = operator or plotting.Unattended(port, listener)
-    job, reports = plotting.plot_drawings(
-        drawings, profile, port, Path(form).name, operator, listener, attendance=attendance, fast=work.task.fast
-    )
-    written = Filled(tally, work.task.seed, work.task.hand.name, len(work.forms), entries, (), notes=notes)
-    return plotting.Plotted(job, tuple(reports), written.facts(), tally, work.task.seed, notes=notes)
-
-
-@dataclass(frozen=True)
-class _Pages:
-    """A form as it was written: the drawings of its pages by their numbers, pages without writing left out."""
-
-    drawings: Mapping[int, Drawing]
-    tally: Tally
-    entries: int
+    attendant.note(*notes)
+    plotted = plotting.plot_drawings(drawings, profile, port, Path(form).name, attendant, fast=work.task.fast)
+    result = delivered(tally, work.task, (), notes, {"forms": len(work.forms), "entries": entries})
+    return replace(plotted, written=result.told, tally=tally, seed=work.task.seed, notes=notes)
 
 
 @dataclass
@@ -193,9 +156,13 @@ class _Work:
     _blank: dict[frozenset[str], bytes] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self._picture = lru_cache(maxsize=_PAGES_KEPT)(self._pictured)
         layout = self.task.layout
-        self._filler = Filler(self.task.hand, layout.x_height, self._rules, layout.jitter)
+        picture = lru_cache(maxsize=_PAGES_KEPT)(partial(self.picture, self.forms[0], dpi=printed_rules.DPI))
+
+        def rules(page: int, box: Box) -> tuple[float, ...]:
+            return printed_rules.rules(picture(page), box)
+
+        self._filler = Filler(self.task.hand, layout.x_height, rules, layout.jitter)
 
     def blank(self, answers: Answers) -> bytes:
         """The form without the values that are answered."""
@@ -208,12 +175,6 @@ class _Work:
         """A page of that as pixels."""
         return drawn_page(self.form.path, page + 1, dpi, self.blank(answers))
 
-    def _pictured(self, page: int) -> NDArray[np.uint8]:
-        return self.picture(self.forms[0], page, printed_rules.DPI)
-
-    def _rules(self, page: int, box: Box) -> tuple[float, ...]:
-        return printed_rules.rules(self._picture(page), box)
-
     def entries(self, answers: Answers) -> list[Entry]:
         """What is written into one form."""
         rng = np.random.default_rng([self.task.seed, answers.row, 1])
@@ -223,12 +184,18 @@ class _Work:
         """Phrases on answers that are too long for their fields, or that the hand cannot write."""
         entries = [entry for entry in self.entries(answers) if entry.layout is not None]
         layouts = [entry.layout for entry in entries if entry.layout is not None]
+        phrases = list[str]()
         if not entries:
-            return []
+            return phrases
         try:
             sheets = texts.try_parts([entry.text for entry in entries], layouts, self.task, answers.row)
         except MissingCharacters:
-            return [phrase for entry in entries if (phrase := self._unwritable(entry))]
+            for entry, layout in zip(entries, layouts, strict=True):
+                try:
+                    texts.try_parts([entry.text], [layout], self.task, 0)
+                except MissingCharacters as error:
+                    phrases.append(f"{entry.field}: {str(error).rstrip('.')}")
+            return phrases
         too_long: dict[str, str] = {}
         for entry, sheet in zip(entries, sheets, strict=True):
             if sheet is None or sheet.manuscript.x_height < SETTINGS.least_mm * entry.frame.scale:
@@ -239,17 +206,8 @@ class _Work:
                 )
         return list(too_long.values())
 
-    def _unwritable(self, entry: Entry) -> str:
-        """Which letters of an answer the hand lacks; "" for none."""
-        assert entry.layout is not None
-        try:
-            texts.try_parts([entry.text], [entry.layout], self.task, 0)
-        except MissingCharacters as error:
-            return f"{entry.field}: {str(error).rstrip('.')}"
-        return ""
-
-    def written(self, answers: Answers, wanted: frozenset[str]) -> _Pages:
-        """One form in ink or strokes."""
+    def draw(self, answers: Answers, wanted: frozenset[str]) -> tuple[dict[int, Drawing], Tally, int]:
+        """One form in ink or strokes: its pages by their numbers, those without writing left out; how many entries."""
         entries = self.entries(answers)
         parts = [entry for entry in entries if entry.layout is not None]
         layouts = [entry.layout for entry in parts if entry.layout is not None]
@@ -266,7 +224,18 @@ class _Work:
             about = {"title": self.form.path.name, "row": answers.row, "page_number": number + 1}
             drawings[number] = texts.draw(manuscript, task, rng, about, wanted)
             tally += Tally.of([manuscript], [drawings[number]])
-        return _Pages(drawings, tally, len(entries))
+            if not self.filling.writing_only:
+                drawings[number] = replace(drawings[number], beneath=partial(self._lay, answers, number))
+        return drawings, tally, len(entries)
+
+    def _lay(self, answers: Answers, page: int, paper: NDArray[np.uint8], dpi: float) -> NDArray[np.uint8]:
+        """A page of the form in place of a paper (h, w, 3)."""
+        import cv2
+
+        ground, (height, width) = self.picture(answers, page, dpi), paper.shape[:2]
+        if ground.shape[:2] == (height, width):
+            return ground
+        return np.asarray(cv2.resize(ground, (width, height), interpolation=cv2.INTER_LINEAR), dtype=np.uint8)
 
 
 def _prepared(
@@ -290,18 +259,11 @@ def _prepared(
     for number, answers in enumerate(forms):
         listener.progress(0.3 * number / len(forms), f"checking {number + 1}/{len(forms)}")
         problems += [f"row {answers.row}: {phrase}" for phrase in work.problems(answers)]
-    _refuse(table, problems)
-    return work
-
-
-def _refuse(table: Path, problems: Sequence[str]) -> None:
-    """Raise InputError with what is wrong, if anything is."""
     if problems:
-        listed = [
-            *problems[:_MOST_NAMED],
-            *([f"and {len(problems) - _MOST_NAMED} more"] * (len(problems) > _MOST_NAMED)),
-        ]
+        more = len(problems) - _MOST_NAMED
+        listed = [*problems[:_MOST_NAMED], *([f"and {more} more"] if more > 0 else [])]
         raise InputError(f"{table}: nothing is filled in, since\n" + "\n".join(f"  {line}." for line in listed))
+    return work
 
 
 def _answers(form: Form, table: Path, filling: FillOptions) -> tuple[list[Answers], list[str]]:
@@ -373,26 +335,7 @@ def _content(
         return FORMATS[".pdf"].write(every, look)
     if page not in drawings:
         return None
-    if suffix == ".png" and not (work.filling.writing_only or look.transparent):
-        ground = work.picture(answers, page, look.dpi)
-        return _pictured(drawings[page], ground, work.task)
     return FORMATS[suffix].write([drawings[page]], look) if suffix in FORMATS else extra[suffix](drawings[page])
-
-
-def _pictured(drawing: Drawing, ground: NDArray[np.uint8], task: WritingTask) -> bytes:
-    """A page of a form with its writing, as PNG."""
-    import cv2
-
-    from handout.inking import pens, plain
-    from handout.sinks.png import to_png
-
-    look = task.look
-    height, width = plain.shape(drawing, look.dpi, look.pen.width)
-    if ground.shape[:2] != (height, width):
-        ground = np.asarray(cv2.resize(ground, (width, height), interpolation=cv2.INTER_LINEAR), dtype=np.uint8)
-    return to_png(
-        pens.image(drawing, look.dpi, look.pen, pens.noise(drawing.about), ground), look.dpi, about=drawing.about
-    )
 
 
 def _field_facts(each: Field) -> Facts:

@@ -13,7 +13,7 @@ from handout.errors import InputError
 from handout.hand import file, library, report, svg_font
 from handout.hand.learnt import remember
 from handout.hand.pending import PendingLog
-from handout.pipeline.inputs import decoded, hand_path
+from handout.pipeline.inputs import decoded, hand_path, read_bytes
 from handout.pipeline.kept_hands import learn, own_place, scan_notes
 from handout.pipeline.letter_desk import keep_letters
 from handout.pipeline.options import ReadingOptions
@@ -90,8 +90,6 @@ def read(
         A file that cannot be read or used, texts too few or too many.
     """
     path = None if output is None else hand_path(output)
-    if path is not None:
-        atomic.check_writable(path)
     transcripts = [(str(text), _transcript(Path(text), listener)) for text in texts]
     if bool(scans) == bool(inks):
         raise InputError("A hand is read from scans or from recorded pens: give --scan or --ink, one of them.")
@@ -199,10 +197,7 @@ def read_more(
 
 def _transcript(path: Path, listener: Listener) -> str:
     """The text of a page."""
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"Cannot read {path}: {error.strerror or error}.") from error
+    data = read_bytes(path)
     if len(data) > _MOST_TEXT:
         raise InputError(f"{path}: {len(data)} bytes are more than a page holds; give the text of one page.")
     text = decoded(data, str(path), listener)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from handout import atomic
 from handout.errors import InputError
 from handout.pipeline.results import SILENT, Listener
 
@@ -58,7 +59,11 @@ def read_source(
     drawing = _drawing(words, file, listener, texts=svg_text == "write")
     if drawing is not None:
         return Source(Path(file or words[0]).name, drawing)
-    return written_source(*_named_file(words, file, listener), listener, given)
+    word = words[0] if len(words) == 1 and file is None else ""
+    if word not in ("", "-") and is_file(word):
+        listener.say(f"Reading the file {word}.")
+        words, file = (), word
+    return written_source(words, file, listener, given)
 
 
 def written_source(
@@ -106,12 +111,16 @@ def check_pictures(folder: Path) -> None:
             )
 
 
+def _named(words: Sequence[str], file: str | None, suffixes: Sequence[str]) -> str | None:
+    """What a single word, or --file, says, if it ends as names of such files do."""
+    name = words[0] if len(words) == 1 and file is None else file if not words else None
+    return name if name and len(name) <= _LONGEST_NAME and Path(name).suffix.lower() in suffixes else None
+
+
 def _letter_name(words: Sequence[str], file: str | None) -> str | None:
     """The name of the letter file that is meant, if one is."""
-    name = words[0] if len(words) == 1 and file is None else file if not words else None
-    if name is None or len(name) > _LONGEST_NAME or Path(name).suffix.lower() not in LETTERS:
-        return None
-    if file is None and not Path(name).is_file():
+    name = _named(words, file, LETTERS)
+    if name is not None and file is None and not Path(name).is_file():
         if " " in name:
             return None
         raise InputError(f"There is no file {name}; to write these very words, give them through --file -.")
@@ -127,14 +136,15 @@ def text_of(words: Sequence[str], file: str | None, listener: Listener = SILENT)
         Neither or both were given; a file that is missing, too long, or not text; a single word that looks like the
         name of a file and is none: it would be written out.
     """
-    if file is not None and words:
-        raise InputError("Both a text and --file are given; give one of them.")
-    if file is None and not words:
-        raise InputError('Nothing to write: give a text, --file letter.txt, or "-" to read standard input.')
+    if bool(words) == (file is not None):
+        both = "Both a text and --file are given; give one of them."
+        nothing = 'Nothing to write: give a text, --file letter.txt, or "-" to read standard input.'
+        raise InputError(both if words else nothing)
     if file is None and len(words) == 1 and is_file(words[0]):
         file = words[0]
     if file is None and list(words) != ["-"]:
-        _refuse_missing(words)
+        if (name := _named(words, file, (*_DRAWINGS, ".txt"))) is not None and " " not in name:
+            raise InputError(f"There is no file {name}; to write these very words, give them through --file -.")
         return " ".join(words)
     name = "standard input" if file in (None, "-") else str(file)
     try:
@@ -142,12 +152,6 @@ def text_of(words: Sequence[str], file: str | None, listener: Listener = SILENT)
     except OSError as error:
         raise InputError(f"Cannot read {name}: {error.strerror or error}.") from error
     return decoded(data, name, listener)
-
-
-def _refuse_missing(words: Sequence[str]) -> None:
-    """Refuse a single word that looks like the name of a file; that there is none is known."""
-    if len(words) == 1 and " " not in words[0] and Path(words[0]).suffix.lower() in (*_DRAWINGS, ".txt"):
-        raise InputError(f"There is no file {words[0]}; to write these very words, give them through --file -.")
 
 
 def decoded(data: bytes, name: str, listener: Listener = SILENT) -> str:
@@ -174,14 +178,32 @@ def decoded(data: bytes, name: str, listener: Listener = SILENT) -> str:
     return reading.text.rstrip("\n")
 
 
+def output_path(output: str | Path, suffix: str, what: str) -> Path:
+    """The path of a file that is to be written and has to end so.
+
+    Raises
+    ------
+    InputError
+        It ends otherwise, of which the message says `what` (is kept as, is shown as …), or cannot be written.
+    """
+    path = Path(output)
+    if path.suffix.lower() != suffix:
+        raise InputError(f"{path}: {what} {suffix}: use {path.stem}{suffix}.")
+    atomic.check_writable(path)
+    return path
+
+
 def hand_path(output: str | Path) -> Path:
     """The path of a .hand file that is to be written."""
-    path = Path(output)
-    if path.suffix.lower() != ".hand":
-        raise InputError(
-            f"Hands are kept in .hand files, not {path.suffix or 'without a suffix'}: use {path.stem}.hand."
-        )
-    return path
+    return output_path(output, ".hand", "hands are kept as")
+
+
+def read_bytes(path: str | Path) -> bytes:
+    """What is in a file; InputError where it cannot be read."""
+    try:
+        return Path(path).read_bytes()
+    except OSError as error:
+        raise InputError(f"Cannot read {path}: {error.strerror or error}.") from error
 
 
 def is_file(word: str) -> bool:
@@ -194,10 +216,8 @@ def is_file(word: str) -> bool:
 
 def _drawing(words: Sequence[str], file: str | None, listener: Listener, *, texts: bool) -> Drawing | None:
     """The drawing that a single word (or --file) names, by a suffix of drawings; None where it is a text."""
-    name = words[0] if len(words) == 1 and file is None else file if not words else None
-    if name is None or len(name) > _LONGEST_NAME or Path(name).suffix.lower() not in _DRAWINGS:
-        return None
-    if file is None and not Path(name).is_file():
+    name = _named(words, file, _DRAWINGS)
+    if name is None or (file is None and not Path(name).is_file()):
         return None
     from handout.sources import read_drawing
 
@@ -205,14 +225,3 @@ def _drawing(words: Sequence[str], file: str | None, listener: Listener, *, text
     if drawing.about.get("left_out"):
         listener.note(f"Left out of {name}: {', '.join(drawing.about['left_out'])}.")
     return drawing
-
-
-def _named_file(words: Sequence[str], file: str | None, listener: Listener) -> tuple[Sequence[str], str | None]:
-    """A single word that names a file is that file, and that is said."""
-    if file is not None or len(words) != 1:
-        return words, file
-    word = words[0]
-    if word != "-" and len(word) <= _LONGEST_NAME and Path(word).is_file():
-        listener.say(f"Reading the file {word}.")
-        return (), word
-    return words, file

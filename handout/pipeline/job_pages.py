@@ -32,7 +32,6 @@ from handout.plotting.jobs.pages import NewPage
 from handout.profiles import Plotter
 from handout.values import Drawing, Manuscript
 from handout.writing.layout import Ruling
-from handout.writing.pages import Sheet
 
 # the fields of WritingOptions that a job keeps under their own names; the seed is always known
 _WRITING = tuple(each.name for each, declaration in declared(WritingOptions) if declaration.of_strokes)
@@ -47,49 +46,32 @@ def inputs(
     hand = str(file.resolve()) if Path(name) == file else name
     options: dict[str, Any] = {option: getattr(writing, option) for option in _WRITING}
     options |= {"page_name": page_name, "margin": sheet.margin, "pages": sheet.pages}
-    pose = _pose_file(writing.pose)
-    kept = writing.pose if pose is None or Path(writing.pose or "") != pose else str(pose.resolve())
-    options |= {"seed": task.seed, "hand": hand, "pose": kept, "style": _kept_file(writing.style)}
-    options["prime"] = _kept_file(writing.prime)
+    options |= {"seed": task.seed, "hand": hand}
+    # the whole path of a file that was named by its path
+    named = {name: getattr(writing, name) for name in ("pose", "style", "prime")}
+    options |= {name: str(Path(it).resolve()) if it and Path(it).suffix else it for name, it in named.items()}
     if task.paper is not None:  # as it was measured: the picture of a sheet may be gone
         rules = None if task.layout.ruling is None else task.layout.ruling.rules
         layout = {"margin": task.layout.margin, "x_height": task.layout.x_height, "rules": rules}
         options["lined"] = {**layout, "line_spacing": task.layout.line_spacing}
-    files = (file, pose, _style_file(writing.style), _example(writing.prime))
-    return {"program": program(), "text": text, "options": options, "digest": _digest(*files)}
+    return {"program": program(), "text": text, "options": options, "digest": _digest(file, **named)}
 
 
-def _kept_file(name: str | None) -> str | None:
-    """The name of a style or of its example, or the whole path of its file where it was named by that."""
-    return name if name is None or not Path(name).suffix else str(Path(name).resolve())
+def _digest(hand: Path, pose: str | None = None, style: str | None = None, prime: str | None = None) -> str:
+    """Of the files that a text is written with: its hand, its pose, its style, and what primes that."""
+    files = [hand]
+    # what reads poses and styles takes a third of the time in which a plot without them begins
+    if pose is not None:
+        from handout.pipeline.poses import pose_path
 
+        files.append(pose_path(pose))
+    if style is not None:
+        from handout.motion.styles.style import path as style_path
 
-# what reads poses and styles takes a third of the time in which a plot without them begins: it is loaded for them alone
-def _pose_file(name: str | None) -> Path | None:
-    """The file of a pose."""
-    if name is None:
-        return None
-    from handout.pipeline.poses import pose_path
-
-    return pose_path(name)
-
-
-def _style_file(name: str | None) -> Path | None:
-    """The file of a style."""
-    if name is None:
-        return None
-    from handout.motion.styles.style import path
-
-    return path(name)
-
-
-def _example(name: str | None) -> Path | None:
-    """The file of an example that primes a style, if it is none of the style's own."""
-    return Path(name) if name is not None and Path(name).suffix else None
-
-
-def _digest(*files: Path | None) -> str:
-    return hashlib.sha256(b"".join(file.read_bytes() for file in files if file is not None)).hexdigest()
+        files.append(style_path(style))
+    if prime is not None and Path(prime).suffix:  # none of the style's own examples
+        files.append(Path(prime))
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
 
 
 def made(document: Document, profile: Plotter, fit: bool, shares: Sequence[float] = ()) -> Iterator[NewPage]:
@@ -122,19 +104,14 @@ def _each(document: Document, shares: Sequence[float]) -> Iterator[tuple[Manuscr
     about = {"title": title(document.text)}
     task, sheets = document.set()
     for number, sheet in enumerate(sheets, 1):
-        share = _share(sheet, document.text)
+        at = max((placed.at for line in sheet.manuscript.lines for placed in line.placed), default=0)
+        share = 1.0 if sheet.last else min(at / max(len(document.text), 1), 0.999)  # of the text, as far as this page
         if number <= len(shares):
             if share != shares[number - 1]:
                 raise InputError(f"Page {number} of the job does not end where it would end now: plot the text anew.")
             continue
         drawing = draw(sheet.manuscript, task, sheet.rng, {**about, "page_number": number}, STROKES)
         yield sheet.manuscript, drawing, share
-
-
-def _share(sheet: Sheet, text: str) -> float:
-    """How much of a text is on a page and those before it."""
-    at = max((placed.at for line in sheet.manuscript.lines for placed in line.placed), default=0)
-    return 1.0 if sheet.last else min(at / max(len(text), 1), 0.999)
 
 
 @contextlib.contextmanager
@@ -185,9 +162,8 @@ def _again(inputs: Mapping[str, Any], pages: int) -> WritingTask:
             "on with that, or plot the rest of the text anew."
         )
     try:
-        pose, style = _pose_file(options.get("pose")), _style_file(options.get("style"))
-        files = (path(options["hand"]), pose, style, _example(options.get("prime")))
-        same = _digest(*files) == inputs["digest"]
+        named = {name: options.get(name) for name in ("pose", "style", "prime")}
+        same = _digest(path(options["hand"]), **named) == inputs["digest"]
     except (OSError, InputError) as error:
         raise InputError(
             f"{lacking}, and the hand {options['hand']} is gone: put it back, or plot the rest of the text anew."
@@ -197,8 +173,7 @@ def _again(inputs: Mapping[str, Any], pages: int) -> WritingTask:
             f"{lacking}, and the hand {options['hand']} has changed: put the old one back, or plot the rest of the "
             "text anew."
         )
-    named = {name: options.get(name) for name in _WRITING} | {"rewritten": options.get("rewritten", ())}
-    named |= {name: options.get(name) for name in ("pose", "style", "prime")}
+    named |= {name: options.get(name) for name in _WRITING} | {"rewritten": options.get("rewritten", ())}
     writing = WritingOptions(hand=options["hand"], seed=options["seed"], **named)
     task = prepare(writing, SheetOptions(options["page_name"], options["margin"], options["pages"]))
     return _on_rules(task, options["lined"]) if "lined" in options else task

@@ -7,14 +7,13 @@ import io
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from handout import atomic, units
-from handout.completion.completed_hand import Outlook as Outlook
 from handout.completion.completed_hand import complete_hand, outlook
 from handout.errors import InputError
 from handout.hand import file, library, report
@@ -23,12 +22,11 @@ from handout.hand.corrections import Entry, Journal, read_corrections
 from handout.hand.drawn import Hand
 from handout.hand.learnt import known
 from handout.hand.pending import PendingLog
-from handout.hand.report import LEAST as LEAST
 from handout.pipeline import texts
-from handout.pipeline.inputs import hand_path
+from handout.pipeline.inputs import hand_path, output_path, read_bytes
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions, seed_of
-from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
-from handout.prompting.coverage import Lack, lacks
+from handout.pipeline.results import SILENT, Delivery, Facts, Listener, Result, Tally
+from handout.prompting.coverage import lacks
 from handout.sinks import check_outputs, write_drawings
 from handout.values import Array
 
@@ -51,45 +49,11 @@ _ENLARGED = 3  # times the size in which one writes, on the specimen sheet of a 
 _SPECIMEN_WIDTH = 420.0  # mm, that of a sheet of A3
 
 
-@dataclass(frozen=True)
-class CheckedHand(Result):
-    """What a scanned hand holds.
+@dataclass(frozen=True, kw_only=True)
+class CheckedHand(Delivery):
+    """What a scanned hand holds; table : how often each letter is there, in each place of a word."""
 
-    lacking, supply : letters of a text that the hand lacks, and how it would come by them; None without a text.
-    """
-
-    hand: ScannedHand
-    files: tuple[Path, ...]
-    lacking: Sequence[Lack] | None = None
-    supply: Sequence[Outlook] = ()
-
-    @property
-    def doubtful(self) -> int:
-        """How many letters are doubtful."""
-        return len(report.doubtful(self.hand))
-
-    @property
-    def rare(self) -> list[str]:
-        """Letters that are there less than `LEAST` times."""
-        return [letter for letter, count in self.hand.letters.items() if count < LEAST]
-
-    @property
-    def again(self) -> dict[str, int]:
-        """Letters of which fewer than `LEAST` are sure, with how many are: those to write again."""
-        return {letter: sure for letter, sure in report.sure_letters(self.hand).items() if sure < LEAST}
-
-    def table(self) -> str:
-        """How often each letter is there, in each place of a word."""
-        return report.table(self.hand)
-
-    def facts(self) -> Facts:
-        facts: Facts = {**report.facts(self.hand), "files": [str(path) for path in self.files]}
-        if self.lacking is None:
-            return facts
-        fields = ("letter", "place", "needed", "here", "anywhere")
-        facts["lacks"] = [{field: getattr(lack, field) for field in fields} for lack in self.lacking]
-        facts["supply"] = [{"letter": way.letter, "how": way.how, "from": way.source} for way in self.supply]
-        return facts
+    table: str
 
 
 def check_hand(
@@ -103,12 +67,9 @@ def check_hand(
     text : one that is to be written, of which it is told how it comes by letters that are missing.
     doubts : a PNG file for the letters that are not sure, each in its word, the least probable first.
     """
-    refusal = "The letters that are not sure are written as PNG, not {suffix}: use {stem}.png."
-    sheet = None if doubts is None else _png_path(doubts, refusal)
-    path = None if output is None else _png_path(output, "Overlays are written as PNG, not {suffix}: use {stem}.png.")
+    sheet = None if doubts is None else output_path(doubts, ".png", "the letters that are not sure are shown as")
+    path = None if output is None else output_path(output, ".png", "overlays are written as")
     hand = file.load(library.scanned_file(name))
-    supply = outlook(hand, text) if text else ()
-    lacking = (lacks(text, hand.instances, least=1) if text else ()) if text is not None else None
     files: list[Path] = []
     if path is not None:
         count = len(hand.pages)
@@ -119,16 +80,13 @@ def check_hand(
     if sheet is not None:
         _write_png(sheet, report.doubts_sheet(hand), _SHEET_DPI)
         files.append(sheet)
-    return CheckedHand(hand, tuple(files), lacking, supply)
-
-
-def _png_path(output: str | Path, refusal: str) -> Path:
-    """The path of a picture that is to be written; `refusal` says why another suffix will not do."""
-    path = Path(output)
-    if path.suffix.lower() != ".png":
-        raise InputError(refusal.format(suffix=path.suffix or "without a suffix", stem=path.stem))
-    atomic.check_writable(path)
-    return path
+    told = {**report.facts(hand), "files": [*map(str, files)]}
+    if text is not None:
+        fields = ("letter", "place", "needed", "here", "anywhere")
+        lacking, ways = (lacks(text, hand.instances, least=1), outlook(hand, text)) if text else ((), ())
+        told["lacks"] = [{field: getattr(lack, field) for field in fields} for lack in lacking]
+        told["supply"] = [{"letter": way.letter, "how": way.how, "from": way.source} for way in ways]
+    return CheckedHand(files=tuple(files), told=told, table=report.table(hand))
 
 
 def _write_png(path: Path, pixels: NDArray[np.uint8], dpi: float) -> None:
@@ -220,12 +178,7 @@ def edit_hand(
     if str(corrections).endswith(file.SUFFIX):
         new = file.journal(Path(corrections)).corrections
     else:
-        try:
-            data = Path(corrections).read_bytes()
-        except OSError as error:
-            raise InputError(f"Cannot read {corrections}: {error.strerror or error}.") from error
-        new = read_corrections(data, str(corrections))
-    atomic.check_writable(path)
+        new = read_corrections(read_bytes(corrections), str(corrections))
     with _held(source, path, listener):
         hand = file.load(source)
         corrected = correct(hand, new, learning=learning, tell=listener.progress)
@@ -271,6 +224,7 @@ def _edited(name: str, output: str | Path | None) -> tuple[Path, Path]:
     path = hand_path(output) if output else source
     if library.comes_with_program(path):
         raise InputError(f"{path.stem} comes with the program: give a .hand file for the result with --output.")
+    atomic.check_writable(path)
     return source, path
 
 
@@ -283,7 +237,6 @@ def undo_edits(name: str, count: int, output: str | Path | None = None, *, liste
         There are not so many; the hand comes with the program.
     """
     source, path = _edited(name, output)
-    atomic.check_writable(path)
     with _held(source, path, listener):
         journal = file.rewind(source, path, file.journal(source).made - count)
         return EditedHand(path, journal, glyphs=len(file.load(path).glyphs))
@@ -303,7 +256,6 @@ def keep_pen(scans: Sequence[str | Path], output: str | Path, dpi: float | None 
     from handout.tagging.page_tagging import pen_of_pages
 
     path = hand_path(output)
-    atomic.check_writable(path)
     # the size of what is drawn tells nothing of the resolution
     pages = [read_page(replace(read_scan(Path(scan), dpi), told=True)) for scan in scans]
     hand = pen_of_pages(path.stem, pages)
@@ -452,32 +404,13 @@ def _listed_scan(name: str, path: Path) -> ListedHand:
     return ListedHand(name, hand.title, "".join(hand.letters), about, None, len(hand.glyphs), _scans(hand))
 
 
-@dataclass(frozen=True)
-class ShownHand(Result):
-    """A picture of a hand's letters.
-
-    forms : of a drawn hand; hand : a scanned one; reasons : of letters that would write a text, why each was taken.
-    """
-
-    files: tuple[Path, ...]
-    found: Facts
-    tally: Tally = field(default_factory=Tally)
-    seed: int | None = None
-    forms: int = 0
-    hand: ScannedHand | None = None
-    reasons: Sequence[str] = ()
-
-    def facts(self) -> Facts:
-        return {**self.found, "files": [str(path) for path in self.files]}
-
-
 def show_hand(
     name: str,
     outputs: Sequence[str | Path],
     text: str | None = None,
     writing_options: WritingOptions = WritingOptions(),
     picture: PictureOptions = PictureOptions(),
-) -> ShownHand:
+) -> Delivery:
     """A specimen sheet of a drawn hand at three times its size; or the letters of a scanned hand side by side.
 
     Parameters
@@ -493,7 +426,7 @@ def show_hand(
 
 def _show_drawn(
     name: str, outputs: Sequence[str | Path], writing_options: WritingOptions, picture: PictureOptions
-) -> ShownHand:
+) -> Delivery:
     from handout.writing.specimen import specimen
 
     check_outputs(outputs)
@@ -508,28 +441,27 @@ def _show_drawn(
     files = write_drawings([drawing], outputs, look)
     listed = _listed(hand)
     tally = Tally.of([sheet], [drawing])
-    facts = {**tally.facts(task.seed, hand.name, files), **listed.facts()}
-    return ShownHand(tuple(files), facts, tally, task.seed, listed.forms or 0)
+    told = {**tally.facts(task.seed, hand.name, files), **listed.facts(), "files": [*map(str, files)]}
+    return Delivery(tally=tally, seed=task.seed, files=tuple(files), told=told)
 
 
 def _show_scanned(
     hand: ScannedHand, outputs: Sequence[str | Path], text: str | None, writing_options: WritingOptions
-) -> ShownHand:
+) -> Delivery:
     """The letters of a scanned hand, or those that would write a text, as PNG files."""
-    refusal = "The letters of a scanned hand are written as PNG: use {stem}.png."
-    files = tuple(_png_path(output, refusal) for output in outputs)
+    files = tuple(output_path(output, ".png", "the letters of a scanned hand are shown as") for output in outputs)
     if text is None:
-        pixels, shown = report.contact_sheet(hand), ShownHand(files, report.facts(hand), hand=hand)
+        pixels, found, tally = report.contact_sheet(hand), report.facts(hand), Tally()
     else:
-        pixels, shown = _choices(hand, text, writing_options, files)
+        pixels, found, tally = _choices(hand, text, writing_options)
     for path in files:
         _write_png(path, pixels, _SHEET_DPI)
-    return shown
+    return Delivery(tally=tally, files=files, told={**found, "files": [*map(str, files)]})
 
 
 def _choices(
-    hand: ScannedHand, text: str, writing_options: WritingOptions, files: tuple[Path, ...]
-) -> tuple[NDArray[np.uint8], ShownHand]:
+    hand: ScannedHand, text: str, writing_options: WritingOptions
+) -> tuple[NDArray[np.uint8], dict[str, Any], Tally]:
     """Which letters of a hand would write a text: a picture, and why in words."""
     from handout.writing.explaining import choices_sheet, explain, reasons
 
@@ -539,9 +471,6 @@ def _choices(
     hand = completed
     borrowed = [texts.letter_facts(letter) for letter in letters]
     explained = explain(hand, text, np.random.default_rng([seed]), writing_options.jitter)
-    why = reasons(hand, explained)
-    facts: Facts = {"hand": hand.name, "text": text, "seed": seed, "why": why}
-    if borrowed:
-        facts["borrowed"] = borrowed
-    tally = Tally(borrowed=borrowed)
-    return choices_sheet(hand, explained), ShownHand(files, facts, tally, seed, reasons=why)
+    told = {"hand": hand.name, "text": text, "seed": seed, "why": reasons(hand, explained)}
+    told |= {"borrowed": borrowed} if borrowed else {}
+    return choices_sheet(hand, explained), told, Tally(borrowed=borrowed)

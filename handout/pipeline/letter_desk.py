@@ -295,7 +295,8 @@ def _letter(
 ) -> Facts:
     uv = sheet.graph.uv[glyph.vertices]
     confirmed = "kept_out" if glyph.kept_out else "confirmed"
-    verdict = "unnamed" if not glyph.letter else confirmed if glyph.confirmed else _verdict(probability)
+    verdict = "sure" if probability >= SURE else "refused" if probability < REFUSED else "doubtful"
+    verdict = "unnamed" if not glyph.letter else confirmed if glyph.confirmed else verdict
     doubtful = verdict not in ("sure", confirmed)
     return {
         "letter": glyph.letter,
@@ -310,10 +311,6 @@ def _letter(
         "joined": bool(glyph.ligatures),
         "ordered": bool(glyph.ways),
     }
-
-
-def _verdict(probability: float) -> str:
-    return "sure" if probability >= SURE else "refused" if probability < REFUSED else "doubtful"
 
 
 def page_tile(name: str, page: int, level: int, column: int, row: int) -> bytes:

@@ -32,10 +32,9 @@ from handout.pipeline.results import Facts
 from handout.pipeline.signatures import find_signature, placed_signature, size
 from handout.pipeline.texts import INK, Pages, WritingTask, draw, letter_facts, prepare
 from handout.progress import Tell, silent
-from handout.values import Drawing, Line, Raster, Stroke
+from handout.values import Drawing, Line, Placed, Raster, Stroke
 from handout.writing.choosing import Rewrites
 from handout.writing.layout import Layout
-from handout.writing.text import LEFT_OUT
 
 if TYPE_CHECKING:
     from handout.hand.drawn import Hand
@@ -208,7 +207,9 @@ def _set(task: LetterDocument, row: int | None) -> tuple[Mapping[str, Hand | Sca
     writers, first = {}, _first_places(runs, hands)
     for number, (name, hand) in enumerate(hands.items()):
         with _located(name, runs):
-            options = _writer_options(task, name, first[name])
+            layout, own = main.layout, task.tasks[name].layout.x_height
+            rewrites = Rewrites(tuple((at - first[name], times) for at, times in layout.rewritten))
+            options = WriterOptions(own, layout.x_height, layout.jitter, main.fallback, main.slips, rewrites)
             writers[name] = written(runs, name, hand, options, [*key, number], readers[name])
     limit = main.pages or (1 if main.layout.fit else None)
     setting = Setting(letter, runs, writers, task.first, task.following, _sizes(letter), limit)
@@ -230,13 +231,6 @@ def _first_places(runs: Runs, hands: Iterable[str]) -> dict[str, int]:
     """Where what each hand writes begins, in all that they write, one hand after the other: by that words are told."""
     lengths = [len(runs.text(name)) + 1 if runs.of(name) else 0 for name in hands]
     return dict(zip(hands, accumulate([0, *lengths]), strict=False))
-
-
-def _writer_options(task: LetterDocument, name: str, first: int) -> WriterOptions:
-    """How a hand writes; `first` : see `_first_places`."""
-    main, own = task.task, task.tasks[name].layout.x_height
-    rewrites = Rewrites(tuple((at - first, times) for at, times in main.layout.rewritten))
-    return WriterOptions(own, main.layout.x_height, main.layout.jitter, main.fallback, main.slips, rewrites)
 
 
 def _supplied(name: str, runs: Runs, task: LetterDocument) -> tuple[Hand | ScannedHand, Sequence[Borrowed]]:
@@ -272,8 +266,6 @@ def _doubts(name: str, reader: Rereader | None, pages: Sequence[LetterPage]) -> 
     """The words of a hand that read as others after all, with their pages and lines, and what is on those."""
     if reader is None:
         return
-    from handout.pipeline.rereading import SETTINGS, Doubt
-
     lines = {
         placed.at: ((number, row + 1), line)
         for number, page in enumerate(pages, 1)
@@ -282,10 +274,14 @@ def _doubts(name: str, reader: Rereader | None, pages: Sequence[LetterPage]) -> 
         for row, line in zip(page.rows[voice], manuscript.lines, strict=True)
         for placed in line.placed
     }
-    for word in reader.words:
-        if word.verdict is not None and word.wrong >= SETTINGS.told and word.at in lines:
-            place, line = lines[word.at]
-            yield Doubt(word.text, *place, word.verdict.reads_as, 1.0 - word.wrong), line
+    for at, doubt in reader.doubts({at: place for at, (place, _) in lines.items()}).items():
+        yield doubt, lines[at][1]
+
+
+def _placed(name: str, pages: Sequence[LetterPage]) -> Iterator[Placed]:
+    """What a hand has written."""
+    lines = [line for page in pages for v, layer in page.layers.items() if v.hand == name for line in layer.lines]
+    return (placed for line in lines for placed in line.placed if placed.glyph.letter)
 
 
 def _told(
@@ -300,7 +296,7 @@ def _told(
     lent = [
         ({} if row is None else {"row": row}) | letter_facts(each)
         for name, lacking in lacked.items()
-        for each in _written(lacking, name, pages, task.tasks[name].hand)
+        for each in texts.written_letters(lacking, _placed(name, pages), task.tasks[name].hand)
     ]
     borrowed: dict[str, Any] = {"borrowed": lent} if lent else {}
     found = []
@@ -309,31 +305,6 @@ def _told(
         more = {**borrowed, **({"doubtful": here} if here else {})}
         found.append(replace(page, whole=replace(page.whole, about={**page.whole.about, **more})))
     return found
-
-
-def _written(
-    letters: Sequence[Borrowed], name: str, pages: Sequence[LetterPage], author: Hand | ScannedHand
-) -> list[Borrowed]:
-    """What was supplied to a hand of the letters that are on the pages, and what was left out."""
-    kept = []
-    own, lent = _places(name, pages, author) if letters else (set[int](), set[int]())
-    for letter in letters:
-        # of a doubtful letter its own form may have been written all the same
-        there = lent if letter.doubted and not letter.of_author else own | lent
-        at = letter.at if letter.source == LEFT_OUT else tuple(place for place in letter.at if place in there)
-        if at:
-            kept.append(replace(letter, at=at))
-    return kept
-
-
-def _places(name: str, pages: Sequence[LetterPage], author: Hand | ScannedHand) -> tuple[set[int], set[int]]:
-    """Where in the text of a hand its own letters stand, and those that were lent to it."""
-    lines = [line for page in pages for v, layer in page.layers.items() if v.hand == name for line in layer.lines]
-    own, lent = set[int](), set[int]()
-    for placed in (placed for line in lines for placed in line.placed if placed.glyph.letter):
-        foreign = placed.ink is not None and author.pages is not None and placed.ink.number >= len(author.glyphs)
-        (lent if foreign else own).add(placed.at)
-    return own, lent
 
 
 def _sizes(letter: Letter) -> dict[str | Path, tuple[float, float]]:

@@ -14,6 +14,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import msgspec
+
 from handout import page_sizes, units
 from handout.errors import InputError
 from handout.hand import library
@@ -24,7 +26,7 @@ from handout.merging.fields import Fields, RowManner, counted, doubts, told_repe
 from handout.merging.sheets import overlaid
 from handout.merging.template import Letter
 from handout.pipeline.declarations import declared
-from handout.pipeline.inputs import LETTERS, decoded, is_file
+from handout.pipeline.inputs import LETTERS, decoded, is_file, read_bytes
 from handout.pipeline.letters import LetterDocument, prepare_letter
 from handout.pipeline.options import MergeOptions, PictureOptions, SheetOptions, TableOptions, WritingOptions
 from handout.pipeline.results import Listener, Tally
@@ -32,6 +34,7 @@ from handout.pipeline.texts import INK, TextDocument, WritingTask, prepare, prog
 from handout.pipeline.writing import Document
 from handout.printing import countries, envelope, journal
 from handout.printing.address_table import Addresses, read_addresses, read_rows
+from handout.printing.batch import BatchOptions, chosen_rows
 from handout.printing.journal import BACK, ENVELOPE, Batch, Journal
 from handout.printing.prepared import BatchPage
 from handout.printing.queue import Say
@@ -45,6 +48,7 @@ SENT_PICTURES = "pictures"  # the folder beside a letter that stands alone, with
 _HEAD = re.compile(r"\ufeff?(?:---|\+\+\+)[ \t]*\n(?:.*\n)*?(?:---|\+\+\+)[ \t]*(?:\n|\Z)")
 # options that the head of a letter file may give, too
 _OF_HEADS = frozenset(Head.__struct_fields__)
+_LOOK = ("pen", "pen_width", "ink")  # of `PictureOptions`, what prints show
 _MOST_SENDER = 6  # lines of a return address: more do not fit the corner of an envelope
 _SENDER, _TICK = 1_000_003, 2_000_003  # added to the seed: a sender does not vary as the address beside it does
 
@@ -109,23 +113,13 @@ def read(path: Path, table: TableOptions, options: MergeOptions, listener: Liste
 
 def _letter(path: Path, listener: Listener) -> tuple[Letter, str | None]:
     """The letter in a file, and the head of a Markdown file."""
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"Cannot read {path}: {error.strerror or error}.") from error
-    text = decoded(data, str(path), listener)
+    text = decoded(read_bytes(path), str(path), listener)
     if not text.strip():
         raise InputError(f"{path} is empty: there is no letter to write.")
     if path.suffix.lower() not in LETTERS:
         return Letter(text, path.name), None
     head = ((match := _HEAD.match(text)) and match.group()) or ""
     return Letter(text[len(head) :], path.name, markdown=True, first_line=1 + head.count("\n")), head
-
-
-def check_apart(merge: Merge, envelopes_to: Sequence[str]) -> None:
-    """Refuse devices for envelopes where there are not letters and envelopes."""
-    if envelopes_to and not (merge.with_letters and merge.options.with_envelopes):
-        raise InputError("--envelopes-to is for letters with envelopes: give it with --letter and --with-envelopes.")
 
 
 def _abroad(table: Addresses, home: str) -> Addresses:
@@ -157,9 +151,33 @@ def _sender(options: MergeOptions, listener: Listener) -> tuple[str, ...]:
     return sender
 
 
-def all_or_none(merge: Merge) -> bool:
-    """Whether a row that cannot be made keeps all others from being made; of approved pages that is known not to be."""
-    return merge.with_letters and not merge.options.skip_bad and merge.options.approved is None
+def begin_batch(
+    pages: RowPages,
+    table: TableOptions,
+    more: Mapping[str, object],
+    *,
+    envelopes_to: Sequence[str] = (),
+    out: Path | None = None,
+    dry_run: bool,
+) -> tuple[BatchOptions, Journal]:
+    """What is made of a table and its journal, as `journal_of`; the pages get the seed that it is begun with.
+
+    Raises
+    ------
+    InputError
+        The batch cannot be begun, or gone on with; or no row of it is to be made.
+    """
+    merge = pages.merge
+    if envelopes_to and not (merge.with_letters and merge.options.with_envelopes):
+        raise InputError("--envelopes-to is for letters with envelopes: give it with --letter and --with-envelopes.")
+    pages.seed = approved_seed(pages, table)
+    record = journal_of(pages, table, more, dry_run)
+    pages.seed = record.seed
+    # of letters one that cannot be made keeps all others from being made; of approved pages that is known not to be
+    whole = merge.with_letters and not merge.options.skip_bad and merge.options.approved is None
+    options = BatchOptions(table.rows, table.copies, table.again, out, whole)
+    chosen_rows(merge.table, options, record.resumed)
+    return options, record
 
 
 def journal_of(pages: RowPages, table: TableOptions, more: Mapping[str, object], dry_run: bool) -> Journal:
@@ -183,16 +201,13 @@ def journal_of(pages: RowPages, table: TableOptions, more: Mapping[str, object],
         return Journal(seed=pages.seed)
     if table.resume and table.afresh:
         raise InputError("--resume goes on with a batch, --afresh makes all of it again: give one of them.")
-    facts = {**_named(table), **_named(pages.writing), **_look(pages.picture), **more}
+    look = {name: getattr(pages.picture, name) for name in _LOOK}
+    facts = {**_named(table), **_named(pages.writing), **look, **more}
     what = _batch(pages.merge, hand, facts)
     kept = journal.resume(what) if table.resume else journal.begin(what, pages.seed, afresh=table.afresh)
     if pages.merge.options.approved is not None and kept.seed != pages.seed:
         raise InputError(f"--approved: the batch was begun with seed {kept.seed}, and the proof has {pages.seed}.")
     return kept
-
-
-def _look(picture: PictureOptions) -> dict[str, object]:
-    return {"pen": picture.pen, "pen_width": picture.pen_width, "ink": picture.ink}
 
 
 def _batch(merge: Merge, hand: str, facts: dict[str, object]) -> Batch:
@@ -350,8 +365,10 @@ class RowPages:
             The row cannot be written.
         """
         manner, pages = self.merge.fields.manner(row), list[BatchPage]()
-        if self.merge.options.alone:
-            _check_bare(manner)
+        for name in (manner.hand, manner.pen) if self.merge.options.alone else ():
+            if name and not letter_files.BARE.fullmatch(name):
+                alone = "and this table stands alone, without files"
+                raise InputError(f"{name!r} is no bare name of a hand or a pen, {alone}")
         if self.merge.with_letters:
             pages += self._letter(row, manner)
         if self.merge.with_envelopes:
@@ -394,9 +411,15 @@ class RowPages:
             window = _window(self.merge.options.window, task.layout.page)
             _check_address(row)
         if read is None:
-            drawings = self._written("\n" * (_lines_above(window.below, task) if window else 0) + text, task, row)
+            distance = task.layout.baseline_distance(task.hand.pitch)
+            # empty lines keep the letter clear of what the window shows
+            above = max(int(-(-(window.below - task.layout.margin[0]) // distance)), 0) if window else 0
+            drawings = self._written("\n" * above + text, task, row)
         else:
-            drawings = self._drawn(read, window, row)
+            if window is not None:
+                top, right, bottom, left = read.first.margin
+                read = replace(read, first=replace(read.first, margin=(max(top, window.below), right, bottom, left)))
+            drawings = self._pages_of(read, row, read.task.layout)
         first = [drawings[0]]
         if window is not None:
             layout = envelope.box_layout(task.layout.page, window.box, *_extent(row.lines), task.layout.x_height)
@@ -417,13 +440,6 @@ class RowPages:
         picture = replace(self.picture, pen=manner.pen or self.picture.pen)
         own = {name for name in ("hand", "pen") if getattr(manner, name)}
         return prepare_letter(letter, options, self.sheet, picture, None if given is None else given | own)
-
-    def _drawn(self, read: LetterDocument, window: envelope.Window | None, row: Row) -> list[Drawing]:
-        """The pages of a letter file."""
-        if window is not None:
-            top, right, bottom, left = read.first.margin
-            read = replace(read, first=replace(read.first, margin=(max(top, window.below), right, bottom, left)))
-        return self._pages_of(read, row, read.task.layout)
 
     def _envelope(self, row: Row, manner: RowManner) -> list[BatchPage]:
         _check_address(row)
@@ -485,13 +501,6 @@ class RowPages:
         )
 
 
-def _check_bare(manner: RowManner) -> None:
-    """Refuse names of hands and pens that could be files."""
-    for name in (manner.hand, manner.pen):
-        if name and not letter_files.BARE.fullmatch(name):
-            raise InputError(f"{name!r} is no bare name of a hand or a pen, and this table stands alone, without files")
-
-
 def _check_address(row: Row) -> None:
     if not row.lines:
         raise InputError("there is no street, place or address in it")
@@ -512,13 +521,6 @@ def _window(name: str, page: Page) -> envelope.Window:
             f"window: an envelope {name} with a window takes letters of {known.page}: use --page {known.page}."
         )
     return known
-
-
-def _lines_above(height: float, task: WritingTask) -> int:
-    """How many empty lines keep a letter clear of the upper `height` mm."""
-    layout = task.layout
-    distance = layout.baseline_distance(task.hand.pitch)
-    return max(int(-(-(height - layout.margin[0]) // distance)), 0)
 
 
 def _findings(pages: Sequence[Manuscript], layout: Layout) -> Iterator[Finding]:
@@ -556,7 +558,8 @@ def approval(pages: RowPages, table: TableOptions) -> dict[str, object]:
     options = {name: value for name, value in _named(pages.writing).items() if name != "seed"}
     sheet = {"page_name": pages.sheet.page_name, "margin": pages.sheet.margin, "pages": pages.sheet.pages}
     read = {"columns": ",".join(table.columns), "address": table.address}
-    facts = _batch(pages.merge, hand, {**read, **options, **_look(pages.picture), **sheet}).facts
+    look = {name: getattr(pages.picture, name) for name in _LOOK}
+    facts = _batch(pages.merge, hand, {**read, **options, **look, **sheet}).facts
     if pages.merge.sender or pages.merge.options.tick:  # which keep to what the printer reaches
         facts = {**facts, "content of the printer's margins": repr([pages.margins(page) for page in pages.sheets()])}
     told: dict[str, object] = json.loads(json.dumps({name: fact for name, fact in facts.items() if fact is not None}))
@@ -575,7 +578,7 @@ def approved_seed(pages: RowPages, table: TableOptions) -> int:
     if path is None:
         return pages.seed
     try:
-        proof = json.loads(Path(path).read_bytes())
+        proof = msgspec.json.decode(Path(path).read_bytes())
         facts, seed, rows = dict(proof["facts"]), int(proof["seed"]), set(proof["rows"])
     except (OSError, ValueError, KeyError, TypeError) as error:
         reason = getattr(error, "strerror", None) or "it is no proof of handout"

@@ -27,10 +27,6 @@ def hands() -> list[str]:
     return sorted({path.stem for place in folders for path in place.glob("*") if path.suffix in _ENDINGS["hand"]})
 
 
-def _styles() -> list[str]:
-    return sorted(shipped.files("styles", "*.toml") | shipped.files("styles", "*.style"))
-
-
 def _machines(kind: str) -> list[str]:
     return [name.removeprefix(f"{kind}-") for name in _profiles(kind)]
 
@@ -57,7 +53,7 @@ def colour_formats() -> tuple[str, ...]:
 KNOWN: dict[str, Callable[[], list[str]]] = {
     "hand": hands,
     "pen": lambda: [*PENS, *brushes(), *hands()],
-    "style": _styles,
+    "style": lambda: sorted(shipped.files("styles", "*.toml") | shipped.files("styles", "*.style")),
     "pose": lambda: sorted(shipped.files("poses", "*.pose")),
     "device": lambda: _machines("plotter"),
     "printer": lambda: _machines("printer"),

@@ -95,7 +95,7 @@ class WritingOptions:
     speed : "human", "fast", or a factor.
     slips : words in 100 that are begun wrongly and struck out.
     rewritten : words that are written again while all others stay as they are: where each begins in the text, and how
-        many times; in a letter file, where in what its hands write, as `Written.words` tells it.
+        many times; in a letter file, where in what its hands write, as `write` tells it.
     """
 
     hand: str | Hand | ScannedHand = shared(
@@ -314,9 +314,11 @@ class CalibrationOptions:
 
 @dataclass(frozen=True)
 class CalibrationPlace:
-    """A calibration that is done step by step.
+    """A calibration that is done step by step, and what a page asks of it.
 
     step : what comes next as far as who asks knows; "" where that is asked for.
+    folder : for files that are made; scans : that were sent; to_printer : print a page, else write it into the folder;
+    made : of a stored calibration, when it was made.
     """
 
     printer: str
@@ -324,6 +326,10 @@ class CalibrationPlace:
     chart: ChartOptions = ChartOptions()
     options: CalibrationOptions = CalibrationOptions()
     step: str = ""
+    folder: Path = Path()
+    scans: tuple[Path, ...] = ()
+    to_printer: bool = True
+    made: str = ""
 
 
 @dataclass(frozen=True)

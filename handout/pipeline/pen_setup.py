@@ -5,7 +5,9 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -14,39 +16,18 @@ from handout.errors import InputError
 from handout.inking.pen import usual
 from handout.page_sizes import page as page_of
 from handout.pipeline.options import Length, millimetres, seed_of
-from handout.pipeline.plot_request import HeightOptions, Operator
-from handout.pipeline.plotting import Unattended, machine, plot_drawing, usual_device
+from handout.pipeline.plot_request import HeightOptions
+from handout.pipeline.plotting import AtPlotter, machine, plot_drawings, usual_device
 from handout.pipeline.programs import Programs
-from handout.pipeline.results import SILENT, Facts, Listener, Result
+from handout.pipeline.results import SILENT, Attendant, Delivery, Facts, Listener, Result
 from handout.plotting import open_port, plan
 from handout.plotting.dialect import Controller
 from handout.plotting.driving import driver
 from handout.plotting.setup import manual, pen_heights, saved_heights, sheet
 from handout.plotting.setup.pen_heights import Heights
-from handout.profiles import Plotter
 from handout.sinks import Look, check_outputs, write_drawings
-from handout.values import Drawing
 
 _NO_PORT = "Where is the plotter? Give --port /dev/ttyUSB0 (or COM3, auto, or sim:)."
-
-
-@dataclass(frozen=True)
-class TestSheetResult(Result):
-    """A test sheet, in files or on paper: planned_s, executed_s, s; job : that drew it; how_to_read : in lines."""
-
-    device: str
-    planned_s: float
-    how_to_read: tuple[str, ...]
-    files: tuple[Path, ...] = ()
-    executed_s: float | None = None
-    job: str = ""
-
-    def facts(self) -> Facts:
-        if self.executed_s is None:
-            files = [str(path) for path in self.files]
-            return {"files": files, "device": self.device, "planned_s": round(self.planned_s, 2)}
-        times: Facts = {"planned_s": round(self.planned_s, 2), "executed_s": round(self.executed_s, 2)}
-        return {"device": self.device, **times, "job": self.job}
 
 
 @dataclass(frozen=True)
@@ -80,37 +61,35 @@ def test_sheet(
     page: str | None = None,
     seed: int = 1,
     outputs: Sequence[str | Path] = (),
-    operator: Operator | None = None,
-    listener: Listener = SILENT,
-) -> TestSheetResult:
-    """Draw the sheet that shows what to set of a plotter, on paper at a port, or in files."""
+    attendant: Attendant = SILENT,
+) -> tuple[Delivery, list[str]]:
+    """Draw the sheet that shows what to set of a plotter, on paper at a port, or in files; how to read it, in lines."""
     profile = machine(device, port)
     size = page_of(page) if page else sheet.usual_page(profile)
     drawing = sheet.test_sheet(profile, size, np.random.default_rng(seed_of(seed)))
-    how_to_read = tuple(sheet.how_to_read(profile))
+    how_to_read = sheet.how_to_read(profile)
     if outputs:
-        planned_s = plan(drawing, profile).duration
-        return TestSheetResult(profile.name, planned_s, how_to_read, _files(drawing, profile, outputs))
+        paths = [Path(name) for name in outputs]
+        programs = Programs(profile.name or None, paths)
+        check_outputs(paths, programs.sinks)
+        look = Look(usual("plain", float(profile.pen.width)))
+        files = write_drawings([drawing], paths, look, extra=programs.sinks)
+        planned = round(plan(drawing, profile).duration, 2)
+        told = {"files": [*map(str, files)], "device": profile.name, "planned_s": planned}
+        return Delivery(files=tuple(files), told=told), how_to_read
     if port is None:
         raise InputError(_NO_PORT)
-    job, report = plot_drawing(drawing, profile, port, "test sheet", operator or Unattended(port, listener), listener)
-    return TestSheetResult(profile.name, report.announced_s, how_to_read, (), report.executed_s, job.name)
-
-
-def _files(drawing: Drawing, profile: Plotter, outputs: Sequence[str | Path]) -> tuple[Path, ...]:
-    paths = [Path(name) for name in outputs]
-    programs = Programs(profile.name or None, paths)
-    check_outputs(paths, programs.sinks)
-    pen = usual("plain", float(profile.pen.width))
-    return tuple(write_drawings([drawing], paths, Look(pen), extra=programs.sinks))
+    plotted = plot_drawings([drawing], profile, port, "test sheet", attendant)
+    (report,) = plotted.reports
+    times = {"planned_s": round(report.announced_s, 2), "executed_s": round(report.executed_s, 2)}
+    return Delivery(told={"device": profile.name, **times, "job": plotted.job.name}), how_to_read
 
 
 def find_heights(
     port: str | None,
     device: str | None,
     options: HeightOptions,
-    person: pen_heights.Person,
-    listener: Listener = SILENT,
+    attendant: Attendant = SILENT,
 ) -> PenHeights:
     """Find how high a pen is lifted and how low it is let down with a person who looks, or try two heights.
 
@@ -133,8 +112,8 @@ def find_heights(
     if trial is not None:
         saved_heights.check(source, saved_heights.lines(trial, profile))
     with contextlib.closing(open_port(port, profile)) as opened:
-        controller = driver.connect(opened, profile, listener.say)
-        bench = pen_heights.begin(controller, opened, person, listener.say)
+        controller = driver.connect(opened, profile, attendant.say)
+        bench = pen_heights.begin(controller, opened, AtPlotter(attendant, port), attendant.say)
         if trial is None:
             heights = pen_heights.find(bench)
         else:
@@ -146,46 +125,37 @@ def find_heights(
     return PenHeights(keys, path)
 
 
-def lift_pen(port: str | None, device: str | None = None, listener: Listener = SILENT) -> PenMove:
-    """Lift the pen."""
-    return _moved(port, device, "the pen is up", lambda controller: controller.pen(False), listener)
+Move = Literal["up", "down", "home", "jog", "release"]
+# what is done with a pen, and what does it; jog has a distance, too
+_MOVES: dict[str, tuple[str, Callable[[Controller], None]]] = {
+    "up": ("the pen is up", lambda controller: controller.pen(False)),
+    "down": ("the pen is down", lambda controller: controller.pen(True)),
+    "home": ("the pen is above its zero", manual.home),
+    "release": ("its motors are off", lambda controller: controller.release()),
+}
 
 
-def lower_pen(port: str | None, device: str | None = None, listener: Listener = SILENT) -> PenMove:
-    """Lower the pen onto the paper, where it stays."""
-    return _moved(port, device, "the pen is down", lambda controller: controller.pen(True), listener)
-
-
-def home_pen(port: str | None, device: str | None = None, listener: Listener = SILENT) -> PenMove:
-    """Lift the pen and go to the machine's zero."""
-    return _moved(port, device, "the pen is above its zero", manual.home, listener)
-
-
-def jog(x: Length, y: Length, port: str | None, device: str | None = None, listener: Listener = SILENT) -> PenMove:
-    """Lift the pen and travel so far along the machine's axes."""
-    dx, dy = millimetres(x, "jog x"), millimetres(y, "jog y")
-    done = f"moved by {dx:g}, {dy:g} mm"
-    return _moved(port, device, done, lambda controller: manual.jog(controller, dx, dy), listener)
-
-
-def release_motors(port: str | None, device: str | None = None, listener: Listener = SILENT) -> PenMove:
-    """Take the power from the motors; the machine forgets where it is."""
-    return _moved(port, device, "its motors are off", lambda controller: controller.release(), listener, knows=False)
-
-
-def _moved(
+def move_pen(
+    how: Move,
     port: str | None,
-    device: str | None,
-    done: str,
-    move: Callable[[Controller], None],
-    listener: Listener,
-    knows: bool = True,
+    device: str | None = None,
+    x: Length = 0.0,
+    y: Length = 0.0,
+    *,
+    listener: Listener = SILENT,
 ) -> PenMove:
-    """Connect, move, and say where it stands; `knows` : whether the machine still knows that."""
+    """Lift the pen, lower it onto the paper, where it stays, or go to the machine's zero; travel so far along its axes;
+    or take the power from the motors: the machine forgets where it is."""
+    move: Callable[[Controller], None]
+    if how == "jog":
+        dx, dy = millimetres(x, "jog x"), millimetres(y, "jog y")
+        done, move = f"moved by {dx:g}, {dy:g} mm", partial(manual.jog, dx=dx, dy=dy)
+    else:
+        done, move = _MOVES[how]
     if port is None:
         raise InputError(_NO_PORT)
     profile = machine(device, port)
     with contextlib.closing(open_port(port, profile)) as opened:
         place = manual.moved(driver.connect(opened, profile, listener.say), move)
-    position = None if place is None or not knows else (round(place[0], 3), round(place[1], 3))
+    position = None if place is None or how == "release" else (round(place[0], 3), round(place[1], 3))
     return PenMove(profile.name, profile.title, done, position)

@@ -9,10 +9,10 @@ from __future__ import annotations
 import contextlib
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal, Protocol, Self
+from typing import Protocol, Self
 
 import numpy as np
 
@@ -21,10 +21,9 @@ from handout.errors import DeviceError, HandoutError, InputError
 from handout.pipeline import pen_setup, plotting
 from handout.pipeline.devices import list_devices, serial_devices
 from handout.pipeline.inputs import sent_source
-from handout.pipeline.plot_jobs import JobState, find_job, list_jobs, outlook
+from handout.pipeline.plot_jobs import find_job, list_jobs, outlook, state_of
 from handout.pipeline.plot_request import AttendanceOptions, PlotRequest
-from handout.pipeline.plotting import Progress, is_simulated
-from handout.pipeline.results import SILENT, Facts, Listener
+from handout.pipeline.results import SILENT, Attendant, Facts, Listener
 from handout.plotting import bed
 from handout.plotting.dialect import ButtonPressed
 from handout.plotting.jobs import pages
@@ -40,7 +39,6 @@ SIMULATED = {"sim:": "simulated, at once", "sim:?realtime=1": "simulated, at tru
 _OFTEN = 0.1  # s of the clock between two places that are told: a screen shows no more of a pen
 _LOOK = 0.25  # s that a paused plot waits for a word before it looks at the plotter's button
 _STOPS = {"stop": "it was stopped at the page", "gone": "the studio was closed"}
-Move = Literal["up", "down", "home", "jog", "release"]
 
 
 class Wire(Listener, Protocol):
@@ -53,26 +51,57 @@ class Wire(Listener, Protocol):
         """What the page says next, waited for so long: "pause", "on" or "stop"; "gone" where it is; "" for nothing."""
 
 
-class Attendant:
-    """The person at the page: an `Operator`, and the listener of work that ends where the page says stop.
+class AtPage(Attendant):
+    """The person at a page of the studio, whose work ends where the page says stop.
 
-    addresses : of the plotters; for simulated ones nobody puts in sheets.
+    shared : whether several threads do it: what stops it stops all, by the first of them, which enters and leaves this.
     """
 
-    watches = True
+    def __init__(self, wire: Wire, shared: bool = False) -> None:
+        self._wire, self._told, self._shared = wire, 0.0, shared
+        self._on, self._over, self._lock = threading.Event(), False, threading.Lock()
+        self._first = threading.get_ident()
 
-    def __init__(self, addresses: Sequence[str], wire: Wire) -> None:
-        self._simulated, self._wire, self._told = all(map(is_simulated, addresses)), wire, 0.0
+    def _word(self, seconds: float = 0.0) -> str:
+        """As `Wire.word`; of shared work "on" for whoever waits for that, and nothing else."""
+        if not self._shared:
+            return self._wire.word(seconds)
+        if not seconds or not self._on.wait(seconds):
+            return ""
+        self._on.clear()
+        return "on"
 
-    def do(self, request: str) -> None:
+    def __enter__(self) -> Self:
+        if self._shared:
+            threading.Thread(target=self._watch, daemon=True).start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        with self._lock:
+            self._over = True
+
+    def _watch(self) -> None:
+        while not self._over:
+            word = self._wire.word(_LOOK)
+            if word == "on":
+                self._on.set()
+            elif word in _STOPS:
+                with self._lock:
+                    if not self._over:
+                        interrupt(self._first)
+                return
+
+    @property
+    def watches(self) -> bool:
+        """Somebody does."""
+        return True
+
+    def do(self, request: str, needed: bool = True) -> None:
         """Ask, and wait."""
-        if not self._simulated:
-            self._asked(f"{request}.")
+        self._asked(f"{request}.")
 
     def try_again(self, error: DeviceError) -> bool:
         """Say what is wrong, and wait."""
-        if self._simulated:
-            return False
         self._asked(f"{error} Put it right, then go on.")
         return True
 
@@ -82,18 +111,18 @@ class Attendant:
 
     def _asked(self, question: str, answered: Callable[[], bool] = lambda: False) -> None:
         self._wire.live({"question": question})
-        while (word := self._wire.word(_LOOK)) != "on" and not answered():
+        while (word := self._word(_LOOK)) != "on" and not answered():
             if word in _STOPS:
                 raise KeyboardInterrupt(_STOPS[word])
         self._wire.live({})
 
     @contextlib.contextmanager
-    def plotting(self) -> Iterator[Progress | None]:
+    def plotting(self) -> Iterator[Callable[[float, float], None] | None]:
         """How far it is, and what the page wants meanwhile."""
         yield self._progress
 
     def _progress(self, share: float, left: float) -> None:
-        word = self._wire.word()
+        word = self._word()
         if word in _STOPS:
             raise KeyboardInterrupt(_STOPS[word])
         if word == "pause":
@@ -122,47 +151,9 @@ class Attendant:
 
     def progress(self, share: float, stage: str) -> None:
         """The page hears it, too."""
-        if (word := self._wire.word()) in _STOPS:
+        if (word := self._word()) in _STOPS:
             raise KeyboardInterrupt(_STOPS[word])
         self._wire.progress(share, stage)
-
-
-class Shared:
-    """The page as a `Wire` of work that several threads do: what stops it stops all, by its first thread.
-
-    It is that thread that enters and leaves it.
-    """
-
-    def __init__(self, wire: Wire) -> None:
-        self.say, self.note, self.progress, self.live = wire.say, wire.note, wire.progress, wire.live
-        self._wire, self._on, self._over, self._lock = wire, threading.Event(), False, threading.Lock()
-        self._first = threading.get_ident()
-
-    def word(self, seconds: float = 0.0) -> str:
-        """ "on" for whoever waits for that, and nothing else."""
-        if not seconds or not self._on.wait(seconds):
-            return ""
-        self._on.clear()
-        return "on"
-
-    def __enter__(self) -> Self:
-        threading.Thread(target=self._watch, daemon=True).start()
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        with self._lock:
-            self._over = True
-
-    def _watch(self) -> None:
-        while not self._over:
-            word = self._wire.word(_LOOK)
-            if word == "on":
-                self._on.set()
-            elif word in _STOPS:
-                with self._lock:
-                    if not self._over:
-                        interrupt(self._first)
-                return
 
 
 def machines() -> Facts:
@@ -189,18 +180,12 @@ def machines() -> Facts:
     }
 
 
-def move_pen(port: str, device: str | None, move: Move, x: float, y: float, *, listener: Listener = SILENT) -> Facts:
+def move_pen(
+    port: str, device: str | None, move: pen_setup.Move, x: float, y: float, *, listener: Listener = SILENT
+) -> Facts:
     """The pen up or down, to its zero, or so far along the machine's axes, mm; or the motors off."""
     known_port(port)
-    if move == "jog":
-        return pen_setup.jog(x, y, port, device, listener).facts()
-    done = {
-        "up": pen_setup.lift_pen,
-        "down": pen_setup.lower_pen,
-        "home": pen_setup.home_pen,
-        "release": pen_setup.release_motors,
-    }
-    return done[move](port, device, listener).facts()
+    return pen_setup.move_pen(move, port, device, x, y, listener=listener).facts()
 
 
 def known_port(port: str) -> None:
@@ -221,7 +206,7 @@ def keep_plot(
 
 def plots(*, listener: Listener = SILENT) -> Facts:
     """The plots that are kept, the newest first."""
-    return {"plots": [state.facts() for state in reversed(list_jobs(listener))]}
+    return {"plots": list_jobs(listener)[::-1]}
 
 
 def show_plot(name: str) -> Facts:
@@ -230,7 +215,7 @@ def show_plot(name: str) -> Facts:
     standing, profile = job.standing(), job.profile
     over = standing.finished or standing.part >= len(job.parts)
     facts: Facts = {
-        **JobState.of(job).facts(),
+        **state_of(job),
         "outlook": "" if standing.finished else outlook(job),
         "bed": [float(profile.bed.width), float(profile.bed.height)],
         "pages": job.pages,
@@ -279,10 +264,10 @@ def draw_plot(name: str, port: str, at_zero: bool, home_after: bool, *, listener
         The message says how to go on.
     """
     known_port(port)
-    job, attendant = find_job(name), Attendant((port,), listener)
-    attendance = AttendanceOptions(at_zero, home_after, reached=attendant.reached(job))
+    job, page = find_job(name), AtPage(listener)
+    attendance = AttendanceOptions(at_zero, home_after, reached=page.reached(job))
     try:
-        facts = plotting.resume(name, port, attendance, operator=attendant, listener=listener).facts()
+        facts = plotting.resume(name, port, attendance, attendant=page).facts()
     except KeyboardInterrupt:
         return {**show_plot(name), "ended": False}
     except HandoutError as error:  # a page has a button for what the command is told to type

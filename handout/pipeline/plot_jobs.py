@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-
 from handout.errors import InputError
-from handout.pipeline.results import SILENT, Facts, Listener
+from handout.pipeline.results import SILENT, Listener, Told
 from handout.plotting.dialects import dialect
 from handout.plotting.jobs import store
 from handout.plotting.jobs.job import Job
@@ -15,79 +13,41 @@ from handout.plotting.jobs.places import drawn
 from handout.plotting.jobs.runner import doubt
 
 
-@dataclass(frozen=True)
-class JobState:
-    """A plot that is kept, and how far it has come.
+def state_of(job: Job) -> Told:
+    """A plot that is kept, and how far it has come, as ``--json`` prints it; InputError if its journal cannot be read.
 
-    device, port : where it is drawn; sheets : of all copies, as far as they are written; all_written : whether all
-        are.
-    layers : that have names; part, parts : which is under way or comes next, from 1, of how many.
-    stopped : why it ended the last time; runs : when programs took it up.
-    drawn_mm, pen_down_mm : of ink on paper, and in all; doubt : what a damaged journal leaves open, in a sentence.
+    sheets : of all copies, as far as they are written; all_written : whether all are; layers : that have names; part,
+    parts : which is under way or comes next, from 1, of how many; stopped : why it ended the last time; runs : when
+    programs took it up; drawn_mm, pen_down_mm : of ink on paper, and in all; doubt : what a damaged journal leaves
+    open, in a sentence.
     """
-
-    name: str
-    title: str
-    begun: str
-    device: str
-    port: str
-    sheets: int
-    all_written: bool
-    layers: tuple[str, ...]
-    parts: int
-    part: int
-    finished: bool
-    stopped: str
-    runs: tuple[str, ...]
-    drawn_mm: float
-    pen_down_mm: float
-    doubt: str = ""
-
-    @classmethod
-    def of(cls, job: Job) -> JobState:
-        """The state of a job; InputError if its journal cannot be read."""
-        standing = job.standing()
-        return cls(
-            name=job.name,
-            title=job.title,
-            begun=job.begun,
-            device=job.profile.name,
-            port=job.port,
-            sheets=job.pages * job.options.copies,
-            all_written=job.whole,
-            layers=tuple(layer for layer in job.layers if layer),
-            parts=len(job.parts),
-            part=standing.part + (0 if standing.finished else 1),
-            finished=standing.finished,
-            stopped=standing.stopped,
-            runs=standing.runs,
-            drawn_mm=round(job.ink if standing.finished else _drawn(job, standing), 1),
-            pen_down_mm=round(job.ink, 1),
-            doubt=doubt(job),
-        )
-
-    @property
-    def share(self) -> float:
-        """Share of its ink that is on paper."""
-        return self.drawn_mm / max(self.pen_down_mm, 1e-9)
-
-    @property
-    def outlook(self) -> str:
-        """What will happen when it is gone on with, in words."""
-        return outlook(store.find(self.name))
-
-    def facts(self) -> Facts:
-        """What ``--json`` prints."""
-        fields = asdict(self)
-        return {"job": fields.pop("name"), **fields} | {"layers": list(self.layers), "runs": list(self.runs)}
+    standing = job.standing()
+    return {
+        "job": job.name,
+        "title": job.title,
+        "begun": job.begun,
+        "device": job.profile.name,
+        "port": job.port,
+        "sheets": job.pages * job.options.copies,
+        "all_written": job.whole,
+        "layers": [layer for layer in job.layers if layer],
+        "parts": len(job.parts),
+        "part": standing.part + (0 if standing.finished else 1),
+        "finished": standing.finished,
+        "stopped": standing.stopped,
+        "runs": list(standing.runs),
+        "drawn_mm": round(job.ink if standing.finished else _drawn(job, standing), 1),
+        "pen_down_mm": round(job.ink, 1),
+        "doubt": doubt(job),
+    }
 
 
-def list_jobs(listener: Listener = SILENT) -> list[JobState]:
-    """All jobs that are kept, the oldest first; the listener hears of those that cannot be read."""
+def list_jobs(listener: Listener = SILENT) -> list[Told]:
+    """The states of all jobs that are kept, the oldest first; the listener hears of those that cannot be read."""
     states = []
     for job in store.every():
         try:
-            states.append(JobState.of(job))
+            states.append(state_of(job))
         except InputError as error:
             listener.say(f"handout: {error}")
     return states
@@ -96,16 +56,6 @@ def list_jobs(listener: Listener = SILENT) -> list[JobState]:
 def find_job(name: str | None, *, unfinished: bool = False) -> Job:
     """The plot of that name, or the one that was drawn last, of all or the unfinished ones; InputError: none."""
     return store.find(name, unfinished=unfinished)
-
-
-def find_drawn(name: str | None) -> Job:
-    """The plot of that name, or the one that was drawn last, whose drawings are kept; InputError if there is none."""
-    return store.drawn_before(name)
-
-
-def show_job(name: str | None) -> JobState:
-    """How far the job of that name has come, or the one that was drawn last."""
-    return JobState.of(store.find(name))
 
 
 def forget_job(name: str) -> str:

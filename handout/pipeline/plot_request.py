@@ -1,11 +1,10 @@
-"""What a caller may ask of a plotter, and who stands at it while it draws."""
+"""What a caller may ask of a plotter."""
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import TYPE_CHECKING, Literal
 
 from handout.pipeline.declarations import (
     ENVELOPES,
@@ -26,8 +25,6 @@ from handout.pipeline.options import Length, PictureOptions, SheetOptions, Writi
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from handout.errors import DeviceError
-    from handout.plotting.driving.driver import Progress
     from handout.plotting.jobs.parts import Layers
     from handout.plotting.jobs.places import Place
     from handout.plotting.planning.plan import Order
@@ -177,26 +174,3 @@ class PlotRequest:
     picture: PictureOptions = PictureOptions()
     plotting: PlotOptions = PlotOptions()
     part: PartOptions = PartOptions()
-
-
-class Operator(Protocol):
-    """Whoever stands at the plotter: is asked for sheets and pens, and hears how the plot goes."""
-
-    @property
-    def watches(self) -> bool:
-        """Whether somebody is there, who may hold the plotter for as long as they like."""
-
-    def plotting(self) -> AbstractContextManager[Progress | None]:
-        """A block in which a job is drawn: who is told how far it has come, if anybody wants to know."""
-
-    def say(self, sentence: str) -> None:
-        """Hear a sentence while the pen draws; never waits."""
-
-    def do(self, request: str) -> None:
-        """See `plotting.jobs.runner.Person`, as for the rest."""
-
-    def try_again(self, error: DeviceError) -> bool:
-        """See there."""
-
-    def paused(self, pressed: Callable[[], bool]) -> None:
-        """See there."""

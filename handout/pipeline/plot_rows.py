@@ -18,39 +18,38 @@ from typing import Self
 
 import numpy as np
 
-from handout.errors import DeviceError, DoesNotFit, InputError
+from handout.errors import DoesNotFit, InputError
 from handout.merging.sheets import Grid, grid
 from handout.pipeline import merging
 from handout.pipeline.merging import Merge, RowPages
 from handout.pipeline.options import MergeOptions, TableOptions, seed_of
-from handout.pipeline.plot_request import AttendanceOptions, Operator, PlotOptions, PlotRequest
+from handout.pipeline.plot_request import AttendanceOptions, PlotOptions, PlotRequest
 from handout.pipeline.plotting import (
+    AtPlotter,
+    Drawn,
     ReportFile,
-    Unattended,
     asked_machine,
     draw_job,
     is_simulated,
     job_options,
     port_to,
-    stretched,
     with_hooks,
 )
-from handout.pipeline.printing import Printed, make_all
-from handout.pipeline.results import SILENT, Facts, Listener
+from handout.pipeline.printing import BatchDelivery, make_all, rows_told
+from handout.pipeline.results import SILENT, Attendant, Facts
 from handout.pipeline.texts import STROKES
 from handout.plotting import bed, plan
-from handout.plotting.driving import plot_report
 from handout.plotting.driving.driver import Report, connect
 from handout.plotting.jobs import store
 from handout.plotting.jobs.job import Job, Options
 from handout.plotting.jobs.pages import laid_out
 from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
-from handout.printing.batch import BatchOptions, chosen_rows
-from handout.printing.journal import BACK, ENVELOPE, Journal, Piece
-from handout.printing.prepared import NOTHING, BatchPage, Folder, PreparedPage
+from handout.printing.journal import BACK, ENVELOPE, Piece
+from handout.printing.prepared import NOTHING, BatchPage, Destination, PreparedPage
 from handout.printing.queue import Outcome
 from handout.printing.rows import named
+from handout.printing.sending import Spool
 from handout.printing.several import Several
 from handout.profiles import Plotter
 from handout.sinks import Look, check_outputs, write_drawings
@@ -63,31 +62,8 @@ _ENDS = {"ebb": "\r", "hpgl": ""}  # of the lines of a dialect, where that is no
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlottedRows(Printed):
-    """What became of a table: see `Printed`.
-
-    reports : of every part that was plotted; planned_s : s that plotting would take, of a preview.
-    """
-
-    reports: tuple[Report, ...] = ()
-    planned_s: float | None = None
-
-    @property
-    def executed_s(self) -> float:
-        """Time that it took, s."""
-        return round(sum(report.executed_s for report in self.reports), 2)
-
-    @property
-    def fidelity(self) -> str:
-        """How faithful the plot was, in one sentence; "" if nothing was plotted."""
-        return plot_report.sentence(self.reports)
-
-    def facts(self) -> Facts:
-        if self.planned_s is not None:
-            return {**super().facts(), "planned_s": round(self.planned_s, 2)}
-        planned = round(sum(report.announced_s for report in self.reports), 2)
-        told = {"planned_s": planned, "executed_s": self.executed_s, "stretched": stretched(self.reports)}
-        return {**super().facts(), **told, **plot_report.facts(self.reports)}
+class PlottedRows(BatchDelivery, Drawn):
+    """What became of a table that was plotted, or would be."""
 
 
 def plot_rows(
@@ -98,8 +74,7 @@ def plot_rows(
     attendance: AttendanceOptions = AttendanceOptions(),
     *,
     outputs: Sequence[str | Path] = (),
-    operator: Operator | None = None,
-    listener: Listener = SILENT,
+    attendant: Attendant = SILENT,
 ) -> PlottedRows:
     """Plot a letter, an envelope or both for every row of a table; with `outputs`, write what would be plotted.
 
@@ -123,57 +98,59 @@ def plot_rows(
     check_outputs(paths)
     ports = [port] if isinstance(port, str) else list(port or ())
     profile = asked_machine(plotting, ports[0] if ports else None)
-    pages = _pages(merging.read(Path(table), rows, merge, listener), request)
+    pages = _pages(merging.read(Path(table), rows, merge, attendant), request)
     task, merged, shared = pages.look(), pages.merge, grid(plotting.grid, plotting.gap)
     _check_grid(shared, task.layout.page, profile)
-    merging.check_apart(merged, plotting.envelopes_to)
-    pages.seed = merging.approved_seed(pages, rows)
-    record = _journal(pages, rows, request, profile, bool(paths))
-    pages.seed = record.seed
-    options = BatchOptions(rows.rows, plotting.copies, rows.again, None, merging.all_or_none(merged))
-    chosen_rows(merged.table, options, record.resumed)
+    sheet = request.sheet
+    ways = {name: getattr(plotting, name) for name in ("order", "layers", "grid", "pen_up", "pen_down")}
+    more = {**ways, "gap": str(plotting.gap), "margin": sheet.margin, "pages": sheet.pages, "device": profile.name}
+    rows, more = replace(rows, copies=plotting.copies), {**more, "page_name": pages.sheet.page_name}
+    options, record = merging.begin_batch(pages, rows, more, envelopes_to=plotting.envelopes_to, dry_run=bool(paths))
     place: PlotFiles | PlotSpool | Several
     if paths:
         place = PlotFiles(shared, profile, paths, task.look, plotting)
     else:
         how = job_options(replace(plotting, copies=1), profile, task.fast)
         queue = partial(PlotterQueue, profile, options=how, attendance=attendance, account=account)
-        place = _plotters(shared, ports, plotting, queue, operator or Unattended(ports[0], listener))
-    with record, place:
-        report, written = make_all(pages, place, options, (rows, record), drawn=True, listener=listener)
+        place = _plotters(shared, ports, plotting, queue, attendant)
+    several = attendant.plotting() if isinstance(place, Several) else contextlib.nullcontext()
+    with record, place, several:
+        report, written = make_all(pages, place, options, (rows, record), drawn=True, listener=attendant)
     if isinstance(place, PlotFiles):
         account.planned(place.plans)
+    notes = [*task.given_notes, *written.dropped, *([_PENS] if merged.fields.says("pen") else [])]
+    reports, times = _drawn(place)
+    told = {**rows_told(report, written.tally, pages, task.hand.name, notes), **times}
     return PlottedRows(
-        report,
-        written.tally,
-        pages.seed,
-        task.hand.name,
-        ", ".join([*ports, *plotting.envelopes_to]),
-        {**merged.table.facts()},
+        tally=written.tally,
+        seed=pages.seed,
+        files=tuple(report.files),
+        told=told,
+        report=report,
+        destination=", ".join([*ports, *plotting.envelopes_to]),
         letters=merged.with_letters,
-        reports=() if isinstance(place, PlotFiles) else _reports(place),
-        planned_s=place.planned_s if isinstance(place, PlotFiles) else None,
-        notes=(*task.given_notes, *written.dropped, *([_PENS] if merged.fields.says("pen") else [])),
+        reports=reports,
+        notes=tuple(notes),
     )
 
 
 def _plotters(
-    shared: Grid, ports: Sequence[str], plotting: PlotOptions, queue: Callable[..., PlotterQueue], operator: Operator
+    shared: Grid, ports: Sequence[str], plotting: PlotOptions, queue: Callable[..., PlotterQueue], attendant: Attendant
 ) -> PlotSpool | Several:
-    """The plotters at these ports, opened now; of several, each is asked for by its name."""
+    """The plotters at these ports, opened now; of several, each is asked for by its name, one after the other."""
     addresses = [*ports, *plotting.envelopes_to]
     if len(addresses) == 1:
-        only = queue(address=ports[0], operator=operator)
+        only = queue(person=AtPlotter(attendant, ports[0]))
         return PlotSpool(shared, only.profile, only.opened())
     names = list[str]()
     for address in addresses:
         if address in addresses[: len(names)] and not is_simulated(address):
             raise InputError(f"{address} is named twice: each plotter makes its own pages.")
         names.append(f"{address}{len(names) + 1}" if addresses.count(address) > 1 else address)
-    spools, queues, crew = list[PlotSpool](), list[PlotterQueue](), _Crew(operator)
+    spools, queues, asking = list[PlotSpool](), list[PlotterQueue](), threading.Lock()
     try:
         for name, address in zip(names, addresses, strict=True):
-            queues.append(queue(address=address, operator=_OneOfSeveral(name, address, crew), name=name).opened())
+            queues.append(queue(person=AtPlotter(attendant, address, name, asking)).opened())
             spools.append(PlotSpool(shared, queues[-1].profile, queues[-1]))
     except BaseException:
         for each in queues:
@@ -182,91 +159,19 @@ def _plotters(
     return Several(spools[: len(ports)], spools[len(ports) :])
 
 
-@dataclass
-class _Crew:
-    """Who stands at several plotters that plot at once, and hears of all of them as of one."""
-
-    operator: Operator
-    asking: threading.Lock = field(default_factory=threading.Lock)
-    _entered: contextlib.ExitStack = field(default_factory=contextlib.ExitStack)
-    _drawing: int = 0
-    _lock: threading.Lock = field(default_factory=threading.Lock)
-
-    @contextlib.contextmanager
-    def plotting(self) -> Iterator[None]:
-        """A sheet is drawn; several at once are one block to the operator, who is shown no share."""
-        with self._lock:
-            if self._drawing == 0:
-                self._entered.enter_context(self.operator.plotting())
-            self._drawing += 1
-        try:
-            yield
-        finally:
-            with self._lock:
-                self._drawing -= 1
-                if self._drawing == 0:
-                    self._entered.close()
-
-
-@dataclass
-class _OneOfSeveral:
-    """The operator at one of several plotters: it is named, and questions come one by one."""
-
-    name: str
-    address: str
-    crew: _Crew
-
-    @property
-    def watches(self) -> bool:
-        """See `Operator`, as for the rest."""
-        return self.crew.operator.watches
-
-    def plotting(self) -> contextlib.AbstractContextManager[None]:
-        """See there."""
-        return self.crew.plotting()
-
-    def say(self, sentence: str) -> None:
-        """See there."""
-        self.crew.operator.say(f"{self.name}: {sentence}")
-
-    def do(self, request: str) -> None:
-        """See there."""
-        if not is_simulated(self.address):
-            with self.crew.asking:
-                self.crew.operator.do(f"{request} at {self.name}")
-
-    def try_again(self, error: DeviceError) -> bool:
-        """See there."""
-        if is_simulated(self.address):
-            return False
-        with self.crew.asking:
-            return self.crew.operator.try_again(DeviceError(f"{self.name}: {error}"))
-
-    def paused(self, pressed: Callable[[], bool]) -> None:
-        """See there."""
-        self.say("it is paused.")
-        self.crew.operator.paused(pressed)
-
-
-def _reports(place: PlotSpool | Several) -> tuple[Report, ...]:
-    """Of every part that was plotted."""
+def _drawn(place: PlotFiles | PlotSpool | Several) -> tuple[tuple[Report, ...], Facts]:
+    """The reports of every part that was plotted, and what is told of the times."""
+    if isinstance(place, PlotFiles):
+        return (), {"planned_s": round(place.planned_s, 2)}
     spools = [station.spool for station in place.stations] if isinstance(place, Several) else [place]
-    return tuple(report for spool in spools if isinstance(spool, PlotSpool) for report in spool.queue.reports)
+    reports = tuple(part for spool in spools if isinstance(spool, PlotSpool) for part in spool.queue.reports)
+    return reports, Drawn(reports=reports).executed()
 
 
 def _pages(merged: Merge, request: PlotRequest) -> RowPages:
     """How the pages of rows are written, as strokes."""
     sheet = request.sheet if merged.with_letters else replace(request.sheet, usual_page="DL")
     return RowPages(merged, request.writing, sheet, request.picture, STROKES, seed=seed_of(request.writing.seed))
-
-
-def _journal(pages: RowPages, rows: TableOptions, request: PlotRequest, profile: Plotter, dry_run: bool) -> Journal:
-    """The journal of this batch: what changes the ink makes another."""
-    plotting, sheet = request.plotting, request.sheet
-    ways = {name: getattr(plotting, name) for name in ("order", "layers", "grid", "pen_up", "pen_down")}
-    more = {**ways, "gap": str(plotting.gap), "margin": sheet.margin, "pages": sheet.pages, "device": profile.name}
-    copied = replace(rows, copies=plotting.copies)
-    return merging.journal_of(pages, copied, {**more, "page_name": pages.sheet.page_name}, dry_run)
 
 
 def _check_grid(shared: Grid, card: Page, profile: Plotter) -> None:
@@ -306,7 +211,7 @@ def _grid(part: str, shared: Grid) -> Grid:
     return Grid() if part in (ENVELOPE, BACK) else shared
 
 
-class _Sheets(Folder):
+class _Sheets(Destination):
     """Pages on their way to a plotter: kept on the disk, and laid on sheets together."""
 
     def __init__(self, shared: Grid, profile: Plotter) -> None:
@@ -374,8 +279,10 @@ class PlotFiles(_Sheets):
         return self._written
 
 
-class PlotSpool(_Sheets):
+class PlotSpool(_Sheets, Spool):
     """Sheets for a plotter."""
+
+    queue: PlotterQueue
 
     def __init__(self, shared: Grid, profile: Plotter, queue: PlotterQueue) -> None:
         super().__init__(shared, profile)
@@ -416,27 +323,27 @@ def _called(sheet: Sequence[Piece]) -> str:
 class PlotterQueue:
     """A plotter as a device of a batch: a sheet is a job that is kept until it is drawn.
 
-    name : what to call it, its address if it is the only one there; reports : of every part that was plotted.
+    reports : of every part that was plotted.
     """
 
     profile: Plotter
-    address: str
+    person: AtPlotter
     options: Options
-    operator: Operator
     attendance: AttendanceOptions
     account: ReportFile
     port: Port | None = None
-    name: str = ""
     reports: list[Report] = field(default_factory=list)
     keeps: bool = False
     _sheets: int = 0
 
-    def __post_init__(self) -> None:
-        self.name = self.name or self.address
+    @property
+    def name(self) -> str:
+        """What to call it: by its address, if it is the only one there."""
+        return self.person.name or self.person.address
 
     def opened(self) -> Self:
         """With its port open, before any work is done for it."""
-        self.port = port_to(self.address, self.profile)
+        self.port = port_to(self.person.address, self.profile)
         return self
 
     def close(self) -> None:
@@ -450,9 +357,9 @@ class PlotterQueue:
         if self._sheets == 1:
             return
         if not self.profile.feeder.command:
-            self.operator.do(f"Put in {sheet}")
+            self.person.do(f"Put in {sheet}")
             return
-        with contextlib.closing(self.port or port_to(self.address, self.profile)) as port:
+        with contextlib.closing(self.port or port_to(self.person.address, self.profile)) as port:
             self.port = None
             controller = connect(port, self.profile, lambda sentence: None)
             for line in self.profile.feeder.command:
@@ -461,14 +368,14 @@ class PlotterQueue:
 
     def begin(self, drawing: Drawing, title: str) -> str:
         """A job of one sheet, on the disk when this returns; its name."""
-        return store.create([drawing], self.profile, self.options, title=title, port=self.address).name
+        return store.create([drawing], self.profile, self.options, title=title, port=self.person.address).name
 
     def follow(self, job: str, title: str) -> Outcome:
         """Draw a job, or what is left of it."""
         kept, self._sheets = store.find(job), max(self._sheets, 1)
         if not kept.standing().finished:
             port, self.port = self.port, None
-            self.reports += draw_job(kept, self.address, self.attendance, self.account, self.operator, port)
+            self.reports += draw_job(kept, self.person, self.attendance, self.account, port)
             self.attendance = replace(self.attendance, at_zero=False)
         return Outcome("completed")
 

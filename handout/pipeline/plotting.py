@@ -9,7 +9,7 @@ import contextlib
 import dataclasses
 import math
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -23,24 +23,22 @@ from handout.pipeline import job_pages
 from handout.pipeline.inputs import Source
 from handout.pipeline.lined_paper import page_name
 from handout.pipeline.options import Length, millimetres
-from handout.pipeline.plot_jobs import JobState, called, outlook
-from handout.pipeline.plot_request import AttendanceOptions, Operator, PartOptions, PlotOptions, PlotRequest
+from handout.pipeline.plot_jobs import called, outlook, state_of
+from handout.pipeline.plot_request import AttendanceOptions, PartOptions, PlotOptions, PlotRequest
 from handout.pipeline.programs import hooked, pressed_evenly
-from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
+from handout.pipeline.results import SILENT, Attendant, Delivery, Facts, Listener, Result, Tally
 from handout.pipeline.texts import STROKES, TextDocument, style_notes
-from handout.pipeline.writing import Document, asked, one_pen, open_document, written
+from handout.pipeline.writing import Document, asked, delivered, one_pen, open_document
 from handout.plotting import fit_to_bed, open_port, plan
 from handout.plotting.connections import is_simulated as is_simulated
 from handout.plotting.connections import surroundings
 from handout.plotting.driving import plot_report
-from handout.plotting.driving.driver import Progress as Progress
 from handout.plotting.driving.driver import Report
 from handout.plotting.driving.overlap import OVERLAP, usual_overlap
 from handout.plotting.jobs import pages as kept_pages
 from handout.plotting.jobs import runner, store, stretch
 from handout.plotting.jobs.job import Job, Options, load
 from handout.plotting.jobs.pages import NewPage, laid_out
-from handout.plotting.jobs.runner import is_about_zero as is_about_zero
 from handout.plotting.planning.hooking import said
 from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
@@ -54,58 +52,51 @@ _UNWATCHED = 120.0
 _REST = "#d2d2d2"  # of what a preview shows and is not plotted
 
 
-class Unattended:
-    """Nobody is at the plotter: sheets and pens are taken to be in place.
+@dataclass(frozen=True)
+class AtPlotter:
+    """An attendant at one plotter, a `runner.Person`: of a simulated one nothing is asked.
 
-    address : of the plotter; a simulated one is never asked for.
+    name : of one of several plotters, by which it is spoken of; asking : held while one of them asks.
     """
 
-    watches = False
-
-    def __init__(self, address: str, listener: Listener = SILENT) -> None:
-        self.simulated, self.listener = is_simulated(address), listener
+    attendant: Attendant
+    address: str
+    name: str = ""
+    asking: contextlib.AbstractContextManager[object] = dataclasses.field(default_factory=contextlib.nullcontext)
 
     def do(self, request: str) -> None:
-        """What only a person can do is an error, but for a simulated plotter."""
-        if not self.simulated and runner.is_about_zero(request):
-            raise InputError(f"{request}: nobody can be asked to; use --at-zero when it is done.")
+        """See `runner.Person`, as for the rest."""
+        if not is_simulated(self.address):
+            with self.asking:
+                self.attendant.do(f"{request} at {self.name}" if self.name else request)
 
     def try_again(self, error: DeviceError) -> bool:
-        """The job ends."""
-        return False
+        """See there."""
+        if is_simulated(self.address):
+            return False
+        with self.asking:
+            return self.attendant.try_again(DeviceError(f"{self.name}: {error}") if self.name else error)
 
     def paused(self, pressed: Callable[[], bool]) -> None:
-        """Until the button is pressed once more."""
-        while not pressed():
-            pass
+        """See there."""
+        if self.name:
+            self.say("it is paused.")
+        self.attendant.paused(pressed)
 
-    @contextlib.contextmanager
-    def plotting(self) -> Iterator[Progress | None]:
-        """The listener hears the share."""
-        yield lambda share, left: self.listener.progress(share, "plotting")
+    def answer(self, question: str, answers: Mapping[str, str]) -> str:
+        """See `pen_heights.Person`."""
+        return self.attendant.answer(question, answers)
 
     def say(self, sentence: str) -> None:
-        """The listener hears it."""
-        self.listener.say(sentence)
+        """Tell the attendant."""
+        self.attendant.say(f"{self.name}: {sentence}" if self.name else sentence)
 
 
-@dataclass(frozen=True)
-class Plotted(Result):
-    """What was plotted.
+@dataclass(frozen=True, kw_only=True)
+class Drawn:
+    """What plotters did; reports : of every part that was plotted."""
 
-    written : of `plot`, what is on the sheets; of `resume` None; job : as it stands now; reports : of its parts.
-    """
-
-    job: Job
-    reports: tuple[Report, ...]
-    written: Facts | None = None
-    tally: Tally | None = None
-    seed: int | None = None
-
-    @property
-    def sheets(self) -> int:
-        """Sheets in all."""
-        return self.job.pages * self.job.options.copies
+    reports: tuple[Report, ...] = ()
 
     @property
     def executed_s(self) -> float:
@@ -117,36 +108,62 @@ class Plotted(Result):
         """How faithful the plot was, in one sentence; "" if nothing was plotted."""
         return plot_report.sentence(self.reports)
 
-    def facts(self) -> Facts:
-        executed: Facts = {
+    def executed(self) -> Facts:
+        """For JSON."""
+        return {
             "planned_s": round(sum(report.announced_s for report in self.reports), 2),
             "executed_s": self.executed_s,
             "stretched": stretched(self.reports),
             **plot_report.facts(self.reports),
         }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plotted(Drawn, Result):
+    """What was plotted.
+
+    written : of `plot`, what is on the sheets; of `resume` None; job : as it stands now.
+    """
+
+    job: Job
+    written: Facts | None = None
+    tally: Tally | None = None
+    seed: int | None = None
+
+    @property
+    def sheets(self) -> int:
+        """Sheets in all."""
+        return self.job.pages * self.job.options.copies
+
+    def facts(self) -> Facts:
         if self.written is None:
-            return {**JobState.of(self.job).facts(), **executed}
+            return {**state_of(self.job), **self.executed()}
         more: Facts = {"copies": self.job.options.copies, "job": self.job.name}
-        return {**self.written, **executed, **more}
+        return {**self.written, **self.executed(), **more}
 
 
 @dataclass(frozen=True)
-class Previewed(Result):
-    """What was written instead of plotting; planned_s : s that plotting would take, hooks_s of it for `dips` dips and
-    whatever else is done besides drawing."""
+class _Asked:
+    """A request, checked: what is written, by which machine, how, and what is said of it."""
 
-    written: Facts
-    files: tuple[Path, ...]
-    planned_s: float
-    stretched: float
-    tally: Tally
-    seed: int
-    dips: int
-    hooks_s: float
+    request: PlotRequest
+    profile: Plotter
+    document: Document
+    options: Options
+    notes: tuple[str, ...]
+    drawing: Facts
 
-    def facts(self) -> Facts:
-        hooks: Facts = {"dips": self.dips, "hooks_s": round(self.hooks_s, 2)} if self.hooks_s else {}
-        return {**self.written, "planned_s": round(self.planned_s, 2), "stretched": self.stretched, **hooks}
+
+def _asked(request: PlotRequest, port: str | None) -> _Asked:
+    """Check a request; `port` : see `preview`."""
+    profile = asked_machine(request.plotting, port)
+    document = open_document(request.source, request.writing, request.sheet, request.picture)
+    task, options = document.task, job_options(request.plotting, profile, document.task.fast, document.timed)
+    sentences, drawing = asked(document, partial(fit_to_bed, profile=profile) if request.writing.fit else None)
+    even = None if task.pose.pose is None else pressed_evenly(profile)
+    inks = [] if options.layers == "colour" else one_pen(document)
+    notes = (*sentences, *document.notes, *inks, *task.given_notes, *([even] if even else []))
+    return _Asked(request, profile, document, options, notes, drawing)
 
 
 def plot(
@@ -154,8 +171,7 @@ def plot(
     port: str,
     attendance: AttendanceOptions = AttendanceOptions(),
     *,
-    operator: Operator | None = None,
-    listener: Listener = SILENT,
+    attendant: Attendant = SILENT,
 ) -> Plotted:
     """Plot a text or a drawing; whatever ends it, `resume` goes on with it.
 
@@ -171,34 +187,18 @@ def plot(
     """
     request = PlotRequest(Source(request)) if isinstance(request, str) else request
     account = ReportFile(attendance.report)
-    profile = asked_machine(request.plotting, port)
-    document = open_document(request.source, request.writing, request.sheet, request.picture)
-    options = job_options(request.plotting, profile, document.task.fast, document.timed)
-    connected = port_to(port, profile)
-    try:
-        job = _begun(request, document, profile, options, port, listener)
-    except BaseException:
-        connected.close()
-        raise
-    listener.say(f"{profile.title}: {_amount(job)}, job {job.name}.")
-    sentences, drawing = asked(document, _fitting(request, profile))
-    notes = (*sentences, *_notes(document, profile, options))
-    listener.note(*notes)  # before the sheet is laid in
-    reports = _run(job, port, attendance, account, operator or Unattended(port, listener), connected)
-    job = load(job.folder)
-    tally = sum((Tally(**counts) for counts in job.told), Tally())
-    result = written(tally, document.task, (), notes)
-    return Plotted(job, tuple(reports), {**result.facts(), **drawing}, tally, document.task.seed, notes=notes)
+    work = _asked(request, port)
+    begin = partial(_begun, work, port, attendant)
+    plotted = _plot_new(begin, work.profile, AtPlotter(attendant, port), attendance, account, notes=work.notes)
+    tally, task = sum((Tally(**counts) for counts in plotted.job.told), Tally()), work.document.task
+    facts = delivered(tally, task, (), work.notes, behind=work.drawing).told
+    return dataclasses.replace(plotted, written=facts, tally=tally, seed=task.seed, notes=work.notes)
 
 
 def keep(request: PlotRequest, port: str | None = None) -> tuple[Job, tuple[str, ...]]:
     """A plot as a job that is begun with `resume`, and what the user is told of it; `port` : see `preview`."""
-    profile = asked_machine(request.plotting, port)
-    document = open_document(request.source, request.writing, request.sheet, request.picture)
-    options = job_options(request.plotting, profile, document.task.fast, document.timed)
-    sentences, _ = asked(document, _fitting(request, profile))
-    notes = (*sentences, *_notes(document, profile, options))
-    return _begun(request, document, profile, options, port or "", SILENT), notes
+    work = _asked(request, port)
+    return _begun(work, port or "", SILENT), work.notes
 
 
 def preview(
@@ -209,33 +209,24 @@ def preview(
     report: str | Path | None = None,
     port: str | None = None,
     listener: Listener = SILENT,
-) -> Previewed:
+) -> Delivery:
     """Write what would be plotted to files; `port` : that it would be plotted at, for the usual device of that."""
     paths = [Path(name) for name in outputs]
     check_outputs(paths)
-    account = ReportFile(report)
-    profile = asked_machine(request.plotting, port)
-    document = open_document(request.source, request.writing, request.sheet, request.picture)
-    task, options = document.task, job_options(request.plotting, profile, document.task.fast, document.timed)
-    pages = document.draw(STROKES, tell=listener.progress)
+    account, work = ReportFile(report), _asked(request, port)
+    profile, task = work.profile, work.document.task
+    pages = work.document.draw(STROKES, tell=listener.progress)
     drawings = pages.drawings
     if request.writing.fit:
         drawings = [fit_to_bed(drawing, profile) for drawing in drawings]
-    shown, plans = _shown(drawings, request.part, profile, options, listener)
+    shown, plans = _shown(drawings, request.part, profile, work.options, listener)
     besides = said([planned.drawing for planned in plans], profile)
-    sentences, drawing = asked(document, _fitting(request, profile))
-    notes = (*sentences, *_notes(document, profile, options), *style_notes(task, drawings), *besides)
+    notes = (*work.notes, *style_notes(task, drawings), *besides)
     listener.note(*notes)
-    look = dataclasses.replace(task.look, show_travel=show_travel)
-    files = write_drawings(shown, paths, look)
+    files = write_drawings(shown, paths, dataclasses.replace(task.look, show_travel=show_travel))
     account.planned(plans)
-    result = written(Tally.of(pages.manuscripts, [planned.drawing for planned in plans]), task, files, notes)
-    return _previewed(plans, {**result.facts(), **drawing}, result.files, result.tally, task.seed, notes)
-
-
-def _fitting(request: PlotRequest, profile: Plotter) -> Callable[[Drawing], Drawing] | None:
-    """What shrinks a drawing onto the bed, where that is asked for."""
-    return partial(fit_to_bed, profile=profile) if request.writing.fit else None
+    tally = Tally.of(pages.manuscripts, [planned.drawing for planned in plans])
+    return delivered(tally, task, files, notes, behind={**work.drawing, **_planned(plans)})
 
 
 def with_hooks(planned: Plan) -> Drawing:
@@ -244,31 +235,22 @@ def with_hooks(planned: Plan) -> Drawing:
     return dataclasses.replace(drawing, about={**drawing.about, "hooks": ways}) if ways else drawing
 
 
-def _notes(document: Document, profile: Plotter, options: Options) -> tuple[str, ...]:
-    """What is said of a plot: of its source, its inks, its paper, and that a pose does not press the pen."""
-    even = None if document.task.pose.pose is None else pressed_evenly(profile)
-    inks = [] if options.layers == "colour" else one_pen(document)
-    return (*document.notes, *inks, *document.task.given_notes, *([even] if even else []))
-
-
 def resume(
     name: str | None = None,
     port: str | None = None,
     attendance: AttendanceOptions = AttendanceOptions(),
     *,
-    operator: Operator | None = None,
-    listener: Listener = SILENT,
+    attendant: Attendant = SILENT,
 ) -> Plotted:
     """Go on with a job, at the port where it was begun or another; None: of those that can, the one drawn last."""
     account = ReportFile(attendance.report)
     job = store.find(name, unfinished=True)
     if job.standing().finished:
         raise InputError(f"The job {job.name} is finished: nothing is left of it.")
-    listener.say(outlook(job))
-    address = port or job.port
+    attendant.say(outlook(job))
     with _kept(job, new=False):
-        reports = draw_job(job, address, attendance, account, operator or Unattended(address, listener))
-    return Plotted(load(job.folder), tuple(reports))
+        reports = draw_job(job, AtPlotter(attendant, port or job.port), attendance, account)
+    return Plotted(job=load(job.folder), reports=tuple(reports))
 
 
 def machine(device: str | None, port: str | None) -> Plotter:
@@ -283,37 +265,48 @@ def usual_device(port: str | None) -> str:
     return "simulated" if port is not None and is_simulated(port) else "grbl-servo"
 
 
-def plot_drawing(
-    drawing: Drawing, profile: Plotter, port: str, title: str, operator: Operator, listener: Listener
-) -> tuple[Job, Report]:
-    """Plot one drawing as a job like any other, at the pace of its clock."""
-    job, (report,) = plot_drawings([drawing], profile, port, title, operator, listener)
-    return job, report
-
-
 def plot_drawings(
     drawings: Sequence[Drawing],
     profile: Plotter,
     port: str,
     title: str,
-    operator: Operator,
-    listener: Listener,
+    attendant: Attendant = SILENT,
     *,
-    attendance: AttendanceOptions = AttendanceOptions(),
     fast: bool = False,
-) -> tuple[Job, list[Report]]:
-    """Plot some drawings, a sheet each, as a job like any other."""
-    account = ReportFile(attendance.report)
-    connected = open_port(port, profile)
+) -> Plotted:
+    """Plot some drawings, a sheet each, as a job like any other, at the pace of their clocks or as fast as it goes."""
+    options = Options(speed="fast" if fast else 1.0, overlap=usual_overlap(profile, True) if fast else OVERLAP)
+    begin = partial(store.create, drawings, profile, options, title=title, port=port)
+    person = AtPlotter(attendant, port)
+    return _plot_new(begin, profile, person, AttendanceOptions(), ReportFile(None), before=f"{title}, ")
+
+
+def _plot_new(
+    begin: Callable[[], Job],
+    profile: Plotter,
+    person: AtPlotter,
+    attendance: AttendanceOptions,
+    account: ReportFile,
+    *,
+    before: str = "",
+    behind: str = "",
+    notes: Sequence[str] = (),
+) -> Plotted:
+    """Begin a job while its machine is reached already, tell of it, and plot it; whatever ends it says how to go on.
+
+    before, behind : what is said of it before how much it is, and behind its name; notes : before the sheet is laid in.
+    """
+    connected = port_to(person.address, profile)
     try:
-        overlap = usual_overlap(profile, True) if fast else OVERLAP
-        options = Options(speed="fast" if fast else 1.0, overlap=overlap)
-        job = store.create(drawings, profile, options, title=title, port=port)
+        job = begin()
     except BaseException:
         connected.close()
         raise
-    listener.say(f"{profile.title}: {title}, {_amount(job)}, job {job.name}.")
-    return job, _run(job, port, attendance, account, operator, connected)
+    person.say(f"{profile.title}: {before}{_amount(job)}, job {job.name}{behind}.")
+    person.attendant.note(*notes)
+    with _kept(job, new=True):
+        reports = draw_job(job, person, attendance, account, connected)
+    return Plotted(job=load(job.folder), reports=tuple(reports))
 
 
 def asked_machine(plotting: PlotOptions, port: str | None) -> Plotter:
@@ -363,23 +356,22 @@ def port_to(port: str, profile: Plotter) -> Port:
         raise type(error)(f"{error} No job was begun.") from error
 
 
-def _begun(
-    request: PlotRequest, document: Document, profile: Plotter, options: Options, port: str, listener: Listener
-) -> Job:
+def _begun(work: _Asked, port: str, listener: Listener) -> Job:
     """The job, with the first page of a text and what the others are made from, or with all pages, or the part of them
     that is asked for; the listener hears which."""
-    source, writing, rest = request.source, request.writing, None
-    produced = job_pages.made(document, profile, writing.fit)
+    request, document, rest = work.request, work.document, None
+    produced = job_pages.made(document, work.profile, request.writing.fit)
     pages = [next(produced)]
     more = isinstance(document, TextDocument) and pages[0].share < 1.0 and not request.part
-    if more and isinstance(writing.hand, str):
+    if more and isinstance(request.writing.hand, str):
         page = page_name(request.sheet, request.picture)
-        rest = job_pages.inputs(source.text, document.task, writing, request.sheet, page)
+        rest = job_pages.inputs(request.source.text, document.task, request.writing, request.sheet, page)
     else:  # a hand that is in memory alone cannot be found again
         pages += produced
     if request.part:
-        pages = _part(pages, request.part, profile, options, listener)
-    return store.begin(pages, profile, options, rest, title=" ".join(source.text.split())[:40], port=port)
+        pages = _part(pages, request.part, work.profile, work.options, listener)
+    title = " ".join(request.source.text.split())[:40]
+    return store.begin(pages, work.profile, work.options, rest, title=title, port=port)
 
 
 def _part(
@@ -421,8 +413,7 @@ def again(
     port: str | None = None,
     attendance: AttendanceOptions = AttendanceOptions(),
     *,
-    operator: Operator | None = None,
-    listener: Listener = SILENT,
+    attendant: Attendant = SILENT,
 ) -> Plotted:
     """Plot a kept job, or a part of it, once more, as a job of its own; None: the one that was drawn last.
 
@@ -432,18 +423,15 @@ def again(
         As `plot`; or its drawings are not kept any more.
     """
     account, before = ReportFile(attendance.report), store.drawn_before(name)
-    address = port or before.port
-    connected = port_to(address, before.profile)
-    try:
+    address, profile = port or before.port, before.profile
+
+    def begin() -> Job:
         options = msgspec.structs.replace(before.options, copies=1)
-        pages = _part(_kept_pages(before, listener), part, before.profile, options, listener)
-        job = store.begin(pages, before.profile, options, None, title=before.title, port=address)
-    except BaseException:
-        connected.close()
-        raise
-    listener.say(f"{before.profile.title}: {_amount(job)}, job {job.name}, of {called(before)}.")
-    reports = _run(job, address, attendance, account, operator or Unattended(address, listener), connected)
-    return Plotted(load(job.folder), tuple(reports))
+        pages = _part(_kept_pages(before, attendant), part, profile, options, attendant)
+        return store.begin(pages, profile, options, None, title=before.title, port=address)
+
+    person = AtPlotter(attendant, address)
+    return _plot_new(begin, profile, person, attendance, account, behind=f", of {called(before)}")
 
 
 def _kept_pages(job: Job, listener: Listener) -> list[NewPage]:
@@ -461,7 +449,7 @@ def preview_again(
     *,
     show_travel: bool = False,
     listener: Listener = SILENT,
-) -> Previewed:
+) -> Delivery:
     """Write to files what `again` would plot."""
     paths = [Path(path) for path in outputs]
     check_outputs(paths)
@@ -472,8 +460,8 @@ def preview_again(
     files = write_drawings(drawings, paths, Look(show_travel=show_travel))
     tally = sum((Tally(**page.told) for page in kept if page.told), Tally())
     about = kept[0].drawing.about
-    facts: Facts = {"job": before.name, "files": [str(file) for file in files]}
-    return _previewed(plans, facts, files, tally, int(about.get("seed") or 0))
+    told = {"job": before.name, "files": [str(file) for file in files], **_planned(plans)}
+    return Delivery(tally=tally, seed=int(about.get("seed") or 0), files=tuple(files), told=told)
 
 
 def _shown(
@@ -481,24 +469,21 @@ def _shown(
 ) -> tuple[list[Drawing], list[Plan]]:
     """Pages as a preview shows them, and the plans of what is drawn of them."""
     laid = [laid_out(page, profile, options.layers, options.order) for page in pages]
-    chosen = stretch.pieces(laid, profile, options.speed, **dataclasses.asdict(part)) if part else _whole(laid)
+    chosen = [stretch.Piece(number, 0, len(page.strokes)) for number, page in enumerate(laid)]
     if part:
+        chosen = stretch.pieces(laid, profile, options.speed, **dataclasses.asdict(part))
         listener.say(stretch.named(chosen, laid))
     plans = [plan(cut_out(laid[piece.sheet], piece), profile, speed=options.speed) for piece in chosen]
     shown = [with_rest(laid[piece.sheet], piece, made) for piece, made in zip(chosen, plans, strict=True)]
     return shown, plans
 
 
-def _whole(pages: Sequence[Drawing]) -> list[stretch.Piece]:
-    return [stretch.Piece(number, 0, len(page.strokes)) for number, page in enumerate(pages)]
-
-
-def _previewed(
-    plans: Sequence[Plan], facts: Facts, files: Sequence[Path], tally: Tally, seed: int, notes: Sequence[str] = ()
-) -> Previewed:
-    times = sum(planned.duration for planned in plans), stretched(plans)
+def _planned(plans: Sequence[Plan]) -> Facts:
+    """What plotting would take, s; how much of it for dips, and whatever else is done besides drawing."""
     dips, hooks_s = sum(planned.dips for planned in plans), sum(planned.hooked for planned in plans)
-    return Previewed(facts, tuple(files), *times, tally, seed, dips, hooks_s, notes=tuple(notes))
+    hooks: Facts = {"dips": dips, "hooks_s": round(hooks_s, 2)} if hooks_s else {}
+    seconds = round(sum(planned.duration for planned in plans), 2)
+    return {"planned_s": seconds, "stretched": stretched(plans), **hooks}
 
 
 def _amount(job: Job) -> str:
@@ -541,47 +526,31 @@ class ReportFile:
                 plot_report.write(self.path, self.rows)
 
 
-def _run(
-    job: Job,
-    address: str,
-    attendance: AttendanceOptions,
-    account: ReportFile,
-    operator: Operator,
-    port: Port | None,
-) -> list[Report]:
-    """Plot a new job, at first over a port that is open; whatever ends it says how to go on."""
-    with _kept(job, new=True):
-        return draw_job(job, address, attendance, account, operator, port)
-
-
 def draw_job(
-    job: Job,
-    address: str,
-    attendance: AttendanceOptions,
-    account: ReportFile,
-    operator: Operator,
-    port: Port | None = None,
+    job: Job, person: AtPlotter, attendance: AttendanceOptions, account: ReportFile, port: Port | None = None
 ) -> list[Report]:
     """Plot a job, or what is left of it, at first over a port that is open."""
-    limit = attendance.hold_limit
-    usual = math.inf if operator.watches else _UNWATCHED
+    limit, attendant = attendance.hold_limit, person.attendant
+    usual = math.inf if attendant.watches else _UNWATCHED
     patience = usual if limit is None else units.parse(limit, "time", "hold limit")
 
     def opened() -> Port:
         nonlocal port
         first, port = port, None
-        return first or open_port(address, job.profile)
+        return first or open_port(person.address, job.profile)
 
-    with job_pages.producer(job) as producer, surroundings(address), operator.plotting() as progress:
+    # several plotters are one block to who attends to them, and show no share
+    block = contextlib.nullcontext() if person.name else attendant.plotting()
+    with job_pages.producer(job) as producer, surroundings(person.address), block as progress:
         return runner.run_job(
             job,
             opened,
-            operator,
+            person,
             runner.RunOptions(attendance.at_zero, attendance.home_after, patience, attendance.reached),
             supply=producer,
             progress=progress,
             plotted=account.plotted,
-            log=operator.say,
+            log=person.say,
         )
 
 
@@ -595,7 +564,10 @@ def _kept(job: Job, *, new: bool) -> Iterator[None]:
             raise type(error)(f"{error} {advice}") from error
         raise
     except InputError as error:
-        if not new or _has_begun(job):
+        standing = None
+        with contextlib.suppress(InputError):  # what is wrong has been said
+            standing = job.standing()
+        if not new or (standing is not None and (standing.begun or standing.part > 0)):
             raise type(error)(f"{error} {how_to_go_on(job)}".strip()) from error
         with contextlib.suppress(InputError):
             store.forget(job)
@@ -604,14 +576,6 @@ def _kept(job: Job, *, new: bool) -> Iterator[None]:
         if advice := how_to_go_on(job):
             stop.add_note(advice)
         raise
-
-
-def _has_begun(job: Job) -> bool:
-    try:
-        standing = job.standing()
-    except InputError:  # what is wrong has been said
-        return False
-    return standing.begun or standing.part > 0
 
 
 def how_to_go_on(job: Job) -> str:

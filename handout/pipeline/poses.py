@@ -18,6 +18,7 @@ from handout.motion.pose import library
 from handout.motion.pose.library import PoseLibrary
 from handout.motion.pose.posing import Passes, pose_drawing
 from handout.motion.pose.synthesis import PoseModel
+from handout.pipeline.inputs import output_path
 from handout.pipeline.options import PoseOptions
 from handout.pipeline.results import Facts, Result
 from handout.sources import read_drawing
@@ -41,21 +42,18 @@ class PoseSheet(Result):
 
     def facts(self) -> Facts:
         pose = self.library
+        # the least, the median and the greatest
+        told = {name: np.percentile(values, (0, 50, 100)).tolist() for name, values in pose.channels.items()}
         return {
             "title": pose.title,
             "strokes": len(pose.lengths),
             "samples": len(pose.xy),
             "letter_height_mm": round(pose.letter_height, 3),
-            "channels": {name: _spread(values) for name, values in pose.channels.items()},
+            "channels": {name: [round(value, 4) for value in values] for name, values in told.items()},
             "notices": list(pose.notices),
             "notes": list(self.notes),
             "files": [str(path) for path in self.files],
         }
-
-
-def _spread(values: Array) -> list[float]:
-    """The least, the median and the greatest."""
-    return [round(float(v), 4) for v in np.percentile(values, (0, 50, 100))]
 
 
 def learn_pose(
@@ -73,10 +71,7 @@ def learn_pose(
     InputError
         A recording that cannot be read or has no pose, or a file of another name.
     """
-    path = Path(output)
-    if path.suffix.lower() != ".pose":
-        raise InputError(f"{path}: a pose library is kept as .pose: use {path.stem}.pose.")
-    atomic.check_writable(path)
+    path = output_path(output, ".pose", "a pose library is kept as")
     learned = library.learn([read_drawing(recording) for recording in recordings], title or path.stem)
     pose = library.level_pose(learned.library) if level else learned.library
     atomic.write(path, library.to_bytes(pose))
@@ -140,10 +135,7 @@ def show_pose(name: str, output: str | Path) -> PoseSheet:
     InputError
         No such library, or a file of another name.
     """
-    path = Path(output)
-    if path.suffix.lower() != ".png":
-        raise InputError(f"{path}: a pose library is shown as PNG: use {path.stem}.png.")
-    atomic.check_writable(path)
+    path = output_path(output, ".png", "a pose library is shown as")
     pose = find_pose(name)
     picture, stream = _sheet(pose), io.BytesIO()
     picture.save(stream, "PNG")

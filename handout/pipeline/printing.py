@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import cast
 
 import msgspec
 
@@ -14,7 +13,7 @@ from handout.calibrating import calibrated_ink
 from handout.calibrating.calibrated_ink import CalibratedInk
 from handout.calibrating.store import Calibration
 from handout.errors import InputError
-from handout.pipeline import merging, row_work, workers
+from handout.pipeline import merging, row_work
 from handout.pipeline.merging import Account, RowPages
 from handout.pipeline.options import (
     MergeOptions,
@@ -26,16 +25,15 @@ from handout.pipeline.options import (
     millimetres,
     seed_of,
 )
-from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
+from handout.pipeline.results import SILENT, Attendant, Delivery, Listener, Tally, Told
 from handout.pipeline.texts import WritingTask, not_followed
 from handout.printing import envelope, media, printers
-from handout.printing.batch import SIMULATED, BatchOptions, Way, chosen_rows, destinations, make_rows
+from handout.printing.batch import SIMULATED, BatchOptions, Way, destinations, make_rows
 from handout.printing.batch import RowsRefused as RowsRefused
 from handout.printing.journal import Journal
 from handout.printing.prepared import Destination
 from handout.printing.queue import Say
 from handout.printing.rows import named
-from handout.printing.sending import Listener as BatchListener
 from handout.printing.sending import PrintingStopped as PrintingStopped
 from handout.printing.sending import Report as Report
 from handout.profiles import Length, Nudge, Printer, full
@@ -50,23 +48,17 @@ UNCALIBRATED = (
 _MOST_NUDGE = 50.0  # mm, as in a profile
 
 
-@dataclass(frozen=True)
-class Printed(Result):
+@dataclass(frozen=True, kw_only=True)
+class BatchDelivery(Delivery):
     """What became of a table.
 
     destination : the queue or the printer.
-    columns : how the table was read.
+    calibration_note : a sentence on the calibration that the pages went through.
     letters : whether there are letters, besides envelopes or alone.
-    calibration : what is known of the calibration that the pages went through, and a sentence on it.
     """
 
     report: Report
-    tally: Tally
-    seed: int
-    hand: str
     destination: str
-    columns: Facts
-    calibration: Facts | None = None
     calibration_note: str = ""
     letters: bool = False
 
@@ -76,21 +68,21 @@ class Printed(Result):
         devices = self.report.devices
         return ", ".join(f"{name}: {named(rows)}" for name, rows in devices.items()) if len(devices) > 1 else ""
 
-    def facts(self) -> Facts:
-        report = self.report
-        return {
-            **self.tally.facts(self.seed, self.hand, report.files),
-            "rows": len(report.rows),
-            "failed": [asdict(failure) for failure in report.failed],
-            "jobs": [job.name for job in report.jobs],
-            **({"devices": report.devices} if len(report.devices) > 1 else {}),
-            "warnings": list(report.warnings),
-            "before": list(report.before),
-            "unknown": [asdict(row) for row in report.unknown],
-            "columns": self.columns,
-            **({"notes": list(self.notes)} if self.notes else {}),
-            **({"calibration": self.calibration} if self.calibration else {}),
-        }
+
+def rows_told(report: Report, tally: Tally, pages: RowPages, hand: str, notes: Sequence[str]) -> Told:
+    """What ``--json`` prints of the rows of a batch."""
+    return {
+        **tally.facts(pages.seed, hand, report.files),
+        "rows": len(report.rows),
+        "failed": [asdict(failure) for failure in report.failed],
+        "jobs": [job.name for job in report.jobs],
+        **({"devices": report.devices} if len(report.devices) > 1 else {}),
+        "warnings": list(report.warnings),
+        "before": list(report.before),
+        "unknown": [asdict(row) for row in report.unknown],
+        "columns": {**pages.merge.table.facts()},
+        **({"notes": list(notes)} if notes else {}),
+    }
 
 
 def print_(
@@ -100,16 +92,14 @@ def print_(
     picture: PictureOptions = PictureOptions(),
     merge: MergeOptions = MergeOptions(),
     *,
-    change: Callable[[str], object] | None = None,
-    listener: Listener = SILENT,
-) -> Printed:
+    attendant: Attendant = SILENT,
+) -> BatchDelivery:
     """Print a letter, an envelope or both for every row of a table (CSV or .xlsx).
 
     Parameters
     ----------
     merge : the letter, if there is one, and what goes on the envelope.
-    change : asks somebody to put in other paper, where a printer has one tray for letters and envelopes; None: the
-        listener is told.
+    attendant : is asked to put in other paper, where a printer has one tray for letters and envelopes.
 
     Raises
     ------
@@ -122,51 +112,54 @@ def print_(
     """
     profiles = _printers(printing, writing_options, merge)
     profile, apart = profiles[0], _apart(profiles[0], printing)
-    merged = merging.read(Path(table), printing, merge, listener)
+    merged = merging.read(Path(table), printing, merge, attendant)
     sheet = SheetOptions(printing.page, merge.margin, merge.pages, "A4" if merged.with_letters else "DL")
     pages = RowPages(merged, writing_options, sheet, picture)
     fed = partial(_fed, profile, apart[0] if apart else profile, printing, merged.with_letters)
     pages.seed, pages.margins = seed_of(writing_options.seed), partial(_margins, fed)
     task = pages.look()
     notes = not_followed(task, ink_shown=True)
-    listener.note(*notes)
-    pages.seed = merging.approved_seed(pages, printing)
-    record = _journal(printing, pages)
-    pages.seed = record.seed
-    calibrations = _calibrations(printing, listener)
-    pages.calibrated = calibrations.of
+    attendant.note(*notes)
     out = None if printing.dry_run is None else Path(printing.dry_run)
-    options = BatchOptions(printing.rows, printing.copies, printing.again, out, merging.all_or_none(merged))
-    chosen_rows(merged.table, options, record.resumed)
+    options, record = merging.begin_batch(
+        pages,
+        printing,
+        {"page_name": pages.sheet.page_name},
+        envelopes_to=printing.envelopes_to,
+        out=out,
+        dry_run=out is not None and not _prints_into(out, printing),
+    )
+    calibrations = _calibrations(printing, attendant)
+    pages.calibrated = calibrations.of
     if merged.with_envelopes:  # what is wrong for every row is said once
         envelope.address_layout(pages.envelope_page, 1, 1, pages.address_x_height)
-    merging.check_apart(merged, printing.envelopes_to)
     about = {"seed": pages.seed, "hand": task.hand.name}
-    way = Way(profile, fed, about, None, record.resumed, listener.say, change or listener.say)
+    simulated = all(each.simulated for each in [*profiles, *apart])  # nobody is asked to feed those
+    change = (lambda request: attendant.say(f"{request}.")) if simulated else partial(attendant.do, needed=False)
+    way = Way(profile, fed, about, None, record.resumed, attendant.say, change)
     ways = [_at(way, task.layout.page, each) for each in profiles], [_at(way, pages.envelope_page, a) for a in apart]
-    calibrations.say_whose(ways[1], listener)
+    calibrations.say_whose(ways[1], attendant)
     with record, destinations(*ways, options, pages.sheets()) as place:
-        report, account = make_all(pages, place, options, (printing, record), listener=listener)
-    printed = Printed(
-        report,
-        account.tally,
-        pages.seed,
-        task.hand.name,
-        ", ".join(
-            each.queue or (f"the folder {SIMULATED}/" if each.simulated else each.title) for each in [*profiles, *apart]
-        ),
-        {**merged.table.facts()},
+        report, account = make_all(pages, place, options, (printing, record), listener=attendant)
+    notes = [*notes, *account.dropped]
+    told = rows_told(report, account.tally, pages, task.hand.name, notes)
+    through = calibrations.of(task, pages.hand_of(task)) if account.tally.pages else None
+    return BatchDelivery(
+        tally=account.tally,
+        seed=pages.seed,
+        files=tuple(report.files),
+        told=told if through is None else {**told, "calibration": through.facts()},
+        report=report,
+        destination=", ".join(map(_called, [*profiles, *apart])),
+        calibration_note="" if through is None else through.said(),
         letters=merged.with_letters,
-        notes=(*notes, *account.dropped),
+        notes=tuple(notes),
     )
-    return _told(printed, calibrations.of(task, pages.hand_of(task)) if account.tally.pages else None)
 
 
-def _told(printed: Printed, calibration: CalibratedInk | None) -> Printed:
-    """A result with what is known of the calibration that its pages went through."""
-    if calibration is None:
-        return printed
-    return replace(printed, calibration=cast("Facts", calibration.facts()), calibration_note=calibration.said())
+def _called(printer: Printer) -> str:
+    """A printer, as the place that pages go to."""
+    return printer.queue or (f"the folder {SIMULATED}/" if printer.simulated else printer.title)
 
 
 def _printers(printing: PrintOptions, writing_options: WritingOptions, merge: MergeOptions) -> list[Printer]:
@@ -234,11 +227,9 @@ def _margins(fed: Callable[[Page], Printer], page: Page) -> tuple[float, float, 
     return media.page_margins(page, fed(page))
 
 
-def _journal(printing: PrintOptions, pages: RowPages) -> Journal:
-    """The journal of this batch; a simulated printer prints into the folder that a dry run names."""
-    simulated = not printing.queue and printers.resolve(printing.printer).simulated
-    dry_run = printing.dry_run is not None and not (simulated and Path(printing.dry_run).suffix == "")
-    return merging.journal_of(pages, printing, {"page_name": pages.sheet.page_name}, dry_run)
+def _prints_into(out: Path, printing: PrintOptions) -> bool:
+    """Whether what a dry run names is the folder that a simulated printer prints into."""
+    return out.suffix == "" and not printing.queue and printers.resolve(printing.printer).simulated
 
 
 @dataclass(frozen=True)
@@ -283,12 +274,7 @@ def make_all(
     """
     (table, record), account = run, Account()
     work = row_work.row_work(pages, place.prepare, drawn)
-    with workers.opened(work, table.jobs, table.cluster, listener.say) as made:
-        make, check = (workers.counted(made, account, listener.say, check) for check in (False, True))
-        heard = BatchListener(progress(listener), listener.say)
-        return make_rows(pages.merge.table, make, place, options, record, listener=heard, check=check), account
-
-
-def progress(listener: Listener) -> Callable[[int, int, str], object]:
-    """How far a batch has come, for a listener."""
-    return lambda done, total, stage: listener.progress(done / max(total, 1), f"{stage} {done}/{total}")
+    with row_work.opened(work, table.jobs, table.cluster, listener.say) as made:
+        make, check = (row_work.counted(made, account, listener.say, check) for check in (False, True))
+        table_rows = pages.merge.table
+        return make_rows(table_rows, make, place, options, record, tell=listener.progress, check=check), account

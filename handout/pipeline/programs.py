@@ -10,12 +10,18 @@ from handout.errors import InputError
 
 if TYPE_CHECKING:
     from handout.pipeline.plot_request import HookOptions
-    from handout.plotting import Plan
     from handout.profiles import Plotter
     from handout.values import Drawing
 
 # of such files, for help texts; `plotting.dialects.usual_devices` says which plotter each is for if none is named
 SUFFIXES = (".gcode", ".nc", ".ngc", ".g", ".gco", ".hpgl", ".plt", ".ebb")
+
+
+def check_suffixes(outputs: Sequence[str | Path]) -> None:
+    """Raise InputError for the first file that is no program of a plotter."""
+    for path in map(Path, outputs):
+        if path.suffix.lower() not in SUFFIXES:
+            raise InputError(f"{path}: programs of plotters end in {', '.join(SUFFIXES)}; handout write does the rest.")
 
 
 PageSink = Callable[["Drawing"], bytes]
@@ -56,10 +62,13 @@ class Programs:
 
     def _sink(self, suffix: str) -> Callable[[Drawing], bytes]:
         def render(drawing: Drawing) -> bytes:
+            from handout.plotting import fit_to_bed
+            from handout.plotting import plan as make_plan
             from handout.plotting.dialects import dialect
 
             profile = self._plotters[suffix]
-            plan = self._plan(drawing, profile)
+            drawing = fit_to_bed(drawing, profile) if self._fit else drawing
+            plan = make_plan(drawing, profile, speed="fast" if self._fast else 1.0, order=self._order)
             self.seconds[profile.name] = self.seconds.get(profile.name, 0.0) + plan.duration
             if plan.hooked:
                 self.dips[profile.name] = self.dips.get(profile.name, 0) + plan.dips
@@ -67,12 +76,6 @@ class Programs:
             return dialect(profile.dialect).file(plan, profile)
 
         return render
-
-    def _plan(self, drawing: Drawing, profile: Plotter) -> Plan:
-        from handout.plotting import fit_to_bed, plan
-
-        drawing = fit_to_bed(drawing, profile) if self._fit else drawing
-        return plan(drawing, profile, speed="fast" if self._fast else 1.0, order=self._order)
 
 
 def hooked(profile: Plotter, options: HookOptions) -> Plotter:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from handout import atomic
 from handout.errors import InputError
+from handout.pipeline.inputs import output_path
 from handout.pipeline.options import PromptOptions, millimetres
 from handout.pipeline.results import Facts, Result
 from handout.prompting import corpus, prompt_pages, sentence_choice, sheet_codes, sheet_pdf
@@ -68,10 +69,7 @@ def prompt(output: str | Path, options: PromptOptions = PromptOptions()) -> Prom
         No PDF is asked for, a file that cannot be read or written, a ruling or a number of pages out of bounds; a hand
         that has enough of every letter.
     """
-    path = Path(output)
-    if path.suffix.lower() != ".pdf":
-        raise InputError(f"Sheets are written as PDF, not {path.suffix or 'without a suffix'}: use {path.stem}.pdf.")
-    atomic.check_writable(path)
+    path = output_path(output, ".pdf", "sheets are written as")
     layout = SheetLayout(paper_of_name(options.page), millimetres(options.ruling, "ruling"), printed=options.ruled)
     width = layout.width(millimetres(options.letter_width, "letter width") if options.letter_width else None)
     file = options.corpus_file

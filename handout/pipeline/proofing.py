@@ -14,11 +14,12 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from handout import atomic, units
 from handout.errors import InputError
 from handout.inking.papers import lay_ink
-from handout.pipeline import merging
+from handout.pipeline import merging, plotting
 from handout.pipeline.costs import Costs, Spent, costs, prices
 from handout.pipeline.merging import AT_EDGE, OUT_OF_REACH, WARNED, Finding, RowPages
 from handout.pipeline.options import (
@@ -29,14 +30,13 @@ from handout.pipeline.options import (
     WritingOptions,
     seed_of,
 )
-from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
+from handout.pipeline.results import SILENT, Delivery, Listener, Told
 from handout.plotting import plan
 from handout.printing import media, printers
 from handout.printing.journal import BACK, ENVELOPE
 from handout.printing.prepared import BatchPage, margin_warning
 from handout.printing.rows import Row, select
-from handout.profiles import Plotter, Prices, Printer, find
-from handout.values import Drawing
+from handout.profiles import Plotter, Prices, Printer
 
 _DPI = 96  # of the small pictures
 _WIDE = 300  # pixels across a picture, on the screen
@@ -55,43 +55,12 @@ class ProofPage:
     findings: tuple[Finding, ...] = ()
 
 
-@dataclass(frozen=True)
-class Proof(Result):
-    """What a proof holds.
+@dataclass(frozen=True, kw_only=True)
+class TableProof(Delivery):
+    """A proof of a table; costs : what all of it costs; pages : with their pictures."""
 
-    rows : that can be made; failed : number of a row → why it cannot.
-    sheets : how many pages of each size, by its name; machine_s : s that a plotter would take, None without one.
-    ink_area : mm² of paper that ink covers; costs : what all that costs; pages : with their pictures.
-    columns : how the table was read.
-    """
-
-    tally: Tally
-    seed: int
-    hand: str
-    rows: tuple[int, ...]
-    failed: dict[int, str]
-    looked: dict[int, tuple[str, ...]]
-    sheets: dict[str, int]
-    files: tuple[Path, ...]
-    machine_s: float | None
-    ink_area: float
     costs: Costs
-    pages: tuple[ProofPage, ...] = ()
-    columns: Facts = field(default_factory=dict)
-
-    def facts(self) -> Facts:
-        return {
-            **self.tally.facts(self.seed, self.hand, self.files),
-            "rows": len(self.rows),
-            "failed": [{"row": row, "reason": reason} for row, reason in self.failed.items()],
-            "look_at": [{"row": row, "why": list(why)} for row, why in self.looked.items()],
-            "sheets": self.sheets,
-            "ink_cm2": round(self.ink_area / 100, 2),
-            **({} if self.machine_s is None else {"machine_s": round(self.machine_s, 1)}),
-            "cost": self.costs.facts(),
-            "columns": self.columns,
-            **({"notes": list(self.notes)} if self.notes else {}),
-        }
+    pages: Sequence[ProofPage]
 
 
 def proof(
@@ -103,7 +72,7 @@ def proof(
     merge: MergeOptions = MergeOptions(),
     *,
     listener: Listener = SILENT,
-) -> Proof:
+) -> TableProof:
     """Write a proof of a table's letters and envelopes.
 
     Parameters
@@ -116,8 +85,7 @@ def proof(
         The table or the letter cannot be read, or an option is wrong.
     """
     paths = [Path(name) for name in outputs]
-    _check(paths)
-    machine = _machine(options)
+    record, machine = _checked(paths, options)
     at = prices(machine, options.prices)
     merged = merging.read(Path(table), options, merge, listener)
     usual = "DL" if not merged.with_letters else "A5" if isinstance(machine, Plotter) else "A4"
@@ -134,46 +102,41 @@ def proof(
         made.take(row)
     approved = {"seed": pages.seed, "rows": made.good, "facts": merging.approval(pages, options)}
     heading = f"{Path(table).name}, {hand}, seed {pages.seed}"
-    record = paths[0].with_suffix(".json")
     shown = ((path, (_html if path.suffix.lower() == ".html" else _pdf)(made, heading)) for path in paths)
     atomic.write_all([*shown, (record, json.dumps(approved, ensure_ascii=False, indent=1).encode())])
-    return Proof(
-        pages.account.tally,
-        pages.seed,
-        hand,
-        tuple(made.good),
-        made.failed,
-        {row: tuple(finding.phrase for finding in found) for row, found in made.looked.items()},
-        dict(made.sheets),
-        (*paths, record),
-        made.machine_s,
-        made.spent.covered,
-        made.costs,
-        tuple(made.pages),
-        notes=tuple(pages.account.dropped),
-        columns={**merged.table.facts()},
-    )
+    tally, files, notes = pages.account.tally, (*paths, record), tuple(pages.account.dropped)
+    told: Told = {
+        **tally.facts(pages.seed, hand, files),
+        "rows": len(made.good),
+        "failed": [{"row": row, "reason": reason} for row, reason in made.failed.items()],
+        "look_at": [{"row": row, "why": [each.phrase for each in found]} for row, found in made.looked.items()],
+        "sheets": dict(made.sheets),
+        "ink_cm2": round(made.spent.covered / 100, 2),
+        **({} if made.machine_s is None else {"machine_s": round(made.machine_s, 1)}),
+        "cost": made.costs.facts(),
+        "columns": {**merged.table.facts()},
+        **({"notes": list(notes)} if notes else {}),
+    }
+    told_of: dict[str, Any] = {"tally": tally, "seed": pages.seed, "files": files, "told": told, "notes": notes}
+    return TableProof(**told_of, costs=made.costs, pages=made.pages)
 
 
-def _check(paths: Sequence[Path]) -> None:
+def _checked(paths: Sequence[Path], options: ProofOptions) -> tuple[Path, Printer | Plotter | None]:
+    """The file by which a proof is approved, and the machine whose reach is looked at."""
     if not paths:
         raise InputError("A proof needs a file: give it with -o proof.html.")
     for path in paths:
         if path.suffix.lower() not in (".html", ".pdf"):
             raise InputError(f"{path}: a proof is written as .html or .pdf; give the file one of these endings.")
         atomic.check_writable(path)
-    atomic.check_writable(paths[0].with_suffix(".json"))
-
-
-def _machine(options: ProofOptions) -> Printer | Plotter | None:
-    """The machine whose reach is looked at."""
+    record = paths[0].with_suffix(".json")
+    atomic.check_writable(record)
     if options.printer and options.device:
         raise InputError("--printer and --device are both given: a proof is of one machine.")
+    machine: Printer | Plotter | None = printers.resolve(options.printer) if options.printer else None
     if options.device:
-        profile = find(options.device, "plotter")
-        assert isinstance(profile, Plotter)
-        return profile
-    return printers.resolve(options.printer) if options.printer else None
+        machine = plotting.machine(options.device, None)
+    return record, machine
 
 
 @dataclass
@@ -253,18 +216,13 @@ class _Made:
                 seconds = plan(drawing, self.machine).duration
             except InputError as error:
                 found.append(Finding(OUT_OF_REACH, str(error)))
-        if not found and (near := _nearest(drawing)) is not None and near < _EDGE:
-            called = "the envelope" if page.part == ENVELOPE else page.part
-            found.append(Finding(AT_EDGE, f"ink comes within {max(near, 0.0):.1f} mm of the edge of {called}"))
+        if not found and drawing.bounds is not None:
+            x0, y0, x1, y1 = drawing.bounds
+            near = min(x0, y0, drawing.page.width - x1, drawing.page.height - y1)
+            if near < _EDGE:
+                called = "the envelope" if page.part == ENVELOPE else page.part
+                found.append(Finding(AT_EDGE, f"ink comes within {max(near, 0.0):.1f} mm of the edge of {called}"))
         return found, seconds
-
-
-def _nearest(drawing: Drawing) -> float | None:
-    """How near ink comes to an edge of its paper, mm."""
-    if drawing.bounds is None:
-        return None
-    x0, y0, x1, y1 = drawing.bounds
-    return min(x0, y0, drawing.page.width - x1, drawing.page.height - y1)
 
 
 def _small(page: BatchPage) -> tuple[bytes, float]:
@@ -346,7 +304,8 @@ def _pdf(made: _Made, heading: str) -> bytes:
     y = height - 50.0
     lines = [heading, _totals(made), "", *(f"row {row}: {why}" for row, why, _ in _first(made))]
     for line in lines:
-        for part in simpleSplit(_plain(line), "Helvetica", 9, width - 80) or [""]:
+        told = line.encode("cp1252", "replace").decode("cp1252")  # in the letters that every PDF has
+        for part in simpleSplit(told, "Helvetica", 9, width - 80) or [""]:
             if y < 50:
                 canvas.showPage()
                 y = height - 50.0
@@ -370,8 +329,3 @@ def _pdf(made: _Made, heading: str) -> bytes:
         canvas.drawString(x, top - h - 9.0, f"row {page.row}, {page.part}")
     canvas.save()
     return stream.getvalue()
-
-
-def _plain(text: str) -> str:
-    """A text in the letters that every PDF has."""
-    return text.encode("cp1252", "replace").decode("cp1252")

@@ -13,7 +13,7 @@ Source: own method (Bayes' rule with two normal distributions of one variance).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from weakref import WeakKeyDictionary
@@ -247,6 +247,14 @@ class Rereader:
         read = self._read(paragraph, [paragraph.units[k] for k in places])
         self.words += [self._mended(paragraph, k, word) for k, word in zip(places, read, strict=True)]
 
+    def doubts(self, places: Mapping[int, tuple[int, int]]) -> dict[int, Doubt]:
+        """The words that read as others after all, by their places; of these `places` has the page and the line."""
+        return {
+            word.at: Doubt(word.text, *places[word.at], word.verdict.reads_as, 1.0 - word.wrong)
+            for word in self.words
+            if word.verdict is not None and word.wrong >= self.settings.told and word.at in places
+        }
+
     def _mended(self, paragraph: SetParagraph, k: int, word: ReadWord) -> ReadWord:
         """A word as it reads best of the times that it was written."""
         best, prices = word, dict[tuple[int, int], float]()
@@ -326,9 +334,4 @@ def reread(
         for count, line in enumerate(sheet.manuscript.lines, 1)
         for placed in line.placed
     }
-    doubts = [
-        Doubt(word.text, *lines[word.at], word.verdict.reads_as, 1.0 - word.wrong)
-        for word in rereader.words
-        if word.verdict is not None and word.wrong >= settings.told
-    ]
-    return sheets, doubts, rereader.words
+    return sheets, list(rereader.doubts(lines).values()), rereader.words

@@ -1,17 +1,20 @@
 """What a call gives back: facts that turn into JSON, a tally of what was written, and a listener to work that goes on.
 
 A result is a frozen dataclass, a `Result`, with `facts()`, the JSON object that ``--json`` prints, and `notes`,
-sentences for the user.  `Listener` is how the same sentences, and the progress, reach whoever waits for the work.
+sentences for the user.  `Listener` is how the same sentences, and the progress, reach whoever waits for the work;
+`Attendant` is a listener who also stands at the machine: at a terminal, at a page of the studio, or nobody.
 """
 
 from __future__ import annotations
 
+import contextlib
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
-from pathlib import PurePath
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
+from handout.errors import DeviceError, InputError
 from handout.writing.text import LEFT_OUT
 
 if TYPE_CHECKING:
@@ -20,6 +23,7 @@ if TYPE_CHECKING:
 # what JSON can hold
 Fact: TypeAlias = "str | int | float | bool | Sequence[Fact] | Mapping[str, Fact] | None"
 Facts = dict[str, Fact]
+Told = dict[str, Any]  # the same, for who knows what is in it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,7 +37,7 @@ class Result:
 
     def facts(self) -> Facts:
         """The JSON object that ``--json`` prints: as it stands here the fields, files by their names."""
-        values = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "notes"}
+        values = {each.name: getattr(self, each.name) for each in fields(self) if each.name != "notes"}
         return {name: _plain(value) for name, value in values.items()}
 
 
@@ -57,20 +61,60 @@ class Listener(Protocol):
         """Hear which share of the work is done, 0 to 1, and what is being done; a `handout.progress.Tell`."""
 
 
-class Silent:
-    """A listener who does not listen."""
+class Attendant:
+    """Who waits for the work, a `Listener`, and stands at the machine; as it is here, nobody, who hears nothing."""
+
+    @property
+    def watches(self) -> bool:
+        """Whether somebody looks on, who may hold a plotter for as long as they like."""
+        return False
 
     def say(self, *sentences: str) -> None:
-        """Nothing."""
+        """See `Listener`."""
 
     def note(self, *sentences: str) -> None:
-        """Nothing."""
+        """See there."""
 
     def progress(self, share: float, stage: str) -> None:
-        """Nothing."""
+        """See there."""
+
+    def do(self, request: str, needed: bool = True) -> None:
+        """Do what is asked for, such as to put in a sheet; nobody is taken to have done it before.
+
+        needed : False: where nobody can be asked, the request is only told.
+
+        Raises
+        ------
+        InputError
+            Nobody can be asked, and the work cannot go on.
+        """
+        from handout.plotting.jobs.runner import is_about_zero
+
+        if not needed:
+            self.say(f"{request}.")
+        elif is_about_zero(request):
+            raise InputError(f"{request}: nobody can be asked to; use --at-zero when it is done.")
+
+    def try_again(self, error: DeviceError) -> bool:
+        """Hear of a fault and mend it; False: the job ends."""
+        return False
+
+    def paused(self, pressed: Callable[[], bool]) -> None:
+        """Wait, the pen lifted, until the plotter's button is `pressed`, or the attendant wants to go on."""
+        while not pressed():
+            pass
+
+    def answer(self, question: str, answers: Mapping[str, str]) -> str:
+        """One of the answers, which are told with what they mean; InputError if nobody can be asked."""
+        raise InputError(f"{question} Nobody can be asked.")
+
+    @contextlib.contextmanager
+    def plotting(self) -> Iterator[Callable[[float, float], None] | None]:
+        """A block in which a job is drawn: what is told the share that is done and the s that are left, if anything."""
+        yield lambda share, left: self.progress(share, "plotting")
 
 
-SILENT = Silent()
+SILENT = Attendant()
 
 
 @dataclass(frozen=True)
@@ -169,3 +213,16 @@ class Tally:
             **({"slips": self.slips} if self.slips else {}),
             **({"doubtful": self.doubtful} if self.doubtful else {}),
         }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Delivery(Result):
+    """What was written or drawn, on files or as it would be plotted; told : what ``--json`` prints of it."""
+
+    tally: Tally = field(default_factory=Tally)
+    seed: int = 0
+    files: tuple[Path, ...] = ()
+    told: Told
+
+    def facts(self) -> Facts:
+        return self.told

@@ -1,4 +1,4 @@
-"""The rows of a batch as work for processes: what is to be made, how it is checked, and what is lost begun again.
+"""The rows of a batch as work for this process, for several, or for a cluster; what is lost is begun again.
 
 A row's pages depend on the batch, the row and the versions of the program alone, so that it does not matter which
 process makes them, nor how often: what a lost process was making is made again by another.  Rows are taken in their
@@ -9,26 +9,42 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import logging
+import multiprocessing
+import os
 import pickle
+import signal
 import socket
 import threading
+import time
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import CancelledError, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
 from functools import lru_cache
+from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from handout.errors import HandoutError, InputError
 from handout.hand import library
 from handout.networks import one_thread
 from handout.pipeline.merging import Account, RowPages
 from handout.pipeline.texts import program
-from handout.printing.prepared import Prepare, PreparedRow, RowMaker
+from handout.printing.prepared import MakeRows, Prepare, PreparedRow, prepare_row
 from handout.printing.rows import Row
 
 AHEAD = 2  # rows begun for every process: one that it makes, one that waits for it
 _MOST_LOST = 5  # times that processes are lost while one row is waited for: then the row is to blame, or the machine
+
+_ENDING = 5.0  # s that a pool may take to end
+_PRELOADED = ("handout.pipeline.printing", "handout.inking.pens", "handout.motion.trace")
+
+_ANSWER = 10.0  # s that a scheduler may take to answer
+_PATIENCE = 30.0  # s without a row after which somebody is told
+_LOOK = 5.0  # s for which the number of workers is taken as known
+_MOST = 1024  # rows that are ahead at most, however large the cluster is: they are kept in memory
 
 
 class WorkersLost(HandoutError):
@@ -63,7 +79,7 @@ class RowWork:
     @one_thread  # in every process: as many are at work as there are processors, and sums come out alike
     def make(self, row: Row) -> MadeRow:
         """The pages of a row."""
-        return MadeRow(RowMaker(self.pages, self.prepare)(row), self.pages.settled())
+        return MadeRow(prepare_row(self.pages, self.prepare, row), self.pages.settled())
 
     @one_thread
     def check(self, row: Row) -> MadeRow:
@@ -76,6 +92,11 @@ class RowWork:
         except InputError as error:
             return MadeRow(PreparedRow(row.number, (), row.warnings, str(error)), Account())
         return MadeRow(PreparedRow(row.number, (), row.warnings), Account())
+
+    def each(self, rows: Iterable[Row], check: bool = False) -> Iterator[MadeRow]:
+        """Make rows in this process, or check them; one after the other in their order, as they are asked for."""
+        for row in rows:
+            yield self.check(row) if check else self.make(row)
 
     def verify(self) -> None:
         """Refuse a machine on which the pages could come out otherwise."""
@@ -128,7 +149,7 @@ class Remote:
         raise NotImplementedError
 
     def each(self, rows: Iterable[Row], check: bool = False) -> Iterator[MadeRow]:
-        """See `Workers`."""
+        """See `RowWork`."""
         source, waiting = iter(rows), deque[tuple[Row, Any]]()
         while True:
             while len(waiting) < self.ahead and (row := next(source, None)) is not None:
@@ -171,3 +192,207 @@ def _loaded(work: bytes) -> RowWork:
     assert isinstance(own, RowWork)
     own.verify()
     return own
+
+
+@contextlib.contextmanager
+def opened(work: RowWork, jobs: int, cluster: str, say: Callable[[str], object]) -> Iterator[RowWork | Remote]:
+    """Processes for the rows of a batch: this one alone for 1 job; of the Dask cluster at an address, if one is given.
+
+    Raises
+    ------
+    InputError
+        There is no such cluster, or not what talks to it.
+    """
+    if cluster:
+        with ClusterWorkers(work, cluster, say) as workers:
+            yield workers
+    elif jobs > 1:
+        with ProcessWorkers(work, jobs) as processes:
+            yield processes
+    else:
+        yield work
+
+
+class ProcessWorkers(Remote):
+    """Processes of this machine."""
+
+    def __init__(self, work: RowWork, jobs: int) -> None:
+        super().__init__(work)
+        self._jobs = jobs
+        self._before = set(multiprocessing.active_children())
+        names = multiprocessing.get_all_start_methods()
+        # a server that has loaded the program forks them: a new process is there in no time
+        self._context = multiprocessing.get_context("forkserver" if "forkserver" in names else "spawn")
+        if "forkserver" in names:
+            self._context.set_forkserver_preload([*_PRELOADED])
+        self._pool = self._opened()
+
+    def _opened(self) -> ProcessPoolExecutor:
+        # the work goes to each process once: a pool that breaks while its queue is full would never end
+        return ProcessPoolExecutor(self._jobs, self._context, _begin, (self._work,))
+
+    def __enter__(self) -> ProcessWorkers:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self._end()
+
+    def _end(self) -> None:
+        """End the processes, whatever they are at: what is still being made nobody wants any more."""
+        # its thread may still write into a pipe that it closes: an interpreter that ends meanwhile prints a traceback
+        manager = getattr(self._pool, "_executor_manager_thread", None)
+        self._pool.shutdown(wait=False, cancel_futures=True)
+        for process in set(multiprocessing.active_children()) - self._before:
+            process.kill()
+        if manager is not None:
+            manager.join(_ENDING)
+
+    @property
+    def ahead(self) -> int:
+        """See `Remote`."""
+        return AHEAD * self._jobs
+
+    def submit(self, row: Row, check: bool) -> Future[MadeRow]:
+        """See `Remote`."""
+        try:
+            with _unheard():
+                return self._pool.submit(_made, row, check)
+        except BrokenProcessPool as error:
+            lost = Future[MadeRow]()
+            lost.set_exception(error)
+            return lost
+
+    def result(self, future: Future[MadeRow]) -> MadeRow | None:
+        """See `Remote`."""
+        try:
+            return future.result()
+        except (BrokenProcessPool, CancelledError):
+            return None
+
+    def recover(self, waiting: deque[tuple[Row, Any]]) -> Iterator[bool]:
+        """A pool that has lost a process ends; a new one goes on with what it had not made."""
+        self._end()
+        wait([future for _, future in waiting], _ENDING)
+        self._pool = self._opened()
+        for _, future in waiting:
+            lost = future.cancelled() or not future.done()
+            yield lost or isinstance(future.exception(), BrokenProcessPool)
+
+
+@contextlib.contextmanager
+def _unheard() -> Iterator[None]:
+    """A process that is begun meanwhile never hears Ctrl-C: that is for this one, which then ends it."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+class ClusterWorkers(Remote):
+    """The workers behind the scheduler at an address, as many as there are from time to time."""
+
+    def __init__(self, work: RowWork, address: str, say: Callable[[str], object]) -> None:
+        """`say` hears of it when nobody works.
+
+        Raises
+        ------
+        InputError
+            No scheduler answers there, or what talks to it is not installed.
+        """
+        super().__init__(work)
+        try:
+            self._distributed: Any = import_module("distributed")
+        except ImportError as error:
+            raise InputError("--cluster needs the extra cluster: pip install 'handout-driver[cluster]'.") from error
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what becomes of workers is said here
+        self._address, self._say = address, say
+        self._workers, self._looked = 0, float("-inf")
+        try:
+            self._client = self._distributed.Client(address, timeout=_ANSWER, set_as_default=False)
+        except (OSError, ValueError, TimeoutError) as error:
+            raise InputError(
+                f"--cluster: no scheduler answers at {address}: start one with dask scheduler, and workers with dask "
+                "worker --nthreads 1."
+            ) from error
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self._client.close()  # which gives up what is still being made
+
+    @property
+    def ahead(self) -> int:
+        """See `Remote`; workers may come and go."""
+        if time.monotonic() > self._looked + _LOOK:
+            self._workers, self._looked = self._present(), time.monotonic()
+        return min(AHEAD * max(self._workers, 1), _MOST)
+
+    def _present(self) -> int:
+        return len(self._client.scheduler_info(n_workers=-1)["workers"])
+
+    def submit(self, row: Row, check: bool) -> Any:
+        """See `Remote`."""
+        # what a lost worker was making the scheduler gives to another by itself
+        return self._client.submit(made_from, self._work, row, check, pure=False)
+
+    def result(self, future: Any) -> MadeRow | None:
+        """See `Remote`."""
+        told = False
+        while True:
+            try:
+                made = future.result(timeout=_PATIENCE)
+                assert isinstance(made, MadeRow)
+                return made
+            except TimeoutError:
+                if not told and self._client.status == "running" and not self._present():
+                    self._say(f"The cluster {self._address} has no worker at present: waiting for one.")
+                    told = True
+            except (
+                self._distributed.KilledWorker,
+                CancelledError,
+            ):  # with several workers, or the scheduler
+                return None
+
+    def recover(self, waiting: deque[tuple[Row, Any]]) -> Sequence[bool]:
+        """See `Remote`."""
+        if self._client.status != "running":
+            raise WorkersLost(f"The scheduler at {self._address} cannot be reached any more.")
+        return [future.status in ("error", "cancelled", "lost") for _, future in waiting]
+
+
+_work = b""  # that this process does
+
+
+def _begin(work: bytes) -> None:
+    """Begin a process: it ends with the one that it works for, however that ends."""
+    global _work
+    _work = work
+
+    def follow() -> None:
+        parent = multiprocessing.parent_process()
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=follow, daemon=True).start()
+
+
+def _made(row: Row, check: bool) -> MadeRow:
+    return made_from(_work, row, check)
+
+
+def counted(workers: RowWork | Remote, account: Account, say: Callable[..., object], check: bool = False) -> MakeRows:
+    """Rows as they are made, which an account counts; what is to be said of them is said once."""
+
+    def each(rows: Iterable[Row]) -> Iterator[PreparedRow]:
+        for made in workers.each(rows, check):
+            if new := account.add(made.account):
+                say(*new)
+            yield made.row
+
+    return each

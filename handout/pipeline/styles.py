@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from msgspec.structs import replace
@@ -19,8 +18,9 @@ from handout.motion.learned.model import LearnedMovement, Lesson, learn, primer_
 from handout.motion.learned.sequences import Inputs
 from handout.motion.styles.style import Style, check_style, find
 from handout.motion.styles.style_file import to_bytes
+from handout.pipeline.inputs import output_path
 from handout.pipeline.options import LessonOptions, StyleOptions, seed_of
-from handout.pipeline.results import SILENT, Listener, Result
+from handout.pipeline.results import SILENT, Delivery, Listener
 from handout.sources import read_drawing
 from handout.tables import Angle
 from handout.units import count
@@ -83,19 +83,6 @@ def _primed(style: Style, model: LearnedMovement, name: str) -> LearnedMovement:
     return LearnedMovement(model.dynamics, model.structure, {**model.primers, name: primer})
 
 
-@dataclass(frozen=True, kw_only=True)
-class LearnedStyle(Result):
-    """A style that was learned: of how many drawings and strokes, and its file."""
-
-    style: str
-    drawings: int
-    strokes: int
-    duration_s: float
-    primers: tuple[str, ...]
-    seed: int
-    files: tuple[Path, ...]
-
-
 # what a learned style's file says
 _TOML = """\
 title = {title}
@@ -121,7 +108,7 @@ def learn_style(
     output: str | Path,
     lesson: LessonOptions = LessonOptions(),
     listener: Listener = SILENT,
-) -> LearnedStyle:
+) -> Delivery:
     """Learn how a hand moves from drawings (GML, InkML, UNIPEN, SVG …), one is enough, and keep it as a .style file.
 
     The drawings of a file with several are examples each.
@@ -131,34 +118,30 @@ def learn_style(
     InputError
         A drawing that cannot be read, too little or too much to learn from, or a file of another name.
     """
-    path = Path(output)
-    if path.suffix.lower() != ".style":
-        raise InputError(f"{path}: a learned style is kept as .style: use {path.stem}.style.")
-    atomic.check_writable(path)
+    path = output_path(output, ".style", "a learned style is kept as")
     drawings = [drawing for example in examples for drawing in apart(read_drawing(example))]
     untimed = sum(not drawing.timed or "timing" in drawing.about for drawing in drawings)
     how = Lesson(lesson.size, cast(Inputs, lesson.inputs))
     rng = np.random.default_rng(seed_of(lesson.seed))
     learned = learn({path.stem: drawings}, rng, how, listener.progress)
     slow = "Examples without times say nothing of how fast the hand is."
-    result = LearnedStyle(
-        style=path.stem,
-        drawings=len(drawings),
-        strokes=learned.strokes,
-        duration_s=round(learned.duration, 3),
-        primers=tuple(learned.movement.primers),
-        seed=lesson.seed,
-        files=(path,),
-        notes=(slow,) if untimed else (),
-    )
-    atomic.write(path, to_bytes(toml_of(lesson.title or path.stem, result), learned.movement))
-    return result
+    told = {
+        "style": path.stem,
+        "drawings": len(drawings),
+        "strokes": learned.strokes,
+        "duration_s": round(learned.duration, 3),
+        "primers": list(learned.movement.primers),
+        "seed": lesson.seed,
+        "files": [str(path)],
+    }
+    atomic.write(path, to_bytes(toml_of(lesson.title or path.stem, told), learned.movement))
+    return Delivery(seed=lesson.seed, files=(path,), told=told, notes=(slow,) if untimed else ())
 
 
-def toml_of(title: str, learned: LearnedStyle) -> str:
-    """The text that a learned style's file begins with."""
-    notes = f"Learned from {count(learned.drawings, 'drawing')}, {count(learned.strokes, 'stroke')}."
-    return _TOML.format(title=json.dumps(title), notes=json.dumps(notes), duration=1e3 * learned.duration_s)
+def toml_of(title: str, told: Mapping[str, Any]) -> str:
+    """The text that a learned style's file begins with; told : of it, as `learn_style` does."""
+    notes = f"Learned from {count(told['drawings'], 'drawing')}, {count(told['strokes'], 'stroke')}."
+    return _TOML.format(title=json.dumps(title), notes=json.dumps(notes), duration=1e3 * told["duration_s"])
 
 
 def apart(drawing: Drawing) -> list[Drawing]:

@@ -38,7 +38,8 @@ def with_texts(name: str, drawing: Drawing, task: WritingTask) -> tuple[Drawing,
     written, left = _tried(texts, task)
     placed = _placed(texts, written)
     for number, group in tuple(placed.items()):
-        if _goes_over(drawing.page, group):
+        xy = np.concatenate([stroke.xy for stroke in group])
+        if (xy < 0).any() or (xy > (drawing.page.width, drawing.page.height)).any():
             left[title(texts[number].text)] = "it would go over the edge of the sheet: move it, or make it smaller"
             del placed[number], written[number]
     strokes = _in_order(drawing.strokes, texts, placed)
@@ -49,12 +50,6 @@ def with_texts(name: str, drawing: Drawing, task: WritingTask) -> tuple[Drawing,
     drawing = replace(drawing, strokes=strokes, about=about, timed=drawing.timed or not drawing.strokes)
     whole = _together([manuscript for _, manuscript in written.values()], drawing.page)
     return drawing, whole, tuple(notes)
-
-
-def _goes_over(page: Page, strokes: Sequence[Stroke]) -> bool:
-    """Whether some strokes leave a page."""
-    xy = np.concatenate([stroke.xy for stroke in strokes])
-    return bool((xy < 0).any() or (xy > (page.width, page.height)).any())
 
 
 def _together(manuscripts: Sequence[Manuscript], page: Page) -> Manuscript:

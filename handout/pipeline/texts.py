@@ -33,7 +33,7 @@ from handout.sinks import check_outputs as check_outputs
 from handout.values import Drawing, Line, Manuscript, Placed
 from handout.writing.compose import each_page, each_part
 from handout.writing.layout import Layout
-from handout.writing.text import Borrowed, unseen
+from handout.writing.text import LEFT_OUT, Borrowed, unseen
 
 if TYPE_CHECKING:
     from handout.hand.drawn import Hand
@@ -303,24 +303,26 @@ def _set(
     task = replace(task, hand=hand)
     if any(letter.doubted for letter in lacking):
         sheets = iter(pages := list(sheets))
-        lacking = list(_written(lacking, pages, author))
+        lines = [line for sheet in pages for line in sheet.manuscript.lines]
+        placed = (placed for line in lines for placed in line.placed if placed.glyph.letter)
+        lacking = list(written_letters(lacking, placed, author))
     left_out = [*lacking, *unseen(text)]
     borrowed = [letter_facts(letter) if row is None else {"row": row, **letter_facts(letter)} for letter in left_out]
     return task, (_with(sheet, "borrowed", borrowed) for sheet in sheets) if borrowed else sheets
 
 
-def _written(letters: Iterable[Borrowed], sheets: Sequence[Sheet], author: Hand | ScannedHand) -> Iterator[Borrowed]:
-    """What was lent to an author, of the letters that he has where it was written for his own alone."""
-    added = {
-        placed.at
-        for sheet in sheets
-        for line in sheet.manuscript.lines
-        for placed in line.placed
-        if placed.ink is not None and author.pages is not None and placed.ink.number >= len(author.glyphs)
-    }
+def written_letters(
+    letters: Sequence[Borrowed], placed: Iterable[Placed], author: Hand | ScannedHand
+) -> Iterator[Borrowed]:
+    """What was supplied to an author of the letters that were placed, and what was left out."""
+    own, lent = set[int](), set[int]()
+    for each in placed if letters else ():
+        foreign = each.ink is not None and author.pages is not None and each.ink.number >= len(author.glyphs)
+        (lent if foreign else own).add(each.at)
     for letter in letters:
-        lent = letter.doubted and not letter.of_author
-        at = tuple(place for place in letter.at if place in added) if lent else letter.at
+        # of a doubtful letter its own form may have been written all the same
+        there = lent if letter.doubted and not letter.of_author else own | lent
+        at = letter.at if letter.source == LEFT_OUT else tuple(place for place in letter.at if place in there)
         if at:
             yield replace(letter, at=at)
 
@@ -445,21 +447,17 @@ def draw(
 
         speed = task.speed * (_HURRIED if task.fast else 1.0)
         drawing = trace(page, task.hand, rng, task.kinematics, speed=speed, jitter=task.layout.jitter)
-        drawing = _posed(_styled(_in_colour(drawing, task), task, rng), task.pose) if drawing.strokes else drawing
+        drawing = _styled(_in_colour(drawing, task), task, rng) if drawing.strokes else drawing
+        if drawing.strokes and task.pose.pose is not None:
+            from handout.pipeline.poses import with_pose
+
+            drawing = with_pose(drawing, task.pose)
     if task.hand.pages is not None and not task.traced and wanted & INK:
         from handout.inking.pen_replacement import ink_drawing
 
         drawing = replace(ink_drawing(page, task.hand, task.pen_hand), strokes=drawing.strokes)
     told = {"program": f"handout {__version__}", "seed": task.seed, **words(page)}
     return replace(drawing, about={**told, **about, **drawing.about})
-
-
-def _posed(drawing: Drawing, pose: PoseOptions) -> Drawing:
-    if pose.pose is None:
-        return drawing
-    from handout.pipeline.poses import with_pose
-
-    return with_pose(drawing, pose)
 
 
 def _styled(drawing: Drawing, task: WritingTask, rng: np.random.Generator) -> Drawing:

@@ -1,17 +1,19 @@
-"""What is written (a text, a letter file, a drawing) as one kind of thing, and the verb `write`, which makes files."""
+"""What is written (a text, a letter file, a drawing) as one kind of thing, and what makes files: `write`, `export`."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Protocol
 
 from handout.inking.pen import is_brush
 from handout.pipeline import programs
 from handout.pipeline.inputs import Source, sent_source
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
-from handout.pipeline.results import SILENT, Facts, Listener, Result, Tally
+from handout.pipeline.plot_request import ExportOptions
+from handout.pipeline.results import SILENT, Delivery, Fact, Facts, Listener, Tally
 from handout.pipeline.texts import INK, STROKES, Pages, TextDocument, WritingTask, not_followed, prepare, style_notes
 from handout.progress import Tell, silent, within
 from handout.sinks import OF_INK, check_outputs, losses, write_drawings
@@ -119,29 +121,19 @@ def one_pen(document: Document) -> list[str]:
     return [f"{document.name} is in {named}, too: --layers colour stops for another pen."] if named else []
 
 
-@dataclass(frozen=True)
-class Written(Result):
-    """What `write` made: see `Tally` for the figures.
-
-    files : in the order of the outputs, pages in order.
-    paper : what is known of the lined paper that was written on.
-    words : where each word is, if that was asked for; see `word_places`.
-    """
-
-    tally: Tally
-    seed: int
-    hand: str
-    files: tuple[Path, ...]
-    paper: Facts | None = None
-    words: tuple[Facts, ...] = ()
-
-    def facts(self) -> Facts:
-        return {
-            **self.tally.facts(self.seed, self.hand, self.files),
-            **({"words": self.words} if self.words else {}),
-            **({"notes": list(self.notes)} if self.notes else {}),
-            **({"paper": self.paper} if self.paper else {}),
-        }
+def delivered(
+    tally: Tally,
+    task: WritingTask,
+    files: Sequence[Path],
+    notes: Sequence[str] = (),
+    before: Mapping[str, Fact] = MappingProxyType({}),
+    behind: Mapping[str, Fact] = MappingProxyType({}),
+) -> Delivery:
+    """What a task has delivered; before, behind : facts before and behind its notes and its lined paper."""
+    told = {**tally.facts(task.seed, task.hand.name, files), **before}
+    told |= {"notes": list(notes)} if notes else {}
+    told |= {"paper": dict(task.paper.facts)} if task.paper is not None and task.paper.facts else {}
+    return Delivery(tally=tally, seed=task.seed, files=tuple(files), told={**told, **behind}, notes=tuple(notes))
 
 
 def write(
@@ -154,7 +146,7 @@ def write(
     device: str | None = None,
     places: bool = False,
     listener: Listener = SILENT,
-) -> Written:
+) -> Delivery:
     """Write a text or a letter to files.
 
     Parameters
@@ -182,8 +174,39 @@ def write(
     notes = (*document.notes, *not_followed(task, wanted >= INK), *_unshown(task, drawn, paths))
     notes = (*notes, *style_notes(task, drawn), *losses(paths, drawn))
     even = machines.pressed_evenly() if task.pose.pose is not None else []
-    result = written(pages.tally, task, files, (*notes, *even, *task.given_notes))
-    return replace(result, words=tuple(pages.words())) if places else result
+    words = tuple(pages.words()) if places else ()
+    return delivered(pages.tally, task, files, (*notes, *even, *task.given_notes), {"words": words} if words else {})
+
+
+def export(
+    source: Source,
+    outputs: Sequence[str | Path],
+    writing: WritingOptions = WritingOptions(),
+    sheet: SheetOptions = SheetOptions(usual_page="A5"),
+    options: ExportOptions = ExportOptions(),
+) -> Delivery:
+    """Write a text, a letter or a drawing as programs of plotters, for something else to send.
+
+    Raises
+    ------
+    InputError, MissingCharacters, DoesNotFit
+        An option is wrong, the hand lacks letters, or a page is larger than the plotter; nothing is written then.
+    """
+    programs.check_suffixes(outputs)
+    paths, document = [Path(name) for name in outputs], open_document(source, writing, sheet)
+    machines = programs.Programs(
+        options.device, paths, fast=document.task.fast, fit=writing.fit, order=options.order, hooks=options.hooks
+    )
+    check_outputs(paths, machines.sinks)
+    pages, task = document.draw(STROKES), document.task
+    files = write_drawings(pages.drawings, paths, extra=machines.sinks)
+    even = machines.pressed_evenly() if task.pose.pose is not None else []
+    sentences, drawing = asked(document)
+    notes = (*sentences, *document.notes, *one_pen(document), *even, *style_notes(task, pages.drawings))
+    times = {"devices": {name: round(seconds, 2) for name, seconds in machines.seconds.items()}}
+    hooks_s = {name: round(seconds, 2) for name, seconds in machines.hooks_s.items()}
+    hooks: Facts = {"dips": machines.dips, "hooks_s": hooks_s} if hooks_s else {}
+    return delivered(pages.tally, task, files, notes, {**times, **drawing}, hooks)
 
 
 def write_sent(
@@ -195,8 +218,8 @@ def write_sent(
     device: str | None = None,
     pictures: Path | None = None,
     listener: Listener = SILENT,
-) -> Written:
-    """The same for what was sent from elsewhere, see `inputs.sent_source`, with where each word is."""
+) -> Delivery:
+    """Write what was sent from elsewhere, see `inputs.sent_source`, and tell where each word is."""
     source = sent_source(text, letter, pictures)
     return write(source, outputs, *options, device=device, places=True, listener=listener)
 
@@ -211,12 +234,6 @@ def drawings(
 def wanted_in(paths: Sequence[Path]) -> frozenset[str]:
     """What files of these names show of a scanned hand: its ink, its strokes, or both."""
     return frozenset[str]().union(*(INK if path.suffix.lower() in OF_INK else STROKES for path in paths))
-
-
-def written(tally: Tally, task: WritingTask, files: Sequence[Path], notes: tuple[str, ...] = ()) -> Written:
-    """The result of a task."""
-    paper = dict(task.paper.facts) if task.paper is not None and task.paper.facts else None
-    return Written(tally, task.seed, task.hand.name, tuple(files), paper, notes=notes)
 
 
 def _unshown(task: WritingTask, drawings: Sequence[Drawing], paths: Sequence[Path]) -> list[str]:

@@ -14,7 +14,7 @@ A table becomes rows with addresses:
 Pages become jobs:
 
     prepared.py    what a destination needs of a row's pages, made by any process
-    batch.py       `print_rows`, `make_rows`: the prepared pages of every row taken in their order, and sent or filed
+    batch.py       `make_rows`: the prepared pages of every row taken in their order, and sent or filed
     sending.py     jobs one after the other, what became of them, what is left of a batch that broke off
     several.py     several devices that share the rows of a batch, each in a thread
     journal.py     what became of every page of a batch, on the disk

@@ -165,22 +165,17 @@ def _block(text: str, names: Sequence[str]) -> tuple[list[str], list[str]]:
     return [line for line in names if line.casefold() not in held] + lines, warnings
 
 
-def _split_place(fields: Fields) -> Fields:
-    """The fields with a place in one cell split into city, state and postal code, where that is possible."""
-    parts = place_parts(_first(fields, "place"))
-    if not parts or set(parts) & set(fields):
-        return fields
-    rest = {role: cells for role, cells in fields.items() if role != "place"}
-    return {**rest, **{role: [value] for role, value in parts.items()}}
-
-
-def _mend_postcode(fields: Fields) -> tuple[Fields, list[str]]:
-    """The fields with a postal code exported as a decimal number ("62704.0") mended; and a warning that says so."""
-    code = _first(fields, "postcode")
+def _mend(fields: Fields) -> tuple[Fields, list[str]]:
+    """The fields with a place in one cell split where that is possible, and a postal code "62704.0" whole; warnings."""
+    parts, mended = place_parts(_first(fields, "place")), dict(fields)
+    if parts and not set(parts) & set(fields):
+        del mended["place"]
+        mended |= {role: [value] for role, value in parts.items()}
+    code = _first(mended, "postcode")
     if not re.fullmatch(r"\d+\.0+", code):
-        return fields, []
-    mended = code.split(".")[0]
-    return {**fields, "postcode": [mended]}, [f"postal code {code} was read as {mended}"]
+        return mended, []
+    mended["postcode"] = [code.split(".")[0]]
+    return mended, [f"postal code {code} was read as {mended['postcode'][0]}"]
 
 
 def lines(fields: Fields, number_first: bool = False) -> tuple[tuple[str, ...], list[str], str]:
@@ -198,7 +193,7 @@ def lines(fields: Fields, number_first: bool = False) -> tuple[tuple[str, ...], 
     tuple
         (lines, warnings, problem); `lines` is empty where `problem` is not.
     """
-    fields, warnings = _mend_postcode(_split_place(fields))
+    fields, warnings = _mend(fields)
     country_name = _first(fields, "country")
     country = (
         countries.find(country_name)

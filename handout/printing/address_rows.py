@@ -65,8 +65,8 @@ def row(number: int, texts: Sequence[str], columns: Sequence[Column], wanted: st
         Two columns hold the same thing, and differ.
     """
     by_header = _name_cells(columns, texts)
-    of_address = [(column, text) for column, text in zip(columns, texts, strict=False) if column.role not in SETTINGS]
-    cells = [Cell(column, text) for column, text in of_address if text and column.role]
+    filled = [Cell(column, text) for column, text in zip(columns, texts, strict=False) if text]
+    cells = [cell for cell in filled if cell.role not in ("", *SETTINGS)]
     problem = _unreadable(texts, columns, cells)
     if problem:
         return Row(number, (), (), problem, by_header)
@@ -79,7 +79,9 @@ def row(number: int, texts: Sequence[str], columns: Sequence[Column], wanted: st
     lines, doubts, problem = address.lines(fields, number_first)
     if not problem:
         _note_written(number, chosen, lines, account)
-        if _has_name(fields, lines):
+        # an address that came as a whole begins with a name, which has no number in it
+        whole = "address" in fields and not set(fields) & address.PARTS and len(lines) > 2
+        if set(fields) & PEOPLE or (whole and not any(char.isdigit() for char in lines[0])):
             account.has_names = True
         else:
             warnings.append("it has no name")
@@ -241,14 +243,6 @@ def _collect_people(chosen: Sequence[Cell]) -> list[str]:
         people[-1].setdefault(role, []).append(_write_out(cell))
         last = role
     return list(dict.fromkeys(name for person in people if (name := address.person(person))))
-
-
-def _has_name(fields: dict[str, list[str]], lines: Sequence[str]) -> bool:
-    if set(fields) & PEOPLE:
-        return True
-    # an address that came as a whole begins with a name, which has no number in it
-    whole = "address" in fields and not set(fields) & address.PARTS
-    return whole and len(lines) > 2 and not any(char.isdigit() for char in lines[0])
 
 
 def _note_written(number: int, chosen: Sequence[Cell], lines: Sequence[str], account: Account) -> None:

@@ -5,89 +5,46 @@ from __future__ import annotations
 import itertools
 import threading
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack
-from dataclasses import dataclass, field, replace
-from functools import partial
+from dataclasses import dataclass, replace
 from pathlib import Path
-from types import TracebackType
-from typing import Self, cast
 
 from handout import atomic, units
 from handout.errors import InputError
-from handout.inking.device_pixels import Calibrate
 from handout.printing import media
-from handout.printing.envelope import address_layout, address_text
 from handout.printing.journal import BACK, ENVELOPE, Journal, Piece
 from handout.printing.prepared import (
-    BatchPage,
     Destination,
     Document,
-    Folder,
     MakeRows,
     PdfPage,
     Picture,
     PreparedPage,
     PreparedRow,
-    RowMaker,
 )
 from handout.printing.printers import open_queue, ticket
-from handout.printing.queue import Device, Queue, Say, SimulatedQueue
+from handout.printing.queue import Queue, Say, SimulatedQueue
 from handout.printing.rows import Row, select
 from handout.printing.sending import (
-    SILENT,
+    BatchRun,
     Checked,
     Failed,
     Job,
-    Listener,
     Remaining,
     Report,
+    Spool,
     pieces,
     remaining,
-    send,
+    tell_rows,
 )
-from handout.printing.several import Several, Spool, send_to_several
+from handout.printing.several import Several
 from handout.profiles import Printer
-from handout.sinks import drawing_file, picture_pdf
-from handout.values import Drawing, Page, Raster
-from handout.writing.layout import Layout
+from handout.progress import Tell, silent
+from handout.sinks import picture_pdf
+from handout.values import Page
 
 MOST_COPIES = 100  # of a row; set by eye, against a slip of the keyboard
 
-# text, layout, number of the row → the page as it is written; the row's own random stream is the caller's matter
-Write = Callable[[str, Layout, int], Drawing]
-Ink = Callable[[Drawing, int], Raster]
-
 SIMULATED = Path("printed")  # the folder of a simulated queue that was given none
-
-
-def _plain_ink(drawing: Drawing, dpi: int) -> Raster:
-    from handout.inking.plain import ink
-
-    return ink(drawing, dpi)
-
-
-@dataclass(frozen=True)
-class PageMaker:
-    """How an address becomes a page, and the page pixels or a picture.
-
-    write : (text, layout, row number) → Drawing.
-    ink : (drawing, dpi) → Raster, the ink as it is.
-    calibrate : the calibration of printer and paper, if there is one.
-    x_height : mm; None: chosen for each address.
-    about : seed, hand and options, stored in every PDF.
-    """
-
-    write: Write
-    ink: Ink = _plain_ink
-    calibrate: Calibrate | None = None
-    x_height: float | None = None
-    about: Mapping[str, object] = field(default_factory=dict)
-
-    def envelope(self, row: Row, page: Page) -> BatchPage:
-        """The envelope of a row."""
-        layout = address_layout(page, len(row.lines), max(map(len, row.lines)), self.x_height)
-        drawing = self.write(address_text(row), layout, row.number)
-        return BatchPage(ENVELOPE, drawing, partial(self.ink, drawing), self.calibrate, partial(drawing_file, drawing))
 
 
 @dataclass(frozen=True)
@@ -109,54 +66,6 @@ class BatchOptions:
     all_or_none: bool = False
 
 
-def print_rows(
-    rows: Sequence[Row],
-    maker: PageMaker,
-    profile: Printer,
-    page: Page,
-    options: BatchOptions = BatchOptions(),
-    *,
-    queue: Queue | None = None,
-    journal: Journal | None = None,
-    listener: Listener = SILENT,
-) -> Report:
-    """Address an envelope for every row and print it, or write it to a file.
-
-    Each envelope is made, then sent; rows that fail are reported together and the others are done.  Each is a job of
-    its own, so that a jam costs one envelope.
-
-    Parameters
-    ----------
-    rows : sequence of Row
-        The whole table.
-    profile : Printer
-        The machine; one that is a file (`profile.file`) needs `options.out`.
-    page : Page
-        The envelope as it is read.
-    queue : Queue, optional
-        Otherwise the profile's own, checked to exist before any work is done.
-    journal : Journal, optional
-        Keeps what became of every envelope; one that goes on with an earlier run says what is left.
-
-    Raises
-    ------
-    InputError
-        Rows that do not exist, copies out of bounds, a file that cannot be written.
-    PrinterError
-        No queue.
-    PrintingStopped
-        The queue refused a page after others had been sent.
-    """
-    journal = journal or Journal()
-    chosen_rows(rows, options, journal.resumed)
-    # what is wrong with the page or the size is wrong for every row: said once, now
-    address_layout(page, 1, 1, maker.x_height)
-    way = Way(profile, lambda page: profile, maker.about, queue=queue, resumed=journal.resumed, say=listener.say)
-    with destination(way, options, [page]) as place:
-        make = RowMaker(lambda row: [maker.envelope(row, page)], place.prepare).each
-        return make_rows(rows, make, place, options, journal, listener=listener)
-
-
 def make_rows(
     rows: Sequence[Row],
     make: MakeRows,
@@ -164,7 +73,7 @@ def make_rows(
     options: BatchOptions,
     journal: Journal,
     *,
-    listener: Listener = SILENT,
+    tell: Tell = silent,
     check: MakeRows | None = None,
 ) -> Report:
     """Hand the pages of every row that is asked for to the device exactly once, each as soon as it is made.
@@ -185,38 +94,30 @@ def make_rows(
     """
     chosen, again = chosen_rows(rows, options, journal.resumed)
     copies = {row.number: options.copies * row.copies for row in chosen}
-    todo = Remaining([row.number for row in chosen if not row.problem])
-    if devices := _list_devices(place):
-        todo = remaining(journal, devices, todo.fresh, copies, again)
+    sender = place if isinstance(place, Spool | Several) else None
+    todo = Remaining(_makeable(chosen))
+    if sender is not None:
+        todo = remaining(journal, sender.devices, todo.fresh, copies, again)
         left = todo.rows  # worked out once: a table may have 100,000
         chosen = [row for row in chosen if row.problem or row.number in left]
-    checked = Checked(wanted=[row.number for row in chosen if not row.problem], said=journal.told)
-    if options.all_or_none and devices:
-        _check_rows((check or make)(chosen), len(chosen), listener)
+    checked = Checked(wanted=_makeable(chosen), said=journal.told)
+    if options.all_or_none and sender is not None:
+        _check_rows((check or make)(chosen), len(chosen), tell)
     taken, jobs = _take_rows(make(chosen), place, copies, checked), tuple[Job, ...]()
-    if devices:
+    if sender is not None:
         taken = _skip_lost(taken, checked, todo, journal, again)
-        jobs = _choose_sender(place)(taken, checked, todo, _list_makeable(rows), journal, listener)
+        jobs = sender.send_rows(taken, BatchRun(checked, _makeable(rows), journal, todo), tell)
     else:
-        _make_all(taken, checked, options, len(chosen), listener)
+        _make_files(taken, checked, options, len(chosen), tell)
     place.finish()
     done = tuple(sorted({*checked.done, *(piece.row for piece in todo.wait)}))
     before, unknown = tuple(todo.done), tuple(todo.unknown)
     return Report(done, tuple(checked.failed), place.files(), jobs, tuple(checked.warnings), before, unknown)
 
 
-def _choose_sender(place: Destination) -> Callable[..., tuple[Job, ...]]:
-    """What sends the pages of a destination that has devices."""
-    return partial(send_to_several, place) if isinstance(place, Several) else partial(send, cast("Spool", place))
-
-
-def _list_makeable(rows: Sequence[Row]) -> list[int]:
+def _makeable(rows: Sequence[Row]) -> list[int]:
+    """The numbers of the rows that can be made, as far as is known."""
     return [row.number for row in rows if not row.problem]
-
-
-def _list_devices(place: Destination) -> list[Device]:
-    """That a destination sends pages to; none where it writes files."""
-    return place.devices if isinstance(place, Several) else [place.queue] if isinstance(place, Spool) else []
 
 
 def _take_rows(
@@ -253,21 +154,21 @@ def _skip_lost(
             yield []
 
 
-def _make_all(
-    taken: Iterable[Sequence[Piece]], checked: Checked, options: BatchOptions, total: int, listener: Listener
+def _make_files(
+    taken: Iterable[Sequence[Piece]], checked: Checked, options: BatchOptions, total: int, tell: Tell
 ) -> None:
     """Make all rows, for a file that appears whole or not at all."""
     for number, _ in enumerate(taken):
-        listener.progress(number, total, "make")
+        tell_rows(tell, "make", number, total)
     if options.all_or_none and checked.failed:
         raise RowsRefused(checked.failed, checked.warnings)
 
 
-def _check_rows(checked: Iterable[PreparedRow], total: int, listener: Listener) -> None:
+def _check_rows(checked: Iterable[PreparedRow], total: int, tell: Tell) -> None:
     """Raise RowsRefused where a row cannot be made."""
     found = Checked()
     for number, row in enumerate(checked):
-        listener.progress(number, total, "check")
+        tell_rows(tell, "check", number, total)
         found.warn(row.number, row.warnings)
         found.failed += [Failed(row.number, row.problem)] if row.problem else []
     if found.failed:
@@ -320,24 +221,16 @@ class Way:
     calibrated: bool = True
 
 
-class PdfFile:
+class PdfFile(Destination):
     """All pages in one PDF, each as it is read; the file appears when the batch is done."""
 
     def __init__(self, path: Path, way: Way) -> None:
         """Check now that `path` can be written."""
+        super().__init__()
         atomic.check_writable(path)
         self._path, self._way = path, way
-        self._stack = ExitStack()
         self._writer: picture_pdf.PdfWriter | None = None
         self.prepare = PdfPage(way.fed, way.profile.dpi)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._stack.__exit__(kind, error, trace)
 
     def take(self, number: int, pages: Sequence[PreparedPage], copies: int) -> None:
         """Add the row's pages, once for each copy."""
@@ -349,15 +242,12 @@ class PdfFile:
             for sheet, picture in pictures:
                 self._writer.add_picture(sheet, picture)
 
-    def finish(self) -> None:
-        """Nothing: pages are written as they are taken."""
-
     def files(self) -> tuple[Path, ...]:
         """The PDF, if it has a page."""
         return (self._path,) if self._writer is not None else ()
 
 
-class PictureFiles(Folder):
+class PictureFiles(Destination):
     """A file a page: ``cards.png`` becomes ``cards-002.png``, ``cards-003.png`` …, numbered as the table's rows.
 
     Of a row with several pages they are ``cards-002-letter-1.png``, ``cards-002-letter-2.png``, ``cards-002.png``.
@@ -388,12 +278,15 @@ class PictureFiles(Folder):
         return tuple(self._pages)
 
 
-class PrintSpool(Folder):
+class PrintSpool(Spool):
     """Pages prepared for a printer's queue, each a document in the direction of feed, in a temporary folder.
 
     Where envelopes are fed from a tray of their own, the pages of a row come out one after the other; else all
     letters come first, and somebody is asked once for the envelopes, and once for their backs.
     """
+
+    queue: Queue
+    prepare: Document
 
     def __init__(self, queue: Queue, way: Way, sheets: Collection[Page] = ()) -> None:
         """`sheets` are the sizes of the pages of a row; nothing is sent before `send` is called."""
@@ -433,7 +326,8 @@ class PrintSpool(Folder):
             name = page.name or f"{page.width:g} x {page.height:g} mm"
             back = " again, with their backs to the print side and in the same order" if piece.part == BACK else ""
             where = f" at {self.queue.name}" if self._way.shared else ""
-            self._way.change(f"Put in the envelopes ({name}){back}{where}")
+            what = "the envelopes" if number else "the letters' paper"
+            self._way.change(f"Put in {what} ({name}){back}{where}")
         self._last = number
 
     def send(self, sheet: Sequence[Piece], title: str) -> str:

@@ -8,8 +8,9 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 from handout.errors import InputError
 from handout.printing.column_names import (
@@ -55,8 +56,7 @@ _NEXT_ASSIGNMENT = re.compile(r",(?=[^,=]+=)")
 _UNUSED = frozenset({"none", "unused", "-"})
 
 
-@dataclass(frozen=True)
-class Meaning:
+class Meaning(NamedTuple):
     """What a header says: a role, which of a person's addresses it belongs to, and the roles that share the column.
 
     kind : "" or "home", "business", "1" …; parts : in their order, where one column holds several things.
@@ -69,23 +69,13 @@ class Meaning:
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a table: its place from 1, its header, and what it means; None where that is not known."""
+    """A column of a table: its place from 1, its header, and its `Meaning`, without a role where that is not known."""
 
     number: int
     header: str
-    meaning: Meaning | None = None
-
-    @property
-    def role(self) -> str | None:
-        return self.meaning.role if self.meaning else None
-
-    @property
-    def kind(self) -> str:
-        return self.meaning.kind if self.meaning else ""
-
-    @property
-    def parts(self) -> tuple[str, ...]:
-        return self.meaning.parts if self.meaning else ()
+    role: str | None = None
+    kind: str = ""
+    parts: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -133,7 +123,7 @@ def _numbered(header: str) -> Meaning | None:
     if normalised(rest) in LABELS:
         return Meaning(LABEL, number)
     part = meaning(rest)
-    return replace(part, kind=number) if part and part.role in ADDRESS else None
+    return part._replace(kind=number) if part and part.role in ADDRESS else None
 
 
 def _words(header: str) -> list[str]:
@@ -149,7 +139,7 @@ def _without_fillers(header: str) -> Meaning | None:
             continue
         sense = _listed(rest) or _without_fillers(rest)
         if sense is not None and normalised(rest) not in AMBIGUOUS_NUMBERS and _fits_kind(sense.role, kind):
-            return replace(sense, kind=kind or sense.kind)
+            return sense._replace(kind=kind or sense.kind)
     name = normalised(header)
     for prefix in _PREFIXES:  # Lieferstraße, Gastname
         rest = name.removeprefix(prefix)
@@ -216,7 +206,7 @@ def columns(headers: Sequence[str]) -> list[Column]:
     is the first name; "Adresse" beside columns for postcode or city is the street; "Region" is the state and
     "Ortsteil" the town where there is no other column for it.
     """
-    row = [Column(n, header, meaning(header)) for n, header in enumerate(headers, 1)]
+    row = [Column(n, header, *(meaning(header) or ())) for n, header in enumerate(headers, 1)]
     for kind in sorted({column.kind for column in row}):
         roles = {column.role for column in row if column.kind in ("", kind)}
         row = [_replace_role(column, _role_beside(column, roles)) if column.kind == kind else column for column in row]
@@ -227,7 +217,7 @@ def _replace_role(column: Column, role: str | None) -> Column:
     """The column with another role, or without a meaning."""
     if role == column.role:
         return column
-    return Column(column.number, column.header, Meaning(role, column.kind) if role else None)
+    return Column(column.number, column.header, *((role, column.kind) if role else ()))
 
 
 def _role_beside(column: Column, roles: set[str | None]) -> str | None:
@@ -335,8 +325,7 @@ def assign(assignments: Sequence[Assignment], columns: Sequence[Column]) -> list
 def _assign_role(column: Column, roles: dict[int, str | None]) -> Column:
     if column.number in roles:
         role = roles[column.number]
-        parts = column.parts if column.role == role else ()
-        return Column(column.number, column.header, Meaning(role, parts=parts) if role else None)
+        return Column(column.number, column.header, role, parts=column.parts if role and column.role == role else ())
     return column if column.role not in set(roles.values()) else Column(column.number, column.header)
 
 

@@ -15,7 +15,7 @@ from handout.errors import PrinterError
 from handout.printing.ipp.client import Client
 from handout.printing.ipp.queue import earlier_outcome
 from handout.printing.ipp.transport import Transport, parse_address
-from handout.printing.queue import Outcome, OutcomeUnknown, Ticket
+from handout.printing.queue import Outcome, OutcomeUnknown, Queue, Ticket
 
 WAY_OUT = "use --dry-run out.pdf to write a file instead"
 NO_LP = f"The command lp is not installed (on Debian it is in the package cups-client): {WAY_OUT}."
@@ -42,23 +42,18 @@ class _TimedOut(PrinterError):
     """A command of the print system did not come to an end."""
 
 
-class CupsQueue:
-    """A queue of the print system of Linux and macOS."""
+class CupsQueue(Queue):
+    """A queue of the print system of Linux and macOS, which makes of a page what the printer takes.
 
-    format = "pdf"
+    It says what it does not like when a page is sent; a job is in flight only until it has taken it.
+    """
+
     keeps = True
 
     def __init__(self, name: str, wait: Callable[[float], object] = time.sleep) -> None:
         """`wait` is called with the seconds between attempts at a busy queue."""
         self.name = name
         self._wait = wait
-
-    def resolution(self, wanted: int) -> int:
-        """As wanted: CUPS makes of a page what the printer takes."""
-        return wanted
-
-    def check(self, ticket: Ticket) -> None:
-        """Nothing: CUPS says what it does not like when it is sent."""
 
     def follow(self, job: str, title: str) -> Outcome:
         """Nothing to wait for: CUPS prints by itself what it has taken."""
@@ -68,16 +63,16 @@ class CupsQueue:
         """What the print system says of a job, in IPP: ``lpstat`` does not tell printed from cancelled."""
         number = job.rpartition("-")[2]
         try:
+            done = _run(["lpstat", "-H"])
+            server = done.stdout.strip() if done is not None and done.returncode == 0 else ""
+            # one that is reached through a socket in a folder listens on its port too
+            host = server if server and not server.startswith("/") else "localhost:631"
             # CUPS tells of a job by its title to the person who sent it only
-            address = parse_address(f"ipp://{_server()}/printers/{quote(self.name.split('/')[0])}")
+            address = parse_address(f"ipp://{host}/printers/{quote(self.name.split('/')[0])}")
             client = Client(Transport(address), wait=self._wait, user=getuser())
             return earlier_outcome(client, number if number[:1].isdigit() else "", title, earlier)
         except PrinterError:
             return Outcome("unknown", "the print system cannot be asked about it")
-
-    def cancel(self, job: str, title: str) -> Outcome:
-        """Nothing: a job is in flight only until CUPS has taken it."""
-        return self.outcome(job, title)
 
     def send(self, pdf: Path, ticket: Ticket) -> str:
         """Queue one PDF with ``lp``; a busy queue is asked again for about seven seconds.
@@ -98,7 +93,9 @@ class CupsQueue:
                 return f"{self.name}-{job}"
             raise OutcomeUnknown(f"{error} Whether the page was queued cannot be told.") from error
         if done.returncode != 0:
-            raise PrinterError(f"Queue {self.name!r} refused the page: {_reason(done)}")
+            reason = " ".join(done.stderr.split()) or f"lp ended with status {done.returncode}"
+            reason = reason.removeprefix("lp: ").removeprefix("Error - ").removesuffix(".")
+            raise PrinterError(f"Queue {self.name!r} refused the page: {reason}.")
         match = _REQUEST.search(done.stdout)
         return match.group(1) if match else ""
 
@@ -127,13 +124,6 @@ def default() -> str:
     return done.stdout.partition(":")[2].strip()
 
 
-def _server() -> str:
-    """Host and port of the print system; one that is reached through a socket in a folder listens on its port too."""
-    done = _run(["lpstat", "-H"])
-    server = done.stdout.strip() if done is not None and done.returncode == 0 else ""
-    return server if server and not server.startswith("/") else "localhost:631"
-
-
 def _run(command: Sequence[str]) -> subprocess.CompletedProcess[str] | None:
     """The command's result, its words in English; None where it is not installed."""
     english = {**os.environ, "LC_ALL": "C"}
@@ -147,10 +137,3 @@ def _run(command: Sequence[str]) -> subprocess.CompletedProcess[str] | None:
         raise _TimedOut(f"The command {command[0]} did not come to an end in {_TIMEOUT:g} s.") from error
     except OSError as error:
         raise PrinterError(f"The command {command[0]} did not work: {error}; {WAY_OUT}.") from error
-
-
-def _reason(done: subprocess.CompletedProcess[str]) -> str:
-    """What the command said of its failure, as one sentence."""
-    reason = " ".join(done.stderr.split()) or f"lp ended with status {done.returncode}"
-    reason = reason.removeprefix("lp: ").removeprefix("Error - ")
-    return reason if reason.endswith(".") else f"{reason}."

@@ -138,10 +138,6 @@ def _pwg(page: Page, pixels: DevicePixels, about: About) -> bytes:
     return pwg(page_pixels(page, pixels), round(pixels.dpi), page, "" if name.startswith("Custom") else name)
 
 
-def _urf(page: Page, pixels: DevicePixels, about: About) -> bytes:
-    return urf(page_pixels(page, pixels), round(pixels.dpi))
-
-
 def png(pixels: Pixels, dpi: float) -> bytes:
     """(height, width, 3) uint8 as a PNG."""
     from PIL import Image
@@ -151,10 +147,11 @@ def png(pixels: Pixels, dpi: float) -> bytes:
     return stream.getvalue()
 
 
-def _png(page: Page, pixels: DevicePixels, about: About) -> bytes:
-    return png(page_pixels(page, pixels), pixels.dpi)
-
-
-WRITERS: Mapping[str, Writer] = {"pdf": _pdf, "pwg": _pwg, "urf": _urf, "png": _png}
+WRITERS: Mapping[str, Writer] = {
+    "pdf": _pdf,
+    "pwg": _pwg,
+    "urf": lambda page, pixels, about: urf(page_pixels(page, pixels), round(pixels.dpi)),
+    "png": lambda page, pixels, about: png(page_pixels(page, pixels), pixels.dpi),
+}
 # what IPP calls them
 MIME = {"pdf": "application/pdf", "pwg": "image/pwg-raster", "urf": "image/urf", "png": "image/png"}

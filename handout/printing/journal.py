@@ -111,25 +111,65 @@ def folder() -> Path:
 
 
 @dataclass
-class Journal:
-    """The journal of one run; without a stream it is kept in memory only.  Threads may write it.
+class JournalRun:
+    """A run as read from its file, with its resumptions.
 
-    run : a random token in the titles of its jobs, which tells them from all others.
+    token : its name, of the run that began the batch; head : how it was begun, empty where that is damaged.
     parts : number of a row of which something was sent → what it consists of, in order.
     damaged : the first line of its file that is, 0 for none; lost : of how many pages at most, that may have been sent,
-    nothing is known for that.
+    nothing is known for that; begun : pages, in all of its runs.
+    ended : "done", why it ended, or "" where nobody wrote that down.
     """
 
-    run: str = field(default_factory=lambda: _token())
-    seed: int = 0
-    resumed: bool = False
-    path: Path | None = None
+    token: str
+    head: dict[str, Any] = field(default_factory=dict)
     steps: dict[Piece, Step] = field(default_factory=dict)
     parts: dict[int, tuple[str, ...]] = field(default_factory=dict)
     damaged: int = 0
     lost: int = 0
-    begun: int = 0  # pages, in all of its runs
-    of: str = ""  # the run that began the batch
+    begun: int = 0
+    ended: str = ""
+
+    def add(self, entry: Mapping[str, Any], gap: Damage | None) -> None:
+        """What a line says that is none of a beginning; gap : what is damaged before it."""
+        self.damaged = self.damaged or (0 if gap is None else gap.line)
+        state: State | None = entry.get("state")
+        # as many pages may have been begun in lines that are damaged as there is room for
+        expected = self.begun + (state == "sending")
+        told = int(entry.get("n", expected + (0 if gap is None else gap.size // _SHORTEST + 1)))
+        self.lost, self.begun = self.lost + max(told - expected, 0), max(told, expected)
+        if state is None:
+            self.ended = entry.get("ended", "")
+        if "settled" in entry:
+            self.lost = 0
+        if "parts" in entry:
+            self.parts[int(entry["row"])] = tuple(map(str, entry["parts"]))
+        if state is None:
+            return
+        piece = Piece(int(entry["row"]), int(entry["copy"]), str(entry.get("part", ENVELOPE)))
+        known, more = self.steps.get(piece), {name: str(entry[name]) for name in _TOLD if name in entry}
+        under_way = known is not None and known.state in ("sending", "sent", "doubtful")
+        if self.lost and state in ("sent", "completed", "failed") and not under_way:
+            self.lost -= 1  # it is this one whose beginning is lost, with what it was called
+            if state == "sent":
+                state, more["why"] = "doubtful", f"line {self.damaged} of the journal, which said more, is damaged"
+        _add(self.steps, piece, state, more)
+        self.parts.setdefault(piece.row, _ALONE)
+        self.ended = ""
+
+
+@dataclass
+class Journal(JournalRun):
+    """The journal of one run; without a stream it is kept in memory only.  Threads may write it.
+
+    run : a random token in the titles of its jobs, which tells them from all others.
+    """
+
+    token: str = ""
+    run: str = field(default_factory=lambda: _token())
+    seed: int = 0
+    resumed: bool = False
+    path: Path | None = None
     _file: JournalFile | None = None
     _head: Mapping[str, Any] | None = None  # written before the first step: a run that sends nothing leaves no trace
     _lock: threading.RLock = field(default_factory=threading.RLock)
@@ -197,7 +237,7 @@ class Journal:
             head = [] if self._head is None else [self._head] if self.resumed else [self._head, self._head]
             before = self.begun - (entry.get("state") == "sending")
             numbered = [*((line, before) for line in head), (entry, self.begun)]
-            lines = [json.dumps({**line, "of": self.of or self.run, "n": begun}) for line, begun in numbered]
+            lines = [json.dumps({**line, "of": self.token, "n": begun}) for line, begun in numbered]
             try:
                 self._file.add(b"".join(map(seal, lines)))
                 self._file.sync()
@@ -229,7 +269,7 @@ def begin(what: Batch, seed: int, place: Path | None = None, afresh: bool = Fals
             )
     run = _token()
     head = {"begun": _now(), "run": run, "table": str(what.table), "facts": dict(what.facts), "seed": seed}
-    return Journal(run, seed, False, path, of=run, _file=file, _head=head)
+    return Journal(run, run=run, seed=seed, path=path, _file=file, _head=head)
 
 
 def resume(what: Batch, place: Path | None = None) -> Journal:
@@ -252,8 +292,7 @@ def resume(what: Batch, place: Path | None = None) -> Journal:
             raise InputError(_explain_lost_head(last, what, path))
     run = _token()
     head = {"resumed": _now(), "run": run}
-    known = (last.steps, last.parts, last.damaged, last.lost, last.begun, last.token)
-    return Journal(run, last.head["seed"], True, path, *known, _file=file, _head=head)
+    return Journal(**vars(last), run=run, seed=last.head["seed"], resumed=True, path=path, _file=file, _head=head)
 
 
 _BUSY = "This batch is being printed by another program at this moment: wait until it is through."
@@ -284,51 +323,6 @@ def _explain_lost_head(run: JournalRun, what: Batch, path: Path) -> str:
         f"it said how it was begun; {'; '.join(told)}. Look which sheets are there, and print the others with "
         f"--rows; to print all of it again, delete {path}."
     )
-
-
-@dataclass
-class JournalRun:
-    """A run as read from its file, with its resumptions.
-
-    token : its name; head : how it was begun, empty where that is damaged.
-    ended : "done", why it ended, or "" where nobody wrote that down.
-    damaged, lost, begun : as of a `Journal`.
-    """
-
-    token: str
-    head: dict[str, Any]
-    steps: dict[Piece, Step] = field(default_factory=dict)
-    parts: dict[int, tuple[str, ...]] = field(default_factory=dict)
-    damaged: int = 0
-    lost: int = 0
-    begun: int = 0
-    ended: str = ""
-
-    def add(self, entry: Mapping[str, Any], gap: Damage | None) -> None:
-        """What a line says that is none of a beginning; gap : what is damaged before it."""
-        self.damaged = self.damaged or (0 if gap is None else gap.line)
-        state: State | None = entry.get("state")
-        expected = self.begun + (state == "sending")
-        told = int(entry.get("n", expected + _most(gap)))
-        self.lost, self.begun = self.lost + max(told - expected, 0), max(told, expected)
-        if state is None:
-            self.ended = entry.get("ended", "")
-        if "settled" in entry:
-            self.lost = 0
-        if "parts" in entry:
-            self.parts[int(entry["row"])] = tuple(map(str, entry["parts"]))
-        if state is None:
-            return
-        piece = Piece(int(entry["row"]), int(entry["copy"]), str(entry.get("part", ENVELOPE)))
-        known, more = self.steps.get(piece), {name: str(entry[name]) for name in _TOLD if name in entry}
-        under_way = known is not None and known.state in ("sending", "sent", "doubtful")
-        if self.lost and state in ("sent", "completed", "failed") and not under_way:
-            self.lost -= 1  # it is this one whose beginning is lost, with what it was called
-            if state == "sent":
-                state, more["why"] = "doubtful", f"line {self.damaged} of the journal, which said more, is damaged"
-        _add(self.steps, piece, state, more)
-        self.parts.setdefault(piece.row, _ALONE)
-        self.ended = ""
 
 
 def last_run(table: Path, place: Path | None = None) -> JournalRun | None:
@@ -368,7 +362,7 @@ def _add_line(run: JournalRun | None, entry: dict[str, Any], gap: Damage | None)
     """A run with a line more, or the run that the line begins; gap : what is damaged before it."""
     token = str(entry.get("run" if "begun" in entry else "of", "" if run is None else run.token))
     if run is None or run.token != token:
-        run = JournalRun(token, {})
+        run = JournalRun(token)
     if "begun" in entry:
         run.head, run.damaged = entry, run.damaged or (0 if gap is None else gap.line)
     else:
@@ -386,11 +380,6 @@ def _entry(line: str) -> dict[str, Any] | None:
         if whole and all(type(each) is int for each in numbers) and entry.get("state", "sent") in get_args(State):
             return dict(entry)
     return None
-
-
-def _most(gap: Damage | None) -> int:
-    """How many pages may have been begun in lines that are damaged."""
-    return 0 if gap is None else gap.size // _SHORTEST + 1
 
 
 def _explain_nothing_to_resume(what: Batch, place: Path) -> str:

@@ -7,12 +7,13 @@ plotter) depends on the row and the destination's settings alone; it is made by 
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from types import TracebackType
-from typing import Protocol, Self
+from typing import Self
 
 from handout.errors import InputError
 from handout.inking.device_pixels import Calibrate, DevicePixels, device_pixels
@@ -74,47 +75,29 @@ class PreparedRow:
     problem: str = ""
 
 
-class Destination(Protocol):
-    """Takes the prepared pages of rows, in their order; a context manager, so that no half-done file stays."""
+class Destination:
+    """Takes the prepared pages of rows, in their order; a context manager, so that no half-done file stays.
 
-    def __enter__(self) -> Self: ...
+    prepare : makes what it takes; any process may call it.
+    """
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None: ...
-
-    @property
-    def prepare(self) -> Prepare:
-        """Makes what it takes; any process may call it."""
-        ...
-
-    def take(self, number: int, pages: Sequence[PreparedPage], copies: int) -> None:
-        """Take what `prepare` made of row `number`."""
-        ...
-
-    def finish(self) -> None:
-        """All rows are taken, and what had to be sent is sent."""
-        ...
-
-    def files(self) -> tuple[Path, ...]:
-        """What has been written for the user."""
-        ...
-
-
-class Folder:
-    """A temporary folder for pages that wait to be sent."""
+    prepare: Prepare
 
     def __init__(self) -> None:
         self._stack = ExitStack()
 
     def __enter__(self) -> Self:
-        self._folder = Path(self._stack.enter_context(tempfile.TemporaryDirectory(prefix="handout-")))
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._stack.close()
+        self._stack.__exit__(kind, error, trace)
+
+    @cached_property
+    def _folder(self) -> Path:
+        """A temporary one, for pages that wait."""
+        return Path(self._stack.enter_context(tempfile.TemporaryDirectory(prefix="handout-")))
 
     def keep(self, name: str, data: bytes) -> Path:
         """Keep a page under a name; where."""
@@ -125,51 +108,39 @@ class Folder:
             raise InputError(f"Cannot keep a page in {self._folder}: {error.strerror or error}.") from error
         return path
 
+    def take(self, number: int, pages: Sequence[PreparedPage], copies: int) -> None:
+        """Take what `prepare` made of row `number`."""
+        raise NotImplementedError
+
     def finish(self) -> None:
-        """Nothing: what had to be sent is sent."""
+        """All rows are taken, and what had to be sent is sent."""
 
     def files(self) -> tuple[Path, ...]:
-        """Nothing for the user."""
+        """What has been written for the user."""
         return ()
 
 
+# makes of a page of a row, by its number, what a destination takes; picklable, and the same from every process.  It
+# raises InputError where the page cannot go there
+Prepare = Callable[[int, BatchPage], PreparedPage]
 WriteRow = Callable[[Row], Sequence[BatchPage]]  # InputError where the row cannot be made
 MakeRows = Callable[[Iterable[Row]], Iterable[PreparedRow]]  # one for each row, in their order
 
 
-class Prepare(Protocol):
-    """Makes of a page what a destination takes; picklable, and the same from every process."""
-
-    def __call__(self, number: int, page: BatchPage) -> PreparedPage:
-        """A page of row `number`; InputError where it cannot go there."""
-        ...
-
-
-@dataclass(frozen=True)
-class RowMaker:
-    """Writes rows and prepares their pages."""
-
-    write: WriteRow
-    prepare: Prepare
-
-    def __call__(self, row: Row) -> PreparedRow:
-        """The pages of a row, or why it cannot be made."""
-        if row.problem:
-            return PreparedRow(row.number, warnings=row.warnings, problem=row.problem)
-        try:
-            pages = tuple(self.prepare(row.number, page) for page in self.write(row))
-        except InputError as error:
-            return PreparedRow(row.number, warnings=row.warnings, problem=str(error))
-        told = dict.fromkeys(
-            f"{page.part or 'envelope'}: {page.warning}" if len(pages) > 1 else page.warning
-            for page in pages
-            if page.warning
-        )
-        return PreparedRow(row.number, pages, (*row.warnings, *told))
-
-    def each(self, rows: Iterable[Row]) -> Iterator[PreparedRow]:
-        """Of rows, one after the other, as they are asked for; a `MakeRows`."""
-        return map(self, rows)
+def prepare_row(write: WriteRow, prepare: Prepare, row: Row) -> PreparedRow:
+    """The pages of a row, written and prepared, or why it cannot be made."""
+    if row.problem:
+        return PreparedRow(row.number, warnings=row.warnings, problem=row.problem)
+    try:
+        pages = tuple(prepare(row.number, page) for page in write(row))
+    except InputError as error:
+        return PreparedRow(row.number, warnings=row.warnings, problem=str(error))
+    told = dict.fromkeys(
+        f"{page.part or 'envelope'}: {page.warning}" if len(pages) > 1 else page.warning
+        for page in pages
+        if page.warning
+    )
+    return PreparedRow(row.number, pages, (*row.warnings, *told))
 
 
 def margin_warning(drawing: Drawing, profile: Printer) -> str | None:

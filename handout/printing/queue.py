@@ -29,8 +29,10 @@ class Ticket:
     source : tray; empty for the printer's own choice.
     options : further ones, sent as they are.
     sheet : its size as it is fed, mm; the first side lies across the feed.
-    type : kind of paper, ``"envelope"`` or empty.
+    type : kind of paper, ``"envelope"`` or empty; taken where the printer has it.
     name : for a file, without its ending.
+    format : MIME type of the document, where the way to the printer asks for it.
+    copies : always sent over IPP, because some printers otherwise make more than one.
     """
 
     title: str
@@ -40,6 +42,8 @@ class Ticket:
     sheet: Page = _NO_SHEET
     type: str = ""
     name: str = ""
+    format: str = ""
+    copies: int = 1
 
 
 @dataclass(frozen=True)
@@ -90,19 +94,22 @@ class Device(Protocol):
         ...
 
 
-class Queue(Device, Protocol):
-    """Takes pages, one job each; format : of the documents it takes, a key of `documents.WRITERS`."""
+class Queue:
+    """A `Device` that takes pages, one job each; by itself it takes every sheet, and has made it at once.
 
-    @property
-    def format(self) -> str: ...
+    format : of the documents it takes, a key of `documents.WRITERS`.
+    """
+
+    name: str
+    format = "pdf"
+    keeps = False
 
     def resolution(self, wanted: int) -> int:
         """The dpi of its pages, where the profile asks for `wanted`."""
-        ...
+        return wanted
 
     def check(self, ticket: Ticket) -> None:
         """Refuse an impossible sheet or tray before any work; raises HandoutError."""
-        ...
 
     def send(self, page: Path, ticket: Ticket) -> str:
         """Queue one page and return the job's name.
@@ -114,81 +121,56 @@ class Queue(Device, Protocol):
         PrinterError
             It was certainly not.
         """
-        ...
+        raise NotImplementedError
+
+    def follow(self, job: str, title: str) -> Outcome:
+        """See `Device`."""
+        return Outcome("completed")
+
+    def outcome(self, job: str, title: str, earlier: Collection[str] = ()) -> Outcome:
+        """See `Device`."""
+        raise NotImplementedError
+
+    def cancel(self, job: str, title: str) -> Outcome:
+        """See `Device`."""
+        return self.outcome(job, title)
 
 
-class _Folder:
-    """The common part of queues that are folders: a page is done when its file is there."""
+class FolderQueue(Queue):
+    """A folder that receives each page as a file, as a printer would, called as the row is."""
 
-    format = "pdf"
-    keeps = False
-
-    def __init__(self, folder: Path) -> None:
-        """Make the folder.
+    def __init__(self, folder: Path, format: str = "pdf") -> None:
+        """Make the folder; `format` is a key of `documents.WRITERS`.
 
         Raises
         ------
         InputError
             The folder cannot be made.
         """
-        self._folder = folder
+        self._folder, self.name, self.format = folder, str(folder), format
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise InputError(f"Cannot make the folder {folder}: {error.strerror or error}.") from error
-
-    @property
-    def name(self) -> str:
-        """The folder."""
-        return str(self._folder)
-
-    def resolution(self, wanted: int) -> int:
-        """As wanted."""
-        return wanted
-
-    def check(self, ticket: Ticket) -> None:
-        """Nothing: a folder takes every sheet."""
-
-    def follow(self, job: str, title: str) -> Outcome:
-        """It is there."""
-        return Outcome("completed")
-
-    def outcome(self, job: str, title: str, earlier: Collection[str] = ()) -> Outcome:
-        """Whether its file is there; one that was never named was never written."""
-        there = bool(job) and (self._folder / f"{job}.{self.format}").is_file()
-        return Outcome("completed") if there else Outcome("failed", "its file is not there")
-
-    def cancel(self, job: str, title: str) -> Outcome:
-        """Files are written whole or not at all."""
-        return self.outcome(job, title)
-
-
-class FolderQueue(_Folder):
-    """A folder that receives each page as a file, as a printer would, called as the row is."""
-
-    def __init__(self, folder: Path, format: str = "pdf") -> None:
-        """`format` is a key of `documents.WRITERS`."""
-        super().__init__(folder)
-        self.format = format
 
     def send(self, page: Path, ticket: Ticket) -> str:
         """Keep one page; the name of its file without the ending."""
         atomic.write(self._folder / f"{ticket.name}.{self.format}", page.read_bytes())
         return ticket.name
 
+    def outcome(self, job: str, title: str, earlier: Collection[str] = ()) -> Outcome:
+        """Whether its file is there, which is written whole or not at all; one never named was never written."""
+        there = bool(job) and (self._folder / f"{job}.{self.format}").is_file()
+        return Outcome("completed") if there else Outcome("failed", "its file is not there")
 
-class SimulatedQueue(_Folder):
+
+class SimulatedQueue(FolderQueue):
     """A queue that keeps each job as a PDF in a folder, with its ticket in ``jobs.jsonl``; it can jam on demand."""
 
     def __init__(self, folder: Path, jam_at: int = 0, go_on: bool = False) -> None:
         """`jam_at` is the number of the job, from 1, that it refuses; 0: it never does.
 
-        With `go_on` the jobs that are there stay, and the numbers go on behind them.
-
-        Raises
-        ------
-        InputError
-            The folder cannot be made.
+        With `go_on` the jobs that are there stay, and the numbers go on behind them.  Raises InputError: see above.
         """
         super().__init__(folder)
         self._jam_at = jam_at

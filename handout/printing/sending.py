@@ -9,16 +9,17 @@ from __future__ import annotations
 import itertools
 import re
 import threading
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol
 
 from handout.errors import HandoutError, PrinterError
-from handout.printing.journal import Journal, Piece, Step
-from handout.printing.queue import Device, Outcome, OutcomeUnknown, Say
+from handout.printing.journal import Journal, Piece, State, Step
+from handout.printing.prepared import Destination
+from handout.printing.queue import Device, Outcome, OutcomeUnknown
 from handout.printing.rows import named, ranges
+from handout.progress import Tell
 
 
 @dataclass(frozen=True)
@@ -80,15 +81,9 @@ class PrintingStopped(PrinterError):
         self.resume = resume
 
 
-@dataclass(frozen=True)
-class Listener:
-    """Callbacks of a batch: `progress` gets (done, all, "check" or "send"), `say` gets sentences."""
-
-    progress: Callable[[int, int, str], object] = lambda done, total, stage: None
-    say: Say = lambda sentence: None
-
-
-SILENT = Listener()
+def tell_rows(tell: Tell, stage: str, done: int, total: int) -> None:
+    """Say how many rows of a batch are done with a stage: "make", "check" or "send"."""
+    tell(done / max(total, 1), f"{stage} {done}/{total}")
 
 
 @dataclass
@@ -147,23 +142,56 @@ class Remaining:
         return {*self.fresh, *(piece.row for piece in self.send)}
 
 
-class Pages(Protocol):
-    """Pages that are ready for a device."""
+class Spool(Destination):
+    """A destination whose pages are sent to a device (`queue`)."""
+
+    queue: Device
 
     @property
-    def queue(self) -> Device: ...
+    def devices(self) -> list[Device]:
+        """The only one."""
+        return [self.queue]
 
-    def sheets(self, pieces: Iterable[Piece]) -> Iterable[Sequence[Piece]]:
+    def sheets(self, pieces: Iterable[Piece]) -> Iterator[Sequence[Piece]]:
         """The pieces as they are made, in order and as soon as they can be: those that share a sheet are one job."""
-        ...
+        raise NotImplementedError
 
     def ready(self, sheet: Sequence[Piece]) -> None:
         """Have the paper for a sheet put in, where it is not that of the sheet before; nothing has been sent yet."""
-        ...
+        raise NotImplementedError
 
     def send(self, sheet: Sequence[Piece], title: str) -> str:
         """Hand a sheet to the queue as a job of that title; the job's name there."""
-        ...
+        raise NotImplementedError
+
+    def send_rows(self, taken: Iterable[Sequence[Piece]], run: BatchRun, tell: Tell) -> tuple[Job, ...]:
+        """Wait for jobs at the device, then send pages as they are taken; a failure says what was sent, how to resume.
+
+        Parameters
+        ----------
+        taken : all pieces of each row, as soon as it is made; none of one that cannot be.
+
+        Raises
+        ------
+        PrintingStopped
+            The queue refused a page, or did not print it.
+        """
+        for begun in jobs_of(run.todo.wait, run.journal):
+            with run.stoppable(self.queue, begun):
+                follow(self.queue, run.journal, begun)
+            run.gone(begun)
+        total = len(run.checked.wanted)
+        sheets = iter(self.sheets(run.unsent(taken)))
+        while True:
+            with run.stoppable(self.queue):
+                sheet = next(sheets, None)
+            if sheet is None:
+                break
+            tell_rows(tell, "send", run.begun_rows, total)
+            with run.stoppable(self.queue, sheet):
+                run.send(self, sheet)
+        tell_rows(tell, "send", total, total)
+        return tuple(run.jobs)
 
 
 def remaining(
@@ -252,49 +280,6 @@ def _ask_outcome(journal: Journal, devices: Sequence[Device], piece: Piece) -> O
     return Outcome("unknown", f"{sent}, and {outcome.why}") if outcome.state == "unknown" else outcome
 
 
-def send(
-    pages: Pages,
-    taken: Iterable[Sequence[Piece]],
-    checked: Checked,
-    todo: Remaining,
-    table: Sequence[int],
-    journal: Journal,
-    listener: Listener,
-) -> tuple[Job, ...]:
-    """Wait for jobs at the device, then send pages as they are taken; a failure says what was sent and how to resume.
-
-    Parameters
-    ----------
-    taken : all pieces of each row, as soon as it is made; none of one that cannot be.
-    checked : what has become of the rows that are made, kept by `taken`.
-    table : the numbers of all rows that can be made, so that the rest is named in few words.
-
-    Raises
-    ------
-    PrintingStopped
-        The queue refused a page, or did not print it.
-    """
-    run = BatchRun(checked, table, journal, set(todo.fresh), todo.unknown)
-    for piece in (*todo.send, *todo.wait):
-        run.left.setdefault(piece.row, set()).add(piece)
-    for begun in jobs_of(todo.wait, journal):
-        with run.stoppable(pages.queue, begun):
-            follow(pages.queue, journal, begun)
-        run.gone(begun)
-    total = len(checked.wanted)
-    sheets = iter(pages.sheets(run.unsent(taken)))
-    while True:
-        with run.stoppable(pages.queue):
-            sheet = next(sheets, None)
-        if sheet is None:
-            break
-        listener.progress(run.begun_rows, total, "send")
-        with run.stoppable(pages.queue, sheet):
-            run.send(pages, sheet)
-    listener.progress(total, total, "send")
-    return tuple(run.jobs)
-
-
 def jobs_of(waiting: Iterable[Piece], journal: Journal) -> list[list[Piece]]:
     """The pieces of each job that a device has."""
     jobs: dict[tuple[str, str], list[Piece]] = {}
@@ -318,34 +303,36 @@ def follow(queue: Device, journal: Journal, sheet: Sequence[Piece]) -> None:
 
 
 def note_outcome(journal: Journal, sheet: Sequence[Piece], outcome: Outcome) -> None:
-    for piece in sheet:
-        if outcome.state == "completed":
-            journal.note(piece, "completed")
-        elif outcome.state == "failed":
-            journal.note(piece, "failed", why=outcome.why)
-        elif outcome.state == "unknown":
-            journal.note(piece, "doubtful", why=outcome.why)
+    """Keep what became of a sheet; of one that waits there is nothing new."""
+    states: dict[str, State] = {"completed": "completed", "failed": "failed", "unknown": "doubtful"}
+    for piece in sheet if outcome.state in states else ():
+        why = {} if outcome.state == "completed" else {"why": outcome.why}
+        journal.note(piece, states[outcome.state], **why)
 
 
 @dataclass
 class BatchRun:
     """A batch that is being sent.
 
-    table : the rows of its table that can be made, as far as was known; fresh : rows of which nothing was sent before;
-    unknown : as of `Remaining`.
+    checked : what has become of the rows that are made; table : the rows of its table that can be made, as far as was
+    known, so that the rest is named in few words; todo : what was left of it.
     left : of every row what has not gone yet; made : all pieces of the rows that are made; jobs : what has gone.
     """
 
     checked: Checked
     table: Sequence[int]
     journal: Journal
-    fresh: set[int]
-    unknown: Sequence[Failed] = ()
+    todo: Remaining
     left: dict[int, set[Piece]] = field(default_factory=dict)
     made: dict[int, Sequence[Piece]] = field(default_factory=dict)
     jobs: list[Job] = field(default_factory=list)
     begun: dict[int, int] = field(default_factory=dict)  # row → how many pieces of it have gone
     lock: threading.RLock = field(default_factory=threading.RLock)
+
+    def __post_init__(self) -> None:
+        self.fresh = set(self.todo.fresh)
+        for piece in (*self.todo.send, *self.todo.wait):
+            self.left.setdefault(piece.row, set()).add(piece)
 
     @property
     def begun_rows(self) -> int:
@@ -378,16 +365,16 @@ class BatchRun:
                 self.left[piece.row].discard(piece)
                 self.begun[piece.row] = self.begun.get(piece.row, 0) + 1
 
-    def send(self, pages: Pages, sheet: Sequence[Piece]) -> None:
+    def send(self, spool: Spool, sheet: Sequence[Piece]) -> None:
         """Send one sheet; note it before it is sent, when it is sent, and when it is made."""
-        pages.ready(sheet)
-        device, title = pages.queue.name, self.journal.title(sheet[0])
+        spool.ready(sheet)
+        device, title = spool.queue.name, self.journal.title(sheet[0])
         for row in dict.fromkeys(piece.row for piece in sheet):
             self.journal.parts[row] = tuple(dict.fromkeys(piece.part for piece in self.made[row]))
         for piece in sheet:
             self.journal.note(piece, "sending", title=title, device=device)
         try:
-            job = pages.send(sheet, title)
+            job = spool.send(sheet, title)
         except OutcomeUnknown:
             raise
         except PrinterError as error:
@@ -397,7 +384,7 @@ class BatchRun:
             self.journal.note(piece, "sent", job=job)
             self.jobs.append(Job(piece.row, job, device))
         self.gone(sheet)
-        follow(pages.queue, self.journal, sheet)
+        follow(spool.queue, self.journal, sheet)
 
     @contextmanager
     def stoppable(self, device: Device, sheet: Sequence[Piece] = ()) -> Iterator[None]:
@@ -417,12 +404,15 @@ class BatchRun:
             sent, rest = self.parted(sheet)
             in_doubt = bool(sheet) and (self.begun.get(sheet[0].row) or self._in_doubt(sheet[0]))
             failed = tuple(Failed(n, str(error) if in_doubt and n == sheet[0].row else "not sent") for n in rest)
-            told = (*self.checked.failed, *failed)
-            warnings, unknown = tuple(self.checked.warnings), tuple(self.unknown)
-            report = Report(sent, told, (), tuple(self.jobs), warnings, unknown=unknown)
             where = self._where(sheet, rest, "Row")
             message = f"{where}{': ' if where else ''}{error} {self.way_out(sheet, sent, rest)}"
-            raise PrintingStopped(message, report, ranges(rest, self.whole)) from error
+            raise self.broken_off(message, sent, failed) from error
+
+    def broken_off(self, message: str, sent: Sequence[int], failed: Sequence[Failed]) -> PrintingStopped:
+        """The error that says what was sent, and which rows were not."""
+        told, warnings = (*self.checked.failed, *failed), tuple(self.checked.warnings)
+        report = Report(tuple(sent), told, (), tuple(self.jobs), warnings, unknown=tuple(self.todo.unknown))
+        return PrintingStopped(message, report, ranges([failure.row for failure in failed], self.whole))
 
     def parted(self, sheet: Sequence[Piece] = ()) -> tuple[tuple[int, ...], list[int]]:
         """The rows that are sent, and those that are not when this sheet fails."""
@@ -430,6 +420,11 @@ class BatchRun:
         sent = tuple(n for n in self.checked.done if n in self.made and n not in here and not self.left.get(n))
         ended = {*sent, *failed}
         return sent, [n for n in self.checked.wanted if n not in ended]
+
+    def unmade(self, rest: Sequence[int]) -> list[int]:
+        """These rows, and those that a device had begun before and then failed, in the order of the table."""
+        left = {*rest, *(piece.row for piece in self.todo.wait if piece in self.left[piece.row])}
+        return [number for number in self.table if number in left]
 
     def _where(self, sheet: Sequence[Piece], rest: Sequence[int], word: str) -> str:
         """The row that was being sent or made, behind a word; "" if there was none."""

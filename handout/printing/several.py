@@ -15,37 +15,28 @@ from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Literal, Protocol, Self, runtime_checkable
+from typing import Literal, Self
 
 from handout.errors import HandoutError
-from handout.printing.journal import BACK, ENVELOPE, Journal, Piece
-from handout.printing.prepared import BatchPage, Destination, Folder, Prepare, PreparedPage
+from handout.printing.journal import BACK, ENVELOPE, Piece
+from handout.printing.prepared import BatchPage, Destination, Prepare, PreparedPage
 from handout.printing.queue import Device
-from handout.printing.rows import ranges
 from handout.printing.sending import (
     BatchRun,
-    Checked,
     Failed,
     Job,
-    Listener,
-    Pages,
-    PrintingStopped,
-    Remaining,
-    Report,
+    Spool,
     device_of,
     follow,
     jobs_of,
+    tell_rows,
 )
+from handout.progress import Tell
 from handout.signals import interrupt
 
 Makes = Literal["rows", "letters", "envelopes"]
 _GLANCE = 0.05  # s between two looks whether all devices have ended
 _PATIENCE = 30.0  # s that an interrupted device has to lift its pen or to cancel its job; set by eye
-
-
-@runtime_checkable
-class Spool(Destination, Pages, Protocol):
-    """A destination whose pages are sent to a device."""
 
 
 @dataclass
@@ -91,7 +82,7 @@ class ByPart:
         return prepare(number, page)
 
 
-class Several(Folder):
+class Several(Destination):
     """A destination that is several devices; the pages of a row wait on the disk until one of them makes it."""
 
     def __init__(self, rows: Sequence[Spool], envelopes: Sequence[Spool] = ()) -> None:
@@ -131,61 +122,41 @@ class Several(Folder):
         for _, path in self._pages.pop(number, ([], 0))[0]:
             path.unlink(missing_ok=True)
 
+    def send_rows(self, taken: Iterable[Sequence[Piece]], run: BatchRun, tell: Tell) -> tuple[Job, ...]:
+        """Send the rows of a batch by all of the devices at once; see `Spool.send_rows`.
 
-def send_to_several(
-    place: Several,
-    taken: Iterable[Sequence[Piece]],
-    checked: Checked,
-    todo: Remaining,
-    table: Sequence[int],
-    journal: Journal,
-    listener: Listener,
-) -> tuple[Job, ...]:
-    """Send the rows of a batch by all of its devices at once; see `sending.send`.
+        Raises
+        ------
+        PrintingStopped
+            Devices stopped, and something is left that the others could not make.
+        """
+        sharing = _Sharing(self, iter(taken), run, tell)
+        for piece in run.todo.wait:
+            owner = device_of(run.journal.steps[piece], self.devices)
+            sharing.waiting[self.devices.index(owner) if owner is not None else 0].append(piece)
+        sharing.make_all()
+        if sharing.broken is not None:
+            raise sharing.broken
+        self._tell_stopped(sharing.interrupted, run)
+        return tuple(run.jobs)
 
-    Raises
-    ------
-    PrintingStopped
-        Devices stopped, and something is left that the others could not make.
-    """
-    run = BatchRun(checked, table, journal, set(todo.fresh), todo.unknown)
-    for piece in (*todo.send, *todo.wait):
-        run.left.setdefault(piece.row, set()).add(piece)
-    sharing = _Sharing(place, iter(taken), run, listener)
-    for piece in todo.wait:
-        owner = device_of(journal.steps[piece], place.devices)
-        sharing.waiting[place.devices.index(owner) if owner is not None else 0].append(piece)
-    sharing.make_all()
-    if sharing.broken is not None:
-        raise sharing.broken
-    stopped = [station for station in place.stations if station.error is not None]
-    halted = [piece for station in stopped for piece in station.sheet]
-    sent, rest = run.parted(halted)
-    rest = _rows_left(rest, todo, run, table)
-    if sharing.interrupted is not None:
-        sharing.interrupted.add_note(f"Stopped.{_name_running(place)} {run.way_out((), sent, rest)}")
-        raise sharing.interrupted
-    told = [f"{station.name}: {station.error}" for station in stopped]
-    if rest or halted:
-        failed = tuple(Failed(number, "not made") for number in rest)
-        warnings, unknown = tuple(checked.warnings), tuple(todo.unknown)
-        report = Report(sent, (*checked.failed, *failed), (), tuple(run.jobs), warnings, unknown=unknown)
-        message = f"{' '.join(told)} {run.way_out((), sent, rest)}"
-        raise PrintingStopped(message, report, ranges(rest, run.whole)) from stopped[0].error
-    checked.said += [f"{words} The other devices made its rows." for words in told]
-    return tuple(run.jobs)
-
-
-def _rows_left(rest: Sequence[int], todo: Remaining, run: BatchRun, table: Sequence[int]) -> list[int]:
-    """The rows that are left, in the order of the table: also those that a device had begun before and then failed."""
-    left = {*rest, *(piece.row for piece in todo.wait if piece in run.left[piece.row])}
-    return [number for number in table if number in left]
-
-
-def _name_running(place: Several) -> str:
-    """What has to be said of devices that did not stop when they were told to."""
-    going = [station.name for station in place.stations if not station.ended]
-    return f" {' and '.join(going)} did not answer: look whether the pen is up and nothing runs." if going else ""
+    def _tell_stopped(self, interrupted: KeyboardInterrupt | None, run: BatchRun) -> None:
+        """Raise where devices stopped and something is left; say which did where the others made it all."""
+        stopped = [station for station in self.stations if station.error is not None]
+        halted = [piece for station in stopped for piece in station.sheet]
+        sent, rest = run.parted(halted)
+        rest = run.unmade(rest)
+        if interrupted is not None:
+            going = " and ".join(station.name for station in self.stations if not station.ended)
+            told = f" {going} did not answer: look whether the pen is up and nothing runs." if going else ""
+            interrupted.add_note(f"Stopped.{told} {run.way_out((), sent, rest)}")
+            raise interrupted
+        errors = [f"{station.name}: {station.error}" for station in stopped]
+        if rest or halted:
+            message = f"{' '.join(errors)} {run.way_out((), sent, rest)}"
+            failed = [Failed(number, "not made") for number in rest]
+            raise run.broken_off(message, sent, failed) from stopped[0].error
+        run.checked.said += [f"{words} The other devices made its rows." for words in errors]
 
 
 class _Sharing:
@@ -194,8 +165,8 @@ class _Sharing:
     waiting : of every device, what it had begun before and may still make.
     """
 
-    def __init__(self, place: Several, rows: Iterator[Sequence[Piece]], run: BatchRun, listener: Listener) -> None:
-        self.place, self.run, self.listener = place, run, listener
+    def __init__(self, place: Several, rows: Iterator[Sequence[Piece]], run: BatchRun, tell: Tell) -> None:
+        self.place, self.run, self.tell = place, run, tell
         self.waiting: list[list[Piece]] = [[] for _ in place.stations]
         self.interrupted: KeyboardInterrupt | None = None
         self.broken: BaseException | None = None
@@ -242,9 +213,13 @@ class _Sharing:
                 with self._sending(station, begun):
                     follow(station.spool.queue, run.journal, begun)
                     run.gone(begun)
-            for sheet in station.spool.sheets(self._pieces(station)):
-                with self._sending(station, sheet):
-                    run.send(station.spool, sheet)
+            more = True
+            while more:  # while it made its last sheet, others may have given back what they cannot make
+                more = False
+                for sheet in station.spool.sheets(self._pieces(station)):
+                    more = True
+                    with self._sending(station, sheet):
+                        run.send(station.spool, sheet)
         except HandoutError as error:
             station.error = error
         except KeyboardInterrupt as stop:
@@ -266,7 +241,7 @@ class _Sharing:
         with self._changed:
             station.sheet = sheet
             total = len(self.run.checked.wanted)
-            self.listener.progress(min(self.run.begun_rows, total), total, "send")
+            tell_rows(self.tell, "send", min(self.run.begun_rows, total), total)
         yield
         with self._changed:
             station.sheet = ()
@@ -284,6 +259,7 @@ class _Sharing:
 
     def _pieces(self, station: Station) -> Iterator[Piece]:
         """What a device makes next, row after row."""
+        station.collecting = True
         while (row := self._next(station)) is not None:
             self.place.hand(row, station.spool)
             yield from row
@@ -342,7 +318,11 @@ class _Sharing:
         others = [each for each in self.place.stations if each is not station]
         if station.makes == "envelopes" and not all(each.ended for each in others if each.makes == "letters"):
             return False
-        return not any(each.collecting and not each.idle for each in others if each.makes == station.makes)
+        alike = [each for each in others if each.makes == station.makes]
+        if any(each.collecting and not each.idle for each in alike):
+            return False
+        # what another holds it may still give back; who holds something makes that first
+        return bool(station.held) or not any(each.held and not each.ended for each in alike)
 
     def _give_back(self, station: Station) -> None:
         """Rows of which a device that has stopped has begun nothing may be made by others."""

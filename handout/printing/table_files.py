@@ -176,7 +176,7 @@ def _rate_records(records: Sequence[TableRecord]) -> tuple[int, int, int]:
     tops = header_candidates(records)
     if not tops:
         return (0, 0, 0)
-    understood = max(sum(column.meaning is not None for column in columns.columns(records[n - 1].cells)) for n in tops)
+    understood = max(sum(column.role is not None for column in columns.columns(records[n - 1].cells)) for n in tops)
     width = len(records[tops[0] - 1].cells)
     return understood, width, -sum(len(record.cells) > width for record in records)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import replace
 
 from starlette.requests import Request
 from starlette.responses import Response
@@ -20,41 +20,33 @@ async def known(studio: Studio, request: Request, body: None) -> Response:
     return json_answer(await studio.answer("calibrations", Call("calibration_desk.calibrations"), studio.bench))
 
 
-def _step(kind: str, function: str, *, makes_files: bool = False, listens: bool = False) -> Handle:
+def _step(function: str, makes_files: bool) -> Handle:
     """A step of the wizard as a task."""
 
     async def step(studio: Studio, request: Request, body: Calibrating) -> Response:
+        place = body.place("" if body.hand is None else studio.hand(body.hand))
+        place = replace(place, scans=tuple(sent(studio, key) for key in body.uploads))
         folder = studio.folder() if makes_files else None
-        arguments: list[Any] = [body.place("" if body.hand is None else studio.hand(body.hand))]
-        options: dict[str, Any] = {}
-        if function == "give_report":
-            arguments += [body.made, folder and folder / "report.html"]
-        elif folder is not None:
-            arguments.append(folder)
-        if function == "take_scans":
-            arguments.append([sent(studio, key) for key in body.uploads])
-        if function == "print_page":
-            options = {"to_printer": body.to_printer}
-        call = Call(f"calibration_desk.{function}", tuple(arguments), options, listens)
-        return await followed(request, studio.begin(studio.bench, kind, call, folder))
+        call = Call(f"calibration_desk.{function}", (replace(place, folder=folder or place.folder),), listens=True)
+        return await followed(request, studio.begin(studio.bench, "calibrating", call, folder))
 
     return step
 
 
-_STEPS: tuple[tuple[str, str, str, dict[str, bool]], ...] = (
-    ("state", "What comes next of a calibration, which is begun or gone on with", "open_calibration", {}),
-    ("pages", "Print the chart or the strip, or give it as PDF", "print_page", {"makes_files": True}),
-    ("pages/again", "The PDF of what is to be scanned, once more", "again", {"makes_files": True}),
+_STEPS = (
+    ("state", "What comes next of a calibration, which is begun or gone on with", "open_calibration", False),
+    ("pages", "Print the chart or the strip, or give it as PDF", "print_page", True),
+    ("pages/again", "The PDF of what is to be scanned, once more", "again", True),
     ("scans", "Take scans of the chart or the strip: what was found, with pictures; of the simulated printer its own",
-     "take_scans", {"makes_files": True, "listens": True}),
-    ("table", "Build the table of the scans", "build_table", {"listens": True}),
-    ("stored", "Store what was built", "store_calibration", {}),
-    ("back", "Forget the scans, and scan the chart again", "scan_again", {}),
-    ("report", "The report of a stored calibration, or of this one, as HTML", "give_report", {"makes_files": True}),
+     "take_scans", True),
+    ("table", "Build the table of the scans", "build_table", False),
+    ("stored", "Store what was built", "store_calibration", False),
+    ("back", "Forget the scans, and scan the chart again", "scan_again", False),
+    ("report", "The report of a stored calibration, or of this one, as HTML", "give_report", True),
 )  # fmt: skip
 
 ROUTES = (
     Way("GET", "/api/calibrations", "What is calibrated, and what can be", known),
-    *(Way("POST", f"/api/calibration/{path}", summary, _step("calibrating", function, **how), body=Calibrating)
-      for path, summary, function, how in _STEPS),
+    *(Way("POST", f"/api/calibration/{path}", summary, _step(function, makes_files), body=Calibrating)
+      for path, summary, function, makes_files in _STEPS),
 )  # fmt: skip

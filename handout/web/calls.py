@@ -175,10 +175,6 @@ class NewHand(Body, frozen=True, kw_only=True):
     scans: Annotated[tuple[UploadId, ...], Meta(min_length=1, max_length=20)]
     texts: Annotated[tuple[Text, ...], Meta(max_length=20)] = ()
 
-    def reading(self) -> ReadingOptions:
-        """How it is read."""
-        return self.options(ReadingOptions)
-
 
 class MorePages(Body, frozen=True):
     """More scans of an author, and what is on each, as for a new hand."""
@@ -187,10 +183,6 @@ class MorePages(Body, frozen=True):
     texts: Annotated[tuple[Text, ...], Meta(max_length=20)] = ()
     dpi: Annotated[float, Meta(ge=50, le=2400)] | None = None
     ink_only: bool = False
-
-    def reading(self) -> ReadingOptions:
-        """How they are read."""
-        return self.options(ReadingOptions)
 
 
 class GivenHand(Body, frozen=True):
@@ -211,10 +203,6 @@ class Sheets(Body, frozen=True):
     """Sheets to write a hand on; for a hand those letters of which it has few sure ones."""
 
     hand: Name | None = None
-
-    def prompt(self, hand: str | None) -> PromptOptions:
-        """What is on them."""
-        return self.options(PromptOptions, hand=hand)
 
 
 Revision = Annotated[str, Meta(max_length=60)]
@@ -311,4 +299,4 @@ class Calibrating(Body, frozen=True, kw_only=True):
     def place(self, hand: str) -> CalibrationPlace:
         """The calibration; `hand` is where its hand is kept, or its name."""
         parts = self.options(ChartOptions), self.options(CalibrationOptions, hand=hand)
-        return CalibrationPlace(self.printer, self.paper, *parts, self.step)
+        return CalibrationPlace(self.printer, self.paper, *parts, self.step, to_printer=self.to_printer, made=self.made)

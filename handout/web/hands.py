@@ -11,7 +11,7 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, Response
 
 from handout import atomic
-from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
+from handout.pipeline.options import PictureOptions, PromptOptions, ReadingOptions, SheetOptions, WritingOptions
 from handout.web.calls import GivenHand, Lacking, MorePages, NewHand, Sheets
 from handout.web.routes import Way, json_answer
 from handout.web.studio import PICTURES, Studio
@@ -92,14 +92,14 @@ async def lacks(studio: Studio, request: Request, body: Lacking) -> Response:
 async def read(studio: Studio, request: Request, body: NewHand) -> Response:
     """Scans become a hand."""
     scans = [sent(studio, key) for key in body.scans]
-    call = Call("hands.read_as_own", (body.name, scans, body.texts, body.reading()), listens=True)
+    call = Call("hands.read_as_own", (body.name, scans, body.texts, body.options(ReadingOptions)), listens=True)
     return await followed(request, studio.begin(studio.long, f"reading {body.name}", call))
 
 
 async def more(studio: Studio, request: Request, body: MorePages) -> Response:
     """More scans of an author become pages of his hand, by the process that corrects its letters: one writer."""
     name, scans = name_of(request), [sent(studio, key) for key in body.scans]
-    call = Call("hands.read_more", (studio.hand(name), scans, body.texts, body.reading()), listens=True)
+    call = Call("hands.read_more", (studio.hand(name), scans, body.texts, body.options(ReadingOptions)), listens=True)
     return await followed(request, studio.begin(studio.desk, f"reading more of {name}", call))
 
 
@@ -139,7 +139,7 @@ async def remove(studio: Studio, request: Request, body: None) -> Response:
 async def sheets(studio: Studio, request: Request, body: Sheets) -> Response:
     """Sheets to write on."""
     folder = studio.folder()
-    wanted = body.prompt(None if body.hand is None else studio.hand(body.hand))
+    wanted = body.options(PromptOptions, hand=None if body.hand is None else studio.hand(body.hand))
     task = studio.begin(studio.long, "making sheets", Call("prompts.prompt", (folder / "sheets.pdf", wanted)), folder)
     return await followed(request, task, "application/pdf")
 

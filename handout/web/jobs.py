@@ -1,34 +1,78 @@
-"""Routes of the page Jobs: machines, the pen moved by hand, plots that are kept, drawn, paused and stopped."""
+"""Routes of what is kept: plots, and batches of a table's rows; machines, and the pen moved by hand."""
 
 from __future__ import annotations
 
 import re
+import shutil
+from typing import Any
 
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import Response
+from starlette.responses import FileResponse, Response
 
-from handout.web.calls import DrawnPlot, NewPlot, PenMove, Said
-from handout.web.hands import beside
-from handout.web.routes import Way, json_answer
-from handout.web.studio import Studio
-from handout.web.tasks import followed, task_of
+from handout.web.calls import Approval, DrawnPlot, MadeBatch, NewBatch, NewPlot, PenMove, Said
+from handout.web.hands import beside, sent
+from handout.web.routes import Handle, Way, json_answer
+from handout.web.studio import TABLES, Studio
+from handout.web.tasks import TYPES, followed, task_of
 from handout.web.worker import Call
 
-_JOB = re.compile(r"[a-z]{3}\d\d-\d{1,5}")  # as `plotting.jobs.store` calls them
+_KEPT = re.compile(r"[a-z]{3}\d\d-\d{1,5}")  # as `plotting.jobs.store` calls plots, and batches, too
+_FILE = re.compile(r"(proof|batch)\.pdf|proof-\d{1,6}\.png")
 
 
-def _name(request: Request) -> str:
+def _name(request: Request, kind: str) -> str:
+    """The plot or the batch that a request is about."""
     name = str(request.path_params["name"])
-    if not _JOB.fullmatch(name):
-        raise HTTPException(404, "There is no such plot.")
+    if not _KEPT.fullmatch(name):
+        raise HTTPException(404, f"There is no such {kind}.")
     return name
 
 
-def _drawn(studio: Studio) -> dict[str, str]:
-    """Name of a plot that is drawn now → its task."""
+def _at_work(studio: Studio, kind: str) -> dict[str, str]:
+    """Name of a plot or a batch that machines make now → its task."""
     running = [task for task in studio.attended.values() if not task.ended]
-    return {task.kind.removeprefix("plot "): task.id for task in running if task.kind.startswith("plot ")}
+    return {task.kind.removeprefix(f"{kind} "): task.id for task in running if task.kind.startswith(f"{kind} ")}
+
+
+def _idle(studio: Studio, request: Request, kind: str, way_out: str = ": wait, or stop it first") -> str:
+    """The same as `_name`; HTTPException while it is made."""
+    if (name := _name(request, kind)) in _at_work(studio, kind):
+        raise HTTPException(409, f"The {kind} {name} is being {'drawn' if kind == 'plot' else 'made'}{way_out}.")
+    return name
+
+
+def _listed(kind: str, function: str, made: str) -> Handle:
+    """What is kept, the newest first, and the tasks of what is made now, as `made`."""
+
+    async def answer(studio: Studio, request: Request, body: None) -> Response:
+        facts = await studio.answer(f"listing what is kept: {kind}", Call(function, listens=True))
+        return json_answer({**facts, made: _at_work(studio, kind)})
+
+    return answer
+
+
+def _shown(kind: str, function: str) -> Handle:
+    """What a function says of a plot or a batch, with the task that makes it now."""
+
+    async def answer(studio: Studio, request: Request, body: Any) -> Response:
+        name = _name(request, kind)
+        more = () if body is None else (body.made,)
+        lane = studio.quick if kind == "plot" else studio.long
+        facts = await studio.answer(f"a {kind}", Call(function, (name, *more)), lane)
+        return json_answer({**facts, "task": _at_work(studio, kind).get(name)})
+
+    return answer
+
+
+def _forgotten(kind: str, function: str) -> Handle:
+    """It is deleted, unless it is made now."""
+
+    async def answer(studio: Studio, request: Request, body: None) -> Response:
+        name = _idle(studio, request, kind, ": stop it first" if kind == "plot" else ": wait, or stop it first")
+        return json_answer({"deleted": await studio.answer(f"deleting a {kind}", Call(function, (name,)))})
+
+    return answer
 
 
 async def machines(studio: Studio, request: Request, body: None) -> Response:
@@ -42,13 +86,7 @@ async def move(studio: Studio, request: Request, body: PenMove) -> Response:
     return await followed(request, await studio.attend((body.port,), "moving the pen", call))
 
 
-async def plots(studio: Studio, request: Request, body: None) -> Response:
-    """The plots that are kept."""
-    facts = await studio.answer("listing plots", Call("plot_desk.plots", listens=True))
-    return json_answer({**facts, "drawn": _drawn(studio)})
-
-
-async def keep(studio: Studio, request: Request, body: NewPlot) -> Response:
+async def keep_plot(studio: Studio, request: Request, body: NewPlot) -> Response:
     """A text is kept as a plot."""
     pictures = beside(studio, body.pictures, folder := studio.folder())
     wanted = body.text, body.letter, body.request(studio.hand(body.hand)), pictures
@@ -56,32 +94,17 @@ async def keep(studio: Studio, request: Request, body: NewPlot) -> Response:
     return await followed(request, studio.begin(studio.long, "a plot", call, folder))
 
 
-async def show(studio: Studio, request: Request, body: None) -> Response:
-    """How far a plot has come, and how its sheet lies on the bed."""
-    facts = await studio.answer("looking at a plot", Call("plot_desk.show_plot", (_name(request),)))
-    return json_answer({**facts, "task": _drawn(studio).get(facts["job"])})
-
-
 async def page(studio: Studio, request: Request, body: None) -> Response:
     """A page of a plot."""
-    call = Call("plot_desk.plot_page", (_name(request), int(request.path_params["page"])))
+    call = Call("plot_desk.plot_page", (_name(request, "plot"), int(request.path_params["page"])))
     return Response(await studio.answer("a page of a plot", call), media_type="image/svg+xml")
 
 
 async def draw(studio: Studio, request: Request, body: DrawnPlot) -> Response:
     """A plot is drawn, or what is left of it."""
-    name = _name(request)
-    if name in _drawn(studio):
-        raise HTTPException(409, f"The plot {name} is being drawn.")
+    name = _idle(studio, request, "plot", "")
     call = Call("plot_desk.draw_plot", (name, body.port, body.at_zero, body.home_after), listens=True, moves=True)
     return await followed(request, await studio.attend((body.port,), f"plot {name}", call))
-
-
-async def forget(studio: Studio, request: Request, body: None) -> Response:
-    """A plot is deleted."""
-    if (name := _name(request)) in _drawn(studio):
-        raise HTTPException(409, f"The plot {name} is being drawn: stop it first.")
-    return json_answer({"deleted": await studio.answer("deleting a plot", Call("plot_jobs.forget_job", (name,)))})
 
 
 async def say(studio: Studio, request: Request, body: Said) -> Response:
@@ -93,18 +116,71 @@ async def say(studio: Studio, request: Request, body: Said) -> Response:
     return json_answer(task.snapshot())
 
 
+async def keep_batch(studio: Studio, request: Request, body: NewBatch) -> Response:
+    """A batch is kept."""
+    table = None if body.table is None else sent(studio, body.table, *TABLES)
+    name = "a text" if body.table is None else studio.uploads[body.table].name
+    folder = studio.folder()
+    wanted = table, body.text, body.letter, body.plan(studio.hand(body.hand), name)
+    call = Call("batch_desk.keep_batch", (*wanted, beside(studio, body.pictures, folder)))
+    try:
+        return json_answer(await studio.answer("keeping a batch", call, studio.long))
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+async def prove(studio: Studio, request: Request, body: None) -> Response:
+    """The proof of a batch is made."""
+    name = _idle(studio, request, "batch")
+    call = Call("batch_desk.prove_batch", (name,), listens=True)
+    return await followed(request, studio.begin(studio.long, f"proof of {name}", call))
+
+
+async def make(studio: Studio, request: Request, body: MadeBatch) -> Response:
+    """A batch is printed or plotted, or gone on with."""
+    name = _idle(studio, request, "batch")
+    call = Call("batch_desk.make_batch", (name, body.ports, body.at_zero), listens=True, moves=True)
+    return await followed(request, await studio.attend(body.ports, f"batch {name}", call))
+
+
+async def file(studio: Studio, request: Request, body: None) -> Response:
+    """The proof, a picture of it, or what was made."""
+    wanted = str(request.path_params["file"])
+    if not _FILE.fullmatch(wanted):
+        raise HTTPException(404, "A batch has no such file.")
+    path = await studio.answer("a file of a batch", Call("batch_desk.batch_file", (_name(request, "batch"), wanted)))
+    return FileResponse(path, media_type=TYPES[f".{wanted.rpartition('.')[2]}"], filename=wanted)
+
+
+_PLOT, _BATCH = "/api/plots/{name}", "/api/batches/{name}"
 ROUTES = (
     Way("GET", "/api/machines", "Serial ports found, plotters and their beds, print queues and printers", machines),
     Way("POST", "/api/pen", "Move a plotter's pen: up, down, to its zero, so far; or its motors off", move,
         body=PenMove),
-    Way("GET", "/api/plots", "The plots that are kept, newest first; of those that are drawn now, the tasks", plots),
-    Way("POST", "/api/plots", "Keep a text as a plot, which is drawn later", keep, body=NewPlot),
-    Way("GET", "/api/plots/{name}", "How far a plot has come, what comes next, how its sheet lies on the bed", show),
-    Way("GET", "/api/plots/{name}/pages/{page:int}", "A page of it, from 0, its strokes as they are drawn", page,
+    Way("GET", "/api/plots", "The plots that are kept, newest first; of those that are drawn now, the tasks",
+        _listed("plot", "plot_desk.plots", "drawn")),
+    Way("POST", "/api/plots", "Keep a text as a plot, which is drawn later", keep_plot, body=NewPlot),
+    Way("GET", _PLOT, "How far a plot has come, what comes next, how its sheet lies on the bed",
+        _shown("plot", "plot_desk.show_plot")),
+    Way("GET", f"{_PLOT}/pages/{{page:int}}", "A page of it, from 0, its strokes as they are drawn", page,
         answer="image/svg+xml"),
-    Way("POST", "/api/plots/{name}/draw", "Draw it, or what is left; the task's events tell where the pen is", draw,
+    Way("POST", f"{_PLOT}/draw", "Draw it, or what is left; the task's events tell where the pen is", draw,
         body=DrawnPlot),
-    Way("DELETE", "/api/plots/{name}", "Delete it", forget),
+    Way("DELETE", _PLOT, "Delete it", _forgotten("plot", "plot_jobs.forget_job")),
     Way("POST", "/api/tasks/{id}/word", "Say pause, on or stop to a plot; on or stop to what asks for something", say,
         body=Said),
+    Way("GET", "/api/batches", "The batches that are kept, newest first; of those that are made now, tasks",
+        _listed("batch", "batch_desk.batches", "made")),
+    Way("POST", "/api/batches", "Keep a table with its letter, with gaps as {{ first_name }}; a text without a table",
+        keep_batch, body=NewBatch),
+    Way("GET", _BATCH, "A batch: its rows, what its proof says of them, and what its journal says became of them",
+        _shown("batch", "batch_desk.show_batch")),
+    Way("POST", f"{_BATCH}/proof", "Make the proof of a batch: every page, small, and what to look at", prove),
+    Way("POST", f"{_BATCH}/approval", "Approve the proof: what is made then is what was looked at, or nothing",
+        _shown("batch", "batch_desk.approve_batch"), body=Approval),
+    Way("POST", f"{_BATCH}/make", "Print or plot it, or go on where its journal says; each page once", make,
+        body=MadeBatch),
+    Way("GET", f"{_BATCH}/files/{{file}}", "proof.pdf, a picture of it by its name, or the batch.pdf that was made",
+        file, answer="application/pdf"),
+    Way("DELETE", _BATCH, "Delete it; its journal stays", _forgotten("batch", "batch_desk.forget_batch")),
 )  # fmt: skip

@@ -21,16 +21,13 @@ from starlette.types import ASGIApp
 
 from handout import atomic
 from handout.errors import InputError, at_border
-from handout.web import batches, calibration, hands, jobs, letters, styles, tasks, writing
+from handout.web import calibration, hands, jobs, letters, tasks, writing
 from handout.web.guard import Guard
 from handout.web.routes import Way, json_answer, openapi
 from handout.web.studio import Studio
 from handout.web.workers import bare
 
-TABLES = (
-    *(tasks.ROUTES, writing.ROUTES, hands.ROUTES, letters.ROUTES, styles.ROUTES),
-    *(calibration.ROUTES, jobs.ROUTES, batches.ROUTES),
-)
+TABLES = (tasks.ROUTES, writing.ROUTES, hands.ROUTES, letters.ROUTES, calibration.ROUTES, jobs.ROUTES)
 PORT = 7217  # that is tried first; no service is registered there (IANA).  Drafts belong to it, so it stays the same
 _STATIC = Path(__file__).resolve().parent / "static"
 _MOST_CONNECTIONS = 200  # at once; a browser opens six

@@ -78,7 +78,9 @@ async def upload(studio: Studio, request: Request, body: None) -> Response:
     if suffix not in SUFFIXES:
         raise HTTPException(422, f"A file is sent with its name, which ends in one of {', '.join(SUFFIXES)}.")
     studio.room(0)
-    path, size = studio.folder() / f"{_harmless(name)}{suffix}", 0
+    # by letters, digits and hyphens the scan is called in a hand, and in sentences
+    stem = re.sub("[^A-Za-z0-9]+", "-", PurePath(name).stem)[:40].strip("-") or "scan"
+    path, size = studio.folder() / f"{stem}{suffix}", 0
     try:
         with path.open("wb") as file:
             async for part in request.stream():
@@ -92,11 +94,6 @@ async def upload(studio: Studio, request: Request, body: None) -> Response:
         raise
     studio.uploads[key := secrets.token_urlsafe(16)] = Upload(path, name, size)
     return json_answer({"id": key, "name": name, "bytes": size})
-
-
-def _harmless(name: str) -> str:
-    """The stem of a name as letters, digits and hyphens: by it the scan is called in a hand, and in sentences."""
-    return re.sub("[^A-Za-z0-9]+", "-", PurePath(name).stem)[:40].strip("-") or "scan"
 
 
 def _forget(path: Path) -> None:

@@ -132,13 +132,15 @@ class _Process:
     async def do(self, task: Task) -> None:
         """A task, until it has ended."""
         process = await self.start()
+        assert process.stdout is not None
         self._number += 1
         number, canceller = self._number, asyncio.ensure_future(self._watch(task, process, self._number))
         try:
             _send(process, (number, task.call))
             task.tell = lambda word: _send(process, (number, word))
             while not (task.ended and task.state != "cancelled"):
-                answer = await _answer(process)
+                length = int.from_bytes(await process.stdout.readexactly(LENGTH), "big")
+                answer = msgspec.msgpack.decode(await process.stdout.readexactly(length))
                 if answer["number"] == number and self._heard(task, answer):
                     return
         except (asyncio.IncompleteReadError, ConnectionError, OSError):
@@ -207,13 +209,6 @@ def _send(process: asyncio.subprocess.Process, message: tuple[int, Call | str | 
     assert process.stdin is not None
     data = pickle.dumps(message)
     process.stdin.write(len(data).to_bytes(LENGTH, "big") + data)
-
-
-async def _answer(process: asyncio.subprocess.Process) -> dict[str, Any]:
-    assert process.stdout is not None
-    length = int.from_bytes(await process.stdout.readexactly(LENGTH), "big")
-    answer: dict[str, Any] = msgspec.msgpack.decode(await process.stdout.readexactly(length))
-    return answer
 
 
 class Lane:

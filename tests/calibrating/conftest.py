@@ -10,8 +10,7 @@ import pytest
 from handout import profiles
 from handout.calibrating import ink_samples, pen_reference, store
 from handout.calibrating.pages import chart_pages
-from handout.calibrating.session import Step
-from handout.calibrating.wizard import Task, Wizard
+from handout.calibrating.wizard import Step, Task, Wizard
 from handout.colour import table
 from handout.colour.chart import chart
 from handout.colour.patches import Patches
@@ -63,7 +62,7 @@ def profile():
 @pytest.fixture(scope="session")
 def chart_pixels(profile):
     """The one page of the chart as it is sent."""
-    return chart_pages(chart("A4"), profile, "simulated/white").pixels[0]
+    return chart_pages(chart("A4"), profile, "simulated/white").pixels[0]()
 
 
 @pytest.fixture(scope="session")
@@ -112,7 +111,7 @@ def stored(built, own_folders):
 def wizard(profile):
     """A wizard whose chart was printed."""
     made = Wizard(Task(profile, "sim", "white"))
-    made.session.go(Step.SCAN)
+    made.go(Step.SCAN)
     return made
 
 
@@ -120,6 +119,6 @@ def wizard(profile):
 def with_table(wizard, scan, built):
     """A wizard that has a table."""
     wizard.take_scans([scan])
-    shutil.copytree(built.folder, wizard.session.built)
-    wizard.session.go(Step.STRIP)
+    shutil.copytree(built.folder, wizard.built)
+    wizard.go(Step.STRIP)
     return wizard

@@ -90,7 +90,7 @@ def test_a_table_as_a_file(stored, tmp_path):
     found, _ = calibrated_ink.choose("sim", asked=str(path))
     assert found.folder is None and found.paper == "white" and found.date == stored.date
     with pytest.raises(InputError, match="a table by itself"):
-        found.keep_strip({})
+        found.keep(store.STRIP, {})
 
 
 def test_none_and_what_is_not_there(stored):

@@ -1,13 +1,14 @@
 """The wizard's steps as the page Calibration asks for them: what each shows, what a bad scan changes, who is first."""
 
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from PIL import Image
 
 from handout.calibrating import store
-from handout.calibrating.session import Step
+from handout.calibrating.wizard import Step
 from handout.errors import InputError
 from handout.pipeline import calibration_desk as desk
 from handout.pipeline.options import CalibrationOptions, CalibrationPlace
@@ -26,17 +27,18 @@ def coarse(monkeypatch, profile):
 
 def taken(wizard, path, folder, **options):
     folder.mkdir(exist_ok=True)
-    return desk.take_scans(CalibrationPlace("sim", "white", options=CalibrationOptions(**options)), folder, [path])
+    options = CalibrationOptions(**options)
+    return desk.take_scans(CalibrationPlace("sim", "white", options=options, folder=folder, scans=(path,)))
 
 
 def test_the_chart_is_printed_and_given_as_a_file(tmp_path):
     first = desk.open_calibration(PLACE)
     assert (first["number"], first["step"], first["resumed"]) == (1, str(Step.PRINT), False)
-    printed = desk.print_page(PLACE, tmp_path, to_printer=True)
+    printed = desk.print_page(replace(PLACE, folder=tmp_path))
     assert printed["step"] == str(Step.SCAN) and "frame under the patches" in printed["request"]
     assert (tmp_path / "chart.pdf").read_bytes().startswith(b"%PDF") and desk.open_calibration(PLACE)["resumed"]
     with pytest.raises(InputError, match="to scan the chart"):
-        desk.print_page(PLACE, tmp_path, to_printer=True)
+        desk.print_page(replace(PLACE, folder=tmp_path))
 
 
 def test_the_grid_and_the_pen_are_shown(wizard, picture, tmp_path):
@@ -101,21 +103,21 @@ def test_who_looks_at_an_older_step_is_told(wizard, scan, tmp_path):
 def test_the_whole_way_to_what_is_stored(with_table, profile, tmp_path):
     printer = loop.simulated(profile, "white")
     printer.dpi, printer.flatbed = 150, Flatbed(shading=0.0)
-    printed = desk.print_page(PLACE, tmp_path, to_printer=True)
+    printed = desk.print_page(replace(PLACE, folder=tmp_path))
     assert printed["step"] == str(Step.VERIFY)
-    wrong = desk.take_scans(PLACE, tmp_path, with_table.session.scans)
+    wrong = desk.take_scans(replace(PLACE, folder=tmp_path, scans=tuple(with_table.scans)))
     assert not wrong["accepted"] and wrong["findings"][0]["code"] == "another-chart" and wrong["pictures"]
     (strip,) = printer.scan(tmp_path / "strip.pdf", tmp_path / "strip.tif")
-    facts = desk.take_scans(PLACE, tmp_path, [strip])
+    facts = desk.take_scans(replace(PLACE, folder=tmp_path, scans=(strip,)))
     assert facts["accepted"] and facts["helps"] and facts["step"] == str(Step.STORE)
     assert facts["verified"]["after"]["mean"] < 1 < facts["verified"]["before"]["mean"]
     assert [row[0] for row in facts["shades"]] == ["Ink", "Greys"] and len(facts["shades"][0][2]) > 40
     stored = desk.store_calibration(PLACE)
     (listed,) = desk.calibrations()["stored"]
     assert listed == stored["stored"] and listed["shades"] == facts["shades"] and listed["report"]
-    desk.give_report(PLACE, listed["made"], tmp_path / "report.html")
+    desk.give_report(replace(PLACE, made=listed["made"], folder=tmp_path))
     assert "Before and after" in (tmp_path / "report.html").read_text(encoding="utf-8")
     with pytest.raises(InputError, match="no report"):
-        desk.give_report(PLACE, "2001-01-01", tmp_path / "none.html")
+        desk.give_report(replace(PLACE, made="2001-01-01", folder=tmp_path))
     shutil.rmtree(store.folder())
     assert desk.calibrations()["stored"] == []

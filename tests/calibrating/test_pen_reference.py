@@ -127,6 +127,6 @@ def test_what_the_pen_wrote_is_kept(with_pen, scribbles, tmp_path):
 
 def test_writing_of_a_hand_is_on_its_own_paper():
     density, paper, dpi = pen_reference.writing(find(HAND))
-    assert 100 <= dpi <= 1200 and np.allclose(paper, ink_samples.paper_of(HAND))
+    assert 100 <= dpi <= 1200 and np.allclose(paper, ink_samples.writer_of(HAND)[1])
     assert abs(float(np.median(density))) < 0.02 and density.max() > 0.5
     assert pen_reference.at_dpi(density, dpi, dpi / 2).shape[0] == pytest.approx(density.shape[0] / 2, abs=1)

@@ -24,18 +24,18 @@ def prepared(built, tmp_path_factory):
     folder = tmp_path_factory.mktemp("prepared") / "one"
     shutil.copytree(built.folder, folder)
     calibration = dataclasses.replace(built, folder=folder)
-    return strip.prepare(calibration), calibration.strip()
+    return strip.prepare(calibration), calibration.kept(store.STRIP)
 
 
 @pytest.fixture
 def made(stored, prepared):
     """The strip, remembered by the stored calibration."""
-    stored.keep_strip(prepared[1])
+    stored.keep(store.STRIP, prepared[1])
     return prepared[0]
 
 
 def scanned(made, stored, profile, paper="white", dpi=100, **flatbed):
-    pixels = strip.pages_of(made, stored, profile).pixels[0]
+    pixels = strip.pages_of(made, stored, profile).pixels[0]()
     sheet = Inkjet(paper).printed(pixels, profile.dpi, profile.margins)
     return Scan(Flatbed(shading=0.0, **flatbed).scan(sheet, dpi, np.random.default_rng(1)), (dpi, dpi))
 
@@ -72,7 +72,7 @@ def test_nothing_was_printed(stored):
 def test_a_chart_is_no_strip(made, stored, scan):
     with pytest.raises(Refused, match="no scan of a verification strip"):
         verification.verify(stored, [scan])
-    assert stored.verification() is None
+    assert stored.kept(store.VERIFICATION) is None
 
 
 def test_a_strip_of_other_colours_is_refused(made, stored, profile):
@@ -85,26 +85,27 @@ def test_another_paper_is_said_and_called_poor(made, stored, profile):
     found = verification.verify(stored, [scanned(made, stored, profile, paper="recycled")])
     assert "another paper" in found.findings[0]
     assert found.after.mean > 4 and "sees no difference" not in found.verdict
-    assert stored.verification()["verdict"] == found.verdict
+    assert stored.kept(store.VERIFICATION)["verdict"] == found.verdict
 
 
 def test_the_ink_of_a_hand(stored):
     drawn = ink_samples.of_hand("house-print")
-    assert len(drawn.rgba) > 500
+    assert len(drawn) > 500
     made = strip.prepare(stored, "house-print", "letter")
     assert made.paper == "letter" and made.page.paper.name == "letter"
     assert 0 <= made.out <= 1
 
 
 def test_the_paper_of_a_hand():
-    paper = ink_samples.paper_of("house-joined-ballpoint")
-    assert paper.shape == (3,) and 0.8 < paper.min() <= paper.max() <= 1
-    assert ink_samples.paper_of("house-print") is None
+    name, paper = ink_samples.writer_of("house-joined-ballpoint")
+    assert name == "house-joined-ballpoint" and len(paper) == 3 and 0.8 < min(paper) <= max(paper) <= 1
+    assert ink_samples.writer_of("house-print") == ink_samples.writer_of("") == ("", None)
 
 
 def test_ink_on_paper():
-    some = ink_samples.Inks(np.array([[0.2, 0.1, 0.4, 0.0], [0.2, 0.1, 0.4, 1.0], [0.0, 0.0, 0.0, 0.5]]))
-    assert np.allclose(some.on(np.array([0.8, 0.9, 1.0])), [[0.8, 0.9, 1.0], [0.2, 0.1, 0.4], [0.4, 0.45, 0.5]])
+    some = np.array([[0.2, 0.1, 0.4, 0.0], [0.2, 0.1, 0.4, 1.0], [0.0, 0.0, 0.0, 0.5]])
+    seen = ink_samples.lay_on(some, np.array([0.8, 0.9, 1.0]))
+    assert np.allclose(seen, [[0.8, 0.9, 1.0], [0.2, 0.1, 0.4], [0.4, 0.45, 0.5]])
 
 
 def test_two_pictures_are_one_too_many(made, stored, tmp_path):
@@ -112,4 +113,4 @@ def test_two_pictures_are_one_too_many(made, stored, tmp_path):
     Image.new("RGB", (400, 400), "white").save(path)
     with pytest.raises(InputError, match="one page, and 2 were given"):
         verification.verify(stored, [path, path])
-    assert store.every()[0].verification() is None
+    assert store.every()[0].kept(store.VERIFICATION) is None

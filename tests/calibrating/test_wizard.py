@@ -7,8 +7,7 @@ import tifffile
 from PIL import Image
 
 from handout.calibrating import ink_samples, store
-from handout.calibrating.session import Step
-from handout.calibrating.wizard import ScansRefused, Task, Wizard
+from handout.calibrating.wizard import ScansRefused, Step, Task, Wizard, remove
 from handout.errors import InputError
 from handout.simulated import print_and_scan as loop
 from handout.simulated.printer import Flatbed, Inkjet
@@ -20,7 +19,7 @@ DPI = 80
 def test_the_whole_way(with_table, profile, tmp_path):
     wizard, printer = with_table, loop.simulated(profile, "white")
     printer.dpi, printer.flatbed = 150, Flatbed(shading=0.0)
-    (document,) = wizard.print_strip()
+    (document,) = wizard.print_page()
     verified = wizard.take_strip(printer.scan(document, tmp_path / "strip.tif")[0])
     assert verified.after.mean <= 0.5
     assert verified.before.mean > 5
@@ -30,14 +29,14 @@ def test_the_whole_way(with_table, profile, tmp_path):
     kept = wizard.store()
     assert wizard.step is Step.DONE
     assert store.newest("sim").date == kept.date
-    assert kept.verification()["after"]["mean"] == verified.after.mean
-    assert not wizard.session.folder.exists()
+    assert kept.kept(store.VERIFICATION)["after"]["mean"] == verified.after.mean
+    assert not wizard.folder.exists()
 
 
 def test_the_table_is_built_of_the_scan(wizard, scan, patches):
     assert wizard.take_scans([scan]).findings == ()
     assert wizard.step is Step.BUILD
-    kept = store.read_patches(wizard.session.patches)
+    kept = store.read_patches(wizard.patches)
     assert np.allclose(kept.scanned, patches.scanned, atol=1e-12)
     assert np.allclose(kept.deviation, patches.deviation, atol=1e-12)
 
@@ -48,15 +47,15 @@ def test_a_run_that_was_left_is_gone_on_with(wizard, scan, profile):
     assert again.resumed and again.step is Step.BUILD
     assert not Wizard(Task(profile, "sim", "cream")).resumed
     afresh = Wizard(Task(profile, "sim", "white"), afresh=True)
-    assert not afresh.resumed and afresh.step is Step.PRINT and not again.session.folder.exists()
+    assert not afresh.resumed and afresh.step is Step.PRINT and not again.folder.exists()
 
 
 def test_of_a_session_whose_deletion_is_broken_off_nothing_is_gone_on_with(wizard, scan, profile, monkeypatch):
     wizard.take_scans([scan])
-    left = wizard.session.scans[0]
+    left = wizard.scans[0]
     with monkeypatch.context() as patch:
         patch.setattr("shutil.rmtree", lambda *_, **__: None)
-        wizard.session.close()
+        remove(wizard.folder)
     assert left.is_file()
     assert not Wizard(Task(profile, "sim", "white")).resumed and not left.exists()
 
@@ -64,12 +63,12 @@ def test_of_a_session_whose_deletion_is_broken_off_nothing_is_gone_on_with(wizar
 @pytest.mark.slow
 def test_a_chart_of_two_pages_waits_for_the_other(profile, tmp_path):
     wizard = Wizard(Task(profile, "sim", "white", pages=2))
-    document, *_ = wizard.print_chart()
+    document, *_ = wizard.print_page()
     printer = loop.simulated(profile, "white")
     printer.dpi = DPI
     first, second = printer.scan(document, tmp_path / "chart.tif")
     assert "Page 1" in wizard.take_scans([second]).missing
-    assert wizard.step is Step.SCAN and len(wizard.session.scans) == 1
+    assert wizard.step is Step.SCAN and len(wizard.scans) == 1
     blank = tmp_path / "blank.png"
     Image.new("RGB", (827, 1169), "white").save(blank, dpi=(DPI, DPI))
     with pytest.raises(ScansRefused, match="The 1 good scan from before is kept"):
@@ -136,8 +135,8 @@ def refused(wizard, path):
     """The codes of what was refused; nothing has changed by it."""
     with pytest.raises(ScansRefused) as caught:
         wizard.take_scans([path])
-    assert wizard.step is Step.SCAN and wizard.session.scans == [] and store.every() == []
-    assert not wizard.session.patches.exists()
+    assert wizard.step is Step.SCAN and wizard.scans == [] and store.every() == []
+    assert not wizard.patches.exists()
     return {one.code for one in caught.value.findings if one.severity == "refuse"}
 
 
@@ -181,16 +180,16 @@ def test_a_bad_print_is_named(fault, code, wizard, profile, chart_pixels, tmp_pa
 @pytest.mark.slow
 def test_other_settings_than_the_hands_are_named(profile, scan, monkeypatch):
 
-    monkeypatch.setattr(ink_samples, "paper_of", lambda name: np.array([0.80, 0.95, 0.97]))
+    monkeypatch.setattr(ink_samples, "writer_of", lambda name: ("", [0.80, 0.95, 0.97]))
     wizard = Wizard(Task(profile, "sim", "white", hand="house-joined-ballpoint"))
-    wizard.session.go(Step.SCAN)
+    wizard.go(Step.SCAN)
     (found,) = wizard.take_scans([scan]).findings
     assert found.code == "settings-differ" and "lighter in red" in found.sentence
 
 
 def test_another_chart_is_named(profile, scan):
     wizard = Wizard(Task(profile, "sim", "white", sheet="letter"))
-    wizard.session.go(Step.SCAN)
+    wizard.go(Step.SCAN)
     assert refused(wizard, scan) == {"another-chart"}
 
 

@@ -75,7 +75,7 @@ def test_a_scanned_hand_is_written_with_any_pen(call, pen):
     [
         (("brush", "learn", "none.png", "-o", "a.brush"), "none.png"),
         (("brush", "learn", "blank.png", "-o", "a.brush"), "there is no stroke"),
-        (("brush", "learn", "blank.png", "-o", "a.png"), ".brush file"),
+        (("brush", "learn", "blank.png", "-o", "a.png"), "kept as .brush"),
         (("brush", "learn", "blank.png", "-o", "plain.brush"), "name of a pen"),
         (("brush", "show", "none.brush", "-o", "a.png"), "no such brush"),
         (("brush", "show", "marker", "-o", "a.svg"), "a.png"),

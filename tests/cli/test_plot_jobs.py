@@ -146,9 +146,9 @@ def test_a_text_that_names_a_file_is_the_file(call):
 
 def test_nobody_can_be_asked_for_the_next_sheet(call, monkeypatch):
     """A real port asks; without a terminal that is an error, and the job is kept."""
-    from handout.cli import operator
+    from handout.pipeline import plotting
 
-    monkeypatch.setattr(operator, "is_simulated", lambda address: False)
+    monkeypatch.setattr(plotting, "is_simulated", lambda address: False)
     _, err = call("plot", "--port", "sim:", "hi", "--copies", 2, "--seed", 1, code=2)
     assert "Put in sheet 2: nobody can be asked to; use --yes" in err
     name = re.search(r"--resume (\S+)", err).group(1)

@@ -104,7 +104,7 @@ def test_the_plot_takes_the_pose(artist, call):
         (("pose", "learn", "none.svc", "-o", "a.pose"), "Cannot read none.svc"),
         (("pose", "learn", "drawing.svg", "-o", "a.pose"), "no pose to learn from these recordings"),
         (("pose", "learn", "drawing.svg", "-o", "a.json"), "kept as .pose: use a.pose"),
-        (("pose", "show", "artist.pose", "-o", "a.pdf"), "shown as PNG: use a.png"),
+        (("pose", "show", "artist.pose", "-o", "a.pdf"), "shown as .png: use a.png"),
         (("pose", "show", "drawing.svg.pose", "-o", "a.png"), "cannot be used"),
         (("write", "a", "--pose", "nobody", "-o", "a.svg"), "No pose library is called 'nobody'"),
         (("restyle", "drawing.svg", "--trajectory", "-o", "a.svg"), "name it with --pose"),

@@ -58,6 +58,11 @@ def test_rows_that_cannot_be_made_stand_at_the_top(call):
     assert json.loads(Path("proof.json").read_text())["rows"] == [2, 4]
     _, err = call("print", *LETTER, *QUICK, "--dry-run", "out.svg", "--approved", "proof.json", code=2)
     assert "row 3 is not in it" in err
+    for endless in ("Infinity", "1e999", "NaN"):
+        proof = json.loads(Path("proof.json").read_text()) | {"seed": 0}
+        Path("endless.json").write_text(json.dumps(proof).replace('"seed": 0', f'"seed": {endless}'))
+        _, err = call("print", *LETTER, *QUICK, "--dry-run", "out.svg", "--approved", "endless.json", code=2)
+        assert "it is no proof of handout" in err
 
 
 @pytest.mark.slow

@@ -77,7 +77,7 @@ def test_what_cannot_be_is_named(trace, tmp_path, capsys):
     wrong.write_text("{}")
     for args, said in (
         (("strokes", "fit", tmp_path / "no.inkml"), "no.inkml"),
-        (("strokes", "fit", trace, "-o", tmp_path / "plan.txt"), "ends in .json"),
+        (("strokes", "fit", trace, "-o", tmp_path / "plan.txt"), "use plan.json"),
         (("strokes", "draw", wrong, "-o", tmp_path / "a.svg"), "not a page of plans"),
         (("strokes", "draw", tmp_path / "no.json", "-o", tmp_path / "a.svg"), "Cannot read"),
         (("strokes", "vary", wrong, "--copies", "0", "-o", tmp_path / "a.svg"), "copies: 0 is outside"),

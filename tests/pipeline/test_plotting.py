@@ -10,7 +10,8 @@ from handout import profiles
 from handout.errors import DeviceAlarm, InputError
 from handout.pipeline import plot_jobs
 from handout.pipeline.plot_request import HookOptions, PartOptions, PlotOptions
-from handout.pipeline.plotting import Unattended, preview, preview_again
+from handout.pipeline.plotting import AtPlotter, preview, preview_again
+from handout.pipeline.results import Attendant
 from handout.plotting.jobs import store
 from handout.plotting.jobs.pages import NewPage
 from handout.sources import read_drawing
@@ -24,7 +25,7 @@ def elsewhere(tmp_path, monkeypatch):
     monkeypatch.setattr("os.fsync", lambda handle: None)
 
 
-class Heard:
+class Heard(Attendant):
     def __init__(self):
         self.sentences, self.shares = [], []
 
@@ -40,14 +41,16 @@ class Heard:
 def test_a_text_is_plotted_previewed_and_gone_on_with():
     heard = Heard()
     with pytest.raises(DeviceAlarm, match="go on with: handout plot --resume"):
-        handout.plot("ill", "sim:?fault=alarm&after=30", listener=heard)
+        handout.plot("ill", "sim:?fault=alarm&after=30", attendant=heard)
     (state,) = plot_jobs.list_jobs()
-    assert not state.finished and 0 <= state.share < 1 and "goes on with sheet 1 of 1" in state.outlook
+    assert not state["finished"] and 0 <= state["drawn_mm"] < state["pen_down_mm"]
+    assert "goes on with sheet 1 of 1" in plot_jobs.outlook(store.find(state["job"]))
     assert any("1 sheet" in sentence for sentence in heard.sentences)
-    result = handout.resume(port="sim:", listener=heard)
-    assert result.job.name == state.name and result.facts()["finished"]
+    result = handout.resume(port="sim:", attendant=heard)
+    assert result.job.name == state["job"] and result.facts()["finished"]
     assert heard.shares[-1] == (1.0, "plotting") and result.fidelity.startswith("Measured: ")
-    assert plot_jobs.show_job(state.name).share == pytest.approx(1.0)
+    done = plot_jobs.state_of(store.find(state["job"]))
+    assert done["drawn_mm"] == pytest.approx(done["pen_down_mm"])
     request = handout.PlotRequest(handout.pipeline.inputs.Source("ill"), handout.WritingOptions(seed=1))
     shown = preview(request, ["ill.svg"])
     assert json.loads(json.dumps(shown.facts()))["planned_s"] > 0 and shown.files[0].is_file()
@@ -94,9 +97,9 @@ def test_a_hand_in_memory_has_all_its_pages_made_at_once():
 
 
 def test_where_nobody_is_only_a_person_can_push_the_pen_to_its_zero():
-    person = Unattended("/dev/ttyUSB0")
+    person = AtPlotter(Attendant(), "/dev/ttyUSB0")
     person.do("Put in sheet 2")
     with pytest.raises(InputError, match="--at-zero"):
         person.do("Lift the pen and push it above the plotter's zero")
     assert not person.try_again(DeviceAlarm("stopped"))
-    Unattended("sim:").do("push it above the plotter's zero")
+    AtPlotter(Attendant(), "sim:").do("push it above the plotter's zero")

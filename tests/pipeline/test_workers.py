@@ -23,8 +23,7 @@ from handout.pipeline.merging import Account, RowPages
 from handout.pipeline.options import MergeOptions, PictureOptions, PrintOptions, SheetOptions, TableOptions
 from handout.pipeline.options import WritingOptions as Writing
 from handout.pipeline.results import SILENT
-from handout.pipeline.row_work import MadeRow, Remote, RowWork, WorkersLost, row_work
-from handout.pipeline.workers import ProcessWorkers, opened
+from handout.pipeline.row_work import MadeRow, ProcessWorkers, Remote, RowWork, WorkersLost, opened, row_work
 from handout.printing.prepared import PreparedRow
 from handout.printing.rows import Row
 
@@ -134,7 +133,7 @@ def test_a_machine_where_pages_could_come_out_otherwise_is_refused(work):
 @pytest.mark.slow
 def test_no_cluster_is_one_sentence(work, monkeypatch):
     pytest.importorskip("distributed")
-    monkeypatch.setattr("handout.pipeline.cluster._ANSWER", 0.1)
+    monkeypatch.setattr("handout.pipeline.row_work._ANSWER", 0.1)
     with pytest.raises(InputError, match="no scheduler answers at nowhere"), opened(work, 1, "nowhere:1", print):
         pass
 

@@ -179,5 +179,5 @@ def test_profiles_that_fit_are_named(monkeypatch):
     answer = connections.identify("/dev/ttyACM0", lambda url, baud: board)
     assert answer.firmware == "EBBv13_and_above EB Firmware Version 2.8.1"
     monkeypatch.setattr(connections, "identify", lambda port: answer)
-    facts = devices.probe("/dev/ttyACM0").facts()
+    facts = devices.probe("/dev/ttyACM0")
     assert facts["profiles"] == ["axidraw-v3", "axidraw-se-a3"] and "axidraw-minikit" in facts["others"]

@@ -28,13 +28,10 @@ class Looking:
     """A person who lowers the pen until it touches; `told` replaces an answer to a question."""
 
     def __init__(self, port, **told):
-        self.port, self.told, self.asked, self.heard = port, told, [], []
+        self.port, self.told, self.asked = port, told, []
 
     def do(self, request):
         self.asked.append(request)
-
-    def hear(self, text):
-        self.heard.append(text)
 
     def answer(self, question, answers):
         self.asked.append(question)

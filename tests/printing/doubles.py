@@ -1,15 +1,20 @@
 """Stand-ins for the tests of the printing room: a writer that rules lines, and a print system of shell scripts."""
 
 import os
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from handout.errors import MissingCharacters
-from handout.printing.batch import BatchOptions, PageMaker, print_rows
+from handout.printing.batch import BatchOptions, Way, chosen_rows, destination, make_rows
+from handout.printing.envelope import address_layout, address_text
+from handout.printing.journal import ENVELOPE, Journal
+from handout.printing.prepared import BatchPage, prepare_row
 from handout.printing.rows import Row
-from handout.printing.sending import Listener
+from handout.progress import silent
+from handout.sinks import drawing_file
 from handout.values import Drawing, Raster, Stroke
 
 _LP = """#!/bin/sh
@@ -95,8 +100,19 @@ def rows(count, **changed):
 
 
 def print_all(table, write, profile, page, *, ink=block, select="", copies=1, again="", out=None, **given):
-    """`print_rows` with the fields of its options as keywords."""
-    maker = PageMaker(write, ink, x_height=given.pop("x_height", None), about=given.pop("about", {}))
-    listener = Listener(given.pop("progress", Listener().progress))
+    """Address an envelope for every row and print it, or write it to a file; `write` gets text, layout and number."""
+    record, x_height = given.pop("journal", None) or Journal(), given.pop("x_height", None)
+    tell = given.pop("tell", silent)
     options = BatchOptions(select, copies, again, out, given.pop("all_or_none", False))
-    return print_rows(table, maker, profile, page, options, listener=listener, **given)
+    chosen_rows(table, options, record.resumed)
+    address_layout(page, 1, 1, x_height)
+    way = Way(profile, lambda page: profile, given.pop("about", {}), resumed=record.resumed, **given)
+
+    def envelope(row):
+        layout = address_layout(page, len(row.lines), max(map(len, row.lines)), x_height)
+        drawing = write(address_text(row), layout, row.number)
+        return [BatchPage(ENVELOPE, drawing, partial(ink, drawing), file=partial(drawing_file, drawing))]
+
+    with destination(way, options, [page]) as place:
+        make = partial(map, partial(prepare_row, envelope, place.prepare))
+        return make_rows(table, make, place, options, record, tell=tell)

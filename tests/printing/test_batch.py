@@ -66,8 +66,8 @@ def test_rows_that_fail_are_reported_together_and_the_others_are_done(print_syst
 
 def test_an_envelope_is_sent_before_the_next_is_made(print_system):
     calls = []
-    run(rows(3), progress=lambda done, total, stage: calls.append((stage, done, print_system.calls)))
-    assert calls == [("send", 0, 0), ("send", 1, 1), ("send", 2, 2), ("send", 3, 3)]
+    run(rows(3), tell=lambda share, stage: calls.append((stage, print_system.calls)))
+    assert calls == [("send 0/3", 0), ("send 1/3", 1), ("send 2/3", 2), ("send 3/3", 3)]
 
 
 def test_where_one_row_keeps_all_from_being_made_nothing_is_sent_before_all_are_checked(print_system):
@@ -75,7 +75,7 @@ def test_where_one_row_keeps_all_from_being_made_nothing_is_sent_before_all_are_
     run(
         rows(3),
         all_or_none=True,
-        progress=lambda done, total, stage: stage == "check" and calls.append(print_system.calls),
+        tell=lambda share, stage: stage.startswith("check") and calls.append(print_system.calls),
     )
     assert calls == [0] * 3 and print_system.calls == 3
     with pytest.raises(RowsRefused, match="Row 4 cannot be made, nor can 1 other"):

@@ -11,7 +11,7 @@ from handout.printing.ipp import status
 from handout.printing.ipp.client import Client, Refused
 from handout.printing.ipp.message import Group, Message, Tag, attribute
 from handout.printing.ipp.queue import IppQueue
-from handout.printing.ipp.request import Capabilities, Request, job_attributes
+from handout.printing.ipp.request import Capabilities, job_attributes
 from handout.printing.ipp.status import JobState
 from handout.printing.ipp.transport import Transport, TransportError, is_address, parse_address
 from handout.printing.queue import Outcome, OutcomeUnknown, Ticket
@@ -106,7 +106,7 @@ def test_options_of_a_profile_have_the_type_that_the_printer_gives_them(page):
 def test_an_old_printer_is_told_the_name_of_the_sheet():
     sheets = attribute("media-supported", Tag.KEYWORD, "iso_dl_110x220mm")
     old = Capabilities(Message(0, (Group(Tag.PRINTER, (sheets,)),)))
-    request = Request("t", "application/pdf", 110, 220, media="iso_dl_110x220mm")
+    request = Ticket("t", "iso_dl_110x220mm", sheet=Page(110, 220), format="application/pdf")
     assert job_attributes(request, old) == (attribute("media", Tag.KEYWORD, "iso_dl_110x220mm"),)
     with pytest.raises(ProfileError, match="nobody choose a tray"):
         job_attributes(replace(request, source="rear"), old)
@@ -361,7 +361,9 @@ def test_what_is_no_ipp_is_a_plain_error():
 def test_copies_are_told(page):
     with SimulatedPrinter() as printer:
         client = Client(Transport(parse_address(printer.uri)))
-        client.print(Request("t", "application/pdf", 110, 220, copies=3), client.capabilities(), DOCUMENT)
+        client.print(
+            Ticket("t", "", sheet=Page(110, 220), format="application/pdf", copies=3), client.capabilities(), DOCUMENT
+        )
         assert told(printer.jobs[0])["copies"] == 3
 
 

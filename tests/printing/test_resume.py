@@ -19,12 +19,12 @@ from handout.printing import journal
 from handout.printing.cups import CupsQueue
 from handout.printing.ipp.client import Client
 from handout.printing.ipp.queue import IppQueue
-from handout.printing.ipp.request import Request
 from handout.printing.ipp.status import JobState
 from handout.printing.ipp.transport import Transport, parse_address
-from handout.printing.queue import FolderQueue, Outcome, OutcomeUnknown, SimulatedQueue
+from handout.printing.queue import FolderQueue, Outcome, OutcomeUnknown, SimulatedQueue, Ticket
 from handout.printing.sending import PrintingStopped
 from handout.profiles import Printer
+from handout.values import Page
 from handout_lab.ipp.printer import Faults, SimulatedPrinter
 
 DL = page("DL")
@@ -488,7 +488,11 @@ def print_server(print_system, **faults):
         (print_system.folder / "server").write_text(server.uri.removeprefix("ipp://").split("/")[0])
         client = Client(Transport(parse_address(server.uri), 5.0))
         for number in (1, 2, 3):
-            client.print(Request(f"job {number}", "application/pdf", 110, 220), client.capabilities(), b"%PDF")
+            client.print(
+                Ticket(f"job {number}", "", sheet=Page(110, 220), format="application/pdf"),
+                client.capabilities(),
+                b"%PDF",
+            )
         yield server
 
 

@@ -187,6 +187,25 @@ def test_what_a_device_refused_is_made_by_the_others(many):
     assert len({(name, piece.row) for name, piece in log}) == 20 and not stopped
 
 
+def test_a_row_that_is_refused_last_is_made_by_a_device_that_had_nothing_left():
+    log, taken = [], threading.Event()
+
+    class Early(Spool):
+        def take(self, number, pages, copies):
+            super().take(number, pages, copies)
+            taken.set()
+
+    class Late(Spool):
+        def sheets(self, pieces):
+            taken.wait(10)
+            return super().sheets(pieces)
+
+    place = Several([Early(Machine("a", log, 1), 3), Late(Machine("b", log), 3)])
+    with Journal() as kept, place:
+        report = make_rows([Row(2, ("A",))], make, place, BatchOptions(), kept)
+    assert made(log) == wanted(1) and {name for name, _ in log} == {"b"} and report.rows == (2,)
+
+
 def test_when_all_stop_the_rest_is_named_and_gone_on_with(tmp_path):
     log = []
     what = journal.Batch(Path("table.csv"), {"a": 1})

@@ -167,13 +167,12 @@ def test_rows_that_cannot_be_made_are_left_out_of_a_batch_that_is_approved(progr
 
 def test_what_is_asked_of_some_plotters_that_share_a_batch_goes_to_the_page():
     """Each question waits for its own answer, and what stops one stops all of them by their first thread."""
-    from handout.pipeline.plot_desk import Attendant, Shared
+    from handout.pipeline.plot_desk import AtPage
 
     said, shown = Queue(), []
     wire = SimpleNamespace(say=print, note=print, progress=print, live=shown.append)
     wire.word = lambda seconds=0.0: said.get(timeout=9)
-    with pytest.raises(KeyboardInterrupt), Shared(wire) as shared:
-        attendant = Attendant(("/dev/ttyUSB0", AT_ONCE), shared)
+    with pytest.raises(KeyboardInterrupt), AtPage(wire, shared=True) as attendant:
         said.put("pause")  # each plotter has a button for that
         said.put("on")
         attendant.do("Put in a sheet at /dev/ttyUSB0")

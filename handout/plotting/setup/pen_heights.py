@@ -45,9 +45,6 @@ class Person(Protocol):
     def answer(self, question: str, answers: Mapping[str, str]) -> str:
         """One of the answers, which are told with what they mean."""
 
-    def hear(self, text: str) -> None:
-        """Tell something."""
-
 
 class Heights(NamedTuple):
     """What the pen is told, as in the profile: servo values or mm; pressed: None, it was not asked for."""
@@ -207,7 +204,7 @@ def find(bench: Bench) -> Heights:
     with bench.working():
         touching = _asked(bench, steps, "t", "the pen just touches the paper", may_turn=not steps.lift_z)
         if steps.lift_z:
-            bench.person.hear(
+            bench.log(
                 f"The paper is at {touching:g} mm. A Z axis that finds its zero by a switch will find it there again; "
                 "one that has none forgets it when it is switched off."
             )
@@ -219,7 +216,7 @@ def find(bench: Bench) -> Heights:
         up = (steps.least if steps.sign > 0 else steps.greatest) if above is None else above
         bench.take(up=up, down=touching)
         bench.go(up)
-        bench.person.hear("Now how high it is lifted: clear of the paper everywhere, and no higher than it needs.")
+        bench.log("Now how high it is lifted: clear of the paper everywhere, and no higher than it needs.")
         up = _asked(bench, steps, "o", "that is right", may_turn=False)
         bench.take(up=up)
         down = _chosen(bench, steps, touching, up, "Which row is the lightest that is whole?")
@@ -240,14 +237,14 @@ def _asked(bench: Bench, steps: Steps, done: str, means: str, *, may_turn: bool)
         elif answer == "x":
             steps.sign = -steps.sign
         elif (there := steps.from_(bench.at, steps.size if answer == "d" else -steps.size)) is None:
-            bench.person.hear(f"It goes no further than {steps.least:g} to {steps.greatest:g}.")
+            bench.log(f"It goes no further than {steps.least:g} to {steps.greatest:g}.")
         else:
             bench.go(there)
 
 
 def _pressed(bench: Bench, steps: Steps, down: float, up: float) -> float:
     """How deep the pen goes at full pressure; `down` where nothing gives way."""
-    bench.person.hear(
+    bench.log(
         "Where the pen gives way (a spring in its holder, a soft tip), it can be pressed by going deeper, as a hand "
         "presses. A pen that is clamped hard would be bent; one that lies on the paper by its weight goes no deeper."
     )

@@ -14,9 +14,10 @@ from typing import NamedTuple
 
 from handout.errors import PrinterError
 from handout.printing.ipp.message import Attribute, Group, Message, Tag, Value, attribute, decode, encode
-from handout.printing.ipp.request import Capabilities, Request, job_attributes
+from handout.printing.ipp.request import Capabilities, job_attributes
 from handout.printing.ipp.status import DOUBTFUL, RETRYABLE, JobState, Status, phrase
 from handout.printing.ipp.transport import Transport, TransportError
+from handout.printing.queue import Ticket
 
 _USER = "handout"  # nobody's name is told to the printer; the same one every time, so that a job may be cancelled
 _JOB_ATTRIBUTES = ("job-id", "job-name", "job-state", "job-state-reasons", "time-at-creation")
@@ -172,7 +173,7 @@ class Client:
         wanted = attribute("requested-attributes", Tag.KEYWORD, "all")
         return Capabilities(self._ask(Operation.GET_PRINTER_ATTRIBUTES, (wanted,)))
 
-    def validate(self, request: Request, capabilities: Capabilities) -> None:
+    def validate(self, ticket: Ticket, capabilities: Capabilities) -> None:
         """Ask whether the printer would take such a page (Validate-Job); nothing is printed.
 
         Raises
@@ -182,9 +183,9 @@ class Client:
         """
         if Operation.VALIDATE_JOB not in capabilities.operations:
             return
-        self._ask(Operation.VALIDATE_JOB, _about(request), job_attributes(request, capabilities))
+        self._ask(Operation.VALIDATE_JOB, _about(ticket), job_attributes(ticket, capabilities))
 
-    def print(self, request: Request, capabilities: Capabilities, document: bytes) -> int:
+    def print(self, ticket: Ticket, capabilities: Capabilities, document: bytes) -> int:
         """Print a document (Print-Job); the number of the job.
 
         Raises
@@ -194,19 +195,19 @@ class Client:
         TransportError
             The connection broke, or what answers HTTP has failed: what became of the page is not known.
         """
-        job = job_attributes(request, capabilities)
-        return self._job_number(self._ask(Operation.PRINT_JOB, _about(request), job, document))
+        job = job_attributes(ticket, capabilities)
+        return self._job_number(self._ask(Operation.PRINT_JOB, _about(ticket), job, document))
 
-    def create(self, request: Request, capabilities: Capabilities) -> int:
+    def create(self, ticket: Ticket, capabilities: Capabilities) -> int:
         """Begin a job (Create-Job), which prints nothing before it has its document; its number."""
-        about = tuple(entry for entry in _about(request) if entry.name != "document-format")
-        return self._job_number(self._ask(Operation.CREATE_JOB, about, job_attributes(request, capabilities)))
+        about = tuple(entry for entry in _about(ticket) if entry.name != "document-format")
+        return self._job_number(self._ask(Operation.CREATE_JOB, about, job_attributes(ticket, capabilities)))
 
-    def send(self, number: int, request: Request, document: bytes) -> None:
+    def send(self, number: int, ticket: Ticket, document: bytes) -> None:
         """Give a job that has been begun its only document (Send-Document); raises as `print` does."""
         about = (
             _number(number),
-            attribute("document-format", Tag.MIME_TYPE, request.format),
+            attribute("document-format", Tag.MIME_TYPE, ticket.format),
             attribute("last-document", Tag.BOOLEAN, True),
         )
         self._ask(Operation.SEND_DOCUMENT, about, document=document)
@@ -332,11 +333,11 @@ class Client:
         return answer
 
 
-def _about(request: Request) -> tuple[Attribute, ...]:
+def _about(ticket: Ticket) -> tuple[Attribute, ...]:
     """The attributes of a document and of its job."""
     return (
-        attribute("job-name", Tag.NAME, request.title),
-        attribute("document-format", Tag.MIME_TYPE, request.format),
+        attribute("job-name", Tag.NAME, ticket.title),
+        attribute("document-format", Tag.MIME_TYPE, ticket.format),
         # without this a printer may take another sheet than was asked for, and say so only afterwards
         attribute("ipp-attribute-fidelity", Tag.BOOLEAN, True),
     )

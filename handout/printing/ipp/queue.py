@@ -10,11 +10,10 @@ from pathlib import Path
 from handout.errors import InputError, PrinterError
 from handout.printing.documents import MIME
 from handout.printing.ipp.client import Client, JobReference, JobStatus
-from handout.printing.ipp.request import Request
 from handout.printing.ipp.status import JobState, blocks_output, jammed, reason_phrase
 from handout.printing.ipp.submission import PAUSES, Submission
 from handout.printing.ipp.transport import TransportError
-from handout.printing.queue import Outcome, OutcomeUnknown, Say, Ticket
+from handout.printing.queue import Outcome, OutcomeUnknown, Queue, Say, Ticket
 
 # s, set by eye: between questions about a job, and how long an unreachable printer is asked again
 _POLL, _SLOWEST_POLL, _PATIENCE = 0.25, 2.0, 60.0
@@ -22,10 +21,8 @@ _SLOWER = 1.5  # each pause to the one before
 _FORMATS = ("pdf", "pwg", "urf")  # in the order of preference
 
 
-class IppQueue:
+class IppQueue(Queue):
     """An IPP printer as a queue."""
-
-    keeps = False
 
     def __init__(
         self,
@@ -134,13 +131,11 @@ class IppQueue:
             return blocking
         return reason_phrase([reason for reason in status.reasons if reason != "printer-stopped"])
 
-    def _request(self, ticket: Ticket) -> Request:
-        # the kind of paper belongs to the sheet in IPP, and is an option beside it for a CUPS queue
+    def _request(self, ticket: Ticket) -> Ticket:
+        """The ticket as IPP has it: the kind of paper belongs to the sheet, and is an option beside it for CUPS."""
         options = dict(ticket.options)
         kind = options.pop("media-type", ticket.type)
-        sheet, format = ticket.sheet, MIME[self.format]
-        size = (sheet.width, sheet.height)
-        return Request(ticket.title, format, *size, ticket.source, ticket.media, kind, options=options)
+        return replace(ticket, format=MIME[self.format], type=kind, options=options)
 
 
 def earlier_outcome(client: Client, job: str, title: str, earlier: Collection[str]) -> Outcome:

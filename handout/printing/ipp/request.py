@@ -2,40 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from handout.errors import ProfileError
-from handout.printing.ipp.message import Attribute, Message, Range, Resolution, Tag, Value, attribute
+from handout.printing.ipp.message import Attribute, Message, Range, Resolution, Tag, attribute
+from handout.printing.queue import Ticket
 
 _DOTS_AN_INCH = 3  # the unit of a resolution, see `message.Resolution`
 _HUNDREDTHS = 100  # PWG 5100.7: media-col has its lengths in 1/100 mm
 _PLAIN = (Tag.KEYWORD, Tag.ENUM, Tag.INTEGER, Tag.BOOLEAN, Tag.NAME)
-
-
-@dataclass(frozen=True)
-class Request:
-    """One page for a printer.
-
-    title : name of the job.
-    format : MIME type of the document.
-    width, height : mm, of the sheet as it is fed: `width` lies across the feed.
-    source : tray; empty for the printer's own choice.
-    media : name of the sheet, PWG 5101.1.
-    type : kind of paper, taken where the printer has it.
-    copies : always sent, because some printers otherwise make more than one.
-    options : further attributes by name; the printer's list of allowed values decides the type of each.
-    """
-
-    title: str
-    format: str
-    width: float
-    height: float
-    source: str = ""
-    media: str = ""
-    type: str = ""
-    copies: int = 1
-    options: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -83,7 +58,7 @@ class Capabilities:
         return next((dpi for dpi in square if dpi >= wanted), square[-1] if square else wanted)
 
 
-def job_attributes(request: Request, capabilities: Capabilities) -> tuple[Attribute, ...]:
+def job_attributes(ticket: Ticket, capabilities: Capabilities) -> tuple[Attribute, ...]:
     """The attributes of a job: the sheet by its size, tray and kind of paper; never scaled.
 
     Raises
@@ -91,37 +66,37 @@ def job_attributes(request: Request, capabilities: Capabilities) -> tuple[Attrib
     ProfileError
         A tray or an option that the printer does not have.
     """
-    attributes = [_sheet(request, capabilities)]
+    attributes = [_sheet(ticket, capabilities)]
     if "none" in capabilities.texts("print-scaling-supported"):
         attributes.append(attribute("print-scaling", Tag.KEYWORD, "none"))
     if capabilities.message.all("copies-supported", Tag.PRINTER):
-        attributes.append(attribute("copies", Tag.INTEGER, request.copies))
+        attributes.append(attribute("copies", Tag.INTEGER, ticket.copies))
     if "one-sided" in capabilities.texts("sides-supported"):
         attributes.append(attribute("sides", Tag.KEYWORD, "one-sided"))
-    options = {name: _option(name, value, capabilities) for name, value in request.options.items()}
+    options = {name: _option(name, value, capabilities) for name, value in ticket.options.items()}
     return (*(item for item in attributes if item.name not in options), *options.values())
 
 
-def _sheet(request: Request, capabilities: Capabilities) -> Attribute:
+def _sheet(ticket: Ticket, capabilities: Capabilities) -> Attribute:
     """The sheet by size, tray and kind; by name alone for an old printer that has no media-col."""
     if capabilities.texts("media-col-supported") or not capabilities.texts("media-supported"):
-        return attribute("media-col", Tag.COLLECTION, _media_col(request, capabilities))
-    if request.source:
+        return attribute("media-col", Tag.COLLECTION, _media_col(ticket, capabilities))
+    if ticket.source:
         raise ProfileError("The printer lets nobody choose a tray: leave the tray out.")
-    return attribute("media", Tag.KEYWORD, request.media)
+    return attribute("media", Tag.KEYWORD, ticket.media)
 
 
-def _media_col(request: Request, capabilities: Capabilities) -> tuple[Attribute, ...]:
-    across, along = (round(side * _HUNDREDTHS) for side in (request.width, request.height))
+def _media_col(ticket: Ticket, capabilities: Capabilities) -> tuple[Attribute, ...]:
+    across, along = (round(side * _HUNDREDTHS) for side in (ticket.sheet.width, ticket.sheet.height))
     size = (attribute("x-dimension", Tag.INTEGER, across), attribute("y-dimension", Tag.INTEGER, along))
     members = [attribute("media-size", Tag.COLLECTION, size)]
     trays = capabilities.texts("media-source-supported")
-    if request.source:
-        if request.source not in trays:
-            raise ProfileError(f"The printer has no tray {request.source!r}; {_listed('trays', trays)}.")
-        members.append(attribute("media-source", Tag.KEYWORD, request.source))
-    if request.type and request.type in capabilities.texts("media-type-supported"):
-        members.append(attribute("media-type", Tag.KEYWORD, request.type))
+    if ticket.source:
+        if ticket.source not in trays:
+            raise ProfileError(f"The printer has no tray {ticket.source!r}; {_listed('trays', trays)}.")
+        members.append(attribute("media-source", Tag.KEYWORD, ticket.source))
+    if ticket.type and ticket.type in capabilities.texts("media-type-supported"):
+        members.append(attribute("media-type", Tag.KEYWORD, ticket.type))
     return tuple(members)
 
 
@@ -136,7 +111,9 @@ def _option(name: str, value: str, capabilities: Capabilities) -> Attribute:
         raise ProfileError(f"The option {name!r} is no number and no word: leave it out of the profile's options.")
     if tag in (Tag.KEYWORD, Tag.NAME):
         if value not in capabilities.texts(f"{name}-supported"):
-            raise ProfileError(f"{name} = {value!r} is not among {_listed('the values', _words(listed))}.")
+            raise ProfileError(
+                f"{name} = {value!r} is not among {_listed('the values', tuple(str(each.value) for each in listed))}."
+            )
         return attribute(name, tag, value)
     if tag == Tag.BOOLEAN:
         return attribute(name, tag, value.lower() in ("true", "yes", "1"))
@@ -144,10 +121,6 @@ def _option(name: str, value: str, capabilities: Capabilities) -> Attribute:
         return attribute(name, tag, int(value))
     except ValueError:
         raise ProfileError(f"{name} = {value!r} must be a whole number.") from None
-
-
-def _words(values: Iterable[Value]) -> tuple[str, ...]:
-    return tuple(str(value.value) for value in values)
 
 
 def _listed(what: str, names: tuple[str, ...]) -> str:

@@ -15,10 +15,10 @@ from collections.abc import Callable
 
 from handout.errors import PrinterError
 from handout.printing.ipp.client import Client, JobReference, Operation, Refused, Search
-from handout.printing.ipp.request import Capabilities, Request
+from handout.printing.ipp.request import Capabilities
 from handout.printing.ipp.status import DOUBTFUL, JobState, Status
 from handout.printing.ipp.transport import TransportError
-from handout.printing.queue import OutcomeUnknown, Say
+from handout.printing.queue import OutcomeUnknown, Say, Ticket
 
 PAUSES = (0.5, 1.0, 2.0)  # s, before asking what became of a page whose connection broke
 _ATTEMPTS = 3  # of a page that is known not to have arrived
@@ -32,10 +32,10 @@ class Submission:
     """
 
     def __init__(
-        self, client: Client, capabilities: Capabilities, request: Request, say: Say, wait: Callable[[float], object]
+        self, client: Client, capabilities: Capabilities, ticket: Ticket, say: Say, wait: Callable[[float], object]
     ) -> None:
         """`wait` is called with the seconds before a question is asked again."""
-        self._client, self._capabilities, self._request = client, capabilities, request
+        self._client, self._capabilities, self._ticket = client, capabilities, ticket
         self._say, self._wait = say, wait
         self._in_steps = capabilities.operations >= _STEPS
         self._job: JobReference | None = None  # that has been begun
@@ -56,10 +56,10 @@ class Submission:
             try:
                 self._job, self.gone = None, not self._in_steps
                 if not self._in_steps:
-                    return self._reference(self._client.print(self._request, self._capabilities, document))
-                self._job = self._reference(self._client.create(self._request, self._capabilities))
+                    return self._reference(self._client.print(self._ticket, self._capabilities, document))
+                self._job = self._reference(self._client.create(self._ticket, self._capabilities))
                 self.gone = True
-                self._client.send(self._job.number, self._request, document)
+                self._client.send(self._job.number, self._ticket, document)
                 return self._job
             except (TransportError, Refused) as failure:
                 error = _as_doubtful(failure)
@@ -76,7 +76,7 @@ class Submission:
 
     def _reference(self, number: int) -> JobReference:
         """A job that was just made, with when it was made, if the printer tells."""
-        job = JobReference(number, self._request.title)
+        job = JobReference(number, self._ticket.title)
         try:
             status = self._client.job(job)
         except PrinterError:
@@ -111,7 +111,7 @@ class Submission:
         for pause in PAUSES:
             self._wait(pause)
             try:
-                return self._client.find(self._request.title)
+                return self._client.find(self._ticket.title)
             except TransportError as silence:
                 if silence.retryable:
                     break
@@ -123,7 +123,7 @@ class Submission:
 
     def _remembers_jobs(self, search: Search) -> bool:
         """Whether the printer lists finished jobs of ours by their names."""
-        ours = self._request.title.split()[0]
+        ours = self._ticket.title.split()[0]
         return any(name.split()[:1] == [ours] for name in search.over)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
@@ -129,7 +128,7 @@ def _own(root: Element, lines: Sequence[Line]) -> Drawing | None:
     if note is None:
         return None
     try:
-        metadata = json.loads(note.text or "")
+        metadata = msgspec.json.decode(note.text or "")
         page = msgspec.convert(metadata["page"], JsonPage).page()
         # layers may part what was written one after the other
         strokes = tuple(sorted((_timed(line) for line in lines), key=lambda stroke: float(stroke.t[0])))

@@ -2,13 +2,16 @@
 
 import io
 import zlib
+from datetime import date
 
 import numpy as np
 import pikepdf
 import pytest
 
+import handout
 from handout import profiles
-from handout.calibrating.pages import chart_for, write_chart_pdf
+from handout.calibrating import pages
+from handout.calibrating.pages import chart_for
 from handout.colour import cgats
 from handout.colour.chart import chart
 from handout.colour.chart_files import render
@@ -16,10 +19,16 @@ from handout.errors import DoesNotFit, InputError
 from handout.profiles import Length, Margins, Printer
 
 
+@pytest.fixture(scope="module")
+def printer():
+    return Printer(kind="printer", title="X", dpi=360, margins=Margins())
+
+
 @pytest.mark.slow
-def test_one_picture_a_page_pixel_for_pixel(tmp_path):
+def test_one_picture_a_page_pixel_for_pixel(printer, tmp_path):
     made = chart("letter", pages=2)
-    paths = write_chart_pdf(made, tmp_path / "chart.pdf", 360.0, ("Printer X, plain paper", "2026-11-22"))
+    printed = pages.chart_pages(made, printer, "x/plain")
+    paths = pages.write(printed, tmp_path / "chart.pdf")
     assert [path.name for path in paths] == ["chart.pdf", "chart.ti1", "chart.ti2"]
     with pikepdf.open(paths[0]) as document:
         assert len(document.pages) == 2
@@ -27,15 +36,15 @@ def test_one_picture_a_page_pixel_for_pixel(tmp_path):
             (image,) = page.Resources.XObject.values()
             assert str(image.ColorSpace) == "/DeviceRGB"
             assert [float(v) for v in page.MediaBox] == pytest.approx([0, 0, 612, 792], abs=1e-4)
-            wanted = render(drawn, 360.0, ("Printer X, plain paper", "2026-11-22"))
+            wanted = render(drawn, 360, (f"x/plain   {date.today()}   handout {handout.__version__}",))
             assert (int(image.Height), int(image.Width)) == wanted.shape[:2]
             data = np.frombuffer(zlib.decompress(io.BytesIO(image.read_raw_bytes()).read()), dtype=np.uint8)
             assert np.array_equal(data.reshape(wanted.shape), wanted)
 
 
-def test_tables_beside_it(tmp_path):
+def test_tables_beside_it(printer, tmp_path):
     made = chart("A4")
-    _, first, second = write_chart_pdf(made, tmp_path / "c.pdf", 150.0)
+    _, first, second = pages.write(pages.chart_pages(made, printer, "x/plain"), tmp_path / "c.pdf")
     (ti1, extremes, combinations), (ti2,) = cgats.read(first), cgats.read(second)
     assert (len(extremes.rows), len(combinations.rows)) == (8, 9)
     assert (ti1.kind, len(ti1.rows), ti1.get("COLOR_REP")) == ("CTI1", 760, "iRGB")
@@ -45,9 +54,9 @@ def test_tables_beside_it(tmp_path):
     assert ti2.rows[0][ti2.fields.index("SAMPLE_LOC")] == made.pages[0].names[0]
 
 
-def test_the_same_chart_gives_the_same_bytes(tmp_path):
+def test_the_same_chart_gives_the_same_bytes(printer, tmp_path):
     for name in ("a.pdf", "b.pdf"):
-        write_chart_pdf(chart("A4"), tmp_path / name, 300.0)
+        pages.write(pages.chart_pages(chart("A4"), printer, "x/plain"), tmp_path / name)
     assert (tmp_path / "a.pdf").read_bytes() == (tmp_path / "b.pdf").read_bytes()
 
 
@@ -73,7 +82,7 @@ def test_margins_decide_how_many_pages():
         chart_for(printer(23.7), pages=1)
 
 
-def test_only_pdf(tmp_path):
-    with pytest.raises(InputError, match=r"use chart\.pdf"):
-        write_chart_pdf(chart("A4"), tmp_path / "chart.png", 300.0)
+def test_a_file_of_another_kind(printer, tmp_path):
+    with pytest.raises(InputError, match=r"as \.pdf or \.png"):
+        pages.write(pages.chart_pages(chart("A4"), printer, "x/plain"), tmp_path / "chart.tif")
     assert list(tmp_path.iterdir()) == []
