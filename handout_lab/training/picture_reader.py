@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from handout.alphabet import JUNK, LETTERS
 from handout.reading import ctc
 from handout.reading.pictures import Reader, Reading, load
-from handout.reading.word_space import ABOVE, HEIGHT, MARGIN, X_HEIGHT, normalised
-from handout_lab.training.word_pictures import Source, distorted
+from handout.reading.word_space import HEIGHT, MARGIN
+from handout_lab.training.word_pictures import varied
 
 if TYPE_CHECKING:
     from torch import Tensor, nn
@@ -31,7 +31,6 @@ _TEMPERATURES = np.exp(np.arange(-0.7, 1.4, 0.05))  # that are tried
 _NEW = 0.2  # gain of a layer that is added to a network that has learnt: hardly anything is changed by it at first
 _BINS = 5  # of probability, in the table of reliability
 _USUAL_WIDTH = 96  # columns of a word's picture with its margins: what `Recipe.batch` counts
-_PEN = 1.5  # pixels: a pen's usual width in word space
 _LOOK = 200  # batches after which the others are read
 READ = "".join(letter for letter in LETTERS if letter != JUNK)  # class n + 1 is READ[n], class 0 none
 
@@ -43,7 +42,7 @@ class Recipe:
     stem : channels of the three layers that see rows; across : channels of those that see columns alone.
     dilations : of the latter, columns: a letter and its neighbours are seen, where writing is broad half of them.
     batch : pictures of usual width, or as much of wider ones.
-    rate : learning rate; warm : batches in which it rises to that.
+    rate : highest learning rate; warm : share of the batches in which it rises.
     memory : share of the mean of the weights, which is what is kept, that stays from one batch to the next.
     """
 
@@ -51,9 +50,9 @@ class Recipe:
     across: int = 160
     dilations: tuple[int, ...] = (1, 2, 3, 1, 4, 2)
     batch: int = 48
-    rate: float = 8e-4
-    warm: int = 100
-    memory: float = 0.995
+    rate: float = 1e-3
+    warm: float = 0.03
+    memory: float = 0.998
     decay: float = 1e-3
     dropout: float = 0.1
 
@@ -177,13 +176,13 @@ def batch_of(
 ) -> tuple[Tensor, list[list[int]], list[int]]:
     """Pictures (n, 1, HEIGHT, w), their labels, and how many columns each has; with a generator a little changed.
 
-    anew : distorted as by another person with another pen, every time otherwise.
+    anew : every time distorted otherwise, as words are when they are made.
     """
     import torch
 
     pictures = [words.picture(n) for n in numbers]
     if anew and rng is not None:
-        pictures = [_of_another(picture, rng) for picture in pictures]
+        pictures = [varied(picture, rng) for picture in pictures]
     width = max(p.shape[1] for p in pictures) + 2 * MARGIN
     stack = np.zeros((len(pictures), 1, HEIGHT, width), dtype=np.float32)
     for k, picture in enumerate(pictures):
@@ -192,15 +191,6 @@ def batch_of(
     labels = [[READ.index(c) + 1 for c in words.texts[n]] for n in numbers]
     given = torch.from_numpy(stack).to(memory_format=torch.channels_last)
     return given, labels, [(p.shape[1] + 2 * MARGIN + 1) // 2 for p in pictures]
-
-
-def _of_another(picture: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8]:
-    """A picture from a page, distorted."""
-    source = Source(picture, X_HEIGHT, ABOVE, _PEN, "", "")
-    changed = distorted(source, rng, widest=2 * picture.shape[1])
-    if changed is None:
-        return picture
-    return np.rint(normalised(changed.astype(np.float32) / 255) * 255).astype(np.uint8)
 
 
 def _changed(shown: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.float32]:
@@ -230,7 +220,7 @@ class Course:
 
 
 def train(course: Course, recipe: Recipe, rng: np.random.Generator, start: Path | None, keep: Path) -> nn.Sequential:
-    """A trained network; the same sets, seed and machine give the same, and fewer batches what there was at that."""
+    """A trained network; the same sets, seed and machine give the same."""
     import torch
     from torch.optim.swa_utils import AveragedModel, get_ema_multi_avg_fn
 
@@ -254,7 +244,7 @@ def train(course: Course, recipe: Recipe, rng: np.random.Generator, start: Path 
         of_pages = bool(course.pages) and rng.random() < course.share
         words, numbers = next(written if of_pages else drawn)
         for group in optimiser.param_groups:
-            group["lr"] = recipe.rate * min((number + 1) / recipe.warm, 1.0)
+            group["lr"] = recipe.rate * _rate(number / course.batches, recipe.warm)
         loss = _loss(net, *batch_of(words, numbers.tolist(), rng, anew=of_pages))
         optimiser.zero_grad()
         loss.backward()
@@ -329,6 +319,11 @@ def nn_clip(net: nn.Sequential) -> None:
     from torch.nn.utils import clip_grad_norm_
 
     clip_grad_norm_(net.parameters(), 5.0)
+
+
+def _rate(share: float, warm: float) -> float:
+    """Share of the highest learning rate: it rises, then falls along half a cosine."""
+    return share / warm if share < warm else 0.5 * (1 + float(np.cos(np.pi * (share - warm) / (1 - warm)))) + 1e-3
 
 
 def layers(net: nn.Sequential) -> list[tuple[NDArray[np.float32], NDArray[np.float32]]]:

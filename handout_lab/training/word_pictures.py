@@ -295,7 +295,7 @@ def _words_of(line: SyntheticLine, words: list[str], pen: float, name: str) -> I
         words.clear()
 
 
-def distorted(source: Source, rng: np.random.Generator, widest: int = _WIDEST) -> Image | None:
+def distorted(source: Source, rng: np.random.Generator) -> Image | None:
     """(HEIGHT, w) uint8: a word in word space, as another person with another pen might write it; None: too wide."""
     picture = _another_pen(source, rng)
     scale = source.x_height / X_HEIGHT / float(np.exp(rng.normal(0.0, 0.12)))  # source pixels a pixel of word space
@@ -305,13 +305,13 @@ def distorted(source: Source, rng: np.random.Generator, widest: int = _WIDEST) -
         return None
     margins = rng.uniform(4, 12, 2)
     width = int((ink[-1] - ink[0]) / across + margins.sum())
-    if width > widest:
+    if width > _WIDEST:
         return None
     u, v = np.meshgrid(np.arange(width, dtype=np.float32), np.arange(HEIGHT, dtype=np.float32))
     up = ABOVE + rng.normal(0.0, 1.1) - v
     du, dv = _field(width, rng)
     # a slant that was not taken away, a baseline that rises and waves, ascenders and descenders of another length
-    drift = rng.normal(0.0, 0.012) * min(1.0, _WIDEST / width) * (u - width / 2) + rng.normal(0.0, 0.5) * np.sin(
+    drift = rng.normal(0.0, 0.012) * (u - width / 2) + rng.normal(0.0, 0.5) * np.sin(
         u / rng.uniform(15, 50) + rng.uniform(0, 6)
     )
     up = up + dv + drift
@@ -325,6 +325,18 @@ def distorted(source: Source, rng: np.random.Generator, widest: int = _WIDEST) -
     blurred = cv2.GaussianBlur(picture, (0, 0), max(blur * scale, 0.3))
     drawn = cv2.remap(blurred, x.astype(np.float32), y.astype(np.float32), cv2.INTER_LINEAR)
     return np.asarray(drawn, np.uint8) if crisp else _inked(np.asarray(drawn, np.float32) / 255, rng)
+
+
+def varied(picture: Image, rng: np.random.Generator) -> Image:
+    """(HEIGHT, w) uint8: a line from a page as the same hand might write it wider or narrower, more upright or less."""
+    across, tall = np.exp(rng.normal(0.0, (0.2, 0.06)))
+    width = max(round(picture.shape[1] / across), 1)
+    u, v = np.meshgrid(np.arange(width, dtype=np.float32), np.arange(HEIGHT, dtype=np.float32))
+    du, dv = _field(width, rng, 0.1, 0.8)
+    up = (ABOVE + rng.normal(0.0, 0.7) - v + dv + rng.normal(0.0, 0.4) * np.sin(u / rng.uniform(30, 150))) / tall
+    x = (u + du - rng.normal(0.0, 0.08) * (up - X_HEIGHT / 2)) * across
+    drawn = cv2.remap(picture, x.astype(np.float32), (ABOVE - up).astype(np.float32), cv2.INTER_LINEAR)
+    return np.asarray(drawn, np.uint8)
 
 
 def _another_pen(source: Source, rng: np.random.Generator) -> Image:
@@ -345,11 +357,11 @@ def _another_pen(source: Source, rng: np.random.Generator) -> Image:
     return np.asarray(change_of(picture, kernel), dtype=np.uint8)
 
 
-def _field(width: int, rng: np.random.Generator) -> tuple[Array, Array]:
+def _field(width: int, rng: np.random.Generator, least: float = 0.2, most: float = 1.5) -> tuple[Array, Array]:
     """Two smooth random fields (HEIGHT, width), pixels: what makes every letter differ from every other."""
     step = rng.uniform(7, 16)
     grid = (max(int(HEIGHT / step), 2) + 2, max(int(width / step), 2) + 2)
-    strong = float(rng.uniform(0.2, 1.5))
+    strong = float(rng.uniform(least, most))
     coarse = rng.normal(0.0, strong, (*grid, 2)).astype(np.float32)
     fine = cv2.resize(coarse, (width, HEIGHT), interpolation=cv2.INTER_CUBIC)
     return np.asarray(fine[..., 0], np.float64), np.asarray(0.7 * fine[..., 1], np.float64)
