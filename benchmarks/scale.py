@@ -30,7 +30,7 @@ from handout.pipeline.results import SILENT
 from handout.pipeline.row_work import MadeRow, ProcessWorkers, Remote, RowWork, opened, row_work
 from handout.printing.batch import BatchOptions, PrintSpool, Way, make_rows
 from handout.printing.journal import ENVELOPE, Journal
-from handout.printing.prepared import Document, PreparedPage, PreparedRow
+from handout.printing.prepared import PreparedPage, PreparedRow, PrinterPage
 from handout.printing.queue import Outcome, Queue, Ticket
 from handout.printing.rows import Row
 from handout.profiles import Printer, find
@@ -66,7 +66,7 @@ def work(hand: str, letter: str | None = None, *, dpi: int = 600, envelopes: boo
     merged = merging.read(_EXAMPLES / "people.csv", TableOptions(), options, SILENT)
     sheet = SheetOptions(usual_page="A4" if letter else "DL")
     pages = RowPages(merged, WritingOptions(hand), sheet, PictureOptions(pen=pen or None), seed=1)
-    made = row_work(pages, Document(_fed, "pdf", dpi, {}))
+    made = row_work(pages, PrinterPage(_fed, "pdf", dpi, {}))
     return TimedWork(made.pages, made.prepare, hands=made.hands)
 
 

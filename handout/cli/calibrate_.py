@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 
 import click
 
 from handout import units
-from handout.cli import options, progress
+from handout.cli import options
 from handout.cli.commands import Group
 from handout.cli.console import Console
 from handout.errors import InputError
@@ -25,25 +24,6 @@ _stored_paper = click.option("--paper", default="", help="The paper; without it 
 
 
 _chart = options.bind("sheets", ChartOptions)
-
-
-class _AtTerminal:
-    """The person at the terminal (a `pipeline.calibrating.Person`)."""
-
-    def ready(self, request: str) -> None:
-        with progress.hidden():
-            click.prompt(request, default="", show_default=False, err=True)
-
-    def scan_of(self, name: str) -> Path:
-        with progress.hidden():
-            return Path(click.prompt(f"File with the scan of the {name}", err=True).strip().strip("'\""))
-
-    def agrees(self, question: str) -> bool:
-        with progress.hidden():
-            return click.confirm(question, default=False, err=True)
-
-    def tries_again(self) -> bool:
-        return sys.stdin.isatty()
 
 
 @click.group("calibrate", cls=Group)
@@ -83,7 +63,7 @@ def wizard(
     try:
         with console.working():
             place = CalibrationPlace(printer, paper, sheets, calibration)
-            result = calibrate(place, person=_AtTerminal(), listener=console)
+            result = calibrate(place, attendant=console)
     except (click.Abort, KeyboardInterrupt) as stop:
         again = f"handout calibrate wizard --printer {printer} --paper {paper}"
         stop.add_note(f"What was done so far is kept; go on with: {again}")

@@ -9,6 +9,7 @@ import threading
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, field
+from pathlib import Path
 from types import TracebackType
 
 import click
@@ -127,6 +128,16 @@ class Console(Attendant):
                     "--up and --down to try two heights without questions."
                 ) from None
             raise
+
+    def agrees(self, question: str) -> bool:
+        """Whether the person says yes."""
+        with terminal.hidden():
+            return click.confirm(question, default=False, err=True)
+
+    def file_of(self, what: str) -> Path:
+        """The file whose name is typed, or dropped on the terminal, which may put it in quotes."""
+        with terminal.hidden():
+            return Path(click.prompt(f"File with {what}", err=True).strip().strip("'\""))
 
     def _enter(self, request: str, *before: str) -> None:
         """When all is said that comes before, say something, ask, and wait for Enter."""

@@ -1,6 +1,6 @@
 """Matching a printer's colours to the ink: the chart, its scans, the table, the verification strip, what is stored.
 
-`calibrate` goes through all steps of the wizard with a `Person` who prints and scans, `pipeline.calibration_desk`
+`calibrate` goes through all steps of the wizard with an attendant who prints and scans, `pipeline.calibration_desk`
 through one at a time, as the studio's page asks; the other functions are the steps by themselves, and what is done
 with stored calibrations.
 """
@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from handout import atomic
 from handout.calibrating import ink_samples, pages, pen_reference, print_diagnosis, scanner, store, strip, verification
@@ -24,7 +24,7 @@ from handout.colour.reading import Reading, pen_field
 from handout.colour.reading import read as read_chart
 from handout.errors import HandoutError, InputError
 from handout.pipeline.options import CalibrationOptions, CalibrationPlace, ChartOptions
-from handout.pipeline.results import SILENT, Facts, Listener, Result
+from handout.pipeline.results import SILENT, Attendant, Facts, Listener, Result
 from handout.printing import printers
 from handout.profiles import Printer
 
@@ -42,22 +42,6 @@ _SIMULATED = {
     Step.VERIFY: (0.54, "The simulated flatbed scans it."),
     Step.STORE: (0.94, "The calibration is stored."),
 }
-
-
-class Person(Protocol):
-    """The user at the printer and the scanner."""
-
-    def ready(self, request: str) -> None:
-        """Wait until the user has done what is asked."""
-
-    def scan_of(self, name: str) -> Path:
-        """The file with the scan of "chart" or "strip"."""
-
-    def agrees(self, question: str) -> bool:
-        """Whether the user says yes; no is the usual answer."""
-
-    def tries_again(self) -> bool:
-        """Whether the user can scan again after a mistake."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +95,7 @@ def scan_page(wizard: Wizard, name: str, loop: Loop | None) -> list[Path]:
     return loop.scan(page, to, wizard.frame) if loop else [scanner.scan(name, wizard.chart.paper, to)]
 
 
-def calibrate(place: CalibrationPlace, *, person: Person, listener: Listener = SILENT) -> Calibrated:
+def calibrate(place: CalibrationPlace, attendant: Attendant = SILENT) -> Calibrated:
     """Calibrate a printer step by step; a run that was left is gone on with.
 
     Raises
@@ -126,30 +110,29 @@ def calibrate(place: CalibrationPlace, *, person: Person, listener: Listener = S
     wizard = begin(place, profile)
     if wizard.resumed:
         begun = wizard.state.begun
-        listener.say(f"Going on with the calibration of {wizard.name} begun on {begun} (--afresh begins anew).")
-    return _Guide(wizard, place.options, person, listener, loop).lead()
+        attendant.say(f"Going on with the calibration of {wizard.name} begun on {begun} (--afresh begins anew).")
+    return _Guide(wizard, place.options, attendant, loop).lead()
 
 
 @dataclass(frozen=True)
 class _Guide:
-    """Leads a person, or the simulated devices, through the wizard's steps."""
+    """Leads an attendant, or the simulated devices, through the wizard's steps."""
 
     wizard: Wizard
     options: CalibrationOptions
-    person: Person
-    listener: Listener
+    attendant: Attendant
     loop: Loop | None
 
     def lead(self) -> Calibrated:
         """Do what comes next, until the calibration is stored."""
-        wizard, say = self.wizard, self.listener.say
+        wizard, say = self.wizard, self.attendant.say
         reference: Reference | None = None
         stored: Calibration | None = None
         while stored is None:
             now = wizard.step
             # a person takes most of the time of a real calibration, and nobody knows how long
             share, sentence = (0.0, wizard.request) if self.loop is None else _SIMULATED[now]
-            self.listener.progress(share, now.value)
+            self.attendant.progress(share, now.value)
             say(f"\n{list(Step).index(now) + 1}/{len(Step) - 1}  {now.value.capitalize()}", sentence)
             if now is Step.PRINT or (now is Step.STRIP and not self.options.no_verify):
                 self._print_page()
@@ -164,7 +147,7 @@ class _Guide:
             elif now is Step.VERIFY:
                 verified = self._until_good(lambda scans: wizard.take_strip(scans[0]))
                 say(*verified.findings, *verified.lines())
-                if not verified.helps and self.person.agrees("Store it all the same?"):
+                if not verified.helps and self.attendant.agrees("Store it all the same?"):
                     stored = wizard.store()
                 elif not verified.helps:
                     wizard.back()
@@ -178,10 +161,10 @@ class _Guide:
         if out is not None:
             out.mkdir(parents=True, exist_ok=True)
         elif self.loop is None:
-            self.person.ready("Press Enter when the paper is loaded")
+            self.attendant.do("Load the paper", needed=False)
         files = self.wizard.print_page(out and out / f"{name}.pdf")
         where = ", ".join(map(str, files)) or f"sent to {task.profile.queue or task.printer}"
-        self.listener.say(f"The {name}: {where}.")
+        self.attendant.say(f"The {name}: {where}.")
 
     def _until_good(self, take: Callable[[list[Path]], T]) -> T:
         """What `take` makes of scans of what was printed last; a person at a terminal may try again."""
@@ -189,15 +172,15 @@ class _Guide:
         while True:
             try:
                 if self.loop is None and not self.options.scanner:
-                    return take([self.person.scan_of(name)])
+                    return take([self.attendant.file_of(f"the scan of the {name}")])
                 if self.loop is None:
-                    self.person.ready(f"Press Enter when the {name} lies on the glass")
-                    self.listener.say("Scanning …")
+                    self.attendant.do(f"Lay the {name} on the glass", needed=False)
+                    self.attendant.say("Scanning …")
                 return take(scan_page(self.wizard, self.options.scanner or "", self.loop))
             except HandoutError as error:
-                if self.loop is not None or not self.person.tries_again():
+                if self.loop is not None or not self.attendant.watches:
                     raise
-                self.listener.say(str(error))
+                self.attendant.say(str(error))
 
 
 @dataclass(frozen=True)

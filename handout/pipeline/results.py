@@ -109,6 +109,14 @@ class Attendant:
         """One of the answers, which are told with what they mean; InputError if nobody can be asked."""
         raise InputError(f"{question} Nobody can be asked.")
 
+    def agrees(self, question: str) -> bool:
+        """Whether the answer is yes; no is the usual one."""
+        return False
+
+    def file_of(self, what: str) -> Path:
+        """The file with something, such as a scan, that was asked for; InputError if nobody can be asked."""
+        raise InputError(f"Name the file with {what}: nobody can be asked for it.")
+
     @contextlib.contextmanager
     def plotting(self) -> Iterator[Callable[[float, float], None] | None]:
         """A block in which a job is drawn: what is told the share that is done and the s that are left, if anything."""

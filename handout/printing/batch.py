@@ -14,12 +14,12 @@ from handout.printing import media
 from handout.printing.journal import BACK, ENVELOPE, Journal, Piece
 from handout.printing.prepared import (
     Destination,
-    Document,
     MakeRows,
     PdfPage,
-    Picture,
+    PicturePage,
     PreparedPage,
     PreparedRow,
+    PrinterPage,
 )
 from handout.printing.printers import open_queue, ticket
 from handout.printing.queue import Queue, Say, SimulatedQueue
@@ -259,7 +259,7 @@ class PictureFiles(Destination):
         atomic.check_writable(path)
         self._path = path
         self._pages: dict[Path, Path] = {}
-        self.prepare = Picture(way.fed, path)
+        self.prepare = PicturePage(way.fed, path)
 
     def take(self, number: int, pages: Sequence[PreparedPage], copies: int) -> None:
         """Keep the row's pictures."""
@@ -286,7 +286,7 @@ class PrintSpool(Spool):
     """
 
     queue: Queue
-    prepare: Document
+    prepare: PrinterPage
 
     def __init__(self, queue: Queue, way: Way, sheets: Collection[Page] = ()) -> None:
         """`sheets` are the sizes of the pages of a row; nothing is sent before `send` is called."""
@@ -296,7 +296,7 @@ class PrintSpool(Spool):
         self._pages: dict[tuple[int, str], tuple[Path, Page, int]] = {}
         self._last: int | None = None
         dpi = queue.resolution(way.profile.dpi)
-        self.prepare = Document(way.fed, queue.format, dpi, way.about, way.calibrated)
+        self.prepare = PrinterPage(way.fed, queue.format, dpi, way.about, way.calibrated)
 
     def take(self, number: int, pages: Sequence[PreparedPage], copies: int) -> None:
         """Keep the row's pages until they are sent."""

@@ -169,7 +169,7 @@ class _ForPrinter:
 
 
 @dataclass(frozen=True)
-class Document(_ForPrinter):
+class PrinterPage(_ForPrinter):
     """Pages as documents in the direction of feed, of a format of `documents.WRITERS`.
 
     about : stored in every PDF; calibrated : whether the calibration of pages is this printer's.
@@ -200,7 +200,7 @@ class PdfPage(_ForPrinter):
 
 
 @dataclass(frozen=True)
-class Picture(_ForPrinter):
+class PicturePage(_ForPrinter):
     """Pages as the files of pictures; path : of all of them, without a row's number."""
 
     path: Path

@@ -14,6 +14,7 @@ import time
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Literal, Self
 
@@ -69,17 +70,9 @@ def makes(piece: Piece, split: bool) -> Makes:
     return "rows" if not split else "envelopes" if piece.part in (ENVELOPE, BACK) else "letters"
 
 
-@dataclass(frozen=True)
-class ByPart:
-    """Prepares letters for one kind of device, and envelopes for another; a `Prepare`."""
-
-    letters: Prepare
-    envelopes: Prepare
-
-    def __call__(self, number: int, page: BatchPage) -> PreparedPage:
-        """See `Prepare`."""
-        prepare = self.envelopes if page.part in (ENVELOPE, BACK) else self.letters
-        return prepare(number, page)
+def prepare_by_part(letters: Prepare, envelopes: Prepare, number: int, page: BatchPage) -> PreparedPage:
+    """Prepare letters for one kind of device, and envelopes for another; a `Prepare` with the first two given."""
+    return (envelopes if page.part in (ENVELOPE, BACK) else letters)(number, page)
 
 
 class Several(Destination):
@@ -91,7 +84,9 @@ class Several(Destination):
         self.split = bool(envelopes)
         kind: Makes = "letters" if envelopes else "rows"
         self.stations = [*(Station(spool, kind) for spool in rows), *(Station(each, "envelopes") for each in envelopes)]
-        self.prepare: Prepare = ByPart(rows[0].prepare, envelopes[0].prepare) if envelopes else rows[0].prepare
+        self.prepare = rows[0].prepare
+        if envelopes:
+            self.prepare = partial(prepare_by_part, rows[0].prepare, envelopes[0].prepare)
         self._pages: dict[int, tuple[list[tuple[PreparedPage, Path]], int]] = {}
 
     @property

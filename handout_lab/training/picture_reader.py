@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-import time
 import zipfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -19,8 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.alphabet import JUNK, LETTERS
+from handout.reading import ctc
 from handout.reading.pictures import Reader, Reading, load
 from handout.reading.word_space import HEIGHT, MARGIN
+from handout_lab.training.word_pictures import varied
 
 if TYPE_CHECKING:
     from torch import Tensor, nn
@@ -29,6 +30,8 @@ _LEAST = -30.0  # log probability that a text counts with at least: one word tha
 _TEMPERATURES = np.exp(np.arange(-0.7, 1.4, 0.05))  # that are tried
 _NEW = 0.2  # gain of a layer that is added to a network that has learnt: hardly anything is changed by it at first
 _BINS = 5  # of probability, in the table of reliability
+_USUAL_WIDTH = 96  # columns of a word's picture with its margins: what `Recipe.batch` counts
+_LOOK = 200  # batches after which the others are read
 READ = "".join(letter for letter in LETTERS if letter != JUNK)  # class n + 1 is READ[n], class 0 none
 
 
@@ -38,15 +41,18 @@ class Recipe:
 
     stem : channels of the three layers that see rows; across : channels of those that see columns alone.
     dilations : of the latter, columns: a letter and its neighbours are seen, where writing is broad half of them.
-    batch : pictures, of about one width; rate : highest learning rate; warm : share of the time in which it rises.
+    batch : pictures of usual width, or as much of wider ones.
+    rate : highest learning rate; warm : share of the batches in which it rises.
+    memory : share of the mean of the weights, which is what is kept, that stays from one batch to the next.
     """
 
     stem: tuple[int, int, int] = (24, 48, 64)
     across: int = 160
     dilations: tuple[int, ...] = (1, 2, 3, 1, 4, 2)
     batch: int = 48
-    rate: float = 2e-3
-    warm: float = 0.06
+    rate: float = 1e-3
+    warm: float = 0.03
+    memory: float = 0.998
     decay: float = 1e-3
     dropout: float = 0.1
 
@@ -147,22 +153,36 @@ class Words:
         return self.pictures[:, start:end]
 
 
-def batches(words: Words, size: int, rng: np.random.Generator) -> Iterator[NDArray[np.intp]]:
-    """Numbers of pictures of about one width, in random order."""
+def batches(words: Words, columns: int, rng: np.random.Generator) -> Iterator[NDArray[np.intp]]:
+    """Numbers of pictures of about one width, of so many columns together, in random order."""
     widths = np.diff(words.ends, prepend=0)
     order = np.argsort(widths + rng.uniform(0, 12, len(words)))
-    groups = np.array_split(order, max(len(order) // size, 1))
+    filled = np.cumsum(widths[order] + 2 * MARGIN) // columns
+    groups = np.split(order, np.flatnonzero(np.diff(filled)) + 1)
     for number in rng.permutation(len(groups)):
         yield groups[number]
 
 
+def endless(paths: Sequence[Path], columns: int, rng: np.random.Generator) -> Iterator[tuple[Words, NDArray[np.intp]]]:
+    """Batches of some sets, again and again."""
+    sets = [Words.load(path) for path in paths]
+    while True:
+        for number in rng.permutation(len(sets)):
+            yield from ((sets[number], numbers) for numbers in batches(sets[number], columns, rng))
+
+
 def batch_of(
-    words: Words, numbers: Sequence[int], rng: np.random.Generator | None
+    words: Words, numbers: Sequence[int], rng: np.random.Generator | None, anew: bool = False
 ) -> tuple[Tensor, list[list[int]], list[int]]:
-    """Pictures (n, 1, HEIGHT, w), their labels, and how many columns each has; with a generator a little changed."""
+    """Pictures (n, 1, HEIGHT, w), their labels, and how many columns each has; with a generator a little changed.
+
+    anew : every time distorted otherwise, as words are when they are made.
+    """
     import torch
 
     pictures = [words.picture(n) for n in numbers]
+    if anew and rng is not None:
+        pictures = [varied(picture, rng) for picture in pictures]
     width = max(p.shape[1] for p in pictures) + 2 * MARGIN
     stack = np.zeros((len(pictures), 1, HEIGHT, width), dtype=np.float32)
     for k, picture in enumerate(pictures):
@@ -182,53 +202,116 @@ def _changed(shown: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np
     return shown
 
 
-def train(
-    paths: Sequence[Path], recipe: Recipe, minutes: float, rng: np.random.Generator, start: Path | None, keep: Path
-) -> nn.Sequential:
-    """A network trained for so many minutes; sets that appear meanwhile are used as well."""
+@dataclass(frozen=True)
+class Course:
+    """What is learned from, and how long.
+
+    words : sets of pictures as `word_pictures` makes them; pages : as `page_lines` does.
+    share : of the batches that are of pages.
+    stop : pictures by writers who are in none of them: the weights that read them best are kept.
+    batches : how many.
+    """
+
+    words: Sequence[Path]
+    pages: Sequence[Path]
+    share: float
+    stop: Path | None
+    batches: int
+
+
+def train(course: Course, recipe: Recipe, rng: np.random.Generator, start: Path | None, keep: Path) -> nn.Sequential:
+    """A trained network; the same sets, seed and machine give the same."""
     import torch
-    from torch.nn import functional
+    from torch.optim.swa_utils import AveragedModel, get_ema_multi_avg_fn
 
     torch.set_num_threads(1)
     torch.set_flush_denormal(True)
     torch.manual_seed(int(rng.integers(2**31)))
     net = network(recipe)
+    columns = recipe.batch * _USUAL_WIDTH
+    drawn, written = (endless(paths, columns, rng) for paths in (course.words, course.pages))
     if start is not None and start.suffix == ".npz":
-        first = Words.load(next(p for p in paths if p.exists()))
-        go_on_from(net, start, batch_of(first, range(4 * recipe.batch), None)[0])
+        first, some = next(drawn)
+        go_on_from(net, start, batch_of(first, some.tolist(), None)[0])
     elif start is not None:
         net.load_state_dict(torch.load(start))
     net = net.to(memory_format=torch.channels_last)
-    optimiser = torch.optim.AdamW(net.parameters(), weight_decay=recipe.decay)
-    began, seen, mean = time.perf_counter(), 0, 0.0
-    while True:
-        for path in rng.permutation(np.array([p for p in paths if p.exists()], dtype=object)):
-            words = Words.load(path)
-            for numbers in batches(words, recipe.batch, rng):
-                share = (time.perf_counter() - began) / (60 * minutes)
-                if share >= 1:
-                    return net
-                for group in optimiser.param_groups:
-                    group["lr"] = recipe.rate * _rate(share, recipe.warm)
-                pictures, labels, lengths = batch_of(words, numbers.tolist(), rng)
-                with torch.autocast("cpu", dtype=torch.bfloat16):
-                    logits = net(pictures)
-                logs = logits.float().log_softmax(1).permute(2, 0, 1)
-                loss = functional.ctc_loss(
-                    logs,
-                    torch.tensor([c for label in labels for c in label]),
-                    torch.tensor(lengths),
-                    torch.tensor([len(label) for label in labels]),
-                    zero_infinity=True,
-                )
-                optimiser.zero_grad()
-                loss.backward()
-                nn_clip(net)
-                optimiser.step()
-                seen += len(labels)
-                mean += 0.02 * (float(loss.detach()) - mean) if mean else float(loss.detach())
-            _report(f"{share:.0%}: {seen} pictures, loss {mean:.3f}")
-            torch.save(net.state_dict(), keep)
+    usual = AveragedModel(net, multi_avg_fn=get_ema_multi_avg_fn(recipe.memory), use_buffers=True)
+    optimiser = torch.optim.AdamW(net.parameters(), recipe.rate, weight_decay=recipe.decay)
+    _study(net, start)
+    stop, best, mean = Words.load(course.stop) if course.stop else None, np.inf, 0.0
+    for number in range(course.batches):
+        of_pages = bool(course.pages) and rng.random() < course.share
+        words, numbers = next(written if of_pages else drawn)
+        for group in optimiser.param_groups:
+            group["lr"] = recipe.rate * _rate(number / course.batches, recipe.warm)
+        loss = _loss(net, *batch_of(words, numbers.tolist(), rng, anew=of_pages))
+        optimiser.zero_grad()
+        loss.backward()
+        nn_clip(net)
+        optimiser.step()
+        usual.update_parameters(net)
+        mean += 0.02 * (float(loss.detach()) - mean) if mean else float(loss.detach())
+        if (number + 1) % _LOOK == 0 or number + 1 == course.batches:
+            error = character_error(usual.module, stop) if stop else 0.0
+            _report(f"{number + 1} batches: loss {mean:.3f}, character error of the others {error:.4f}")
+            if error <= best:
+                best = error
+                torch.save(usual.module.state_dict(), keep)
+    net.load_state_dict(torch.load(keep))
+    return net
+
+
+def _study(net: nn.Sequential, start: Path | None) -> None:
+    """Ready to be trained; what goes on from a reader keeps its normalisations: words and lines differ too much."""
+    from torch import nn
+
+    net.train()
+    for part in net.modules():
+        if start is not None and isinstance(part, (nn.BatchNorm1d, nn.BatchNorm2d)):
+            part.eval()
+
+
+def _loss(net: nn.Sequential, pictures: Tensor, labels: list[list[int]], lengths: list[int]) -> Tensor:
+    import torch
+    from torch.nn import functional
+
+    with torch.autocast("cpu", dtype=torch.bfloat16):
+        logits = net(pictures)
+    return functional.ctc_loss(
+        logits.float().log_softmax(1).permute(2, 0, 1),
+        torch.tensor([c for label in labels for c in label]),
+        torch.tensor(lengths),
+        torch.tensor([len(label) for label in labels]),
+        zero_infinity=True,
+    )
+
+
+def character_error(net: nn.Sequential, words: Words) -> float:
+    """Edits for a letter of the texts of a set, capitals counted as small letters and spaces not at all."""
+    import torch
+
+    net.eval()
+    edits = letters = 0
+    with torch.no_grad():
+        for numbers in batches(words, Recipe.batch * _USUAL_WIDTH, np.random.default_rng(0)):
+            pictures, _, lengths = batch_of(words, numbers.tolist(), None)
+            for logits, steps, n in zip(net(pictures).numpy(), lengths, numbers.tolist(), strict=True):
+                seen = "".join(READ[label - 1] for label in ctc.greedy(logits[:, :steps].T))
+                one, other = (text.lower().replace(" ", "") for text in (seen, words.texts[n]))
+                edits, letters = edits + edit_distance(one, other), letters + len(other)
+    return edits / letters
+
+
+def edit_distance(one: str, other: str) -> int:
+    """How many letters must be put in, left out or changed to make one text of another."""
+    row = np.arange(len(other) + 1)
+    codes = np.array(list(map(ord, other)), dtype=np.int64)
+    for number, letter in enumerate(one, 1):
+        changed = row[:-1] + (codes != ord(letter))
+        new = np.concatenate([[number], np.minimum(changed, row[1:] + 1)])
+        row = np.minimum.accumulate(new - np.arange(len(new))) + np.arange(len(new))
+    return int(row[-1])
 
 
 def nn_clip(net: nn.Sequential) -> None:
@@ -316,11 +399,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(
         prog="python -m handout_lab.training.picture_reader", description=(__doc__ or "").split("\n")[0]
     )
-    parser.add_argument("words", type=Path, nargs="+", help="sets of pictures")
+    parser.add_argument("words", type=Path, nargs="+", help="sets of pictures of words")
     parser.add_argument("-o", "--output", type=Path, required=True, help="the .npz to write")
+    parser.add_argument("--pages", type=Path, nargs="+", default=[], help="sets of lines from pages")
+    parser.add_argument("--share", type=float, default=0.5, help="of the batches that are of pages")
+    parser.add_argument("--stop", type=Path, help="lines by other writers: what reads them best is kept")
     parser.add_argument("--held", type=Path, help="pictures by writers that were kept out, to calibrate with")
     parser.add_argument("--start", type=Path, help="weights to go on from: a reader, or as kept beside an output")
-    parser.add_argument("--minutes", type=float, default=60.0, help="of time")
+    parser.add_argument("--batches", type=int, default=10_000)
     parser.add_argument("--rate", type=float, default=Recipe.rate)
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args(arguments)
@@ -328,7 +414,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
     recipe = Recipe(rate=options.rate)
     keep = options.output.with_suffix(".pt")
-    net = train(options.words, recipe, options.minutes, np.random.default_rng(options.seed), options.start, keep)
+    course = Course(options.words, options.pages, options.share, options.stop, options.batches)
+    net = train(course, recipe, np.random.default_rng(options.seed), options.start, keep)
     torch.save(net.state_dict(), keep)
     save(net, recipe, 1.0, options.output)
     if options.held is not None:

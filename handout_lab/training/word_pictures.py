@@ -327,6 +327,18 @@ def distorted(source: Source, rng: np.random.Generator) -> Image | None:
     return np.asarray(drawn, np.uint8) if crisp else _inked(np.asarray(drawn, np.float32) / 255, rng)
 
 
+def varied(picture: Image, rng: np.random.Generator) -> Image:
+    """(HEIGHT, w) uint8: a line from a page as the same hand might write it wider or narrower, more upright or less."""
+    across, tall = np.exp(rng.normal(0.0, (0.2, 0.06)))
+    width = max(round(picture.shape[1] / across), 1)
+    u, v = np.meshgrid(np.arange(width, dtype=np.float32), np.arange(HEIGHT, dtype=np.float32))
+    du, dv = _field(width, rng, 0.1, 0.8)
+    up = (ABOVE + rng.normal(0.0, 0.7) - v + dv + rng.normal(0.0, 0.4) * np.sin(u / rng.uniform(30, 150))) / tall
+    x = (u + du - rng.normal(0.0, 0.08) * (up - X_HEIGHT / 2)) * across
+    drawn = cv2.remap(picture, x.astype(np.float32), (ABOVE - up).astype(np.float32), cv2.INTER_LINEAR)
+    return np.asarray(drawn, np.uint8)
+
+
 def _another_pen(source: Source, rng: np.random.Generator) -> Image:
     """The word with a thicker or thinner line, its narrow loops filled now and then."""
     picture = source.picture
@@ -345,11 +357,11 @@ def _another_pen(source: Source, rng: np.random.Generator) -> Image:
     return np.asarray(change_of(picture, kernel), dtype=np.uint8)
 
 
-def _field(width: int, rng: np.random.Generator) -> tuple[Array, Array]:
+def _field(width: int, rng: np.random.Generator, least: float = 0.2, most: float = 1.5) -> tuple[Array, Array]:
     """Two smooth random fields (HEIGHT, width), pixels: what makes every letter differ from every other."""
     step = rng.uniform(7, 16)
     grid = (max(int(HEIGHT / step), 2) + 2, max(int(width / step), 2) + 2)
-    strong = float(rng.uniform(0.2, 1.5))
+    strong = float(rng.uniform(least, most))
     coarse = rng.normal(0.0, strong, (*grid, 2)).astype(np.float32)
     fine = cv2.resize(coarse, (width, HEIGHT), interpolation=cv2.INTER_CUBIC)
     return np.asarray(fine[..., 0], np.float64), np.asarray(0.7 * fine[..., 1], np.float64)

@@ -2,16 +2,21 @@
 
 import shutil
 from dataclasses import replace
+from functools import partial
 
+import msgspec
 import numpy as np
 import pytest
 from PIL import Image
 
 from handout.calibrating import store
 from handout.calibrating.wizard import Step
+from handout.colour import table
 from handout.errors import InputError
+from handout.pipeline import calibrating
 from handout.pipeline import calibration_desk as desk
 from handout.pipeline.options import CalibrationOptions, CalibrationPlace
+from handout.pipeline.results import Attendant
 from handout.printing import printers
 from handout.simulated import print_and_scan as loop
 from handout.simulated.printer import Flatbed
@@ -121,3 +126,41 @@ def test_the_whole_way_to_what_is_stored(with_table, profile, tmp_path):
         desk.give_report(replace(PLACE, made="2001-01-01", folder=tmp_path))
     shutil.rmtree(store.folder())
     assert desk.calibrations()["stored"] == []
+
+
+class Person(Attendant):
+    """Gives these files when asked for scans, and tries again; keeps what is asked and said."""
+
+    watches = True
+
+    def __init__(self, *scans):
+        self.scans, self.asked, self.heard = list(scans), [], []
+
+    def say(self, *sentences):
+        self.heard += sentences
+
+    def do(self, request, needed=True):
+        self.asked.append(request)
+
+    def file_of(self, what):
+        self.asked.append(what)
+        return self.scans.pop(0)
+
+
+@pytest.mark.slow
+def test_what_the_page_began_the_terminal_ends(profile, scan, monkeypatch, tmp_path):
+    monkeypatch.setattr(printers, "resolve", lambda name: msgspec.structs.replace(profile, simulated=False, file=True))
+    monkeypatch.setattr(table, "build", partial(table.build, size=17))
+    printed = desk.print_page(replace(PLACE, folder=tmp_path, to_printer=False))
+    assert printed["step"] == str(Step.SCAN) and printed["writes_files"] and printed["files"]
+    Image.new("RGB", (827, 1169), "white").save(tmp_path / "blank.png", dpi=(DPI, DPI))
+    person = Person(tmp_path / "blank.png", scan)
+    options = CalibrationOptions(output=tmp_path / "charts", no_verify=True)
+    made = calibrating.calibrate(replace(PLACE, options=options), attendant=person)
+    assert person.asked == ["the scan of the chart"] * 2 and made.calibration.paper == "white"
+    assert next(part for part in person.heard if part.startswith("\n")) == "\n2/6  Scan the chart"
+    told = " ".join(person.heard)
+    assert "Going on with the calibration of simulated/white" in told and "16 square marks" in told
+    assert "misses its own patches by" in told and "Nothing is written in the frame" in told
+    assert desk.calibrations()["stored"][0]["verified"] is None
+    assert desk.open_calibration(PLACE)["step"] == str(Step.PRINT)  # the next one begins anew
