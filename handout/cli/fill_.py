@@ -93,7 +93,6 @@ def _plot(
     assert mode.port is not None
     console.yes = mode.yes
     result = plot_forms(form, answers, mode.port, filling, writing, attendant=console)
-    assert result.tally is not None
     sentence = (
         f"Plotted {units.count(result.sheets, 'sheet')} in {units.duration(result.executed_s)}; seed {result.seed}."
         f"{sentences.told(result.tally)}"

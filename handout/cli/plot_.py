@@ -206,7 +206,6 @@ def _plot(request: PlotRequest, mode: _Mode, console: Console) -> None:
 
     assert mode.port is not None
     result = plot(request, mode.port, mode.attendance, attendant=console)
-    assert result.tally is not None
     sentence = (
         f"Plotted {units.count(result.sheets, 'sheet')} in {units.duration(result.executed_s)}; seed {result.seed}."
         f"{sentences.told(result.tally)}"

@@ -140,8 +140,7 @@ def plot_forms(
         notes = (*notes, f"{form}: nothing is written on page {which}: lay in the others alone.")
     attendant.note(*notes)
     plotted = plotting.plot_drawings(drawings, profile, port, Path(form).name, attendant, fast=work.task.fast)
-    result = delivered(tally, work.task, (), notes, {"forms": len(work.forms), "entries": entries})
-    return replace(plotted, written=result.told, tally=tally, seed=work.task.seed, notes=notes)
+    return plotted.of(delivered(tally, work.task, (), notes, {"forms": len(work.forms), "entries": entries}))
 
 
 @dataclass

@@ -26,7 +26,7 @@ from handout.pipeline.options import Length, millimetres
 from handout.pipeline.plot_jobs import called, outlook, state_of
 from handout.pipeline.plot_request import AttendanceOptions, PartOptions, PlotOptions, PlotRequest
 from handout.pipeline.programs import hooked, pressed_evenly
-from handout.pipeline.results import SILENT, Attendant, Delivery, Facts, Listener, Result, Tally
+from handout.pipeline.results import SILENT, Attendant, Delivery, Facts, Listener, Tally, Told
 from handout.pipeline.texts import STROKES, TextDocument, style_notes
 from handout.pipeline.writing import Document, asked, delivered, one_pen, open_document
 from handout.plotting import fit_to_bed, open_port, plan
@@ -119,27 +119,27 @@ class Drawn:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Plotted(Drawn, Result):
-    """What was plotted.
-
-    written : of `plot`, what is on the sheets; of `resume` None; job : as it stands now.
-    """
+class Plotted(Drawn, Delivery):
+    """What was plotted; job : as it stands now."""
 
     job: Job
-    written: Facts | None = None
-    tally: Tally | None = None
-    seed: int | None = None
 
     @property
     def sheets(self) -> int:
         """Sheets in all."""
         return self.job.pages * self.job.options.copies
 
-    def facts(self) -> Facts:
-        if self.written is None:
-            return {**state_of(self.job), **self.executed()}
-        more: Facts = {"copies": self.job.options.copies, "job": self.job.name}
-        return {**self.written, **self.executed(), **more}
+    def of(self, written: Delivery) -> Plotted:
+        """The same, told as what was written on the sheets."""
+        told = {**written.told, **self.executed(), "copies": self.job.options.copies, "job": self.job.name}
+        more: Told = {"tally": written.tally, "seed": written.seed, "notes": written.notes}
+        return dataclasses.replace(self, told=told, **more)
+
+
+def _plotted(job: Job, reports: Sequence[Report]) -> Plotted:
+    """A job that was plotted, told as it stands now."""
+    job, drawn = load(job.folder), Drawn(reports=tuple(reports))
+    return Plotted(job=job, reports=drawn.reports, told={**state_of(job), **drawn.executed()})
 
 
 @dataclass(frozen=True)
@@ -191,8 +191,7 @@ def plot(
     begin = partial(_begun, work, port, attendant)
     plotted = _plot_new(begin, work.profile, AtPlotter(attendant, port), attendance, account, notes=work.notes)
     tally, task = sum((Tally(**counts) for counts in plotted.job.told), Tally()), work.document.task
-    facts = delivered(tally, task, (), work.notes, behind=work.drawing).told
-    return dataclasses.replace(plotted, written=facts, tally=tally, seed=task.seed, notes=work.notes)
+    return plotted.of(delivered(tally, task, (), work.notes, behind=work.drawing))
 
 
 def keep(request: PlotRequest, port: str | None = None) -> tuple[Job, tuple[str, ...]]:
@@ -250,7 +249,7 @@ def resume(
     attendant.say(outlook(job))
     with _kept(job, new=False):
         reports = draw_job(job, AtPlotter(attendant, port or job.port), attendance, account)
-    return Plotted(job=load(job.folder), reports=tuple(reports))
+    return _plotted(job, reports)
 
 
 def machine(device: str | None, port: str | None) -> Plotter:
@@ -306,7 +305,7 @@ def _plot_new(
     person.attendant.note(*notes)
     with _kept(job, new=True):
         reports = draw_job(job, person, attendance, account, connected)
-    return Plotted(job=load(job.folder), reports=tuple(reports))
+    return _plotted(job, reports)
 
 
 def asked_machine(plotting: PlotOptions, port: str | None) -> Plotter:
