@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import click
 
 from handout import units
-from handout.cli import options
+from handout.cli import options, sentences
 from handout.cli.commands import Command
 from handout.cli.console import Console
 from handout.pipeline.options import PromptOptions
-
-if TYPE_CHECKING:
-    from handout.pipeline.prompts import PromptSheets
 
 
 @click.command("prompt", cls=Command)
@@ -41,17 +36,12 @@ def command(output: str, prompting: PromptOptions, verbose: bool, console: Conso
     if verbose and not console.as_json:
         click.echo(f"{coverage.table()}\n{coverage.summary()}")
     hint = "" if verbose or console.as_json else " (--verbose lists them)"
-    sheets = (
-        f"Wrote {result.path}: {units.count(len(result.prompt.pages), 'page')}, {result.prompt.words} words, about "
-        f"{_rounded(result)} of writing"
-    )
-    if result.again:
-        console.report(result, f"{sheets}, for what {prompting.hand} has few sure ones of: {' '.join(result.again)}.")
+    told, minutes = result.told, result.told["minutes"]
+    # as they are known: to 5, or to one where there are few
+    about = units.count(5 * round(minutes / 5) if minutes >= 10 else max(1, round(minutes)), "minute")
+    pages = units.count(told["pages"], "page")
+    sheets = f"Wrote {sentences.names(result.files)}: {pages}, {told['words']} words, about {about} of writing"
+    if again := told.get("write_again"):
+        console.report(result, f"{sheets}, for what {prompting.hand} has few sure ones of: {' '.join(again)}.")
     else:
         console.report(result, f"{sheets}; {coverage.short()} fewer than {coverage.least} times{hint}.")
-
-
-def _rounded(result: PromptSheets) -> str:
-    """Minutes as they are known: to 5, or to one where there are few."""
-    minutes = result.minutes
-    return units.count(5 * round(minutes / 5) if minutes >= 10 else max(1, round(minutes)), "minute")

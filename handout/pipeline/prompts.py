@@ -11,14 +11,13 @@ from handout import atomic
 from handout.errors import InputError
 from handout.pipeline.inputs import output_path
 from handout.pipeline.options import PromptOptions, millimetres
-from handout.pipeline.results import Facts, Result
+from handout.pipeline.results import Delivery
 from handout.prompting import corpus, prompt_pages, sentence_choice, sheet_codes, sheet_pdf
 from handout.prompting.coverage import coverage
 from handout.prompting.sheet_layout import SheetLayout, paper_of_name
 
 if TYPE_CHECKING:
     from handout.prompting.coverage import Coverage
-    from handout.prompting.prompt_pages import Prompt
     from handout.prompting.sentence_choice import Frequencies
 
 # Letters copied a minute in the ninth grade, the mean of girls (121) and boys (114) rounded: Graham, Berninger,
@@ -27,37 +26,11 @@ _LETTERS_A_MINUTE = 117
 _PAGES, _AGAIN_PAGES = 4, 1  # of sheets for a new hand (seed 000, §4), and for letters that one lacks
 
 
-@dataclass(frozen=True)
-class PromptSheets(Result):
+@dataclass(frozen=True, kw_only=True)
+class PromptSheets(Delivery):
     """The sheets that were made; `coverage` says how often each letter and pair will be there."""
 
-    path: Path
-    prompt: Prompt
-    layout: SheetLayout
     coverage: Coverage
-    again: str = ""  # letters of which the hand that the sheets are for has few sure ones
-
-    @property
-    def minutes(self) -> float:
-        """What it takes to copy the text."""
-        letters = sum(not char.isspace() for page in self.prompt.pages for line in page for char in line)
-        return letters / _LETTERS_A_MINUTE
-
-    def facts(self) -> Facts:
-        return {
-            "files": [str(self.path)],
-            "key": sheet_codes.key(self.prompt.pages),
-            "pages": len(self.prompt.pages),
-            "lines": sum(map(len, self.prompt.pages)),
-            "words": self.prompt.words,
-            "minutes": round(self.minutes, 1),
-            "page": self.layout.page.name,
-            "ruling_mm": self.layout.pitch,
-            "ruled": self.layout.printed,
-            "text": ["\n".join(page) for page in self.prompt.pages],
-            "coverage": self.coverage.as_json(),
-            **({"write_again": list(self.again)} if self.again else {}),
-        }
 
 
 def prompt(output: str | Path, options: PromptOptions = PromptOptions()) -> PromptSheets:
@@ -89,7 +62,23 @@ def prompt(output: str | Path, options: PromptOptions = PromptOptions()) -> Prom
     )
     atomic.write(path, sheet_pdf.to_pdf(pages, layout))
     texts = (" ".join(page) for page in pages.pages)
-    return PromptSheets(path, pages, layout, coverage(texts, target, characters), again)
+    covered = coverage(texts, target, characters)
+    letters = sum(not char.isspace() for page in pages.pages for line in page for char in line)
+    told = {
+        "files": [str(path)],
+        "key": sheet_codes.key(pages.pages),
+        "pages": len(pages.pages),
+        "lines": sum(map(len, pages.pages)),
+        "words": pages.words,
+        "minutes": round(letters / _LETTERS_A_MINUTE, 1),  # that it takes to copy the text
+        "page": layout.page.name,
+        "ruling_mm": layout.pitch,
+        "ruled": layout.printed,
+        "text": ["\n".join(page) for page in pages.pages],
+        "coverage": covered.as_json(),
+        **({"write_again": list(again)} if again else {}),
+    }
+    return PromptSheets(files=(path,), told=told, coverage=covered)
 
 
 def _again(name: str, target: list[str], options: PromptOptions) -> tuple[Frequencies, str]:
