@@ -16,7 +16,6 @@ from handout.pipeline.options import PictureOptions, ReadingOptions, WritingOpti
 
 if TYPE_CHECKING:
     from handout.pipeline.hands import ReadHand
-    from handout.pipeline.kept_hands import Change, EditedHand
     from handout.pipeline.results import Told
 
 
@@ -79,13 +78,14 @@ def read(
 
 
 def _sentence(result: ReadHand) -> str:
-    hand, doubtful = result.hand, result.doubtful
+    hand, path, doubtful = result.hand, result.files[0], len(result.told["doubtful"])
+    missing = sum(len(page["missing"]) for page in result.told["found"])
     sentence = (
-        f"Wrote {result.path}: {units.count(len(hand.glyphs), 'letter')} on {units.count(len(hand.pages), 'page')}, "
-        f"{len(hand.letters)} different ones; {doubtful} doubtful, {result.missing} not found."
+        f"Wrote {path}: {units.count(len(hand.glyphs), 'letter')} on {units.count(len(hand.pages), 'page')}, "
+        f"{len(hand.letters)} different ones; {doubtful} doubtful, {missing} not found."
     )
-    if doubtful + result.missing > (1 - _LEAST_SURE) * len(hand.glyphs):
-        sentence += f" Many are doubtful: look at them with `handout hand check {result.path} -o overlay.png`."
+    if doubtful + missing > (1 - _LEAST_SURE) * len(hand.glyphs):
+        sentence += f" Many are doubtful: look at them with `handout hand check {path} -o overlay.png`."
     return sentence
 
 
@@ -109,7 +109,8 @@ def add_signature(name: str, scan: str, dpi: float | None, again: bool, console:
     from handout.pipeline import signatures
 
     result = signatures.add_signature(name, scan, dpi, again=again)
-    console.report(result, f"Wrote {result.path}: {result.width:.0f} x {result.height:.0f} mm.")
+    told = result.told
+    console.report(result, f"Wrote {told['path']}: {told['width']:.0f} x {told['height']:.0f} mm.")
 
 
 @signature.command("list")
@@ -119,7 +120,7 @@ def list_signatures(console: Console) -> None:
     from handout.pipeline import signatures
 
     result = signatures.list_signatures()
-    console.report(result, "\n".join(result.names) or "No signature is kept.")
+    console.report(result, "\n".join(result.told["names"]) or "No signature is kept.")
 
 
 @command.command("list")
@@ -309,35 +310,35 @@ def edit(
         result = kept_hands.edits(name)
     else:
         result = kept_hands.undo_edits(name, 1 if undo else -1, output, listener=console)
-    console.report(result, "\n".join(_history(result)) if history else _edited(result))
+    console.report(result, "\n".join(_history(result.told)) if history else _edited(result.told))
 
 
-def _edited(result: EditedHand) -> str:
+def _edited(told: Told) -> str:
     """What was corrected, or taken back, and what else that changed."""
-    entries, total = len(result.journal.entries) - result.journal.made, len(result.journal.corrections)
-    if not result.made:
+    wrote, total = f"Wrote {told['files'][0]}", told["corrections"]
+    if not told["made"]:
+        entries = sum(not entry["in_force"] for entry in told["journal"])
         more = f"; {units.count(entries, 'entry', 'entries')} can be made again" if entries else ""
-        return f"Wrote {result.path}: {units.count(total, 'correction')} in force{more}."
-    sentence = f"Wrote {result.path}: {units.count(result.made, 'correction')} made, {total} in all; "
-    return sentence + _changed(result.changes)
+        return f"{wrote}: {units.count(total, 'correction')} in force{more}."
+    return f"{wrote}: {units.count(told['made'], 'correction')} made, {total} in all; {_changed(told['changes'])}"
 
 
-def _changed(changes: Sequence[Change]) -> str:
+def _changed(changes: Sequence[Told]) -> str:
     if not changes:
         return "no other letter changed."
-    named = [f"{one.letter} in “{one.word}” (line {one.line + 1}, {one.how})" for one in changes[:_NAMED]]
+    named = [f"{one['letter']} in “{one['word']}” (line {one['line'] + 1}, {one['how']})" for one in changes[:_NAMED]]
     more = f" and {len(changes) - _NAMED} more" if len(changes) > _NAMED else ""
     return f"{units.count(len(changes), 'other letter')} changed: {', '.join(named)}{more}."
 
 
-def _history(result: EditedHand) -> list[str]:
+def _history(told: Told) -> list[str]:
     """The journal, a line an entry."""
     lines = []
-    for number, entry in enumerate(result.journal.entries, 1):
-        kinds = ", ".join(correction.kind for correction in entry.corrections)
-        undone = "" if number <= result.journal.made else " (taken back)"
-        lines.append(f"{number}{undone}: {kinds}; {_changed(entry.changes)}")
-    return lines or [f"{result.path}: nothing was corrected."]
+    for number, entry in enumerate(told["journal"], 1):
+        kinds = ", ".join(correction["do"] for correction in entry["corrections"])
+        undone = "" if entry["in_force"] else " (taken back)"
+        lines.append(f"{number}{undone}: {kinds}; {_changed(entry['changes'])}")
+    return lines or [f"{told['files'][0]}: nothing was corrected."]
 
 
 @command.command("pen")

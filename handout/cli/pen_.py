@@ -87,12 +87,12 @@ def heights(plotter: _Plotter, heights: HeightOptions, yes: bool, console: Conso
     console.yes = yes
     result = find_heights(plotter.port, plotter.device, heights, console)
     if not console.as_json:
-        click.echo("[pen]\n" + "\n".join(f"{key} = {value:g}" for key, value in result.keys.items()))
-    if result.file is None:
+        click.echo("[pen]\n" + "\n".join(f"{key} = {value:g}" for key, value in result.told.items() if key != "file"))
+    if not result.files:
         console.report(result, "Write these lines into the profile, or do this again with --save NAME.")
     else:
-        name = result.file.stem.removeprefix("plotter-")
-        console.report(result, f"Wrote {result.file}; use it with: --device {name}")
+        name = result.files[0].stem.removeprefix("plotter-")
+        console.report(result, f"Wrote {result.files[0]}; use it with: --device {name}")
 
 
 def _move(how: Move, plotter: _Plotter, console: Console, x: str = "0", y: str = "0") -> None:

@@ -13,10 +13,9 @@ How a verb is built
    like a table of contents, and it neither prints nor reads the terminal.  What the user should learn *while* it works
    goes to the `Listener`: `say` for a sentence, `progress` for the share that is done.  Where a machine moves it is an
    `Attendant`, who is also asked.
-3. What the user should learn *afterwards* is data: a frozen dataclass in the verb's file that extends `results.Result`.
-   `facts()` gives the JSON object that ``--json`` prints (the fields, unless it is overridden); the field `notes` has
-   sentences on what was decided for the user: letters that were lent, parts that were left out, options that were not
-   followed.
+3. What the user should learn *afterwards* is data, a `results.Delivery`: its `told` is the JSON object that ``--json``
+   prints, its `notes` are sentences on what was decided for the user: letters that were lent, parts that were left out,
+   options that were not followed.  What else a caller may want is a field of a class that extends it.
 4. `cli/verb_.py` binds and prints, no more; it imports the verb's file when it is called, not before::
 
        @click.command("write")

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from handout import atomic
@@ -17,7 +16,7 @@ from handout.pipeline.inputs import decoded, hand_path, read_bytes
 from handout.pipeline.kept_hands import learn, own_place, scan_notes
 from handout.pipeline.letter_desk import keep_letters
 from handout.pipeline.options import ReadingOptions
-from handout.pipeline.results import SILENT, Fact, Facts, Listener, Result
+from handout.pipeline.results import SILENT, Delivery, Fact, Listener
 from handout.progress import within
 from handout.sources import read_drawing
 from handout.tagging.page_sources import PageSource, gather_sources, tagged_pages
@@ -31,37 +30,22 @@ _MOST_TEXT = 200_000  # bytes; no page holds more
 _OPENED, _MADE = 0.04, 0.97  # of the work on a page, when it is opened, and when its letters are found; measured
 
 
-@dataclass(frozen=True, eq=False)
-class ReadHand(Result):
-    """A hand that was read.
-
-    path : its .hand file; None where it was not kept.
-    pages : how each page was read.
-    """
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ReadHand(Delivery):
+    """A hand that was read; pages : how each page was."""
 
     hand: ScannedHand
-    path: Path | None
     pages: tuple[TaggedPage, ...]
-    seed: int
 
-    @property
-    def doubtful(self) -> int:
-        """How many letters are doubtful."""
-        return len(report.doubtful(self.hand))
 
-    @property
-    def missing(self) -> int:
-        """How many letters of the transcripts were not found."""
-        return sum(len(page.missing) for page in self.pages)
-
-    def facts(self) -> Facts:
-        files = [] if self.path is None else [str(self.path)]
-        return {
-            **report.facts(self.hand),
-            "files": files,
-            "seed": self.seed,
-            "found": [_page_facts(page) for page in self.pages],
-        }
+def _delivered(
+    hand: ScannedHand, path: Path | None, pages: tuple[TaggedPage, ...], seed: int, notes: tuple[str, ...]
+) -> ReadHand:
+    """A hand that was read, which is kept in a file, or None."""
+    files = () if path is None else (path,)
+    found = [_page_facts(page) for page in pages]
+    told = {**report.facts(hand), "files": [*map(str, files)], "seed": seed, "found": found}
+    return ReadHand(seed=seed, files=files, told=told, hand=hand, pages=pages, notes=notes)
 
 
 def read(
@@ -90,7 +74,20 @@ def read(
         A file that cannot be read or used, texts too few or too many.
     """
     path = None if output is None else hand_path(output)
-    transcripts = [(str(text), _transcript(Path(text), listener)) for text in texts]
+    transcripts = [_transcript(str(text), read_bytes(text), listener) for text in texts]
+    return _read(name, scans, inks, transcripts, path, options, listener)
+
+
+def _read(
+    name: str,
+    scans: Sequence[str | Path],
+    inks: Sequence[str | Path],
+    transcripts: Sequence[tuple[str, str]],
+    path: Path | None,
+    options: ReadingOptions,
+    listener: Listener,
+) -> ReadHand:
+    """`read`, of texts with what they are called."""
     if bool(scans) == bool(inks):
         raise InputError("A hand is read from scans or from recorded pens: give --scan or --ink, one of them.")
     listener.progress(0.0, "opening the pages")
@@ -109,7 +106,7 @@ def read(
         with atomic.held(path, listener.say):
             file.save(hand, path)
             notes = (*scan_notes(hand), *_remembered(hand, path))
-    return ReadHand(hand, path, pages, options.seed, notes=notes)
+    return _delivered(hand, path, pages, options.seed, notes)
 
 
 def _remembered(hand: ScannedHand, path: Path) -> tuple[str, ...]:
@@ -137,23 +134,13 @@ def read_as_own(
     InputError
         There is a hand of that name; as `read`.
     """
-    return _read_texts(name, scans, texts, own_place(name), options, listener)
+    path = own_place(name)
+    return _read(name, scans, (), _transcripts(texts, listener), path, options, listener)
 
 
-def _read_texts(
-    name: str,
-    scans: Sequence[str | Path],
-    texts: Sequence[str],
-    path: Path | None,
-    options: ReadingOptions,
-    listener: Listener,
-) -> ReadHand:
-    """`read`, of texts themselves."""
-    with TemporaryDirectory() as folder:
-        files = [Path(folder) / f"text of page {number}" for number in range(1, len(texts) + 1)]
-        for file_, text in zip(files, texts, strict=True):
-            file_.write_text(text, encoding="utf-8")
-        return read(name, scans, files, path, options, listener=listener)
+def _transcripts(texts: Sequence[str], listener: Listener) -> list[tuple[str, str]]:
+    """Texts of pages with what they are called."""
+    return [_transcript(f"text of page {n}", text.encode(), listener) for n, text in enumerate(texts, 1)]
 
 
 def read_more(
@@ -181,7 +168,7 @@ def read_more(
     known = file.load(path)
     keeping = any(page.scan is not None for page in known.pages)
     options = replace(options, ink_only=options.ink_only or not keeping)
-    more = _read_texts(known.name, scans, texts, None, options, listener)
+    more = _read(known.name, scans, (), _transcripts(texts, listener), None, options, listener)
     with atomic.held(path, listener.say):  # as it is now: reading takes minutes
         if PendingLog(path).there():
             keep_letters(str(path))
@@ -192,18 +179,17 @@ def read_more(
         file.save(joined, path)
         notes = (f"What was corrected in {hand.name} stays, and can no longer be undone.",) if corrected else ()
         notes = (*notes, *scan_notes(more.hand), *_remembered(joined, path))
-    return ReadHand(joined, path, more.pages, options.seed, notes=notes)
+    return _delivered(joined, path, more.pages, options.seed, notes)
 
 
-def _transcript(path: Path, listener: Listener) -> str:
-    """The text of a page."""
-    data = read_bytes(path)
+def _transcript(name: str, data: bytes, listener: Listener) -> tuple[str, str]:
+    """The text of a page, and what it is called."""
     if len(data) > _MOST_TEXT:
-        raise InputError(f"{path}: {len(data)} bytes are more than a page holds; give the text of one page.")
-    text = decoded(data, str(path), listener)
+        raise InputError(f"{name}: {len(data)} bytes are more than a page holds; give the text of one page.")
+    text = decoded(data, name, listener)
     if not text.strip():
-        raise InputError(f"{path} is empty: give what is written on the page, line by line.")
-    return text
+        raise InputError(f"{name} is empty: give what is written on the page, line by line.")
+    return name, text
 
 
 def _recorded(inks: Sequence[str], texts: Sequence[tuple[str, str]], listener: Listener) -> list[PageSource]:

@@ -17,7 +17,6 @@ from handout import atomic, units
 from handout.completion.completed_hand import complete_hand, outlook
 from handout.errors import InputError
 from handout.hand import file, library, report
-from handout.hand.corrections import Change as Change
 from handout.hand.corrections import Entry, Journal, read_corrections
 from handout.hand.drawn import Hand
 from handout.hand.learnt import known
@@ -114,42 +113,29 @@ class KeptHand(Result):
         }
 
 
-@dataclass(frozen=True)
-class EditedHand(Result):
+def _edited_hand(path: Path, journal: Journal, made: int = 0, glyphs: int = 0, notes: tuple[str, ...] = ()) -> Delivery:
     """A hand that was corrected, or whose journal of corrections was looked at or turned back.
 
-    path : its file.
-    journal : of its corrections; the last entry in force is the one that was just made, if `made` says so.
-    glyphs : letters of the hand; 0 where only the journal was looked at.
+    made : corrections that were just made, the last entry in force of the journal; glyphs : letters of the hand.
     """
-
-    path: Path
-    journal: Journal
-    made: int = 0
-    glyphs: int = 0
-
-    @property
-    def changes(self) -> tuple[Change, ...]:
-        """The letters that changed though nobody named them, if corrections were made."""
-        return self.journal.entries[self.journal.made - 1].changes if self.made else ()
-
-    def facts(self) -> Facts:
-        entries = [
-            {
-                "corrections": msgspec.to_builtins(entry.corrections, enc_hook=float),
-                "changes": msgspec.to_builtins(entry.changes),
-                "in_force": number < self.journal.made,
-            }
-            for number, entry in enumerate(self.journal.entries)
-        ]
-        return {
-            "files": [str(self.path)],
-            "made": self.made,
-            "corrections": len(self.journal.corrections),
-            "glyphs": self.glyphs,
-            "changes": msgspec.to_builtins(self.changes),
-            "journal": entries,
+    entries = [
+        {
+            "corrections": msgspec.to_builtins(entry.corrections, enc_hook=float),
+            "changes": msgspec.to_builtins(entry.changes),
+            "in_force": number < journal.made,
         }
+        for number, entry in enumerate(journal.entries)
+    ]
+    told = {
+        "files": [str(path)],
+        "made": made,
+        "corrections": len(journal.corrections),
+        "glyphs": glyphs,
+        # the letters that changed though nobody named them
+        "changes": entries[journal.made - 1]["changes"] if made else [],
+        "journal": entries,
+    }
+    return Delivery(files=(path,), told=told, notes=notes)
 
 
 def edit_hand(
@@ -159,7 +145,7 @@ def edit_hand(
     *,
     learning: bool = True,
     listener: Listener = SILENT,
-) -> EditedHand:
+) -> Delivery:
     """Make corrections to a scanned hand, after those that it has already, and align their pages anew.
 
     Parameters
@@ -184,7 +170,7 @@ def edit_hand(
         corrected = correct(hand, new, learning=learning, tell=listener.progress)
         journal = file.record(source, path, hand, corrected.hand, Entry(new, corrected.changes))
         learn(path)
-    return EditedHand(path, journal, len(new), len(corrected.hand.glyphs), notes=corrected.notes)
+    return _edited_hand(path, journal, len(new), len(corrected.hand.glyphs), notes=corrected.notes)
 
 
 @contextlib.contextmanager
@@ -228,7 +214,7 @@ def _edited(name: str, output: str | Path | None) -> tuple[Path, Path]:
     return source, path
 
 
-def undo_edits(name: str, count: int, output: str | Path | None = None, *, listener: Listener = SILENT) -> EditedHand:
+def undo_edits(name: str, count: int, output: str | Path | None = None, *, listener: Listener = SILENT) -> Delivery:
     """Turn the journal of corrections of a scanned hand back by `count` entries, or, negative, forward.
 
     Raises
@@ -239,13 +225,13 @@ def undo_edits(name: str, count: int, output: str | Path | None = None, *, liste
     source, path = _edited(name, output)
     with _held(source, path, listener):
         journal = file.rewind(source, path, file.journal(source).made - count)
-        return EditedHand(path, journal, glyphs=len(file.load(path).glyphs))
+        return _edited_hand(path, journal, glyphs=len(file.load(path).glyphs))
 
 
-def edits(name: str) -> EditedHand:
+def edits(name: str) -> Delivery:
     """What was corrected of a scanned hand."""
     source = library.scanned_file(name)
-    return EditedHand(source, file.journal(source))
+    return _edited_hand(source, file.journal(source))
 
 
 def keep_pen(scans: Sequence[str | Path], output: str | Path, dpi: float | None = None) -> KeptHand:

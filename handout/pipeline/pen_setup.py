@@ -31,17 +31,6 @@ _NO_PORT = "Where is the plotter? Give --port /dev/ttyUSB0 (or COM3, auto, or si
 
 
 @dataclass(frozen=True)
-class PenHeights(Result):
-    """The keys of a profile's group ``[pen]`` that were found or tried; file : the profile that has them now."""
-
-    keys: dict[str, float]
-    file: Path | None
-
-    def facts(self) -> Facts:
-        return {**self.keys, "file": None if self.file is None else str(self.file)}
-
-
-@dataclass(frozen=True)
 class PenMove(Result):
     """What was done with a pen, in words, and where the machine stands then, mm; None if it does not know."""
 
@@ -90,8 +79,10 @@ def find_heights(
     device: str | None,
     options: HeightOptions,
     attendant: Attendant = SILENT,
-) -> PenHeights:
+) -> Delivery:
     """Find how high a pen is lifted and how low it is let down with a person who looks, or try two heights.
+
+    The keys of a profile's group ``[pen]`` that were found or tried are told, and the file that has them now.
 
     Raises
     ------
@@ -122,7 +113,8 @@ def find_heights(
     keys = saved_heights.lines(heights, profile)
     if path is not None:
         saved_heights.save(source, path, keys)
-    return PenHeights(keys, path)
+    told = {**keys, "file": None if path is None else str(path)}
+    return Delivery(files=() if path is None else (path,), told=told)
 
 
 Move = Literal["up", "down", "home", "jog", "release"]

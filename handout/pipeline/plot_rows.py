@@ -23,7 +23,7 @@ from handout.merging.sheets import Grid, grid
 from handout.pipeline import merging
 from handout.pipeline.merging import Merge, RowPages
 from handout.pipeline.options import MergeOptions, TableOptions, seed_of
-from handout.pipeline.plot_request import AttendanceOptions, PlotOptions, PlotRequest
+from handout.pipeline.plot_request import AttendanceOptions, PartOptions, PlotOptions, PlotRequest
 from handout.pipeline.plotting import (
     AtPlotter,
     Drawn,
@@ -33,16 +33,15 @@ from handout.pipeline.plotting import (
     is_simulated,
     job_options,
     port_to,
-    with_hooks,
+    shown_pages,
 )
 from handout.pipeline.printing import BatchDelivery, make_all, rows_told
 from handout.pipeline.results import SILENT, Attendant, Facts
 from handout.pipeline.texts import STROKES
-from handout.plotting import bed, plan
+from handout.plotting import bed
 from handout.plotting.driving.driver import Report, connect
 from handout.plotting.jobs import store
 from handout.plotting.jobs.job import Job, Options
-from handout.plotting.jobs.pages import laid_out
 from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
 from handout.printing.journal import BACK, ENVELOPE, Piece
@@ -107,10 +106,10 @@ def plot_rows(
     rows, more = replace(rows, copies=plotting.copies), {**more, "page_name": pages.sheet.page_name}
     options, record = merging.begin_batch(pages, rows, more, envelopes_to=plotting.envelopes_to, dry_run=bool(paths))
     place: PlotFiles | PlotSpool | Several
+    how = job_options(replace(plotting, copies=1), profile, task.fast)
     if paths:
-        place = PlotFiles(shared, profile, paths, task.look, plotting)
+        place = PlotFiles(shared, profile, paths, task.look, how)
     else:
-        how = job_options(replace(plotting, copies=1), profile, task.fast)
         queue = partial(PlotterQueue, profile, options=how, attendance=attendance, account=account)
         place = _plotters(shared, ports, plotting, queue, attendant)
     several = attendant.plotting() if isinstance(place, Several) else contextlib.nullcontext()
@@ -250,11 +249,9 @@ class _Sheets(Destination):
 class PlotFiles(_Sheets):
     """Sheets as they would be plotted, written to files."""
 
-    def __init__(
-        self, shared: Grid, profile: Plotter, paths: Sequence[Path], look: Look, plotting: PlotOptions
-    ) -> None:
+    def __init__(self, shared: Grid, profile: Plotter, paths: Sequence[Path], look: Look, options: Options) -> None:
         super().__init__(shared, profile)
-        self._paths, self._look, self._plotting = paths, look, plotting
+        self._paths, self._look, self._options = paths, look, options
         self._written: tuple[Path, ...] = ()
         self.plans: list[Plan] = []
 
@@ -269,10 +266,9 @@ class PlotFiles(_Sheets):
         if not pieces:
             return
         pieces.sort(key=lambda piece: (piece.row, piece.copy))
-        ways = self._plotting.layers, self._plotting.order
-        drawings = [laid_out(self.drawing(sheet), self.profile, *ways) for sheet in self.sheets(pieces)]
-        self.plans = [plan(drawing, self.profile) for drawing in drawings]
-        self._written = tuple(write_drawings([with_hooks(planned) for planned in self.plans], self._paths, self._look))
+        sheets = [self.drawing(sheet) for sheet in self.sheets(pieces)]
+        shown, self.plans = shown_pages(sheets, PartOptions(), self.profile, self._options, SILENT)
+        self._written = tuple(write_drawings(shown, self._paths, self._look))
 
     def files(self) -> tuple[Path, ...]:
         """The previews."""

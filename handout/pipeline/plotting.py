@@ -219,7 +219,7 @@ def preview(
     drawings = pages.drawings
     if request.writing.fit:
         drawings = [fit_to_bed(drawing, profile) for drawing in drawings]
-    shown, plans = _shown(drawings, request.part, profile, work.options, listener)
+    shown, plans = shown_pages(drawings, request.part, profile, work.options, listener)
     besides = said([planned.drawing for planned in plans], profile)
     notes = (*work.notes, *style_notes(task, drawings), *besides)
     listener.note(*notes)
@@ -456,7 +456,7 @@ def preview_again(
     before = store.drawn_before(name)
     listener.say(f"From the plot {called(before)}.")
     kept = _kept_pages(before, listener)
-    drawings, plans = _shown([page.drawing for page in kept], part, before.profile, before.options, listener)
+    drawings, plans = shown_pages([page.drawing for page in kept], part, before.profile, before.options, listener)
     files = write_drawings(drawings, paths, Look(show_travel=show_travel))
     tally = sum((Tally(**page.told) for page in kept if page.told), Tally())
     about = kept[0].drawing.about
@@ -464,7 +464,7 @@ def preview_again(
     return Delivery(tally=tally, seed=int(about.get("seed") or 0), files=tuple(files), told=told)
 
 
-def _shown(
+def shown_pages(
     pages: Sequence[Drawing], part: PartOptions, profile: Plotter, options: Options, listener: Listener
 ) -> tuple[list[Drawing], list[Plan]]:
     """Pages as a preview shows them, and the plans of what is drawn of them."""

@@ -1,8 +1,9 @@
 """What a call gives back: facts that turn into JSON, a tally of what was written, and a listener to work that goes on.
 
 A result is a frozen dataclass, a `Result`, with `facts()`, the JSON object that ``--json`` prints, and `notes`,
-sentences for the user.  `Listener` is how the same sentences, and the progress, reach whoever waits for the work;
-`Attendant` is a listener who also stands at the machine: at a terminal, at a page of the studio, or nobody.
+sentences for the user; most verbs give a `Delivery`, which is told those facts when it is made.  `Listener` is how the
+same sentences, and the progress, reach whoever waits for the work; `Attendant` is a listener who also stands at the
+machine: at a terminal, at a page of the studio, or nobody.
 """
 
 from __future__ import annotations

@@ -5,7 +5,6 @@ A signature is kept as a scanned hand whose letters are not known.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,7 +15,7 @@ from handout import atomic, shipped
 from handout.errors import InputError
 from handout.hand import file
 from handout.hand.scanned import NOBODY
-from handout.pipeline.results import Facts, Result
+from handout.pipeline.results import Delivery
 from handout.values import Glyph, Ink, Line, LineGraph, Manuscript, Page, Placed
 
 if TYPE_CHECKING:
@@ -26,27 +25,7 @@ if TYPE_CHECKING:
 _LARGEST = 150.0  # mm: a page of writing is no signature
 
 
-@dataclass(frozen=True)
-class StoredSignature(Result):
-    """A signature that is kept; width, height : mm."""
-
-    name: str
-    path: Path
-    width: float
-    height: float
-
-    def facts(self) -> Facts:
-        return {**super().facts(), "width": round(self.width, 1), "height": round(self.height, 1)}
-
-
-@dataclass(frozen=True)
-class SignatureList(Result):
-    """The names of the signatures that are kept."""
-
-    names: tuple[str, ...]
-
-
-def add_signature(name: str, scan: str | Path, dpi: float | None = None, *, again: bool = False) -> StoredSignature:
+def add_signature(name: str, scan: str | Path, dpi: float | None = None, *, again: bool = False) -> Delivery:
     """Keep the signature on a scan, which shows nothing else, under a name.
 
     Parameters
@@ -67,13 +46,14 @@ def add_signature(name: str, scan: str | Path, dpi: float | None = None, *, agai
     path.parent.mkdir(parents=True, exist_ok=True)
     atomic.check_writable(path)
     file.save(hand, path)
-    return StoredSignature(name, path, *size(hand))
+    width, height = (round(side, 1) for side in size(hand))
+    return Delivery(files=(path,), told={"name": name, "path": str(path), "width": width, "height": height})
 
 
-def list_signatures() -> SignatureList:
-    """The signatures that are kept."""
+def list_signatures() -> Delivery:
+    """The names of the signatures that are kept."""
     folder = _folder()
-    return SignatureList(tuple(path.stem for path in sorted(folder.glob("*.hand"))) if folder.is_dir() else ())
+    return Delivery(told={"names": [path.stem for path in sorted(folder.glob("*.hand"))] if folder.is_dir() else []})
 
 
 def find_signature(name: str, folder: Path = Path()) -> ScannedHand:
@@ -86,7 +66,7 @@ def find_signature(name: str, folder: Path = Path()) -> ScannedHand:
     """
     path = folder / name if Path(name).suffix else _folder() / f"{name}.hand"
     if not path.is_file():
-        known = ", ".join(list_signatures().names)
+        known = ", ".join(list_signatures().told["names"])
         raise InputError(
             f"no signature is called {name}: {f'there are {known}; ' if known else ''}scan one and keep it "
             f"with handout hand signature add {Path(name).stem} scan.png."

@@ -273,7 +273,7 @@ def test_a_text_in_utf_16_is_read(small_scan):
     from handout.pipeline.results import SILENT
 
     Path("wide.txt").write_bytes(small_scan.written.encode("utf-16"))
-    assert _transcript(Path("wide.txt"), SILENT) == small_scan.written
+    assert _transcript("wide.txt", Path("wide.txt").read_bytes(), SILENT) == ("wide.txt", small_scan.written)
 
 
 @pytest.mark.slow
