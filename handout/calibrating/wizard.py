@@ -96,7 +96,7 @@ class ChartScanned:
 
 
 @dataclass(frozen=True)
-class Task:
+class CalibrationTask:
     """What is calibrated.
 
     profile : of the printer; printer, paper : what they are called in the store.
@@ -116,7 +116,7 @@ class Task:
     accept: bool = False
 
 
-class State(msgspec.Struct, frozen=True):
+class CalibrationState(msgspec.Struct, frozen=True):
     """As it is kept.
 
     step : what comes next; printer, paper : the names in the store; sheet, pages : of the chart; begun : when;
@@ -142,7 +142,7 @@ class Wizard:
     that is not stored yet), `report`.
     """
 
-    def __init__(self, task: Task, *, afresh: bool = False) -> None:
+    def __init__(self, task: CalibrationTask, *, afresh: bool = False) -> None:
         """Begin a calibration, or go on with an unfinished one (`resumed`); `afresh` : begin in any case.
 
         Raises
@@ -163,7 +163,7 @@ class Wizard:
         if left is None:
             remove(self.folder)  # of what was not removed to its end, nothing is taken for the new one's
             begun = datetime.now().astimezone().isoformat(timespec="minutes")
-            left = State(Step.PRINT, *names, layout.paper.name, len(layout.pages), begun, task.scanner)
+            left = CalibrationState(Step.PRINT, *names, layout.paper.name, len(layout.pages), begun, task.scanner)
         self.state = left
         self.chart = chart(left.sheet, pages=left.pages)
 
@@ -330,7 +330,7 @@ class Wizard:
         self.go(self.step)
         atomic.write(self.report, report(reading, f"Calibration of {self.name}", more).encode())
 
-    def _save(self, state: State) -> None:
+    def _save(self, state: CalibrationState) -> None:
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -351,10 +351,10 @@ def remove(home: Path) -> None:
     shutil.rmtree(home, ignore_errors=True)
 
 
-def _read_state(home: Path) -> State | None:
+def _read_state(home: Path) -> CalibrationState | None:
     """What was left; None if there is nothing that can be gone on with."""
     try:
-        state = msgspec.json.decode((home / _STATE).read_bytes(), type=State)
+        state = msgspec.json.decode((home / _STATE).read_bytes(), type=CalibrationState)
     except (OSError, msgspec.MsgspecError):
         return None
     return state if all((home / name).is_file() for name in state.scans) else None

@@ -17,7 +17,7 @@ from handout.calibrating import ink_samples, pages, pen_reference, print_diagnos
 from handout.calibrating.pen_reference import Reference
 from handout.calibrating.store import Calibration
 from handout.calibrating.verification import Verification
-from handout.calibrating.wizard import ScansRefused, Step, Task, Wizard
+from handout.calibrating.wizard import CalibrationTask, ScansRefused, Step, Wizard
 from handout.colour import cgats, exports, report
 from handout.colour.chart_files import ti3
 from handout.colour.reading import Reading, pen_field
@@ -68,7 +68,9 @@ def begin(place: CalibrationPlace, profile: Printer) -> Wizard:
     """
     chart, options = place.chart, place.options
     name = options.scanner or options.scanner_name or ("simulated flatbed" if profile.simulated else "")
-    task = Task(profile, place.printer, place.paper, chart.sheet, chart.pages, name, options.hand, options.accept)
+    task = CalibrationTask(
+        profile, place.printer, place.paper, chart.sheet, chart.pages, name, options.hand, options.accept
+    )
     return Wizard(task, afresh=options.afresh)
 
 

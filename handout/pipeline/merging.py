@@ -511,7 +511,7 @@ def _extent(lines: Sequence[str]) -> tuple[int, int]:
     return len(lines), max(map(len, lines))
 
 
-def _window(name: str, page: Page) -> envelope.Window:
+def _window(name: str, page: Page) -> envelope.EnvelopeWindow:
     known = envelope.WINDOWS.get(name) or envelope.WINDOWS.get(name.upper())
     if known is None:
         raise InputError(f"window: {name!r} is none of {', '.join(envelope.WINDOWS)}.")

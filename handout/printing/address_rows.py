@@ -37,7 +37,7 @@ class Cell:
 
 
 @dataclass
-class Account:
+class ColumnAccount:
     """What became of the columns of a table while its rows were made.
 
     written : places of the columns of which something was written; unwritten : place of a column → rows in which what
@@ -52,7 +52,7 @@ class Account:
     has_names: bool = False
 
 
-def row(number: int, texts: Sequence[str], columns: Sequence[Column], wanted: str, account: Account) -> Row:
+def row(number: int, texts: Sequence[str], columns: Sequence[Column], wanted: str, account: ColumnAccount) -> Row:
     """Turn one row into an address; the account notes which of its cells were used.
 
     Parameters
@@ -120,7 +120,7 @@ def _unreadable(texts: Sequence[str], columns: Sequence[Column], cells: Sequence
     return f"the cell under {broken.column.name} holds the error {broken.text}" if broken else ""
 
 
-def _choose_kind(number: int, cells: Sequence[Cell], wanted: str, account: Account) -> tuple[str, list[str]]:
+def _choose_kind(number: int, cells: Sequence[Cell], wanted: str, account: ColumnAccount) -> tuple[str, list[str]]:
     """Which of a row's addresses is written, and what to warn of; the others are noted."""
     kinds = _kinds_held(cells)
     if not kinds:
@@ -156,7 +156,7 @@ def _complete_without_kind(cells: Sequence[Cell]) -> bool:
 
 
 def _select_cells(
-    kind: str, number: int, cells: Sequence[Cell], columns: Sequence[Column], account: Account
+    kind: str, number: int, cells: Sequence[Cell], columns: Sequence[Column], account: ColumnAccount
 ) -> list[Cell]:
     """The cells of the address that is written: those of its kind, and those without a kind that go with it.
 
@@ -245,7 +245,7 @@ def _collect_people(chosen: Sequence[Cell]) -> list[str]:
     return list(dict.fromkeys(name for person in people if (name := address.person(person))))
 
 
-def _note_written(number: int, chosen: Sequence[Cell], lines: Sequence[str], account: Account) -> None:
+def _note_written(number: int, chosen: Sequence[Cell], lines: Sequence[str], account: ColumnAccount) -> None:
     """Note which cells are in the lines, and which are not."""
     written = {normalised(word) for line in lines for word in re.findall(r"\w+", line)}
     for cell in chosen:
@@ -257,7 +257,7 @@ def _note_written(number: int, chosen: Sequence[Cell], lines: Sequence[str], acc
             account.written.add(cell.column.number)
 
 
-def questioned(rows: Sequence[Row], account: Account) -> tuple[list[Row], list[str]]:
+def questioned(rows: Sequence[Row], account: ColumnAccount) -> tuple[list[Row], list[str]]:
     """The rows with warnings of doubtful postal codes; a doubt about all rows is one note instead."""
     doubts = {number: doubt for number, doubt in account.code_doubts.items() if doubt}
     if len(doubts) > _FEW and len(doubts) == len(account.code_doubts):
@@ -271,7 +271,7 @@ def questioned(rows: Sequence[Row], account: Account) -> tuple[list[Row], list[s
 def notes(
     columns: Sequence[Column],
     cells: Sequence[Sequence[str]],
-    account: Account,
+    account: ColumnAccount,
     numbers: Sequence[int],
     elsewhere: Collection[int] = (),
 ) -> list[str]:

@@ -9,12 +9,12 @@ from typing import Any
 
 from handout.errors import TableError
 from handout.printing import address_rows, rows
-from handout.printing.address_rows import Account
+from handout.printing.address_rows import ColumnAccount
 from handout.printing.column_names import KINDS, SETTINGS, normalised
 from handout.printing.columns import (
     LABEL,
-    Assignment,
     Column,
+    ColumnAssignment,
     addressable,
     assign,
     columns,
@@ -131,7 +131,7 @@ def _read_table(path: Path, columns: Sequence[str]) -> _Table:
     return replace(table, columns=assign(assignments, table.columns))
 
 
-def _find_header(path: Path, sheet: TableSheet, assignments: Sequence[Assignment]) -> _Table:
+def _find_header(path: Path, sheet: TableSheet, assignments: Sequence[ColumnAssignment]) -> _Table:
     """The table with its header found: the row that the user names columns of, the first, or the likeliest."""
     candidates = header_candidates(sheet.records)
     if not candidates:
@@ -148,7 +148,7 @@ def _find_header(path: Path, sheet: TableSheet, assignments: Sequence[Assignment
     return _Table(path, sheet, header, columns_of[header], skipped)
 
 
-def _header_row(columns_of: Mapping[int, Sequence[Column]], assignments: Sequence[Assignment]) -> int:
+def _header_row(columns_of: Mapping[int, Sequence[Column]], assignments: Sequence[ColumnAssignment]) -> int:
     """The header among the rows that may be it, by their numbers; 0 where the user tells columns by their places."""
     candidates = _drop_group_heads(columns_of)
     named = [n for n, row in columns_of.items() if names_any(assignments, [column.header for column in row])]
@@ -211,7 +211,7 @@ def _unseen_note(records: Sequence[tuple[int, TableRecord]]) -> Iterator[str]:
 def _build_addresses(
     table: _Table, records: Sequence[tuple[int, TableRecord]], kind: str, nameless: bool, elsewhere: Collection[str]
 ) -> Addresses:
-    account = Account()
+    account = ColumnAccount()
     addressed = []
     for n, record in records:
         try:
@@ -237,7 +237,7 @@ def _build_addresses(
 
 
 def _used_and_unused(
-    columns: Sequence[Column], cells: Sequence[Sequence[str]], account: Account, elsewhere: Collection[int]
+    columns: Sequence[Column], cells: Sequence[Sequence[str]], account: ColumnAccount, elsewhere: Collection[int]
 ) -> tuple[list[Column], list[Column]]:
     """The columns of which something is written (or would be, were they not empty), and the others with content."""
     filled = {column.number for column in columns if address_rows.holds(column, cells)}

@@ -255,7 +255,7 @@ def understood() -> str:
 
 
 @dataclass(frozen=True)
-class Assignment:
+class ColumnAssignment:
     """What the user says of a column: its role, None to leave it out, and its header, or its place from 1."""
 
     role: str | None
@@ -267,7 +267,7 @@ class Assignment:
         return int(self.column) if self.column.isdecimal() else 0
 
 
-def read_assignments(texts: Sequence[str]) -> tuple[Assignment, ...]:
+def read_assignments(texts: Sequence[str]) -> tuple[ColumnAssignment, ...]:
     """The assignments in the texts of the option ``--columns``.
 
     Raises
@@ -282,7 +282,7 @@ def read_assignments(texts: Sequence[str]) -> tuple[Assignment, ...]:
             raise InputError(f"columns: {pair.strip()!r} does not say what a column holds; write it as {EXAMPLE}.")
         if left.isdecimal():
             left, right = right, left
-        assignments.append(Assignment(None if left in _UNUSED else _role(left), right))
+        assignments.append(ColumnAssignment(None if left in _UNUSED else _role(left), right))
     return tuple(assignments)
 
 
@@ -298,12 +298,12 @@ def _role(word: str) -> str:
     return sense.role
 
 
-def names_any(assignments: Sequence[Assignment], headers: Sequence[str]) -> bool:
+def names_any(assignments: Sequence[ColumnAssignment], headers: Sequence[str]) -> bool:
     """Whether one of the headers that are named stands in this row."""
     return any(not assignment.place and _places(assignment.column, headers) for assignment in assignments)
 
 
-def assign(assignments: Sequence[Assignment], columns: Sequence[Column]) -> list[Column]:
+def assign(assignments: Sequence[ColumnAssignment], columns: Sequence[Column]) -> list[Column]:
     """The columns with the roles that the user assigns; other columns of those roles lose them.
 
     Raises

@@ -28,7 +28,7 @@ _TICK, _TICK_EDGE = 1.5, 6.0  # mm, size of a row's number and its distance from
 
 
 @dataclass(frozen=True)
-class Window:
+class EnvelopeWindow:
     """The window of an envelope, on the letter that lies in it.
 
     page : the letter's; box : (x, y, width, height), mm, of what is seen of it however it has slipped; below : mm
@@ -50,12 +50,12 @@ class Window:
 # FR: where the frame that a French bureau of mail asks for (85 x 33 mm at 110 mm, 55 mm) and the field of KOMA-Script's
 # NF (90 x 45 mm at 110 mm, 35 mm) overlap.
 WINDOWS = {
-    "DL": Window("A4", (25.0, 62.7, 78.0, 27.3), 98.5),
-    "C5": Window("A4", (25.0, 62.7, 78.0, 27.3), 98.5),
-    "#10": Window("letter", (25.4, 55.0, 82.5, 22.2), 95.0),
-    "CH": Window("A4", (117.0, 55.0, 80.0, 30.0), 98.5),
-    "CH-LEFT": Window("A4", (25.0, 45.5, 90.0, 30.0), 89.0),
-    "FR": Window("A4", (110.0, 55.0, 85.0, 25.0), 99.0),
+    "DL": EnvelopeWindow("A4", (25.0, 62.7, 78.0, 27.3), 98.5),
+    "C5": EnvelopeWindow("A4", (25.0, 62.7, 78.0, 27.3), 98.5),
+    "#10": EnvelopeWindow("letter", (25.4, 55.0, 82.5, 22.2), 95.0),
+    "CH": EnvelopeWindow("A4", (117.0, 55.0, 80.0, 30.0), 98.5),
+    "CH-LEFT": EnvelopeWindow("A4", (25.0, 45.5, 90.0, 30.0), 89.0),
+    "FR": EnvelopeWindow("A4", (110.0, 55.0, 85.0, 25.0), 99.0),
 }
 
 

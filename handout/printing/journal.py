@@ -51,7 +51,7 @@ class Piece(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Step:
+class PieceStep:
     """The last known state of a piece; of a printer's job, `job` is the number and the up-time, ``"17@3600"``."""
 
     state: State
@@ -66,12 +66,12 @@ class Step:
         return self.job.partition("@")[0]
 
 
-def _add(steps: dict[Piece, Step], piece: Piece, state: State, more: Mapping[str, str]) -> None:
+def _add(steps: dict[Piece, PieceStep], piece: Piece, state: State, more: Mapping[str, str]) -> None:
     """Add a step.  Pieces keep the order in which they were begun, and their job until they are sent again."""
     before = steps.pop(piece, None) if state == "sending" else steps.get(piece)
     kept = before if state != "sending" else None
     ticket = {"title": kept.title, "device": kept.device, "job": kept.job} if kept is not None else {}
-    steps[piece] = Step(state, **{**ticket, **more})
+    steps[piece] = PieceStep(state, **{**ticket, **more})
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ class JournalRun:
 
     token: str
     head: dict[str, Any] = field(default_factory=dict)
-    steps: dict[Piece, Step] = field(default_factory=dict)
+    steps: dict[Piece, PieceStep] = field(default_factory=dict)
     parts: dict[int, tuple[str, ...]] = field(default_factory=dict)
     damaged: int = 0
     lost: int = 0

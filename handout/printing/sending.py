@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from handout.errors import HandoutError, PrinterError
-from handout.printing.journal import Journal, Piece, State, Step
+from handout.printing.journal import Journal, Piece, PieceStep, State
 from handout.printing.prepared import Destination
 from handout.printing.queue import Device, Outcome, OutcomeUnknown
 from handout.printing.rows import named, ranges
@@ -244,7 +244,7 @@ def pieces(row: int, copies: int, parts: Sequence[str]) -> list[Piece]:
     return [Piece(row, copy, part) for copy in range(1, copies + 1) for part in parts]
 
 
-def device_of(step: Step, devices: Sequence[Device]) -> Device | None:
+def device_of(step: PieceStep, devices: Sequence[Device]) -> Device | None:
     """The device that has a page: the only one, whatever it is called now; None if it is not among several."""
     named = (device for device in devices if step.device in ("", device.name))
     return devices[0] if len(devices) == 1 else next(named, None)
@@ -260,7 +260,7 @@ def _find_outcome(journal: Journal, devices: Sequence[Device], piece: Piece) -> 
 
 
 def _ask_outcome(journal: Journal, devices: Sequence[Device], piece: Piece) -> Outcome:
-    step = journal.steps.get(piece, Step("failed"))
+    step = journal.steps.get(piece, PieceStep("failed"))
     if step.state in ("failed", "completed"):
         return Outcome(step.state)
     sent = f"it was sent as job {step.number}" if step.job else "it was being sent when the batch broke off"

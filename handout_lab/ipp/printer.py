@@ -20,7 +20,7 @@ from typing import Any
 from handout import atomic
 from handout.printing.documents import MIME
 from handout.printing.ipp.client import Operation
-from handout.printing.ipp.message import Attribute, Group, Message, Range, Resolution, Tag, Value, attribute
+from handout.printing.ipp.message import Attribute, AttributeGroup, Message, Range, Resolution, Tag, Value, attribute
 from handout.printing.ipp.status import JobState, Status
 from handout_lab.ipp.server import Broken, handler
 
@@ -313,14 +313,16 @@ class SimulatedPrinter:
         column = request.all("media-col", Tag.JOB)
         if not column or not isinstance(column[0].value, tuple):
             return _message(request, _BAD_REQUEST)
-        media = Message(0, (Group(Tag.JOB, column[0].value),))
+        media = Message(0, (AttributeGroup(Tag.JOB, column[0].value),))
         size = _first(media, "media-size", ())
-        sides = [_first(Message(0, (Group(Tag.JOB, size),)), f"{axis}-dimension", 0) for axis in "xy"]
+        sides = [_first(Message(0, (AttributeGroup(Tag.JOB, size),)), f"{axis}-dimension", 0) for axis in "xy"]
         wrong = not self._has_size(sides[0], sides[1]) or _first(media, "media-source", "auto") not in _TRAYS
         wrong = wrong or _first(media, "media-type", "stationery") not in _TYPES
         if not wrong:
             return None
-        return _message(request, Status.NOT_SUPPORTED, Group(Tag.UNSUPPORTED_GROUP, (Attribute("media-col", column),)))
+        return _message(
+            request, Status.NOT_SUPPORTED, AttributeGroup(Tag.UNSUPPORTED_GROUP, (Attribute("media-col", column),))
+        )
 
     def _has_size(self, across: int, along: int) -> bool:
         sizes = [tuple(sorted((round(a * 100), round(b * 100)))) for a, b in self._sizes()]
@@ -333,11 +335,11 @@ class SimulatedPrinter:
     def _sizes(self) -> tuple[tuple[float, float], ...]:
         return _SIZES[4:] if self.faults.no_envelopes else _SIZES
 
-    def _attributes(self) -> Group:
+    def _attributes(self) -> AttributeGroup:
         """Its attributes."""
         state = 5 if self._reasons == ("none",) else 3
         resolutions = (Resolution(300, 300), Resolution(600, 600))
-        return Group(
+        return AttributeGroup(
             Tag.PRINTER,
             (
                 attribute("printer-uri-supported", Tag.URI, self.uri),
@@ -366,8 +368,8 @@ class SimulatedPrinter:
         )
 
 
-def _job_group(job: SimulatedJob) -> Group:
-    return Group(
+def _job_group(job: SimulatedJob) -> AttributeGroup:
+    return AttributeGroup(
         Tag.JOB,
         (
             attribute("job-id", Tag.INTEGER, job.number),
@@ -384,8 +386,8 @@ def _first(request: Message, name: str, otherwise: Any) -> Any:
     return values[0].value if values else otherwise
 
 
-def _message(request: Message, code: int, *groups: Group) -> Message:
-    head = Group(
+def _message(request: Message, code: int, *groups: AttributeGroup) -> Message:
+    head = AttributeGroup(
         Tag.OPERATION,
         (
             attribute("attributes-charset", Tag.CHARSET, "utf-8"),

@@ -10,7 +10,7 @@ import pytest
 from handout import profiles
 from handout.calibrating import ink_samples, pen_reference, store
 from handout.calibrating.pages import chart_pages
-from handout.calibrating.wizard import Step, Task, Wizard
+from handout.calibrating.wizard import CalibrationTask, Step, Wizard
 from handout.colour import table
 from handout.colour.chart import chart
 from handout.colour.patches import Patches
@@ -110,7 +110,7 @@ def stored(built, own_folders):
 @pytest.fixture
 def wizard(profile):
     """A wizard whose chart was printed."""
-    made = Wizard(Task(profile, "sim", "white"))
+    made = Wizard(CalibrationTask(profile, "sim", "white"))
     made.go(Step.SCAN)
     return made
 

@@ -7,7 +7,7 @@ import tifffile
 from PIL import Image
 
 from handout.calibrating import ink_samples, store
-from handout.calibrating.wizard import ScansRefused, Step, Task, Wizard, remove
+from handout.calibrating.wizard import CalibrationTask, ScansRefused, Step, Wizard, remove
 from handout.errors import InputError
 from handout.simulated import print_and_scan as loop
 from handout.simulated.printer import Flatbed, Inkjet
@@ -43,10 +43,10 @@ def test_the_table_is_built_of_the_scan(wizard, scan, patches):
 
 def test_a_run_that_was_left_is_gone_on_with(wizard, scan, profile):
     wizard.take_scans([scan])
-    again = Wizard(Task(profile, "sim", "white"))
+    again = Wizard(CalibrationTask(profile, "sim", "white"))
     assert again.resumed and again.step is Step.BUILD
-    assert not Wizard(Task(profile, "sim", "cream")).resumed
-    afresh = Wizard(Task(profile, "sim", "white"), afresh=True)
+    assert not Wizard(CalibrationTask(profile, "sim", "cream")).resumed
+    afresh = Wizard(CalibrationTask(profile, "sim", "white"), afresh=True)
     assert not afresh.resumed and afresh.step is Step.PRINT and not again.folder.exists()
 
 
@@ -57,12 +57,12 @@ def test_of_a_session_whose_deletion_is_broken_off_nothing_is_gone_on_with(wizar
         patch.setattr("shutil.rmtree", lambda *_, **__: None)
         remove(wizard.folder)
     assert left.is_file()
-    assert not Wizard(Task(profile, "sim", "white")).resumed and not left.exists()
+    assert not Wizard(CalibrationTask(profile, "sim", "white")).resumed and not left.exists()
 
 
 @pytest.mark.slow
 def test_a_chart_of_two_pages_waits_for_the_other(profile, tmp_path):
-    wizard = Wizard(Task(profile, "sim", "white", pages=2))
+    wizard = Wizard(CalibrationTask(profile, "sim", "white", pages=2))
     document, *_ = wizard.print_page()
     printer = loop.simulated(profile, "white")
     printer.dpi = DPI
@@ -181,14 +181,14 @@ def test_a_bad_print_is_named(fault, code, wizard, profile, chart_pixels, tmp_pa
 def test_other_settings_than_the_hands_are_named(profile, scan, monkeypatch):
 
     monkeypatch.setattr(ink_samples, "writer_of", lambda name: ("", [0.80, 0.95, 0.97]))
-    wizard = Wizard(Task(profile, "sim", "white", hand="house-joined-ballpoint"))
+    wizard = Wizard(CalibrationTask(profile, "sim", "white", hand="house-joined-ballpoint"))
     wizard.go(Step.SCAN)
     (found,) = wizard.take_scans([scan]).findings
     assert found.code == "settings-differ" and "lighter in red" in found.sentence
 
 
 def test_another_chart_is_named(profile, scan):
-    wizard = Wizard(Task(profile, "sim", "white", sheet="letter"))
+    wizard = Wizard(CalibrationTask(profile, "sim", "white", sheet="letter"))
     wizard.go(Step.SCAN)
     assert refused(wizard, scan) == {"another-chart"}
 

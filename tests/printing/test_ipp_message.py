@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from handout.errors import PrinterError
 from handout.printing.ipp.message import (
     Attribute,
-    Group,
+    AttributeGroup,
     Message,
     Range,
     Resolution,
@@ -43,7 +43,7 @@ def collections(values):
 
 VALUES = st.recursive(SIMPLE, collections, max_leaves=6)
 GROUPS = st.builds(
-    Group,
+    AttributeGroup,
     st.sampled_from([Tag.OPERATION, Tag.JOB, Tag.PRINTER, Tag.UNSUPPORTED_GROUP]).map(int),
     st.lists(attributes(VALUES), max_size=4).map(tuple),
 )
@@ -97,14 +97,14 @@ def test_bytes_as_the_standard_has_them():
         attribute("printer-uri", Tag.URI, "ipp://printer.example.com/ipp/print/pinetree"),
     )
     job = (attribute("copies", Tag.INTEGER, 20), attribute("sides", Tag.KEYWORD, "two-sided-long-edge"))
-    message = Message(2, (Group(Tag.OPERATION, head), Group(Tag.JOB, job)), 1, (1, 1))
+    message = Message(2, (AttributeGroup(Tag.OPERATION, head), AttributeGroup(Tag.JOB, job)), 1, (1, 1))
     assert encode(message) == expected and decode(expected) == (message, len(expected))
 
 
 def test_collections_as_the_standard_has_them():
     # RFC 8010 §3.1.6: media-col with a media-size in it
     size = attribute("media-size", Tag.COLLECTION, (attribute("x-dimension", Tag.INTEGER, 6),))
-    message = Message(2, (Group(Tag.JOB, (attribute("media-col", Tag.COLLECTION, (size,)),)),))
+    message = Message(2, (AttributeGroup(Tag.JOB, (attribute("media-col", Tag.COLLECTION, (size,)),)),))
     expected = (
         b"\x02\x34\x00\x09media-col\x00\x00\x4a\x00\x00\x00\x0amedia-size\x34\x00\x00\x00\x00"
         b"\x4a\x00\x00\x00\x0bx-dimension\x21\x00\x00\x00\x04\x00\x00\x00\x06\x37\x00\x00\x00\x00\x37\x00\x00\x00\x00\x03"
@@ -118,9 +118,9 @@ def test_collections_as_the_standard_has_them():
 )
 def test_what_cannot_be_encoded_is_refused(value, words):
     with pytest.raises(ValueError, match=words):
-        encode(Message(2, (Group(Tag.JOB, (Attribute("a", (value,)),)),)))
+        encode(Message(2, (AttributeGroup(Tag.JOB, (Attribute("a", (value,)),)),)))
     with pytest.raises(ValueError, match="no value"):
-        encode(Message(2, (Group(Tag.JOB, (Attribute("a", ()),)),)))
+        encode(Message(2, (AttributeGroup(Tag.JOB, (Attribute("a", ()),)),)))
 
 
 def test_collections_without_an_end_to_them_are_refused():

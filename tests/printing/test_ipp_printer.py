@@ -9,7 +9,7 @@ import pytest
 from handout.errors import InputError, PrinterError, ProfileError
 from handout.printing.ipp import status
 from handout.printing.ipp.client import Client, Refused
-from handout.printing.ipp.message import Group, Message, Tag, attribute
+from handout.printing.ipp.message import AttributeGroup, Message, Tag, attribute
 from handout.printing.ipp.queue import IppQueue
 from handout.printing.ipp.request import Capabilities, job_attributes
 from handout.printing.ipp.status import JobState
@@ -105,7 +105,7 @@ def test_options_of_a_profile_have_the_type_that_the_printer_gives_them(page):
 
 def test_an_old_printer_is_told_the_name_of_the_sheet():
     sheets = attribute("media-supported", Tag.KEYWORD, "iso_dl_110x220mm")
-    old = Capabilities(Message(0, (Group(Tag.PRINTER, (sheets,)),)))
+    old = Capabilities(Message(0, (AttributeGroup(Tag.PRINTER, (sheets,)),)))
     request = Ticket("t", "iso_dl_110x220mm", sheet=Page(110, 220), format="application/pdf")
     assert job_attributes(request, old) == (attribute("media", Tag.KEYWORD, "iso_dl_110x220mm"),)
     with pytest.raises(ProfileError, match="nobody choose a tray"):

@@ -13,7 +13,7 @@ from enum import IntEnum
 from typing import NamedTuple
 
 from handout.errors import PrinterError
-from handout.printing.ipp.message import Attribute, Group, Message, Tag, Value, attribute, decode, encode
+from handout.printing.ipp.message import Attribute, AttributeGroup, Message, Tag, Value, attribute, decode, encode
 from handout.printing.ipp.request import Capabilities, job_attributes
 from handout.printing.ipp.status import DOUBTFUL, RETRYABLE, JobState, Status, phrase
 from handout.printing.ipp.transport import Transport, TransportError
@@ -321,7 +321,7 @@ class Client:
             attribute("requesting-user-name", Tag.NAME, self._user),
             *(entry for entry in about if entry.name != "job-id"),
         )
-        groups = (Group(Tag.OPERATION, head), *([Group(Tag.JOB, job)] if job else []))
+        groups = (AttributeGroup(Tag.OPERATION, head), *([AttributeGroup(Tag.JOB, job)] if job else []))
         request = next(self._numbers)
         data = self._transport.post(encode(Message(operation, groups, request, self._version)), document)
         try:

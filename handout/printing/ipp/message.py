@@ -90,7 +90,7 @@ class Attribute:
 
 
 @dataclass(frozen=True)
-class Group:
+class AttributeGroup:
     """A group of attributes; `tag` says of what (operation, job, printer, unsupported)."""
 
     tag: int
@@ -107,7 +107,7 @@ class Message:
     """
 
     code: int
-    groups: tuple[Group, ...] = ()
+    groups: tuple[AttributeGroup, ...] = ()
     request: int = 1
     version: tuple[int, int] = (2, 0)
 
@@ -196,13 +196,13 @@ def decode(data: bytes) -> tuple[Message, int]:
     """
     reader = _Reader(data)
     major, minor, code, request = struct.unpack(">BBHI", reader.take(8))
-    groups: list[Group] = []
+    groups: list[AttributeGroup] = []
     tag = reader.tag()
     while tag != Tag.END:
         if tag >= 0x10:
             raise PrinterError(f"An IPP message has a value (tag {tag:#x}) before its first group.")
         attributes, following = _attributes(reader)
-        groups.append(Group(tag, attributes))
+        groups.append(AttributeGroup(tag, attributes))
         tag = following
     return Message(code, tuple(groups), request, (major, minor)), reader.at
 
