@@ -77,7 +77,7 @@ def test_a_corpus_of_ones_own(call):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["-o", "a.png"], "written as PDF"),
+        (["-o", "a.png"], "written as .pdf"),
         (["-o", "no/a.pdf"], "folder no does not exist"),
         (["-o", "a.pdf", "--page", "A3"], "A4 or letter"),
         (["-o", "a.pdf", "--ruling", "3mm"], "outside 6 to 20 mm"),
