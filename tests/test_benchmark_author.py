@@ -71,10 +71,10 @@ def test_without_likeness_neighbours_are_less_alike(hand, written):
     depart = index_glyphs(hand).residual
 
     def unlike(**on):
-        pairs = [_pairs(_numbers(written(seed, **on))) for seed in (1, 2, 3)]
+        pairs = [_pairs(_numbers(written(seed, **on))) for seed in range(9)]
         return np.mean([np.abs(depart[first] - depart[second]).mean() for first, second in pairs])
 
-    assert unlike() < 0.9 * unlike(likeness=False)
+    assert unlike() < 0.95 * unlike(likeness=False)  # .90 of 24 seeds; by threes .82 to .93
 
 
 @pytest.mark.slow

@@ -21,7 +21,7 @@ from handout.writing.text import Letter
 _EXITS = {"low": 0, "high": 1, "lifted": 2}
 _ENTRIES = {"low": 0, "high": 1, "free": 2, "lifted": 3}
 # cost of exit (row) meeting entry (column); joined pairs are those of a joining exit with another entry than "lifted"
-_MEET = np.array([[0.0, 5.0, 0.0, 0.0], [5.0, 0.0, 0.0, 0.0], [6.0, 7.0, 0.0, 0.0]])
+_MEET = np.array([[0.0, 12.0, 0.0, 0.0], [12.0, 0.0, 0.0, 0.0], [6.0, 7.0, 0.0, 0.0]])
 _REUSE = 4.0  # cost of the form just used, falling with the letters written since
 _MEMORY = 12.0  # letters after which a use is half forgotten
 _HIGH_START = 5.0  # cost of a word that begins with the way in from a high exit

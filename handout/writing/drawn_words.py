@@ -22,9 +22,10 @@ from handout.writing.drawn_forms import accented, drawn_forms
 from handout.writing.layout import USUAL_BASELINES
 from handout.writing.pages import ToPage, Unit, Word, wide_gap
 from handout.writing.text import Letter, spelt
-from handout.writing.variation import USUAL, Drift, Variation, walk, warp
+from handout.writing.variation import USUAL, Drift, Variation, warp
 
-LEAST_ROOM = 0.13  # between two letters that are not joined, at any height
+LEAST_ROOM = 0.28  # between the lines of two letters that are not joined, at any height: a line, and paper that is seen
+_BAR_ROOM = 0.13  # between the end of a bar and a letter that it does not cross
 _SIGN_ROOM = 0.34  # between a sign such as + or @ and a letter, which it must not become a part of
 _MARK_ROOM = 0.08  # between a letter and punctuation, which stands near
 _MARKS = frozenset(".,;:!?'\"‘’“”‚„…()[]{}«»‹›-–—_/\\|^`´°¡¿*·•ª™")
@@ -34,7 +35,7 @@ _DOT_ROOM = 0.29  # from a dot or an accent to another letter's line: two half l
 _SIDEWAYS, _UPWARDS = np.arange(-0.45, 0.28, 0.03), np.arange(-0.12, 0.4, 0.03)  # where it still is its letter's
 _MOVES = np.array([(x, y) for x in _SIDEWAYS for y in _UPWARDS])
 _MOVES = _MOVES[np.argsort(np.hypot(_MOVES[:, 0], 1.3 * _MOVES[:, 1]), kind="stable")]  # the least first
-_OVER = 0.2  # a bar that passes nearer over a letter strikes it through
+_OVER = 0.3  # a bar that passes nearer over a letter strikes it through
 _TIE = 0.14  # a bar crosses its stem by as much at least
 _FLIGHT = (0.9, 0.3)  # beyond its stem at most, or as this share of its word
 _MEANT = 0.2  # a bar that was drawn to run so far into its neighbour is meant to
@@ -157,7 +158,7 @@ def _reach(bar: Array, stem: float, ink: Sequence[Array], most: float) -> float:
         xy = np.vstack(ink)
         over = np.abs(xy[:, 1] - np.interp(xy[:, 0], bar[order, 0], bar[order, 1])) < _OVER
         wall = float(xy[over & (xy[:, 0] > stem), 0].min(initial=np.inf))
-    return max(min(drawn, wall - LEAST_ROOM - stem, most), _TIE) / drawn
+    return max(min(drawn, wall - _BAR_ROOM - stem, most), _TIE) / drawn
 
 
 def _stem(letter: Array, y: float) -> float:
@@ -229,7 +230,7 @@ class PlannedGlyph:
 
 
 class WordWriter:
-    """Writes the words of one text, one after the other; its slant and size drift from word to word."""
+    """Writes the words of one text, one after the other; slant drifts from word to word, size and height by letters."""
 
     def __init__(self, hand: Hand, rng: np.random.Generator, jitter: float) -> None:
         self._hand, self.seeds = hand, rng.integers(2**63, size=(2, 2)).tolist()
@@ -237,8 +238,11 @@ class WordWriter:
         self._slant = Drift(self._vary.slant, varying.SLANT_MEMORY, rng)
         self._slow_slant = Drift(self._vary.slow_slant, varying.SLOW_MEMORY, rng)
         self._slow_breadth = Drift(self._vary.slow_breadth, varying.SLOW_MEMORY, rng)
-        self._rise = Drift(self._vary.word_rise, varying.RISE_MEMORY, rng)
-        self._size = Drift(self._vary.size, varying.SIZE_MEMORY, rng)
+        self._line_rise = Drift(self._vary.line_rise, varying.LINE_MEMORY, rng)
+        self._size = Drift(self._vary.size, varying.LINE_MEMORY, rng)
+        self._rise = Drift(self._vary.rise, varying.LETTER_MEMORY, rng)
+        self._height = Drift(self._vary.height, varying.LETTER_MEMORY, rng)
+        self._slur = Drift(self._vary.slur, varying.LETTER_MEMORY, rng)
 
     def word(self, forms: Sequence[Glyph], letters: Sequence[Letter], rng: np.random.Generator) -> Word[PlannedGlyph]:
         """The forms that were chosen for the letters of a word, set side by side; all that varies in it is by `rng`."""
@@ -249,8 +253,7 @@ class WordWriter:
         flat, width = self._set(glyphs, rng)
         flat += warp(flat, rng, self._vary.warp, 1.6, 3.4) + warp(flat, rng, self._vary.warp_fine, 0.7, 1.6)
         slant = self._hand.slant + self._slant.next(rng) + self._slow_slant.next(rng)
-        size = 1.0 + self._size.next(rng)
-        flat = size * (flat + slant * flat[:, 1:] * (1.0, 0.0)) + np.array([0.0, self._rise.next(rng)])
+        flat = flat + slant * flat[:, 1:] * (1.0, 0.0)
         strokes = _unflatten(flat, glyphs)
         joins = (False, *(joined(a, b) for a, b in pairwise(glyphs)))
         return Word(
@@ -260,9 +263,9 @@ class WordWriter:
             ),
             at=tuple(letter.at for letter in letters),
             spelt=tuple(spelt(letter) for letter in letters),
-            advance=size * width,
+            advance=width,
             left=float(flat[:, 0].min()),
-            right=max(float(flat[flat[:, 1] > -0.2, 0].max(initial=0.0)), size * width - 0.2),
+            right=max(float(flat[flat[:, 1] > -0.2, 0].max(initial=0.0)), width - 0.2),
         )
 
     def other(self, forms: Sequence[Glyph], letters: Sequence[Letter], rng: np.random.Generator) -> Word[PlannedGlyph]:
@@ -280,9 +283,14 @@ class WordWriter:
         widths = _advances(glyphs) * shapes[:, 0, 0] + rng.normal(0.0, vary.gap, n)
         pairs = zip(pairwise(glyphs), widths, shapes[:, 0, 0], strict=False)
         widths[:-1] += [missing_room(a, b, width, breadth) for (a, b), width, breadth in pairs]
-        starts = np.column_stack([np.concatenate([[0.0], np.cumsum(widths)[:-1]]), walk(rng, n, vary.rise)])
+        sizes = 1.0 + self._size.walk(rng, n)
+        widths = sizes * widths
+        rises = self._line_rise.walk(rng, n) + self._rise.walk(rng, n)
+        starts = np.column_stack([np.concatenate([[0.0], np.cumsum(widths)[:-1]]), rises])
         points = list[list[Array]]()
-        for glyph, shape, start, share in zip(glyphs, shapes, starts, self._slurs(n, rng), strict=True):
+        for glyph, shape, start, share in zip(
+            glyphs, sizes[:, None, None] * shapes, starts, self._slurs(n, rng), strict=True
+        ):
             points.append([])
             for stroke, delayed in zip(glyph.strokes, glyph.delayed, strict=True):
                 placed = slurred(stroke, share) @ shape
@@ -301,7 +309,7 @@ class WordWriter:
     def _slurs(self, n: int, rng: np.random.Generator) -> Array:
         """(n,): by what share the pen falls short of each letter's points; the first letters are written with care."""
         settled = np.minimum((np.arange(n) + 0.5) / 4, 1.0)
-        return np.asarray(np.minimum(np.abs(walk(rng, n, self._vary.slur)) * settled, _MOST_SLURRED))
+        return np.asarray(np.minimum(np.abs(self._slur.walk(rng, n)) * settled, _MOST_SLURRED))
 
     def _shapes(self, n: int, rng: np.random.Generator) -> Array:
         """(n, 2, 2): for each letter the matrix that makes it broader or narrower, taller or shorter, and leans it.
@@ -312,7 +320,7 @@ class WordWriter:
         fading = 1.0 - self._hand.fading * np.minimum(np.arange(n) / 6, 1.0)
         shapes = np.zeros((n, 2, 2))
         shapes[:, 0, 0] = np.exp(self._slow_breadth.next(rng) + rng.normal(0.0, vary.breadth, n))
-        shapes[:, 1, 1] = np.exp(walk(rng, n, vary.height)) * fading
+        shapes[:, 1, 1] = np.exp(self._height.walk(rng, n)) * fading
         shapes[:, 1, 0] = rng.normal(0.0, vary.shear, n)
         return shapes
 

@@ -1,8 +1,9 @@
 """How people vary, as named distributions: one place for every standard deviation of the writing.
 
 All are normal unless said otherwise, in x-heights unless said otherwise, and correlated where people's are: a writer
-who leans more in one word leans more in the next.  `Variation.scaled` is what the knob ``jitter`` turns; at 0 every
-letter has its ideal form.
+who leans more in one word leans more in the next, and size and height over the line wander from letter to letter,
+through the spaces between words, so that no word is larger or higher as a whole than those beside it.
+`Variation.scaled` is what the knob ``jitter`` turns; at 0 every letter has its ideal form.
 """
 
 from __future__ import annotations
@@ -19,21 +20,21 @@ from handout.values import Array, Indices
 class Variation:
     """Standard deviations.
 
-    slant : tangent, of a word about the hand's slant; `slant_memory` is its correlation with the word before.
-    size : relative, of a word; correlated by `size_memory`.
+    slant : tangent, of a word about the hand's slant; `SLANT_MEMORY` is its correlation with the word before.
     slow_slant, slow_breadth : tangent and relative: how a writer changes over a page, a page being two or three
-        times as long as the memory, `slow_memory`.
-    word_rise : of a word's height over the line; correlated by `rise_memory`.
-    rise : of a letter's height over its word's, correlated with its neighbours by `letter_memory`.
+        times as long as the memory, `SLOW_MEMORY`.
+    size : relative, of the writing; each letter's is correlated with the one before by `LINE_MEMORY`.
+    line_rise : of the writing's height over the line, correlated so, too.
+    rise : of a letter's height over that, correlated with the one before by `LETTER_MEMORY`.
     gap : of the distance between letters.
-    breadth, height : relative width and height of a letter; height is correlated by `letter_memory`.
+    breadth, height : relative width and height of a letter; height is correlated by `LETTER_MEMORY`.
     shear : tangent, slant of a letter against its word.
     warp, warp_fine : of the smooth fields that bend a word, of long (1.6–3.4) and short (0.7–1.6) waves.
     slur : how far the pen falls short of what it aims at, in shares of the way to the middle between what comes before
-        and after; half a normal distribution, correlated by `letter_memory`, growing over the first letters of a word.
+        and after; half a normal distribution, correlated by `LETTER_MEMORY`, growing over the first letters of a word.
     late_x, late_y : of a dot, bar or accent about its place; `late_right`: how far it flies right on average.
     word_gap : of the distance between words.
-    edge : of the left edge, correlated from line to line by `edge_memory`.
+    edge : of the left edge, correlated from line to line by `EDGE_MEMORY`.
     tilt : tangent, slope of a line; half of it is the page's.
     bend : sag of a line over its length.
     pitch : of the distance of lines.
@@ -45,11 +46,11 @@ class Variation:
     """
 
     slant: float = 0.04
-    size: float = 0.066
     slow_slant: float = 0.04
     slow_breadth: float = 0.08
-    word_rise: float = 0.085
-    rise: float = 0.075
+    size: float = 0.085
+    line_rise: float = 0.16
+    rise: float = 0.08
     gap: float = 0.03
     breadth: float = 0.06
     height: float = 0.085
@@ -74,9 +75,9 @@ class Variation:
 
 
 USUAL = Variation()
-# correlation of neighbours: letters of a word, words of a text, lines of a page
-LETTER_MEMORY, SLANT_MEMORY, SIZE_MEMORY, RISE_MEMORY, EDGE_MEMORY = 0.75, 0.75, 0.85, 0.8, 0.6
-SLOW_MEMORY = 0.99
+# correlation of neighbours: letters, words, lines of a page
+LETTER_MEMORY, SLANT_MEMORY, SLOW_MEMORY, EDGE_MEMORY = 0.75, 0.75, 0.99, 0.6
+LINE_MEMORY = 0.97  # of letters, too: half of what a word has of it is still there five words later
 TREMOR = 7.0
 _WAVES = 6
 
@@ -94,10 +95,9 @@ class Drift:
         self._value = self._memory * self._value + float(fresh)
         return self._value
 
-
-def walk(rng: np.random.Generator, n: int, sd: float, memory: float = LETTER_MEMORY) -> Array:
-    """(n,): values of standard deviation `sd`, each correlated by `memory` with the one before."""
-    return correlated(rng.normal(0.0, sd, n), memory)
+    def walk(self, rng: np.random.Generator, n: int) -> Array:
+        """(n,): the next n values."""
+        return np.array([self.next(rng) for _ in range(n)])
 
 
 def correlated(fresh: Array, memory: float = LETTER_MEMORY) -> Array:

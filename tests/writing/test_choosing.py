@@ -57,8 +57,8 @@ def test_without_variation_nothing_is_cheaper(kept, text):
 
 
 def test_words_of_the_source_come_over_whole(kept, small_page):
-    glyphs, probability, whole = kept.hand.glyphs, vet(kept.hand).probability, 0
-    doubtful = {glyph.at for glyph, p in zip(glyphs, probability, strict=True) if p < 0.5}
+    glyphs, whole = kept.hand.glyphs, 0
+    doubtful = {glyph.at for glyph, sure in zip(glyphs, vet(kept.hand).sure, strict=True) if not sure}
     for word in re.finditer(r"\w+", small_page.written):
         if not doubtful & {*range(*word.span())}:
             (numbers,) = chosen(kept, word.group(), 0, variation=0)

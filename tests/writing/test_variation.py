@@ -7,9 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from handout.hand.library import load
 from handout.values import Glyph
-from handout.writing.drawn_words import missing_room, slurred
-from handout.writing.variation import LETTER_MEMORY, TREMOR, USUAL, Drift, tremor, walk, warp
+from handout.writing.drawn_words import LEAST_ROOM, WordWriter, missing_room, slurred
+from handout.writing.text import Letter
+from handout.writing.variation import LETTER_MEMORY, TREMOR, USUAL, Drift, tremor, warp
 
 
 @settings(max_examples=20, deadline=None)
@@ -21,11 +23,24 @@ def test_drift_has_its_deviation_and_its_memory(sd, memory, seed):
     assert abs(np.corrcoef(values[1:], values[:-1])[0, 1] - memory) < 0.1
 
 
-def test_a_walk_is_correlated_and_as_wide_as_it_says():
+def test_a_walk_is_correlated_as_wide_as_it_says_and_goes_on():
     rng = np.random.default_rng(0)
-    walks = np.array([walk(rng, 12, 0.5) for _ in range(4000)])
+    drifts = [Drift(0.5, LETTER_MEMORY, rng) for _ in range(4000)]
+    walks = np.array([np.concatenate([drift.walk(rng, 6), drift.walk(rng, 6)]) for drift in drifts])
     assert np.allclose(walks.std(axis=0), 0.5, rtol=0.06)
-    assert abs(np.corrcoef(walks[:, 3], walks[:, 4])[0, 1] - LETTER_MEMORY) < 0.05
+    for at in (3, 5):  # within a walk, and from one to the next
+        assert abs(np.corrcoef(walks[:, at], walks[:, at + 1])[0, 1] - LETTER_MEMORY) < 0.05
+
+
+def test_size_and_height_wander_on_from_word_to_word():
+    hand, rng = load("house-print"), np.random.default_rng(2)
+    writer, form = WordWriter(hand, rng, 1.0), hand.glyphs["o"][0]
+    words = [writer.word([form] * 4, [Letter("o", (), i) for i in range(4)], rng) for _ in range(1500)]
+    inked = [[np.vstack(glyph.strokes)[:, 1] for glyph in word.glyphs] for word in words]
+    sizes = np.array([np.mean([np.ptp(y) for y in letters]) for letters in inked])
+    feet = np.array([np.mean([y.min() for y in letters]) for letters in inked])
+    for of_words, least in ((sizes, 0.6), (feet, 0.75)):  # .34 and .44 where each word begins anew
+        assert np.corrcoef(of_words[1:], of_words[:-1])[0, 1] > least
 
 
 def test_a_warp_is_smooth_and_of_its_size():
@@ -72,9 +87,9 @@ def test_slurring_keeps_ends_and_straight_ways_and_shrinks_the_rest(n, share, se
 def test_letters_that_are_not_joined_keep_apart():
     stem = Glyph("l", (np.array([[0.1, 2.0], [0.1, 1.0], [0.1, 0.0]]),), (False,), 0.1)
     low = Glyph("o", (np.array([[0.1, 1.0], [0.4, 0.5], [0.1, 0.0]]),), (False,), 0.3)
-    assert missing_room(stem, stem, 0.1) == pytest.approx(0.03)
+    assert missing_room(stem, stem, 0.1) == pytest.approx(LEAST_ROOM - 0.1)
     assert missing_room(stem, stem, 0.3) == 0.0
     barred = Glyph("t", (*stem.strokes, np.array([[-0.3, 1.0], [0.5, 1.0]])), (False, True), 0.1, after="l")
     assert missing_room(stem, barred, 0.1) == 0.0
     # an o reaches under nothing: what counts is the height where both have ink
-    assert missing_room(low, stem, 0.3) == pytest.approx(0.13, abs=0.05)
+    assert missing_room(low, stem, 0.3) == pytest.approx(LEAST_ROOM, abs=0.05)
