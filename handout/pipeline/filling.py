@@ -156,7 +156,10 @@ class _Work:
 
     def __post_init__(self) -> None:
         layout = self.task.layout
-        picture = lru_cache(maxsize=_PAGES_KEPT)(partial(self.picture, self.forms[0], dpi=printed_rules.DPI))
+
+        @lru_cache(maxsize=_PAGES_KEPT)
+        def picture(page: int) -> NDArray[np.uint8]:
+            return self.picture(self.forms[0], page, printed_rules.DPI)
 
         def rules(page: int, box: Box) -> tuple[float, ...]:
             return printed_rules.rules(picture(page), box)

@@ -149,6 +149,7 @@ def test_all_that_is_wrong_is_listed_by_row_and_field_before_anything_is_made(ca
         assert words in err
     rows[0][2] = "colour"
     assert "no field 'colour'" in call("fill", form, answers(*rows), "-o", "f.pdf", code=2)[1]
+    assert "no row with answers" in call("fill", form, answers(["name", "ok"]), "-o", "f.pdf", code=2)[1]
     assert not list(Path().glob("f.*"))
 
 
