@@ -21,6 +21,10 @@ noticed.
 224 runs with a dip every 25 mm and other hooks (seven machines): of the 192 without damaged bytes none misses ink and
 no load is too long; 189 are right, one draws 18 mm again (an instruction that an EBB refused), two are 0.13 and 0.29 mm
 off (one that a GRBL refused, a limit switch of an EBB); of 32 with damaged commands 27 right, 5 spoilt and noticed.
+
+288 more at random (240 of the 15 machines, 48 of GRBL over a network; numbers from 9000): of the 245 whose commands are
+whole none misses ink; 241 are right, in three an instruction that was refused makes 12 to 31 mm drawn twice, in one a
+GRBL with a z axis that restarts leaves 0.1 mm of a mark; of 43 with damaged commands 34 right, 9 spoilt and noticed.
 """
 
 from __future__ import annotations
