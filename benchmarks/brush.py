@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 from handout.chains import viterbi
 from handout.inking.brush import brushes
 from handout.inking.brush.painting import Sized, bends, lay, spread
-from handout.inking.brush.photographs import Found, find_strokes
+from handout.inking.brush.photographs import PhotographedStroke, find_strokes
 from handout.inking.brush.ribbon import SEGMENTS, SPAN, Ribbon, straighten_stroke
-from handout.inking.brush.synthesis import WITHIN, Chooser, Library, repeated
+from handout.inking.brush.synthesis import WITHIN, Library, SegmentChooser, repeated
 from handout.scanning.picture_files import read_picture
 from handout.values import Array, Indices
 
@@ -113,7 +113,7 @@ def apart(a: Array, b: Array) -> float:
 def timing(library: Library) -> tuple[float, float, float]:
     """ms for 1000 pixels of a stroke 64 pixels wide: choosing, quilting, laying; the least of some."""
     line = wave(900, 2 * _HALF)
-    chooser, sized = Chooser(library, np.random.default_rng(0)), Sized.fitting(library, 2 * _HALF)
+    chooser, sized = SegmentChooser(library, np.random.default_rng(0)), Sized.fitting(library, 2 * _HALF)
     canvas = np.zeros((600, 1400, 4), dtype=np.uint8)
     length = float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
     took = []
@@ -129,7 +129,7 @@ def timing(library: Library) -> tuple[float, float, float]:
     return choose, quilt, put
 
 
-def page_strokes(path: Path) -> dict[int, Found]:
+def page_strokes(path: Path) -> dict[int, PhotographedStroke]:
     """The strokes of the page by their numbers, in reading order from 1."""
     picture = read_picture(path).rgb
     numbered = {}
@@ -141,7 +141,7 @@ def page_strokes(path: Path) -> dict[int, Found]:
 
 
 def beside(
-    found: Found, ribbon: Ribbon, painted: NDArray[np.uint8], rim: int, swap: bool, turned: int
+    found: PhotographedStroke, ribbon: Ribbon, painted: NDArray[np.uint8], rim: int, swap: bool, turned: int
 ) -> NDArray[np.uint8]:
     """A real stroke, without what else is on its page, and the painted one; turned, for who remembers the page."""
     alpha = found.density[..., None]
@@ -153,10 +153,10 @@ def beside(
     return np.hstack(pair[::-1] if swap else pair).astype(np.uint8)
 
 
-def kept_out(found: dict[int, Found], library: Library) -> None:
+def kept_out(found: dict[int, PhotographedStroke], library: Library) -> None:
     """The strokes that were kept out, painted from the others' library: paper, streaks and a sheet."""
     rng = np.random.default_rng()  # nobody knows the sides
-    chooser = Chooser(library, np.random.default_rng(18))
+    chooser = SegmentChooser(library, np.random.default_rng(18))
     real, made, tiles, key = list[tuple[float, Array]](), list[tuple[float, Array]](), list[NDArray[np.uint8]](), []
     for number in KEPT_OUT:
         ribbon, line, half = straighten_stroke(found[number])
@@ -216,7 +216,7 @@ def report(library: Library) -> None:
     print(f"  {exact / passes:.3f} where what comes again costs nothing, as in the two passes")
     rows = [library.row(each) for each in costs]
     print(f"seams: quilted {seams(library, rows):.3f} of cut hard")
-    chooser = Chooser(library, np.random.default_rng(5))
+    chooser = SegmentChooser(library, np.random.default_rng(5))
     again = np.concatenate([repeated(library.same[chooser.row(np.zeros(len(row)))]) <= WITHIN for row in rows])
     print(f"repeats within {WITHIN} segments: {again.mean():.4f}")
     print(f"cover of the outline: {cover():.5f}")

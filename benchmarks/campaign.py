@@ -34,17 +34,17 @@ from handout.pipeline.plotting import AtPlotter, ReportFile
 from handout.pipeline.results import Attendant
 from handout.plotting import bed
 from handout.plotting.jobs import runner, store
-from handout.plotting.jobs.job import Options
+from handout.plotting.jobs.job import JobOptions
 from handout.printing import journal
-from handout.printing.batch import BatchOptions, PrintSpool, Way, make_rows
+from handout.printing.batch import BatchOptions, PrinterWay, PrintSpool, make_rows
 from handout.printing.journal import ENVELOPE, Journal, Piece
 from handout.printing.prepared import BatchPage, prepare_row
 from handout.printing.queue import Outcome, SimulatedQueue, Ticket
-from handout.printing.rows import Row
+from handout.printing.rows import TableRow
 from handout.printing.several import Several
 from handout.profiles import Printer
 from handout.simulated.plotter import NetworkedPlotter
-from handout.simulated.plotter.options import Options as Simulated
+from handout.simulated.plotter.options import SimulatorOptions as Simulated
 from handout.values import Drawing, Page, Raster, Stroke
 from handout_lab.ink_comparison import SLACK, compare
 
@@ -67,7 +67,7 @@ class Tally:
     kills: int = 0
     runs: int = 0
 
-    def verdict(self, rows: Sequence[Row]) -> str:
+    def verdict(self, rows: Sequence[TableRow]) -> str:
         """ "right", or what is wrong."""
         wanted = {Piece(row.number, 1, part) for row in rows for part in ("letter 1", ENVELOPE)}
         if missing := wanted - self.made.keys():
@@ -79,15 +79,15 @@ class Tally:
         return self.wrong[0] if self.wrong else "right"
 
 
-Batch = tuple[Tally, list[Row]]
+Batch = tuple[Tally, list[TableRow]]
 
 
-def rows(count: int) -> list[Row]:
+def rows(count: int) -> list[TableRow]:
     """Rows of a table, numbered from 2."""
-    return [Row(number, (f"Name {number}", "Street", "Town")) for number in range(2, count + 2)]
+    return [TableRow(number, (f"Name {number}", "Street", "Town")) for number in range(2, count + 2)]
 
 
-def write(row: Row) -> list[BatchPage]:
+def write(row: TableRow) -> list[BatchPage]:
     """The letter and the envelope of a row: each a line that no other page has."""
     drawings = (_line(row.number, _CARD), _line(row.number + 0.5, _ENVELOPE))
     parts = ("letter 1", ENVELOPE)
@@ -265,17 +265,17 @@ def plotted(machines: Sequence[int], count: int, kills: int, seed: int) -> Batch
 
 def _queue(desk: CountingDesk, number: int) -> DeskQueue:
     person = AtPlotter(Attendant(), "sim:", f"desk {number}")
-    queue = DeskQueue(desk.profile, person, Options(overlap=OVERLAP), AttendanceOptions(), ReportFile(None))
+    queue = DeskQueue(desk.profile, person, JobOptions(overlap=OVERLAP), AttendanceOptions(), ReportFile(None))
     queue.desk = desk
     return queue
 
 
-def _work(table: Sequence[Row], spools: Sequence[Any]) -> Callable[[Journal], None]:
+def _work(table: Sequence[TableRow], spools: Sequence[Any]) -> Callable[[Journal], None]:
     place = Several(spools) if len(spools) > 1 else spools[0]
     return lambda kept: _made(table, place, kept)
 
 
-def _made(table: Sequence[Row], place: Any, kept: Journal) -> None:
+def _made(table: Sequence[TableRow], place: Any, kept: Journal) -> None:
     with place:
         made = partial(prepare_row, write, place.prepare)
         make_rows(table, partial(map, made), place, BatchOptions(), kept)
@@ -341,7 +341,7 @@ def printed(printers: Sequence[int], count: int, kills: int, seed: int) -> Batch
                 fate.lines = int(rng.integers(1, 8 * count // kills + 2))
             else:
                 queues[rng.integers(len(queues))].kill_at = int(rng.integers(1, 2 * count // kills // len(queues) + 2))
-        spools = [PrintSpool(queue, Way(profile, lambda page: profile, {}, queue)) for queue in queues]
+        spools = [PrintSpool(queue, PrinterWay(profile, lambda page: profile, {}, queue)) for queue in queues]
         if _ran(_work(table, spools), folder, fate, tally):
             break
     for number, queue in enumerate(queues):

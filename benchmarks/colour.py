@@ -22,7 +22,7 @@ from handout.colour.chart_files import render
 from handout.colour.models import fit, splines
 from handout.colour.patches import Patches
 from handout.colour.reading import read
-from handout.colour.reading.scan_files import Scan
+from handout.colour.reading.scan_files import ChartScan
 from handout.colour.table import ColourTable, apply, build
 from handout.simulated.printer import Flatbed, Inkjet
 from handout.values import Array, Raster
@@ -96,7 +96,7 @@ def whole_way() -> None:
     ):
         picture = flatbed.scan(sheet, dpi, np.random.default_rng(5))
         begin = time.process_time()
-        reading = read([Scan(picture, (dpi, dpi), name)])
+        reading = read([ChartScan(picture, (dpi, dpi), name)])
         middle = time.process_time()
         table = build(fit(Patches(reading.device, reading.scanned, reading.deviation)))
         end = time.process_time()

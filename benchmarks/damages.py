@@ -28,19 +28,19 @@ from benchmarks.faults import MACHINES, Desk, Endless, Extent, Machine, Run, pro
 from handout.errors import HandoutError, InputError, PrinterError
 from handout.journal_lines import seal
 from handout.plotting.driving.driver import connect
-from handout.plotting.jobs.journal import Journal as PlotJournal
+from handout.plotting.jobs.journal import PlotJournal as PlotJournal
 from handout.plotting.jobs.journal import read
-from handout.plotting.jobs.places import START, Place
+from handout.plotting.jobs.places import START, DrawnPlace
 from handout.printing import journal
-from handout.printing.batch import BatchOptions, PrintSpool, Way, make_rows
+from handout.printing.batch import BatchOptions, PrinterWay, PrintSpool, make_rows
 from handout.printing.journal import ENVELOPE, Piece
 from handout.printing.prepared import PreparedPage, PreparedRow
 from handout.printing.queue import Outcome, OutcomeUnknown, Queue, Ticket
-from handout.printing.rows import Row
+from handout.printing.rows import TableRow
 from handout.printing.sending import PrintingStopped, Report
 from handout.printing.several import Several
 from handout.profiles import Printer
-from handout.simulated.plotter.options import Options as Simulated
+from handout.simulated.plotter.options import SimulatorOptions as Simulated
 from handout.values import Drawing, Page
 from handout_lab.ink_comparison import SLACK
 
@@ -97,7 +97,7 @@ def plot_journal(seed: int) -> str:
     return "right, told" if standing.damaged else "right" if standing == whole else f"{kind}: less, and nobody is told"
 
 
-def _plotted(path: Path, rng: np.random.Generator) -> tuple[int, Place]:
+def _plotted(path: Path, rng: np.random.Generator) -> tuple[int, DrawnPlace]:
     """A journal of a plot with breaks and doubts; the part that it ends in, and up to where that is drawn right."""
     part, right = 0, START
     for _ in range(int(rng.integers(1, 5))):
@@ -111,7 +111,7 @@ def _plotted(path: Path, rng: np.random.Generator) -> tuple[int, Place]:
                 elif chance < 0.7:
                     before, right = (
                         right,
-                        Place(right.stroke + int(rng.integers(0, 3)), float(right.stroke + rng.random())),
+                        DrawnPlace(right.stroke + int(rng.integers(0, 3)), float(right.stroke + rng.random())),
                     )
                     right = max(before, right)
                     kept.drawn(right, proven=bool(rng.random() < 0.6))
@@ -169,18 +169,18 @@ def batch_journal(seed: int) -> str:
     parts = (ENVELOPE,) if rng.random() < 0.5 else ("letter 1", ENVELOPE)
     bad = set(rng.integers(2, 12, 2).tolist()) if rng.random() < 0.3 else set()
     table = [
-        Row(number, ("A",), copies=1 + int(rng.random() < 0.1)) for number in range(2, 2 + int(rng.integers(3, 9)))
+        TableRow(number, ("A",), copies=1 + int(rng.random() < 0.1)) for number in range(2, 2 + int(rng.integers(3, 9)))
     ]
     what = journal.Batch(Path("table.csv"), {"a": 1})
 
-    def made(rows: Iterable[Row]) -> Iterator[PreparedRow]:
+    def made(rows: Iterable[TableRow]) -> Iterator[PreparedRow]:
         for row in rows:
             pages = tuple(PreparedPage(part, Page(9, 9), b"") for part in parts)
             yield PreparedRow(row.number, problem="no") if row.number in bad else PreparedRow(row.number, pages)
 
     def run(begin: Callable[..., journal.Journal], *more: int, again: str = "") -> Report | None:
         profile = Printer(kind="printer", title="Any", dpi=36)
-        spools = [PrintSpool(each, Way(profile, lambda page: profile, {}, each)) for each in printers]
+        spools = [PrintSpool(each, PrinterWay(profile, lambda page: profile, {}, each)) for each in printers]
         place = Several(spools) if len(spools) > 1 else spools[0]
         kept = begin(what, *more, folder)
         try:

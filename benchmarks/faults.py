@@ -53,12 +53,12 @@ from handout.plotting import plan
 from handout.plotting.dialects import dialect
 from handout.plotting.driving import overlap
 from handout.plotting.jobs import runner, store
-from handout.plotting.jobs.job import Options as JobOptions
+from handout.plotting.jobs.job import JobOptions as JobOptions
 from handout.plotting.planning.hooking import without_pots
 from handout.profiles import Hooks, Length, Plotter
 from handout.simulated.plotter import NetworkedPlotter, SimulatedPlotter
 from handout.simulated.plotter.options import ANSWER_FAULTS, BYTE_FAULTS, Faults
-from handout.simulated.plotter.options import Options as Simulated
+from handout.simulated.plotter.options import SimulatorOptions as Simulated
 from handout.simulated.plotter.port import Clock
 from handout.values import Drawing
 from handout_lab.ink_comparison import SLACK, InkComparison, compare

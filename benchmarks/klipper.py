@@ -25,7 +25,7 @@ import numpy as np
 from benchmarks.plot import TEXT, written
 from handout import profiles
 from handout.plotting import Plan, plan, run
-from handout.plotting.bed import Placement
+from handout.plotting.bed import BedPlacement
 from handout.plotting.dialects import dialect
 from handout.plotting.driving import fidelity
 from handout.profiles import Plotter
@@ -151,7 +151,7 @@ def executed(made: Plan, folder: Path) -> Drawing:
 
 
 def drawn(
-    board: Board, motors: Sequence[int], begins: Sequence[int], profile: Plotter, placement: Placement, page: Page
+    board: Board, motors: Sequence[int], begins: Sequence[int], profile: Plotter, placement: BedPlacement, page: Page
 ) -> Drawing:
     """What the steps of three motors draw that stand at `begins`, in steps from the zero of the machine."""
     per_mm = [profile.limits.steps_per_mm] * 2 + [Z_STEPS]

@@ -26,13 +26,13 @@ import numpy as np
 from benchmarks import ebb, plot
 from handout.errors import DeviceError
 from handout.plotting.driving import fidelity
-from handout.plotting.driving.driver import Report
+from handout.plotting.driving.driver import PlotReport
 from handout.plotting.jobs import runner, store
-from handout.plotting.jobs.job import Options as JobOptions
+from handout.plotting.jobs.job import JobOptions as JobOptions
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
 from handout.simulated.plotter import SimulatedPlotter
-from handout.simulated.plotter.options import Options
+from handout.simulated.plotter.options import SimulatorOptions
 from handout.simulated.plotter.surroundings import busy_processor, slow_disk
 from handout.values import Drawing
 
@@ -54,7 +54,7 @@ class Live:
     """One run: what was executed, and what the program says of it."""
 
     executed: Drawing
-    report: Report
+    report: PlotReport
     said: tuple[str, ...]
 
 
@@ -81,7 +81,7 @@ def main() -> None:
 
 def table(title: str, profile: Plotter, firmware: str) -> None:
     """Print all cases of a machine."""
-    drawing, options = plot.written("house-joined", SENTENCE), Options(firmware=firmware)
+    drawing, options = plot.written("house-joined", SENTENCE), SimulatorOptions(firmware=firmware)
     print(f"{title:<9} virtual clock          {told(live(drawing, profile, options))}")
     for disk, busy in CASES:
         for _ in range(_TIMES):
@@ -99,11 +99,11 @@ def raise_priority() -> bool:
     return True
 
 
-def live(drawing: Drawing, profile: Plotter, options: Options) -> Live:
+def live(drawing: Drawing, profile: Plotter, options: SimulatorOptions) -> Live:
     """Plot a drawing as a job."""
-    port, said, reports = SimulatedPlotter(profile, options), list[str](), list[Report]()
+    port, said, reports = SimulatedPlotter(profile, options), list[str](), list[PlotReport]()
 
-    def plotted(report: Report, port: Port) -> None:
+    def plotted(report: PlotReport, port: Port) -> None:
         reports.append(report)
 
     with tempfile.TemporaryDirectory() as folder:

@@ -39,7 +39,7 @@ from handout.errors import DeviceError
 from handout.plotting import bed, open_port
 from handout.plotting.dialects import dialect
 from handout.plotting.jobs import runner, store
-from handout.plotting.jobs.job import Options
+from handout.plotting.jobs.job import JobOptions
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
 from handout.values import Drawing
@@ -508,7 +508,7 @@ def plotted(host: Host, what: str, seed: int, whole: Drawing, scheme: str = "moo
     run, raises, computer = faults.Run(faults.Machine("klipper-servo"), what, seed), list[BaseException](), Computer()
     thread = struck(host, STRIKES[what], raises, seed)
     with tempfile.TemporaryDirectory() as folder, faults.journals(computer) as safe:
-        job = store.create([whole], host.profile, Options(overlap=faults.OVERLAP), place=Path(folder))
+        job = store.create([whole], host.profile, JobOptions(overlap=faults.OVERLAP), place=Path(folder))
         for _ in range(_TRIES):
             port: Watched | None = None
             try:

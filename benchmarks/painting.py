@@ -34,7 +34,7 @@ from handout.hand.scanned import KeptScan, ScannedHand, ScannedPage
 from handout.scanning.density import find_density
 from handout.scanning.mask import find_mask
 from handout.scanning.paper import flatten
-from handout.scanning.written_page import Inked, Prepared, WrittenPage, find_ink, finish, prepare
+from handout.scanning.written_page import Inked, PreparedScan, WrittenPage, find_ink, finish, prepare
 from handout.tagging.glyph_extraction import scanned_page
 
 DEVELOPED = ("cvl/0001_1.png", "cvl/0015_1.png", "csafe/w0238_s01_pLND_r01.png")
@@ -86,7 +86,7 @@ def _spoilt(written: WrittenPage, rgb: NDArray[np.uint8], more: Bools) -> Scanne
     """The page with another picture, `more` of which was taken for ink."""
     scan = replace(written.scan, rgb=rgb)
     mask = replace(written.mask, ink=written.mask.ink | more)
-    prepared = Prepared(scan, written.paper, written.inks, written.density.scale, {})
+    prepared = PreparedScan(scan, written.paper, written.inks, written.density.scale, {})
     density = find_density(flatten(scan, written.paper), written.inks, written.density.scale)
     return _kept(scanned_page(finish(Inked(prepared, density, mask, written.text_lines, {})), ""))
 
@@ -102,7 +102,7 @@ def faint(written: WrittenPage, rng: np.random.Generator) -> Iterator[Fault]:
         mask = replace(written.mask, ink=find_mask(level, inks, density, written.mask.pen).ink)
     except InputError:  # nothing is left of a pale pen
         return
-    prepared = Prepared(written.scan, written.paper, inks, density.scale, {})
+    prepared = PreparedScan(written.scan, written.paper, inks, density.scale, {})
     page = _kept(scanned_page(finish(Inked(prepared, density, mask, written.text_lines, {})), ""))
     truth = ink_of(scanned_page(written, ""))
     missing = truth & ~_grown(ink_of(page), _RIM)

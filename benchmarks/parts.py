@@ -17,15 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.hand.scanned import ScannedHand
-from handout.inking.layers import Layer
+from handout.inking.layers import GlyphLayer
 from handout.inking.pen_replacement import ink_drawing
 from handout.inking.plain import flatten
 from handout.values import Array, Indices, LineGraph, Manuscript, Page
 from handout.writing import glyph_index, scanned_words
 from handout.writing.bending import Bend, unbent
-from handout.writing.choosing import Chooser
+from handout.writing.choosing import GlyphChooser
 from handout.writing.compose import compose
-from handout.writing.forms import Form, Forms
+from handout.writing.forms import Forms, GlyphLine
 from handout.writing.glyph_index import WEIGHTS, neighbours
 from handout.writing.layout import Layout
 from handout.writing.scanned_words import LayoutModel
@@ -81,7 +81,7 @@ def manuscripts(
     """
     parts: list[tuple[object, str, object]] = []
     if choice == "random":
-        parts.append((Chooser, "_cheapest", any_glyphs))
+        parts.append((GlyphChooser, "_cheapest", any_glyphs))
     blind = [name for name, seen in (("fit", fit), ("unlike", likeness)) if not seen]
     # an index keeps the costs that it has worked out: this one is asked only here, and nothing was set before
     index, model, _ = scanned_words._learnt(hand)
@@ -120,9 +120,9 @@ def own_size(hand: ScannedHand, text: str, variation: float = 1.0) -> Layout:
 
 
 def any_glyphs(
-    chooser: Chooser, numbers: Sequence[Indices], unary: list[Array], again: list[Array], steps: Sequence[Array]
+    chooser: GlyphChooser, numbers: Sequence[Indices], unary: list[Array], again: list[Array], steps: Sequence[Array]
 ) -> Indices:
-    """(n,) Random selection: of every letter any glyph, as likely as any other.  See `Chooser._cheapest`."""
+    """(n,) Random selection: of every letter any glyph, as likely as any other.  See `GlyphChooser._cheapest`."""
     stock = chooser._stock
     assert isinstance(stock, glyph_index.GlyphIndex)
     letters = [stock.letters[int(each[0])] for each in numbers]
@@ -170,7 +170,7 @@ def source_heights(
 
 
 def bodies_alone(
-    forms: Sequence[Form], bends: Sequence[Bend], centres: Array, joints: object, x_height: float
+    forms: Sequence[GlyphLine], bends: Sequence[Bend], centres: Array, joints: object, x_height: float
 ) -> list[LineGraph]:
     """Glyphs without any ligature.  See `joining.set_line`."""
     return [
@@ -184,7 +184,7 @@ def stiff(model: LayoutModel, number: int, drift: tuple[float, ...], seed: int, 
     return unbent()
 
 
-def over(a: Layer, b: Layer, *, gradient: float = 0.0) -> tuple[Layer, Layer]:
+def over(a: GlyphLayer, b: GlyphLayer, *, gradient: float = 0.0) -> tuple[GlyphLayer, GlyphLayer]:
     """Two layers as they are.  See `layers.part_layers`."""
     return a, b
 

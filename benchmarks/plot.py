@@ -18,15 +18,15 @@ from handout import profiles
 from handout.plotting import Plan, plan, run
 from handout.plotting.dialects import dialect
 from handout.plotting.driving import fidelity
-from handout.plotting.driving.driver import Report
+from handout.plotting.driving.driver import PlotReport
 from handout.plotting.driving.overlap import OVERLAP
 from handout.plotting.planning import lookahead
-from handout.plotting.planning.blocks import Move
+from handout.plotting.planning.blocks import MoveBlock
 from handout.plotting.planning.plan import Order
 from handout.plotting.planning.toolpath import DRAW, machine_of, start_times
 from handout.profiles import Acceleration, Length, Plotter, Speed
 from handout.simulated.plotter import SimulatedPlotter
-from handout.simulated.plotter.options import Options
+from handout.simulated.plotter.options import SimulatorOptions
 from handout.values import Drawing, Page, Stroke
 
 TEXT = (
@@ -75,21 +75,21 @@ def with_mean_feeds(made: Plan) -> Plan:
     rows = np.flatnonzero((way.kind == DRAW) & (way.requested_time > 0))
     mean = dict(zip(rows.tolist(), (60 * length[rows] / way.requested_time[rows]).tolist(), strict=True))
     blocks = tuple(
-        Move(block.x, block.y, max(round(mean.get(row, block.feed)), 1)) if isinstance(block, Move) else block
+        MoveBlock(block.x, block.y, max(round(mean.get(row, block.feed)), 1)) if isinstance(block, MoveBlock) else block
         for block, (_, row) in zip(made.blocks, way.instructions, strict=True)
     )
     feed = np.zeros(len(way.kind))
     for block, (_, row) in zip(blocks, way.instructions, strict=True):
-        if isinstance(block, Move):
+        if isinstance(block, MoveBlock):
             feed[row] = block.feed / 60
     lines = lookahead.blocks(way.points, way.stands, machine_of(made.profile))
     motion = lookahead.run(lines, feed, made.profile.port.queue)
     return dataclasses.replace(made, blocks=blocks, motion=motion, starts=start_times(way, motion, made.profile))
 
 
-def execute(made: Plan, latency: float = 0.001, overlap: float = OVERLAP) -> tuple[fidelity.Fidelity, Report]:
+def execute(made: Plan, latency: float = 0.001, overlap: float = OVERLAP) -> tuple[fidelity.Fidelity, PlotReport]:
     """What the simulated plotter makes of a plan."""
-    port = SimulatedPlotter(made.profile, Options(latency=latency))
+    port = SimulatedPlotter(made.profile, SimulatorOptions(latency=latency))
     report = run(made, port, made.profile, overlap=overlap)
     return fidelity.compare(made.intended(), port.executed()), report
 

@@ -21,7 +21,7 @@ from handout.colour.ink_match import match
 from handout.colour.models import fit
 from handout.colour.patches import Patches
 from handout.colour.pen_lines import density_of
-from handout.colour.reading import Scan, read
+from handout.colour.reading import ChartScan, read
 from handout.colour.reading.pen_field import Scribble
 from handout.colour.table import ColourTable, apply, build
 from handout.hand.library import find
@@ -30,9 +30,9 @@ from handout.inking.pen import rgb, usual
 from handout.motion.trace import trace
 from handout.page_sizes import page
 from handout.simulated import spectra
-from handout.simulated.printer import Flatbed, Inkjet, Sheet, inkjet, pen
+from handout.simulated.printer import Flatbed, Inkjet, SimulatedSheet, inkjet, pen
 from handout.simulated.scanner.flatbed import SETTINGS
-from handout.simulated.sheet import Written
+from handout.simulated.sheet import WrittenSheet
 from handout.values import Array, Raster
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
@@ -113,7 +113,7 @@ def calibrated(flatbed: Flatbed, paper: str, inks: dict[str, Ink]) -> dict[str, 
         small = small[max(0, rows[0] - 12) :]
         written = pen.written(sheet, first.scribble_field, small, FINE, spectrum(lobes))
         picture = flatbed.scan(written, DPI, np.random.default_rng(number))
-        reading = read([Scan(picture, (DPI, DPI), ink)])
+        reading = read([ChartScan(picture, (DPI, DPI), ink)])
         if colours is None:
             colours = build(fit(Patches(reading.device, reading.scanned, reading.deviation)))
         assert first.scribble_field is not None and reading.scribble is not None, f"{ink}: nothing found in the frame"
@@ -128,10 +128,10 @@ def judged(name: str, ink: Ink, scribble: Scribble, colours: ColourTable, papers
     large = amount(model, PAGE, "150x40mm", 1)
     bare = np.zeros((round(40 / 25.4 * FINE), round(150 / 25.4 * FINE)), dtype=np.int32)
 
-    def sheet(paper: str) -> Sheet:
+    def sheet(paper: str) -> SimulatedSheet:
         white = inkjet.PAPERS[paper].spectrum
-        return Sheet(np.zeros((1, 4)), bare, lambda asked: np.repeat(white[None], len(asked), 0), FINE,
-                     written=(Written((0, 0), large.astype(np.float32), density),))  # fmt: skip
+        return SimulatedSheet(np.zeros((1, 4)), bare, lambda asked: np.repeat(white[None], len(asked), 0), FINE,
+                     written=(WrittenSheet((0, 0), large.astype(np.float32), density),))  # fmt: skip
 
     still = Flatbed(rotation=0.0, offset=(0.0, 0.0), shading=0.0)
     picture = still.scan(sheet(papers[0]), DPI, np.random.default_rng(9)) / 255

@@ -28,11 +28,11 @@ from handout.pipeline.merging import RowPages
 from handout.pipeline.options import MergeOptions, PictureOptions, SheetOptions, TableOptions, WritingOptions
 from handout.pipeline.results import SILENT
 from handout.pipeline.row_work import MadeRow, ProcessWorkers, Remote, RowWork, opened, row_work
-from handout.printing.batch import BatchOptions, PrintSpool, Way, make_rows
+from handout.printing.batch import BatchOptions, PrinterWay, PrintSpool, make_rows
 from handout.printing.journal import ENVELOPE, Journal
 from handout.printing.prepared import PreparedPage, PreparedRow, PrinterPage
 from handout.printing.queue import Outcome, Queue, Ticket
-from handout.printing.rows import Row
+from handout.printing.rows import TableRow
 from handout.profiles import Printer, find
 from handout.values import Page
 
@@ -53,7 +53,7 @@ def _fed(page: Page) -> Printer:
 class TimedWork(RowWork):
     """Says of each row how long it took, s of CPU, as a warning."""
 
-    def make(self, row: Row) -> MadeRow:
+    def make(self, row: TableRow) -> MadeRow:
         """As always."""
         begun = time.process_time()
         made = super().make(row)
@@ -70,7 +70,7 @@ def work(hand: str, letter: str | None = None, *, dpi: int = 600, envelopes: boo
     return TimedWork(made.pages, made.prepare, hands=made.hands)
 
 
-def _rows(count: int, of: RowWork) -> list[Row]:
+def _rows(count: int, of: RowWork) -> list[TableRow]:
     """So many, the example's over and over."""
     table = of.pages.merge.table.rows
     return [replace(table[n % len(table)], number=n + 2) for n in range(count)]
@@ -89,7 +89,7 @@ def speed(title: str, of: TimedWork, count: int = ROWS) -> None:
     )
 
 
-def _timed(workers: RowWork | Remote, rows: list[Row]) -> tuple[float, float]:
+def _timed(workers: RowWork | Remote, rows: list[TableRow]) -> tuple[float, float]:
     """CPU seconds of all processes, and seconds, for these rows."""
     own, begun = time.process_time(), time.perf_counter()
     made = sum(float(each.row.warnings[0]) for each in workers.each(rows))
@@ -127,7 +127,7 @@ class _Taken(Queue):
         return Outcome("completed")
 
 
-def _cheap(rows: Iterable[Row]) -> Iterator[PreparedRow]:
+def _cheap(rows: Iterable[TableRow]) -> Iterator[PreparedRow]:
     sheet = Page(210.0, 297.0, "A4")
     for row in rows:
         pages = (PreparedPage(part, sheet, os.urandom(16) * (_PAGE // 16)) for part in ("letter 1", ENVELOPE))
@@ -144,7 +144,7 @@ def keep(count: int) -> None:
         options = MergeOptions(str(_EXAMPLES / "thanks.md"), with_envelopes=True)
         merged = merging.read(path, TableOptions(), options, SILENT)
         table, begun = _most(), time.process_time()
-        place = PrintSpool(_Taken(), Way(_fed(Page(1, 1)), _fed, {}), [Page(210.0, 297.0, "A4")])
+        place = PrintSpool(_Taken(), PrinterWay(_fed(Page(1, 1)), _fed, {}), [Page(210.0, 297.0, "A4")])
         with place:
             make_rows(merged.table, _cheap, place, BatchOptions(), Journal())
             left = sum(1 for _ in place._folder.iterdir())
@@ -158,7 +158,7 @@ def _most() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
-def _killed(workers: RowWork | Remote, rows: list[Row], pids: Callable[[], list[int]]) -> tuple[list[Any], int]:
+def _killed(workers: RowWork | Remote, rows: list[TableRow], pids: Callable[[], list[int]]) -> tuple[list[Any], int]:
     """The pages of rows of which one in four is followed by the end of one of some processes, and how many ended."""
     rng, made, kills = random.Random(1), [], 0
     for each in workers.each(rows):

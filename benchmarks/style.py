@@ -248,7 +248,7 @@ def figures() -> None:
         + [(f"1: primed with {name}", _on(given, _primed(learned, name, keep=0.3), rng)) for name in names],
         [("2, 6: reconstruction, virtual targets", _with_targets(planned_page.drawing(fitted), fitted))]
         + [
-            ("7: varied", planned_page.drawing(planned_page.vary_page(fitted, training.Variation(), rng)))
+            ("7: varied", planned_page.drawing(planned_page.vary_page(fitted, training.PlanVariation(), rng)))
             for _ in range(3)
         ],
         [

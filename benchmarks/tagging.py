@@ -22,7 +22,7 @@ import numpy as np
 from benchmarks.haines_2016 import by_chain
 from handout.alphabet import SPACE
 from handout.scanning.written_page import WrittenPage, read_page
-from handout.tagging.alignment import METHODS, AlignedLine, Alignment, Letter, Method, align
+from handout.tagging.alignment import METHODS, AlignedLine, Alignment, Method, PageLetter, align
 from handout.tagging.transcript import read_transcript
 
 GOALS = {"0013_1": 96, "0012_1": 96, "w0122": 96, "w0180": 96, "w0238": 93}
@@ -40,7 +40,7 @@ def transcript(folder: Path, page: str) -> list[str]:
 
 
 def is_right(
-    line: AlignedLine, letter: Letter, true: Sequence[Any], page: Mapping[str, Any], outer: Sequence[bool]
+    line: AlignedLine, letter: PageLetter, true: Sequence[Any], page: Mapping[str, Any], outer: Sequence[bool]
 ) -> bool:
     """Whether a letter was found.
 

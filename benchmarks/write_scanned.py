@@ -38,7 +38,7 @@ SENTENCE = "We walked home along the river while the rain fell on us"
 _WORDS, _TEXTURE = "handout.writing.scanned_words", "handout.inking.texture"
 STAGES = {
     "preparing": tuple(f"{_WORDS}.{name}" for name in ("index_glyphs", "layout_model", "author_baselines")),
-    "choosing": ("handout.writing.choosing.Chooser.word",),
+    "choosing": ("handout.writing.choosing.GlyphChooser.word",),
     "setting": (
         "handout.writing.spacing.SpacingModel.between",
         "handout.writing.spacing.HeightModel.heights_of",

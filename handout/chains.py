@@ -15,7 +15,7 @@ import numpy as np
 from handout.values import Array
 
 
-class Step(Protocol):
+class ChainStep(Protocol):
     """What going from the states of one place to those of the next costs, where a table of all pairs would be large."""
 
     def totals(self, costs: Array) -> Array:
@@ -38,13 +38,13 @@ class _Table:
         return int((costs + self._pairs[:, state]).argmin())
 
 
-def viterbi(unary: Sequence[Array], steps: Sequence[Array | Step]) -> list[int]:
+def viterbi(unary: Sequence[Array], steps: Sequence[Array | ChainStep]) -> list[int]:
     """The cheapest sequence of states.
 
     Parameters
     ----------
     unary : n of (kᵢ,) float: costs of the states of each place.
-    steps : n − 1 costs of going from each state of a place to each of the next: (kᵢ, kᵢ₊₁) float, or a `Step`.
+    steps : n − 1 costs of going from each state of a place to each of the next: (kᵢ, kᵢ₊₁) float, or a `ChainStep`.
 
     Returns
     -------

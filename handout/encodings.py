@@ -107,7 +107,7 @@ class NoText(InputError):
 
 
 @dataclass(frozen=True)
-class Decoded:
+class DecodedText:
     """A text and how it was read.
 
     encoding : as people call it; guessed : decided by the letters alone; odd : numbers, from 0, of the lines that the
@@ -127,7 +127,7 @@ class Decoded:
         return next((word for word in words if not word.isascii()), "")
 
 
-def decode(data: bytes) -> Decoded:
+def decode(data: bytes) -> DecodedText:
     """The text in some bytes; a byte order mark is left out, line ends are kept.
 
     Raises
@@ -137,14 +137,14 @@ def decode(data: bytes) -> Decoded:
     """
     for bom, codec, name in _BOMS:
         if data.startswith(bom):
-            return Decoded(_marked(data, codec, name).removeprefix("\ufeff"), name)
+            return DecodedText(_marked(data, codec, name).removeprefix("\ufeff"), name)
     utf16 = _utf16(data)
     if utf16 is not None:
         return utf16
     if re.search(rb"[\x00-\x08\x0e-\x19\x1c-\x1f]", data):
         raise NoText("it holds bytes that no text has")
     try:
-        return Decoded(data.decode("utf-8"), "UTF-8")
+        return DecodedText(data.decode("utf-8"), "UTF-8")
     except UnicodeDecodeError:
         return _eight_bit(data)
 
@@ -156,7 +156,7 @@ def _marked(data: bytes, codec: str, name: str) -> str:
         raise NoText(f"it begins as {name} but is damaged") from error
 
 
-def _utf16(data: bytes) -> Decoded | None:
+def _utf16(data: bytes) -> DecodedText | None:
     """UTF-16 without a byte order mark: every second byte of European text is zero."""
     pairs = len(data) // 2
     if not pairs or len(data) % 2:
@@ -168,11 +168,11 @@ def _utf16(data: bytes) -> Decoded | None:
                 text = data.decode(codec)
             except UnicodeError:
                 return None
-            return None if _UNTEXT.search(text) else Decoded(text, f"UTF-16{codec[-3:].upper()} without a mark")
+            return None if _UNTEXT.search(text) else DecodedText(text, f"UTF-16{codec[-3:].upper()} without a mark")
     return None
 
 
-def _eight_bit(data: bytes) -> Decoded:
+def _eight_bit(data: bytes) -> DecodedText:
     """Eight-bit text; lines that are valid UTF-8 among it are taken as that."""
     lines = data.splitlines(keepends=True)
     odd = frozenset(n for n, line in enumerate(lines) if not _is_utf8(line))
@@ -180,7 +180,7 @@ def _eight_bit(data: bytes) -> Decoded:
     if codec is None:
         raise NoText("it is in no encoding that makes words of its letters", min(odd) + 1)
     text = "".join(line.decode(codec if n in odd else "utf-8") for n, line in enumerate(lines))
-    return Decoded(text, _EIGHT_BIT[codec][0], True, odd)
+    return DecodedText(text, _EIGHT_BIT[codec][0], True, odd)
 
 
 def _is_utf8(line: bytes) -> bool:

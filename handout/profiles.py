@@ -59,7 +59,7 @@ class Limits(Table, frozen=True):
     steps_per_mm: float = 80.0
 
 
-class Pen(Table, frozen=True):
+class PenLift(Table, frozen=True):
     """How the pen is lifted: by a servo (``M3 S…``), by the Z axis, by a stepper motor of its own (Klipper), by
     commands of the user's own, or by a plotter that has words for it.
 
@@ -107,7 +107,7 @@ class Hpgl(Table, frozen=True):
     pen_time: Time = Time(0.0)
 
 
-class Port(Table, frozen=True):
+class PortSettings(Table, frozen=True):
     """How the machine is reached, and what its controller can take.
 
     baud: bits a second; buffer: bytes it receives before it reads them; queue: moves it looks ahead; line_time: how
@@ -210,8 +210,8 @@ class Plotter(Table, frozen=True):
     dialect: Literal["grbl", "marlin", "ebb", "hpgl", "klipper"]
     bed: Bed
     limits: Limits
-    pen: Pen
-    port: Port = Port()
+    pen: PenLift
+    port: PortSettings = PortSettings()
     hpgl: Hpgl = Hpgl()
     feeder: Feeder = Feeder()
     hooks: Hooks = Hooks()
@@ -375,7 +375,7 @@ def _check_trays(printer: Printer, path: Path) -> None:
             raise ProfileError(f"{path}: {key} = {tray!r} is none of its sources: {', '.join(printer.sources)}.")
 
 
-def _check_pen(pen: Pen, dialect: str, path: Path) -> None:
+def _check_pen(pen: PenLift, dialect: str, path: Path) -> None:
     sign = 1 if pen.z == "up" else -1
     if pen.lift == "z" and sign * pen.up <= sign * pen.down:
         raise ProfileError(
@@ -404,7 +404,7 @@ def _check_hpgl(plotter: Plotter, path: Path) -> None:
         raise ProfileError(f"{path}: hpgl.pen = {plotter.hpgl.pen} is beyond hpgl.pens = {plotter.hpgl.pens}.")
 
 
-def _check_commands(pen: Pen, path: Path) -> None:
+def _check_commands(pen: PenLift, path: Path) -> None:
     """Commands of the user's own must be lines that a controller reads, and none that act out of turn."""
     for name, lines in (("up_command", pen.up_command), ("down_command", pen.down_command)):
         if (pen.lift == "command") != bool(lines):

@@ -9,13 +9,13 @@ import pytest
 from test_readme import ROOT
 
 from handout.hand import file
-from handout.hand.corrections import Entry, Remove, apply
+from handout.hand.corrections import JournalEntry, Remove, apply
 from handout.hand.places import PLACES
 from handout.inking.brush import brushes
 from handout.motion.pose import library
 from handout.motion.styles import style_file
-from handout.plotting.jobs.journal import Journal
-from handout.plotting.jobs.places import Place
+from handout.plotting.jobs.journal import PlotJournal
+from handout.plotting.jobs.places import DrawnPlace
 from handout.sinks.drawing_json import to_json
 from handout.values import Drawing, Page, Stroke
 from handout_lab.study.design import Item, Key, Person, Snippet, seal
@@ -65,7 +65,7 @@ def test_what_was_corrected_of_a_hand(small_hand, tmp_path):
     remove = Remove(page=0, at=tuple(place.tolist()))
     corrected, path = apply(small_hand, [remove]), tmp_path / "corrected.hand"
     file.save(small_hand, tmp_path / "small.hand")
-    file.record(tmp_path / "small.hand", path, small_hand, corrected, Entry((remove,)))
+    file.record(tmp_path / "small.hand", path, small_hand, corrected, JournalEntry((remove,)))
     found = reader.read_hand(path)
     same_glyphs(found, file.load(path))
     assert len(found["letters"]) == len(small_hand.glyphs) - 1
@@ -125,9 +125,9 @@ def test_the_key_of_a_study(tmp_path):
 
 def test_a_journal(tmp_path):
     path = tmp_path / "journal"
-    with Journal(path) as journal:
+    with PlotJournal(path) as journal:
         journal.begin(0)
-        journal.drawn(Place(17, 12.345))
+        journal.drawn(DrawnPlace(17, 12.345))
         journal.complete()
         journal.finish()
     lines = reader.read_journal(path)

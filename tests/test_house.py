@@ -3,7 +3,8 @@
 import ast
 import re
 import tomllib
-from collections import Counter
+from collections import Counter, defaultdict
+from collections.abc import Iterable
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 
@@ -172,6 +173,24 @@ def test_files_of_tests_have_names_of_their_own():
     assert sorted(set(names)) == sorted(names)  # pytest refuses the second of a name when all are run
 
 
+# folders whose files are alike, one for each dialect of plotters: what is the same there is called the same
+ALIKE = ("plotting/dialects", "simulated/plotter")
+
+
+def meanings(paths: Iterable[str]) -> int:
+    """How many meanings a name has that is defined in these files."""
+    return len({next((folder for folder in ALIKE if path.startswith(folder)), path) for path in paths})
+
+
+def test_the_name_of_a_class_means_one_thing():
+    places = defaultdict(list)
+    for path in PACKAGE.rglob("*.py"):
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                places[node.name].append(path.relative_to(PACKAGE).as_posix())
+    assert {name: paths for name, paths in places.items() if meanings(paths) > 1} == {}
+
+
 def test_nothing_asks_for_the_class_of_a_hand():
     asking = [
         f"{path.relative_to(PACKAGE.parent)}:{node.lineno}"
@@ -205,3 +224,6 @@ def test_the_measures_can_fail():
     assert "handout.simulated.plotter" in modules()["handout.plotting.connections"], "by import_module, in a function"
     text = "A = 1\n# why\nB = 2\nC = (3, 4)\n\nD = 5  # why\nE = 'text'\n"
     assert silent_constants(text, ast.parse(text)) == [1]
+    assert (
+        meanings(["values.py", "writing/forms.py"]) == 2 and meanings([f"{ALIKE[0]}/a/b.py", f"{ALIKE[0]}/c.py"]) == 1
+    )

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from handout.calibrating import ink_samples, store
-from handout.calibrating.pen_reference import Kind, Reference, of_calibration
+from handout.calibrating.pen_reference import FrameReference, Kind, of_calibration
 from handout.calibrating.store import Calibration
 from handout.colour import gamut
 from handout.colour.gamut import Reach
@@ -47,7 +47,7 @@ def choose(printer: str, paper: str = "", asked: str = "") -> tuple[Calibration 
     return calibration, _collect_doubts(calibration, printer, paper) if calibration is not None else []
 
 
-def pen_of(calibration: Calibration, hand: str, say: Callable[[str], object]) -> Reference:
+def pen_of(calibration: Calibration, hand: str, say: Callable[[str], object]) -> FrameReference:
     """What the frame of a calibration's chart says of a hand; what concerns its pages is said."""
     reference = of_calibration(calibration, hand)
     if reference.kind is not Kind.DRAWN:
@@ -96,7 +96,7 @@ class CalibratedInk:
     """
 
     calibration: Calibration
-    reference: Reference | None = None
+    reference: FrameReference | None = None
     hand: str = ""
     pen: Pen | None = None
     _seen: list[Array] = field(default_factory=list)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.calibrating.pen_reference import Reference
+from handout.calibrating.pen_reference import FrameReference
 from handout.colour import gamut
 from handout.colour.gamut import Reach
 from handout.colour.table import ColourTable
@@ -38,7 +38,7 @@ def reach(samples: Array, table: ColourTable) -> Reach:
     return gamut.reach(np.clip(lay_on(samples, np.asarray(table.paper, dtype=np.float64)), 0, 1), table)
 
 
-def seen_by_chart(samples: Array, reference: Reference | None) -> Array:
+def seen_by_chart(samples: Array, reference: FrameReference | None) -> Array:
     """Samples of a hand's ink as a chart's scan shows that ink, as far as its frame tells; None: of no hand."""
     if reference is None or reference.match is None:
         return samples
@@ -98,7 +98,7 @@ def of_hand(name: str, pen: Pen | None = None) -> Array:
     return of_raster(pens.ink(drawing, _DPI, pen or usual_pen("ballpoint"), pens.noise({"seed": 0})).rgba)
 
 
-def reach_of(name: str, table: ColourTable, reference: Reference | None = None, pen: Pen | None = None) -> Reach:
+def reach_of(name: str, table: ColourTable, reference: FrameReference | None = None, pen: Pen | None = None) -> Reach:
     """What of the ink of a page in a hand the printer of a table reaches; `reference` and `pen`: see `of_hand`.
 
     Every figure on ink out of reach is made here.  Raises InputError: no such hand.

@@ -16,7 +16,7 @@ import numpy as np
 import handout
 from handout import atomic
 from handout.colour import cgats, chart_files
-from handout.colour.cgats import Table
+from handout.colour.cgats import CgatsTable
 from handout.colour.chart import Chart, chart
 from handout.colour.chart_files import render
 from handout.errors import InputError
@@ -33,7 +33,7 @@ _LEAST_DPI = 300  # a chart is drawn at least so finely; set by eye
 
 
 @dataclass(frozen=True)
-class Printed:
+class DevicePages:
     """Pages of device RGB.
 
     page : size of the sheet; pixels : draw (h, w, 3) uint8 of each page; dpi : theirs; about : stored with them.
@@ -45,10 +45,10 @@ class Printed:
     dpi: float
     about: Mapping[str, Any]
     filed: Mapping[str, Any] | None = None
-    tables: Mapping[str, Sequence[Table]] = field(default_factory=dict)
+    tables: Mapping[str, Sequence[CgatsTable]] = field(default_factory=dict)
 
 
-def write(pages: Printed, path: Path) -> tuple[Path, ...]:
+def write(pages: DevicePages, path: Path) -> tuple[Path, ...]:
     """Write pages as one .pdf, with their tables beside it, or as .png: a file, or one a page.
 
     Raises
@@ -75,7 +75,7 @@ def write(pages: Printed, path: Path) -> tuple[Path, ...]:
     return tuple(paths)
 
 
-def send(pages: Printed, profile: Printer, queue: Queue | None = None) -> tuple[str, ...]:
+def send(pages: DevicePages, profile: Printer, queue: Queue | None = None) -> tuple[str, ...]:
     """Print pages, each a job of its own, at its true size; the names of the jobs.
 
     Raises
@@ -97,7 +97,7 @@ def send(pages: Printed, profile: Printer, queue: Queue | None = None) -> tuple[
     return tuple(names)
 
 
-def _fed(pages: Printed, pixels: Pixels, feeding: Feeding, kind: str) -> bytes:
+def _fed(pages: DevicePages, pixels: Pixels, feeding: Feeding, kind: str) -> bytes:
     """One page as the printer is fed, in the queue's format."""
     for turn in feeding.turns:
         pixels = np.ascontiguousarray(np.rot90(pixels, 1 if turn == "left" else -1))
@@ -127,11 +127,11 @@ def fine_enough(dpi: int) -> int:
     return dpi * -(-_LEAST_DPI // dpi)
 
 
-def chart_pages(chart: Chart, profile: Printer, name: str) -> Printed:
+def chart_pages(chart: Chart, profile: Printer, name: str) -> DevicePages:
     """The pages of a chart as the printer's own pixels, with its tables (.ti1, .ti2); `name` : ``printer/paper``."""
     dpi = fine_enough(profile.dpi)
     lines = (f"{name}   {date.today().isoformat()}   handout {handout.__version__}",)
-    return Printed(
+    return DevicePages(
         chart.paper,
         [partial(render, page, dpi, lines) for page in chart.pages],
         dpi,

@@ -41,7 +41,7 @@ class Kind(StrEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class Reference:
+class FrameReference:
     """What the frame of a chart says of a hand.
 
     kind : in a word; sentence : in full.
@@ -67,7 +67,7 @@ class Reference:
         return {"kind": str(self.kind), "said": self.sentence, "difference": difference}
 
 
-def of_calibration(calibration: Calibration, name: str) -> Reference:
+def of_calibration(calibration: Calibration, name: str) -> FrameReference:
     """What the frame of a calibration's chart says of the hand `name`; empty: of none.
 
     Raises
@@ -78,7 +78,7 @@ def of_calibration(calibration: Calibration, name: str) -> Reference:
     return compared(calibration.scribble(), name, calibration.pen_of())
 
 
-def compared(scribble: Scribble | None, name: str, writer: str = "") -> Reference:
+def compared(scribble: Scribble | None, name: str, writer: str = "") -> FrameReference:
     """What was written in a chart's frame against the hand `name`.
 
     Parameters
@@ -99,18 +99,18 @@ def compared(scribble: Scribble | None, name: str, writer: str = "") -> Referenc
         sentence = (
             f"The hand {hand.name} is drawn: there is no scan of its ink, and its pen's colour is taken as it stands."
         )
-        return Reference(Kind.DRAWN, sentence)
+        return FrameReference(Kind.DRAWN, sentence)
     if scribble is None:
-        return Reference(Kind.NOTHING, _NOTHING)
+        return FrameReference(Kind.NOTHING, _NOTHING)
     if hand is None:
-        return Reference(Kind.KEPT, _KEPT)
+        return FrameReference(Kind.KEPT, _KEPT)
     if writer and writer != hand.name:
-        return Reference(Kind.OTHER_HAND, _OTHER_HAND.format(writer=writer, hand=hand.name))
+        return FrameReference(Kind.OTHER_HAND, _OTHER_HAND.format(writer=writer, hand=hand.name))
     density, paper, dpi = writing(hand)
     common = min(dpi, scribble.dpi)
     if common < LEAST_DPI:
         coarse = "The chart was" if scribble.dpi <= dpi else f"The pages of {hand.name} were"
-        return Reference(Kind.COARSE, _COARSE.format(what=coarse, dpi=common))
+        return FrameReference(Kind.COARSE, _COARSE.format(what=coarse, dpi=common))
     ink = match(
         at_dpi(density, dpi, common), paper, at_dpi(scribble.density, scribble.dpi, common), scribble.paper, common,
         scribble.contrast,
@@ -149,13 +149,13 @@ _CORRECTED = (
 )
 
 
-def _judge_match(ink: InkMatch | None, hand: str) -> Reference:
+def _judge_match(ink: InkMatch | None, hand: str) -> FrameReference:
     if ink is None:
-        return Reference(Kind.FAINT, _FAINT.format(hand=hand))
+        return FrameReference(Kind.FAINT, _FAINT.format(hand=hand))
     if not ink.same_ink:
-        return Reference(Kind.OTHER_PEN, _OTHER_PEN.format(hand=hand))
+        return FrameReference(Kind.OTHER_PEN, _OTHER_PEN.format(hand=hand))
     if ink.alike:
-        return Reference(Kind.ALIKE, _ALIKE.format(hand=hand, off=ink.difference), ink)
+        return FrameReference(Kind.ALIKE, _ALIKE.format(hand=hand, off=ink.difference), ink)
     how = "lighter" if ink.lighter > 1 else "darker" if ink.lighter < -1 else "in other colours"
     why = "the scanner's settings or the pen's pressure differ"
     if ink.contrast_differs:
@@ -163,7 +163,7 @@ def _judge_match(ink: InkMatch | None, hand: str) -> Reference:
     elif ink.difference > _SURE:
         why = "the scanner's settings differ"
     sentence = _CORRECTED.format(hand=hand, how=how, off=ink.difference, lighter=ink.lighter, why=why)
-    return Reference(Kind.CORRECTED, sentence, ink)
+    return FrameReference(Kind.CORRECTED, sentence, ink)
 
 
 def writing(hand: ScannedHand) -> tuple[NDArray[np.float32], Array, float]:

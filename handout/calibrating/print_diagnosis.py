@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from handout.calibrating import store
-from handout.calibrating.pen_reference import Reference
+from handout.calibrating.pen_reference import FrameReference
 from handout.calibrating.store import Calibration
-from handout.colour.reading import Finding, Reading
+from handout.colour.reading import ChartReading, ScanFinding
 from handout.colour.reading.solid_inks import Solids, check_change, check_strength, solids_of, without_tone
 
 # what is found wrong with the print as a whole; with a cause named, these are its effects
@@ -15,8 +15,8 @@ _EFFECTS = ("managed", "ramp", "identical", "tone")
 
 
 def diagnose(
-    reading: Reading, pen: Reference | None = None, before: Calibration | None = None, accept: bool = False
-) -> Reading:
+    reading: ChartReading, pen: FrameReference | None = None, before: Calibration | None = None, accept: bool = False
+) -> ChartReading:
     """A reading with what is wrong with the print itself, its cause in the place of its effects.
 
     Parameters
@@ -37,7 +37,7 @@ def diagnose(
     return replace(reading, findings=(*effects, finding))
 
 
-def _cause(solids: Solids, pen: Reference | None, before: Calibration | None) -> Finding | None:
+def _cause(solids: Solids, pen: FrameReference | None, before: Calibration | None) -> ScanFinding | None:
     if pen is not None and pen.match is not None and not pen.match.alike:
         solids = without_tone(solids, float(pen.match.tone.powers.mean()))
     if (finding := check_strength(solids)) is not None:

@@ -90,7 +90,7 @@ class Calibration:
         }  # fmt: skip
 
     def kept(self, name: str) -> dict[str, Any] | None:
-        """What was found of its `STRIP` (as `strip.Strip.facts` gives it) or `VERIFICATION` last; None: nothing."""
+        """What was found last of its `STRIP` (see `strip.VerificationStrip.facts`) or `VERIFICATION`; None: nothing."""
         path = None if self.folder is None else self.folder / name
         return read_json(path) if path is not None and path.is_file() else None
 

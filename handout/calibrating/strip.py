@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from handout.calibrating import ink_samples, pen_reference, store
 from handout.calibrating.ink_samples import greys, lay_on, reach
-from handout.calibrating.pages import Printed, fine_enough
+from handout.calibrating.pages import DevicePages, fine_enough
 from handout.calibrating.store import Calibration
 from handout.colour.chart import MARKS, PAPERS, ChartPage, grid_cells
 from handout.colour.chart_files import render
@@ -37,7 +37,7 @@ _LEAST = 8  # colours of ink that it takes
 
 
 @dataclass(frozen=True, eq=False)
-class Strip:
+class VerificationStrip:
     """A verification strip, n patches of which the last are bare paper.
 
     wanted : (n, 3) scanned RGB that each patch should show.
@@ -81,8 +81,8 @@ class Strip:
         }  # fmt: skip
 
 
-def from_facts(facts: Mapping[str, Any]) -> Strip:
-    """The strip that `Strip.facts` describes.
+def from_facts(facts: Mapping[str, Any]) -> VerificationStrip:
+    """The strip that `VerificationStrip.facts` describes.
 
     Raises
     ------
@@ -90,7 +90,7 @@ def from_facts(facts: Mapping[str, Any]) -> Strip:
         It does not describe one.
     """
     try:
-        return Strip(
+        return VerificationStrip(
             np.array(facts["wanted"]), np.array(facts["device"]) / 255, np.array(facts["matched"], dtype=bool),
             np.array(facts["grey"], dtype=bool), str(facts["paper"]), float(facts["out"]), float(facts["lost"]),
             str(facts.get("whose", "")),
@@ -99,7 +99,9 @@ def from_facts(facts: Mapping[str, Any]) -> Strip:
         raise InputError("What is stored of the verification strip cannot be read: print a new strip.") from error
 
 
-def make(table: ColourTable, samples: Array, paper: str = "A4", page: Reach | None = None, whose: str = "") -> Strip:
+def make(
+    table: ColourTable, samples: Array, paper: str = "A4", page: Reach | None = None, whose: str = ""
+) -> VerificationStrip:
     """A strip for a table, of samples of ink and of greys.
 
     Parameters
@@ -129,7 +131,7 @@ def make(table: ColourTable, samples: Array, paper: str = "A4", page: Reach | No
     bare = np.ones((_WHITES, 3))
     # the function that pages go through takes a raster
     matched = np.asarray(apply(Raster(rgba[None].astype(np.float32), 300), table).rgba[0], dtype=np.float64)
-    return Strip(
+    return VerificationStrip(
         np.concatenate([wanted, wanted, np.repeat(white[None], _WHITES, axis=0)]),
         np.concatenate([_sent(rgba), _sent(matched), bare]),
         np.repeat([False, True, False], [len(rgba), len(rgba), _WHITES]),
@@ -138,7 +140,7 @@ def make(table: ColourTable, samples: Array, paper: str = "A4", page: Reach | No
     )  # fmt: skip
 
 
-def prepare(calibration: Calibration, hand: str = "", paper: str = "A4") -> Strip:
+def prepare(calibration: Calibration, hand: str = "", paper: str = "A4") -> VerificationStrip:
     """A strip for a calibration, of a hand's own ink or of usual ones; it is remembered with the calibration.
 
     Raises
@@ -155,15 +157,15 @@ def prepare(calibration: Calibration, hand: str = "", paper: str = "A4") -> Stri
     return strip
 
 
-def pages_of(strip: Strip, calibration: Calibration, profile: Printer) -> Printed:
+def pages_of(strip: VerificationStrip, calibration: Calibration, profile: Printer) -> DevicePages:
     """The strip as the printer's own pixels."""
     lines = (f"{calibration.name}   calibration of {calibration.date:%Y-%m-%d %H:%M}",)
     dpi, title = fine_enough(profile.dpi), "Verification strip: scan it like the chart, on the same paper"
     draw = partial(render, strip.page, dpi, lines, title)
-    return Printed(strip.page.paper, [draw], dpi, {"verification": calibration.name})
+    return DevicePages(strip.page.paper, [draw], dpi, {"verification": calibration.name})
 
 
-def last_strip(calibration: Calibration) -> Strip:
+def last_strip(calibration: Calibration) -> VerificationStrip:
     """The strip that was printed last for a calibration.
 
     Raises

@@ -15,16 +15,16 @@ from numpy.typing import NDArray
 from handout import atomic
 from handout.calibrating import pen_reference, store
 from handout.calibrating.store import Calibration
-from handout.calibrating.strip import FIRST_MARK, Strip, from_facts, last_strip
+from handout.calibrating.strip import FIRST_MARK, VerificationStrip, from_facts, last_strip
 from handout.colour import conversions, gamut
 from handout.colour.chart import MARKS, ChartPage
 from handout.colour.ink_match import match
-from handout.colour.reading import Finding, Scan, open_scans
-from handout.colour.reading.findings import Refused, refused
+from handout.colour.reading import ChartScan, ScanFinding, open_scans
+from handout.colour.reading.findings import ScanRefused, refused
 from handout.colour.reading.patch_means import sample
 from handout.colour.reading.pen_field import scribble_of
-from handout.colour.reading.picture_checks import ScannedPage, check_picture
-from handout.colour.reading.registration import Placement, place
+from handout.colour.reading.picture_checks import SampledPage, check_picture
+from handout.colour.reading.registration import ChartPlacement, place
 from handout.colour.report import image, page
 from handout.colour.table import ColourTable
 from handout.errors import InputError
@@ -115,7 +115,7 @@ def table_lines(facts: Mapping[str, Any]) -> list[str]:
     return [head, *rows, facts["verdict"], reach]
 
 
-def verify(calibration: Calibration, scans: Sequence[Path | Scan]) -> Verification:
+def verify(calibration: Calibration, scans: Sequence[Path | ChartScan]) -> Verification:
     """Read the scan of the last strip of a calibration and keep what it says.
 
     Raises
@@ -126,7 +126,7 @@ def verify(calibration: Calibration, scans: Sequence[Path | Scan]) -> Verificati
         A file that cannot be read, or no strip was printed.
     """
     strip = last_strip(calibration)
-    opened = [scan for item in scans for scan in ([item] if isinstance(item, Scan) else open_scans(item))]
+    opened = [scan for item in scans for scan in ([item] if isinstance(item, ChartScan) else open_scans(item))]
     if len(opened) != 1:
         raise InputError(f"The verification strip is one page, and {len(opened)} were given: give its scan alone.")
     scanned, findings = _read_patches(opened[0], strip, calibration)
@@ -136,7 +136,9 @@ def verify(calibration: Calibration, scans: Sequence[Path | Scan]) -> Verificati
     return verified
 
 
-def _read_patches(scan: Scan, strip: Strip, calibration: Calibration) -> tuple[Array, list[Finding]]:
+def _read_patches(
+    scan: ChartScan, strip: VerificationStrip, calibration: Calibration
+) -> tuple[Array, list[ScanFinding]]:
     """(n, 3) what the scanner saw of each patch."""
 
     def page_of(number: int) -> ChartPage | None:
@@ -144,7 +146,7 @@ def _read_patches(scan: Scan, strip: Strip, calibration: Calibration) -> tuple[A
 
     try:
         placement = place(scan, page_of=page_of)
-    except Refused as error:
+    except ScanRefused as error:
         if error.finding.code != "another-chart":
             raise
         raise refused("another-chart", "This is no scan of a verification strip, but of another page with marks: scan "
@@ -152,7 +154,7 @@ def _read_patches(scan: Scan, strip: Strip, calibration: Calibration) -> tuple[A
     sampled = sample(scan.pixels, placement)
     findings = [
         *scan.findings,
-        *check_picture(ScannedPage(scan, placement, sampled)),
+        *check_picture(SampledPage(scan, placement, sampled)),
         *_check_colours(strip, sampled.values, calibration, scan.source),
         *_check_pen(strip, scan, placement, sampled.values, calibration),
     ]
@@ -164,7 +166,9 @@ def _read_patches(scan: Scan, strip: Strip, calibration: Calibration) -> tuple[A
     return sampled.values, findings
 
 
-def _check_colours(strip: Strip, scanned: Array, calibration: Calibration, source: str) -> list[Finding]:
+def _check_colours(
+    strip: VerificationStrip, scanned: Array, calibration: Calibration, source: str
+) -> list[ScanFinding]:
     """A finding if these are not the colours, or is not the paper, that the strip was made for."""
     from handout.colour.interpolation import look_up
 
@@ -172,21 +176,21 @@ def _check_colours(strip: Strip, scanned: Array, calibration: Calibration, sourc
     foreseen = look_up(table.scanned, strip.device)
     ranks = [float(np.corrcoef(scanned[:, k], foreseen[:, k])[0, 1]) for k in range(3)]
     if not min(ranks) > _OTHER_STRIP:
-        return [Finding("another-strip", "refuse", "The colours are not those of the strip that was printed last for "
-            f"{calibration.name}: scan that, or print a new one with: handout calibrate verify --printer "
+        return [ScanFinding("another-strip", "refuse", "The colours are not those of the strip that was printed last "
+            f"for {calibration.name}: scan that, or print a new one with: handout calibrate verify --printer "
             f"{calibration.printer} -o strip.pdf", source)]  # fmt: skip
     bare = (strip.device == 1).all(axis=1)
     off = float(conversions.delta_e(conversions.lab(scanned[bare].mean(axis=0)), conversions.lab(table.paper)))
     if off <= _SAME_PAPER:
         return []
-    return [Finding("settings-differ", "warn", f"The bare paper differs from the chart's by ΔE00 {off:.1f}: another "
-        "paper, or other settings of the scanner. Print the strip on the chart's paper and scan it like the chart.",
-        source)]  # fmt: skip
+    return [ScanFinding("settings-differ", "warn", f"The bare paper differs from the chart's by ΔE00 {off:.1f}: "
+        "another paper, or other settings of the scanner. Print the strip on the chart's paper and scan it like the "
+        "chart.", source)]  # fmt: skip
 
 
 def _check_pen(
-    strip: Strip, scan: Scan, placement: Placement, scanned: Array, calibration: Calibration
-) -> list[Finding]:
+    strip: VerificationStrip, scan: ChartScan, placement: ChartPlacement, scanned: Array, calibration: Calibration
+) -> list[ScanFinding]:
     """A warning if the pen in the strip's frame does not look as in the chart's: the scans differ in their settings."""
     bare = (strip.device == 1).all(axis=1)
     now, before = scribble_of(scan, placement, scanned[bare].mean(axis=0)), calibration.scribble()
@@ -202,10 +206,10 @@ def _check_pen(
         "the scanner's settings changed between the two scans, or another pen wrote. Scan the strip just like the "
         "chart."
     )
-    return [Finding("settings-differ", "warn", sentence, scan.source)]
+    return [ScanFinding("settings-differ", "warn", sentence, scan.source)]
 
 
-def _build_verification(strip: Strip, scanned: Array, findings: Sequence[Finding]) -> Verification:
+def _build_verification(strip: VerificationStrip, scanned: Array, findings: Sequence[ScanFinding]) -> Verification:
     lost = conversions.delta_e(conversions.lab(strip.wanted), conversions.lab(scanned))
     bare = (strip.device == 1).all(axis=1) & ~strip.matched & ~strip.grey
     plain, matched = ~strip.matched & ~bare, strip.matched
@@ -283,7 +287,7 @@ def tiles(rows: Array) -> NDArray[np.uint8]:
     return flat.repeat(_TILE, axis=0).repeat(_TILE, axis=1)
 
 
-def _draw_reach(strip: Strip, table: ColourTable) -> str:
+def _draw_reach(strip: VerificationStrip, table: ColourTable) -> str:
     """The outline of what the printer can print over a* and b*, and the strip's colours in it."""
     from scipy.spatial import ConvexHull
 

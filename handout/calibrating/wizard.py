@@ -24,13 +24,13 @@ from msgspec.structs import replace
 from handout import atomic, shipped
 from handout.calibrating import ink_samples, pages, pen_reference, print_diagnosis, store, verification
 from handout.calibrating import strip as strips
-from handout.calibrating.pen_reference import Reference
+from handout.calibrating.pen_reference import FrameReference
 from handout.calibrating.store import Calibration
 from handout.calibrating.verification import Verification
 from handout.colour import cgats
 from handout.colour.chart import chart
 from handout.colour.chart_files import ti3
-from handout.colour.reading import Finding, Reading, read
+from handout.colour.reading import ChartReading, ScanFinding, read
 from handout.colour.reading.pen_field import save as save_scribble
 from handout.colour.report import report
 from handout.errors import InputError
@@ -73,7 +73,7 @@ _REQUESTS = {
 class ScansRefused(InputError):
     """Scans that no calibration may be made of; `findings` give the reasons."""
 
-    def __init__(self, findings: Sequence[Finding], good_scans: int = 0, report_file: Path | None = None) -> None:
+    def __init__(self, findings: Sequence[ScanFinding], good_scans: int = 0, report_file: Path | None = None) -> None:
         refusals = " ".join(str(finding) for finding in findings if finding.severity == "refuse")
         scans, verb = ("scans", "are") if good_scans > 1 else ("scan", "is")
         safe = f" The {good_scans} good {scans} from before {verb} kept."
@@ -90,9 +90,9 @@ class ChartScanned:
     reference : the comparison of the pen in the chart's frame with the hand; None while pages are missing.
     """
 
-    findings: tuple[Finding, ...]
+    findings: tuple[ScanFinding, ...]
     missing: str = ""
-    reference: Reference | None = None
+    reference: FrameReference | None = None
 
 
 @dataclass(frozen=True)
@@ -153,7 +153,7 @@ class Wizard:
         layout = pages.chart_for(task.profile, task.sheet, task.pages)
         self.task = task
         self.writer, self._paper = ink_samples.writer_of(task.hand)
-        self.seen: Reading | None = None  # what the scans of the chart that were given last showed, good or not
+        self.seen: ChartReading | None = None  # what the scans of the chart that were given last showed, good or not
         names = store.key(task.printer), store.key(task.paper)
         self.name, self.folder = "/".join(names), folder() / "--".join(names)
         self.patches, self.built = self.folder / "patches.ti3", self.folder / "built"
@@ -321,11 +321,11 @@ class Wizard:
         """Return to scanning the chart, and forget the scans that were kept."""
         self._save(replace(self.state, step=Step.SCAN, scans=()))
 
-    def _read(self, scans: Sequence[Path] = ()) -> Reading:
+    def _read(self, scans: Sequence[Path] = ()) -> ChartReading:
         """The chart as the kept scans and some more show it."""
         return read([*self.scans, *scans], self.chart, self._paper)
 
-    def _report(self, reading: Reading, built: Calibration | None = None) -> None:
+    def _report(self, reading: ChartReading, built: Calibration | None = None) -> None:
         more = verification.sections(built) if built is not None else []
         self.go(self.step)
         atomic.write(self.report, report(reading, f"Calibration of {self.name}", more).encode())

@@ -8,13 +8,13 @@ import click
 
 from handout import page_sizes
 from handout.cli import options
-from handout.cli.commands import Command
+from handout.cli.commands import VerbCommand
 from handout.cli.console import Console
 from handout.cli.restyle_ import sentence
 from handout.pipeline.options import PictureOptions, StyleOptions
 
 
-@click.command("asemic", cls=Command)
+@click.command("asemic", cls=VerbCommand)
 @click.option("--letters", type=int, help="How many letters, 1 to 60; default: 5.")
 @click.option("--structure", help="A learned style whose examples the tag is built like; default: that of --style.")
 @click.option("--output", "-o", multiple=True, required=True, type=click.Path(path_type=Path), help="SVG, PNG, PDF …")

@@ -8,11 +8,11 @@ import click
 
 from handout import units
 from handout.cli import options
-from handout.cli.commands import Group
+from handout.cli.commands import VerbGroup
 from handout.cli.console import Console
 
 
-@click.group("brush", cls=Group)
+@click.group("brush", cls=VerbGroup)
 def command() -> None:
     """Learn a brush from photographs of its strokes, and show it; --pen takes it then."""
 

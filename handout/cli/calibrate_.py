@@ -9,7 +9,7 @@ import click
 
 from handout import units
 from handout.cli import options
-from handout.cli.commands import Group
+from handout.cli.commands import VerbGroup
 from handout.cli.console import Console
 from handout.errors import InputError
 from handout.pipeline.names import colour_formats
@@ -26,7 +26,7 @@ _stored_paper = click.option("--paper", default="", help="The paper; without it 
 _chart = options.bind("sheets", ChartOptions)
 
 
-@click.group("calibrate", cls=Group)
+@click.group("calibrate", cls=VerbGroup)
 def command() -> None:
     """Make a printer's colours those of the ink: print a chart, scan it, and pages go through what it shows.
 

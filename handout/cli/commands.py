@@ -59,7 +59,7 @@ def switches(command: click.Command) -> list[tuple[str, click.Option]]:
     return [(f"--{name[5:]}" if name.startswith("--no-") else f"--no-{name[2:]}", each) for name, each in names]
 
 
-class Command(click.Command):
+class VerbCommand(click.Command):
     """A verb: its options by headings, each switch with one that turns off what a configuration turned on."""
 
     def get_params(self, ctx: click.Context) -> list[click.Parameter]:
@@ -82,8 +82,8 @@ class Command(click.Command):
                 formatter.write_dl([(name.ljust(wide), text) for name, text in part])
 
 
-class Group(click.Group):
+class VerbGroup(click.Group):
     """Verbs in a verb."""
 
-    command_class = Command
+    command_class = VerbCommand
     group_class = type

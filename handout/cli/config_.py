@@ -12,8 +12,8 @@ import click
 from click.core import ParameterSource
 
 from handout.cli import configuration
-from handout.cli.commands import Group
-from handout.cli.configuration import PROJECT, Layer, Setting, Value
+from handout.cli.commands import VerbGroup
+from handout.cli.configuration import PROJECT, ConfiguredValue, SettingsLayer, Value
 from handout.errors import InputError
 
 _json = click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
@@ -28,7 +28,7 @@ class _Row(NamedTuple):
     place: str
 
 
-@click.group("config", cls=Group)
+@click.group("config", cls=VerbGroup)
 def command() -> None:
     """Keep defaults of options for all verbs, and say where each comes from.
 
@@ -62,7 +62,7 @@ def set_(key: str, values: tuple[str, ...], project: bool) -> None:
     file = _file(project)
     value = _value(name, owners, values, file)
     configuration.write(file, name, value)
-    click.echo(f"{name} = {Setting(name, value, Layer('user', file)).text} in {file}.", err=True)
+    click.echo(f"{name} = {ConfiguredValue(name, value, SettingsLayer('user', file)).text} in {file}.", err=True)
 
 
 @command.command("unset")
@@ -139,11 +139,11 @@ def _shown(value: object) -> str:
     return "" if value is None else str(value).lower() if isinstance(value, bool) else str(value)
 
 
-def _layers() -> list[Layer]:
+def _layers() -> list[SettingsLayer]:
     return configuration.layers(click.get_current_context().find_root().params.get("config"))
 
 
-def _row(setting: Setting) -> _Row:
+def _row(setting: ConfiguredValue) -> _Row:
     return _Row(setting.key, setting.value, setting.layer.named(setting.key))
 
 
@@ -233,7 +233,7 @@ def _check(name: str, option: click.Option, value: Value) -> None:
     several = [value] if option.multiple and not isinstance(value, list) else value
     try:
         option.process_value(click.Context(click.Command(name)), several)
-        configuration.check(option, Setting(name, value, Layer("user")))
+        configuration.check(option, ConfiguredValue(name, value, SettingsLayer("user")))
     except (click.BadParameter, InputError) as error:
         said = error.message if isinstance(error, click.BadParameter) else str(error.__cause__ or error)
         raise InputError(f"{name}: {said}") from error

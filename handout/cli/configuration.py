@@ -1,6 +1,6 @@
 """Defaults of options from the environment and from files: `HANDOUT_…`, the project's `handout.toml`, the user's.
 
-A key is what an option is called: ``hand`` for every verb in which it means the same (`Shared`), ``plot.port``
+A key is what an option is called: ``hand`` for every verb in which it means the same (`SharedOption`), ``plot.port``
 or ``hand.prompt.page`` for one verb.  Nearer places win, and in one place a verb's key wins over a bare one.
 click takes the values as its own defaults (`Context.default_map`), so every option checks them as if they were typed.
 """
@@ -32,7 +32,7 @@ JOB_WORDS = ("jobs", "show", "forget")  # of `plot`, with which kept plots are a
 _OF_TABLES = ("letter", "with_envelopes", "columns")  # parameters that make a plot one of a table's rows
 
 
-class Shared(click.Option):
+class SharedOption(click.Option):
     """An option that means the same in every verb that has it, so that one key of the configuration sets it for all.
 
     unless : names of parameters; where one of them is given on the command line, what is configured is left aside.
@@ -69,9 +69,9 @@ def _asked(context: click.Context, name: str) -> bool:
 
 
 def shared(*names: str, unless: Sequence[str] = (), **settings: object) -> Option:
-    """`click.option` of a `Shared` option."""
+    """`click.option` of a `SharedOption` option."""
     SHARED.add(names[0].removeprefix("--"))
-    option = click.option(*names, cls=Shared, **settings)
+    option = click.option(*names, cls=SharedOption, **settings)
 
     def decorate(verb: Verb) -> Verb:
         result: Verb = option(verb)
@@ -85,12 +85,12 @@ _META = "handout.configured"  # in `Context.meta`: (verb, parameter) → Setting
 
 
 @dataclass(frozen=True)
-class Setting:
+class ConfiguredValue:
     """A value that is configured: as which key, in which place."""
 
     key: str
     value: Value
-    layer: Layer
+    layer: SettingsLayer
 
     @property
     def text(self) -> str:
@@ -99,7 +99,7 @@ class Setting:
 
 
 @dataclass(frozen=True)
-class Layer:
+class SettingsLayer:
     """A place of settings.
 
     kind : "environment", "project" or "user"; file : none of the environment.
@@ -113,12 +113,12 @@ class Layer:
         """Where a key stands, for people."""
         return f"environment {variable(key)}" if self.file is None else f"{self.kind} file {self.file}"
 
-    def find(self, keys: Sequence[str]) -> Setting | None:
+    def find(self, keys: Sequence[str]) -> ConfiguredValue | None:
         """The first of some keys that is here."""
         for key in keys:
             name = variable(key) if self.file is None else key
             if name in self.values:
-                return Setting(key, self._from_here(self.values[name]), self)
+                return ConfiguredValue(key, self._from_here(self.values[name]), self)
         return None
 
     def _from_here(self, value: Value) -> Value:
@@ -168,7 +168,7 @@ def strangers(file: Path) -> bool:
     return hasattr(os, "geteuid") and file.stat().st_uid not in (os.geteuid(), 0)
 
 
-def layers(chosen: str | None = None) -> list[Layer]:
+def layers(chosen: str | None = None) -> list[SettingsLayer]:
     """All places, the nearest first.
 
     chosen : a file that is read instead of the project's and the user's, or "none" for built-in defaults alone.
@@ -183,13 +183,13 @@ def layers(chosen: str | None = None) -> list[Layer]:
     variables: dict[str, Value] = {
         name: text for name, text in os.environ.items() if name.startswith("HANDOUT_") and text
     }
-    found = [Layer("environment", None, variables)]
+    found = [SettingsLayer("environment", None, variables)]
     if chosen is not None:
-        return [*found, Layer("chosen", Path(chosen), read(Path(chosen)))]
+        return [*found, SettingsLayer("chosen", Path(chosen), read(Path(chosen)))]
     project, user = project_file(), user_file()
     if project is not None and project != user and not strangers(project):
-        found.append(Layer("project", project, read(project)))
-    return [*found, Layer("user", user, read(user))] if user.is_file() else found
+        found.append(SettingsLayer("project", project, read(project)))
+    return [*found, SettingsLayer("user", user, read(user))] if user.is_file() else found
 
 
 def read(file: Path) -> dict[str, Value]:
@@ -239,10 +239,10 @@ def options_of(command: click.Command) -> list[click.Option]:
 def keys_of(path: str, option: click.Option) -> list[str]:
     """The keys that an option of a verb listens to, the verb's own first."""
     key = key_of(option)
-    return [f"{path}.{key}", *([key] if isinstance(option, Shared) else [])]
+    return [f"{path}.{key}", *([key] if isinstance(option, SharedOption) else [])]
 
 
-def find(path: str, option: click.Option, places: Sequence[Layer]) -> Setting | None:
+def find(path: str, option: click.Option, places: Sequence[SettingsLayer]) -> ConfiguredValue | None:
     """What is configured for an option of a verb such as ``"plot"`` or ``"hand.prompt"``."""
     return next((found for layer in places if (found := layer.find(keys_of(path, option)))), None)
 
@@ -262,7 +262,7 @@ def provide(context: click.Context, command: click.Command, name: str, complaini
         if complaining:
             for layer in places:
                 _check_keys(layer, context, command, name)
-        found: dict[tuple[str, str], Setting] = context.meta.setdefault(_META, {})
+        found: dict[tuple[str, str], ConfiguredValue] = context.meta.setdefault(_META, {})
         context.default_map = {**(context.default_map or {}), name: _defaults(command, name, places, found)}
     except InputError:
         if complaining:
@@ -270,7 +270,7 @@ def provide(context: click.Context, command: click.Command, name: str, complaini
 
 
 def _defaults(
-    command: click.Command, path: str, places: Sequence[Layer], found: dict[tuple[str, str], Setting]
+    command: click.Command, path: str, places: Sequence[SettingsLayer], found: dict[tuple[str, str], ConfiguredValue]
 ) -> dict[str, object]:
     if isinstance(command, click.Group):
         return {name: _defaults(each, f"{path}.{name}", places, found) for name, each in command.commands.items()}
@@ -283,7 +283,7 @@ def _defaults(
     return values
 
 
-def _fitting(option: click.Option, setting: Setting) -> object:
+def _fitting(option: click.Option, setting: ConfiguredValue) -> object:
     """A configured value as click wants it for its option."""
     value = setting.value
     if isinstance(value, list) and not option.multiple:
@@ -296,7 +296,7 @@ def _fitting(option: click.Option, setting: Setting) -> object:
     return words if option.multiple else words[0]
 
 
-def place(setting: Setting) -> str:
+def place(setting: ConfiguredValue) -> str:
     """Where a setting stands, and what it says: the beginning of a sentence on what is wrong with it."""
     layer = setting.layer
     if layer.file is None:
@@ -304,7 +304,7 @@ def place(setting: Setting) -> str:
     return f"{layer.file}: {setting.key} = {json.dumps(setting.value, ensure_ascii=False)}"
 
 
-def _check_keys(layer: Layer, context: click.Context, command: click.Command, name: str) -> None:
+def _check_keys(layer: SettingsLayer, context: click.Context, command: click.Command, name: str) -> None:
     """Keys that every verb could take, and those of this verb; `handout config` and `doctor` look at all others."""
     if layer.file is None:
         return
@@ -350,9 +350,9 @@ def all_verbs(root: click.Group) -> dict[str, click.Command]:
     return found
 
 
-def in_force(context: click.Context) -> dict[str, Setting]:
+def in_force(context: click.Context) -> dict[str, ConfiguredValue]:
     """Parameter → setting of what the running verb takes from a configuration, and would not have done without it."""
-    found: Mapping[tuple[str, str], Setting] = context.meta.get(_META, {})
+    found: Mapping[tuple[str, str], ConfiguredValue] = context.meta.get(_META, {})
     path = ".".join(context.command_path.split()[1:])
     usual = {option.name: option.default for option in options_of(context.command)}
     return {
@@ -381,14 +381,14 @@ def sentences(context: click.Context) -> list[str]:
     return [f"From {where}: {', '.join(told)}." for where, told in by_place.items()]
 
 
-def check(option: click.Option, setting: Setting) -> None:
+def check(option: click.Option, setting: ConfiguredValue) -> None:
     """Raise InputError where a name, length or colour is configured that there is not.
 
     An option of one verb may mean another thing by the same name, as --paper of calibrate does: its verb checks it.
     """
     from handout.pipeline.names import CHECKS
 
-    if isinstance(option, Shared) and option.name in CHECKS and isinstance(setting.value, str):
+    if isinstance(option, SharedOption) and option.name in CHECKS and isinstance(setting.value, str):
         try:
             CHECKS[option.name](setting.value)
         except InputError as error:

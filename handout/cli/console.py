@@ -34,7 +34,7 @@ class Console(Attendant):
     quiet: bool = False
     yes: bool = False
     _notes: list[str] = field(default_factory=list)
-    _line: terminal.Line = terminal.unseen
+    _line: terminal.ProgressLine = terminal.unseen
     _output: BackgroundOutput | None = None
     _answers: Mapping[str, str] = field(default_factory=dict)
 
@@ -59,7 +59,7 @@ class Console(Attendant):
         self._line(share, stage)
 
     @contextlib.contextmanager
-    def working(self) -> Iterator[terminal.Line]:
+    def working(self) -> Iterator[terminal.ProgressLine]:
         """A block of work whose progress a terminal shows."""
         with terminal.shown(self.quiet) as line:
             before, self._line = self._line, line

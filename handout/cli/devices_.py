@@ -9,12 +9,12 @@ from pathlib import Path
 import click
 
 from handout.cli import options
-from handout.cli.commands import Group
+from handout.cli.commands import VerbGroup
 
 _json = click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
 
 
-@click.group("devices", cls=Group)
+@click.group("devices", cls=VerbGroup)
 def command() -> None:
     """List, show and check machines, and see who is plugged in."""
 

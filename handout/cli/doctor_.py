@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING
 
 import click
 
-from handout.cli.commands import Command
+from handout.cli.commands import VerbCommand
 
 if TYPE_CHECKING:
-    from handout.pipeline.doctor import Finding
+    from handout.pipeline.doctor import CheckFinding
 
 _MARKS = {"fine": "  ok", "note": "   -", "poor": "   !", "broken": "FAIL"}
 _FAILED = 1  # the exit code where something is broken
 
 
-@click.command("doctor", cls=Command)
+@click.command("doctor", cls=VerbCommand)
 @click.option("--test-page", type=click.Path(path_type=Path), help="Write a page, .pdf .svg or .png, to look at.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
 def command(test_page: Path | None, as_json: bool) -> int:
@@ -51,19 +51,19 @@ def command(test_page: Path | None, as_json: bool) -> int:
     return _FAILED if result.broken else 0
 
 
-def settings() -> Iterator[Finding]:
+def settings() -> Iterator[CheckFinding]:
     """What is configured, and whether it can be."""
     from handout.cli import config_, configuration
     from handout.errors import InputError
-    from handout.pipeline.doctor import Finding
+    from handout.pipeline.doctor import CheckFinding
 
     try:
         layers = configuration.layers(click.get_current_context().find_root().params.get("config"))
         problems = config_.problems()
     except InputError as error:
-        yield Finding("Settings", "files", "broken", str(error).rstrip("."), "put it right, or use --config none")
+        yield CheckFinding("Settings", "files", "broken", str(error).rstrip("."), "put it right, or use --config none")
         return
     files = [str(layer.file) for layer in layers if layer.file is not None]
-    yield Finding("Settings", "files", "fine", f"from {', '.join(files)}" if files else "as built in")
+    yield CheckFinding("Settings", "files", "fine", f"from {', '.join(files)}" if files else "as built in")
     for problem in problems:
-        yield Finding("Settings", "keys", "poor", problem.rstrip("."), "handout config show --all lists all keys")
+        yield CheckFinding("Settings", "keys", "poor", problem.rstrip("."), "handout config show --all lists all keys")

@@ -8,7 +8,7 @@ import click
 
 from handout import units
 from handout.cli import options, sentences
-from handout.cli.commands import Command, under
+from handout.cli.commands import VerbCommand, under
 from handout.cli.console import Console
 from handout.pipeline.declarations import FILES
 from handout.pipeline.options import SheetOptions, WritingOptions
@@ -16,7 +16,7 @@ from handout.pipeline.plot_request import DrawingOptions, ExportOptions
 from handout.pipeline.programs import SUFFIXES, check_suffixes
 
 
-@click.command("export", cls=Command)
+@click.command("export", cls=VerbCommand)
 @click.argument("text", nargs=-1)
 @under(
     FILES,

@@ -9,7 +9,7 @@ import click
 
 from handout import units
 from handout.cli import options, sentences
-from handout.cli.commands import Command
+from handout.cli.commands import VerbCommand
 from handout.cli.console import Console
 from handout.errors import InputError
 from handout.pipeline.declarations import FILES, MACHINE, option
@@ -32,7 +32,7 @@ class _Mode:
     yes: bool = option(False, MACHINE, "With --port: do not stop between sheets.", flags=("--yes", "-y"))
 
 
-@click.command("fill", cls=Command)
+@click.command("fill", cls=VerbCommand)
 @click.argument("form", type=click.Path(path_type=Path))
 @click.argument("answers", type=click.Path(path_type=Path), required=False)
 @options.bind("mode", _Mode, options.of(_Mode), options.port())

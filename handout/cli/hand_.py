@@ -9,7 +9,7 @@ import click
 
 from handout import units
 from handout.cli import options, sentences
-from handout.cli.commands import Group
+from handout.cli.commands import VerbGroup
 from handout.cli.console import Console
 from handout.cli.prompt_ import command as prompt
 from handout.pipeline.options import PictureOptions, ReadingOptions, WritingOptions
@@ -23,7 +23,7 @@ _NAMED = 8  # letters that changed and are named; the others are in the JSON
 _LEAST_SURE = 0.7  # share of letters that are not doubtful, below which a look is advised; set by eye
 
 
-@click.group("hand", cls=Group)
+@click.group("hand", cls=VerbGroup)
 def command() -> None:
     """List and show hands, make sheets to write one on, and read them from scanned pages."""
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import click
 
 from handout import __version__, atomic
-from handout.cli.commands import Command, headed, records
+from handout.cli.commands import VerbCommand, headed, records
 from handout.errors import InputError
 from handout.pipeline.declarations import OWN
 
@@ -38,7 +38,7 @@ As \\-\\-config.
 """
 
 
-@click.command("man", cls=Command)
+@click.command("man", cls=VerbCommand)
 @click.argument("words", nargs=-1, metavar="[VERB]...")
 @click.option("--output", "-o", type=click.Path(path_type=Path), help="Write all pages, into man1 in this folder.")
 def command(words: tuple[str, ...], output: Path | None) -> None:

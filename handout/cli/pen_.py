@@ -10,7 +10,7 @@ import click
 
 from handout import page_sizes, units
 from handout.cli import options, sentences
-from handout.cli.commands import Group
+from handout.cli.commands import VerbGroup
 from handout.cli.console import Console
 from handout.errors import InputError
 from handout.pipeline.declarations import MACHINE, shared
@@ -31,7 +31,7 @@ class _Plotter:
 _plotter = options.bind("plotter", _Plotter, options.port(), options.of(_Plotter))
 
 
-@click.group("pen", cls=Group)
+@click.group("pen", cls=VerbGroup)
 def command() -> None:
     """Set up the pen of a plotter: a test sheet, its heights; move it by hand."""
 

@@ -14,7 +14,7 @@ from click.core import ParameterSource
 
 from handout import page_sizes, units
 from handout.cli import configuration, options, sentences
-from handout.cli.commands import Command
+from handout.cli.commands import VerbCommand
 from handout.cli.console import Console
 from handout.errors import InputError
 from handout.pipeline.declarations import FILES, MACHINE, PARTS, option
@@ -60,7 +60,7 @@ class _Mode:
         return self.file is not None or bool(self.dry_run) or "ports" in options.given()
 
 
-@click.command("plot", cls=Command)
+@click.command("plot", cls=VerbCommand)
 @click.argument("text", nargs=-1)
 @options.bind("mode", _Mode, options.of(_Mode), options.port("ports", multiple=True))
 @options.bind("drawing", DrawingOptions)

@@ -9,14 +9,14 @@ import click
 
 from handout import units
 from handout.cli import options
-from handout.cli.commands import Group
+from handout.cli.commands import VerbGroup
 from handout.cli.console import Console
 
 if TYPE_CHECKING:
     from handout.pipeline.poses import PoseSheet
 
 
-@click.group("pose", cls=Group)
+@click.group("pose", cls=VerbGroup)
 def command() -> None:
     """Learn from recordings how a writer holds the pen, and show it."""
 

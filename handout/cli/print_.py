@@ -10,7 +10,7 @@ import click
 
 from handout import units
 from handout.cli import options, sentences
-from handout.cli.commands import Command, under
+from handout.cli.commands import VerbCommand, under
 from handout.cli.console import Console
 from handout.pipeline.declarations import MACHINE
 from handout.pipeline.options import MergeOptions, PictureOptions, PrintOptions, WritingOptions
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 _MOST_NAMED = 12  # files that are named at the end
 
 
-@click.command("print", cls=Command)
+@click.command("print", cls=VerbCommand)
 @click.argument("table", type=click.Path(path_type=Path))
 @options.bind("printing", PrintOptions)
 @options.bind("merge", MergeOptions)

@@ -19,7 +19,7 @@ _REFRESHES = 4  # a second; set by eye
 _shown: list[Progress] = []  # the bar on the terminal, if there is one
 
 
-class Line(Protocol):
+class ProgressLine(Protocol):
     """A `progress.Tell` that also takes how much time is left, s, from work that knows it."""
 
     def __call__(self, share: float, stage: str, left: float | None = None) -> None:
@@ -36,7 +36,7 @@ def unseen(share: float, stage: str, left: float | None = None) -> None:
 
 
 @contextlib.contextmanager
-def shown(quiet: bool) -> Iterator[Line]:
+def shown(quiet: bool) -> Iterator[ProgressLine]:
     """The bar of a block of work; gives the function that moves it, which shows nothing without a terminal."""
     if _shown or not wanted(quiet):
         yield unseen

@@ -6,12 +6,12 @@ import click
 
 from handout import units
 from handout.cli import options, sentences
-from handout.cli.commands import Command
+from handout.cli.commands import VerbCommand
 from handout.cli.console import Console
 from handout.pipeline.options import PromptOptions
 
 
-@click.command("prompt", cls=Command)
+@click.command("prompt", cls=VerbCommand)
 @click.option("--output", "-o", required=True, help="The PDF file for the sheets.")
 @options.bind("prompting", PromptOptions)
 @click.option("--verbose", "-v", is_flag=True, help="A table of how often each letter and pair will be there.")

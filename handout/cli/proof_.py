@@ -9,13 +9,13 @@ import click
 
 from handout import units
 from handout.cli import options, sentences
-from handout.cli.commands import Command, under
+from handout.cli.commands import VerbCommand, under
 from handout.cli.console import Console
 from handout.pipeline.declarations import FILES
 from handout.pipeline.options import MergeOptions, PictureOptions, ProofOptions, WritingOptions
 
 
-@click.command("proof", cls=Command)
+@click.command("proof", cls=VerbCommand)
 @click.argument("table", type=click.Path(path_type=Path))
 @under(
     FILES,

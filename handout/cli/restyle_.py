@@ -9,7 +9,7 @@ import click
 
 from handout import units
 from handout.cli import options
-from handout.cli.commands import Command
+from handout.cli.commands import VerbCommand
 from handout.cli.console import Console
 from handout.pipeline.options import PictureOptions, PoseOptions, StyleOptions
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from handout.pipeline.drawings import Styled
 
 
-@click.command("restyle", cls=Command)
+@click.command("restyle", cls=VerbCommand)
 @click.argument("source", metavar="DRAWING", type=click.Path(path_type=Path))
 @click.option("--output", "-o", multiple=True, required=True, type=click.Path(path_type=Path), help="SVG, PNG, PDF …")
 @options.style

@@ -9,7 +9,7 @@ import click
 
 from handout import units
 from handout.cli import options
-from handout.cli.commands import Group
+from handout.cli.commands import VerbGroup
 from handout.cli.console import Console
 from handout.pipeline.options import PictureOptions, StyleOptions
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from handout.pipeline.results import Told
 
 
-@click.group("strokes", cls=Group)
+@click.group("strokes", cls=VerbGroup)
 def command() -> None:
     """Explain strokes by the movements of a hand, and draw such plans."""
 

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import click
 
-from handout.cli.commands import Command
+from handout.cli.commands import VerbCommand
 from handout.errors import InputError
 
 MISSING = "The studio needs two packages more: pip install 'handout-driver[web]'."
 
 
-@click.command("studio", cls=Command)
+@click.command("studio", cls=VerbCommand)
 @click.argument("files", nargs=-1)
 @click.option("--port", type=click.IntRange(1, 65535), help="Where it listens; default: 7217, or any that is free.")
 @click.option("--no-browser", is_flag=True, help="Print the link and open nothing.")

@@ -8,12 +8,12 @@ import click
 
 from handout import units
 from handout.cli import options
-from handout.cli.commands import Group
+from handout.cli.commands import VerbGroup
 from handout.cli.console import Console
 from handout.pipeline.options import LessonOptions
 
 
-@click.group("style", cls=Group)
+@click.group("style", cls=VerbGroup)
 def command() -> None:
     """Learn handstyles, and edit them."""
 

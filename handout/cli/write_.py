@@ -6,13 +6,13 @@ import click
 
 from handout import units
 from handout.cli import options, sentences
-from handout.cli.commands import Command, under
+from handout.cli.commands import VerbCommand, under
 from handout.cli.console import Console
 from handout.pipeline.declarations import FILES, MACHINE
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
 
 
-@click.command("write", cls=Command)
+@click.command("write", cls=VerbCommand)
 @click.argument("text", nargs=-1)
 @under(
     FILES,

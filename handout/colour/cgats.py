@@ -30,7 +30,7 @@ _LARGEST = 1e6  # of what is measured of a colour: percent, XYZ or L*a*b*; what 
 
 
 @dataclass(frozen=True)
-class Table:
+class CgatsTable:
     """One table.
 
     kind : the word that it begins with: "CTI1", "CTI2", "CTI3", "CGATS.17" …
@@ -80,16 +80,16 @@ class Table:
         return columns
 
 
-def table(kind: str, keywords: Mapping[str, str], columns: Mapping[str, Sequence[str]]) -> Table:
+def table(kind: str, keywords: Mapping[str, str], columns: Mapping[str, Sequence[str]]) -> CgatsTable:
     """A table of columns of text, all of one length; keywords that are not of the standard are declared before."""
     pairs = []
     for name, value in keywords.items():
         pairs += [] if name in _STANDARD else [("KEYWORD", name)]
         pairs.append((name, value))
-    return Table(kind, tuple(pairs), tuple(columns), tuple(zip(*columns.values(), strict=True)))
+    return CgatsTable(kind, tuple(pairs), tuple(columns), tuple(zip(*columns.values(), strict=True)))
 
 
-def read(path: Path) -> tuple[Table, ...]:
+def read(path: Path) -> tuple[CgatsTable, ...]:
     """The tables of a file.
 
     Raises
@@ -110,7 +110,7 @@ def read(path: Path) -> tuple[Table, ...]:
     return parse(text, str(path))
 
 
-def parse(text: str, source: str = "table") -> tuple[Table, ...]:
+def parse(text: str, source: str = "table") -> tuple[CgatsTable, ...]:
     """The tables of a text; `source` is what it is called in messages.
 
     Raises
@@ -119,7 +119,7 @@ def parse(text: str, source: str = "table") -> tuple[Table, ...]:
         Not CGATS; the message names the line.
     """
     words = _Words(text, source)
-    tables: list[Table] = []
+    tables: list[CgatsTable] = []
     while not words.done:
         tables.append(_parse_table(words, tables[-1] if tables else None))
     if not tables:
@@ -127,12 +127,12 @@ def parse(text: str, source: str = "table") -> tuple[Table, ...]:
     return tuple(tables)
 
 
-def dumps(tables: Sequence[Table]) -> str:
+def dumps(tables: Sequence[CgatsTable]) -> str:
     """The text of tables; `parse` gives the same tables again."""
     return "\n".join(_format_table(table) for table in tables)
 
 
-def write(path: Path, tables: Sequence[Table]) -> None:
+def write(path: Path, tables: Sequence[CgatsTable]) -> None:
     """Write tables to a file.
 
     Raises
@@ -201,7 +201,7 @@ class _Words:
         return InputError(f"{self.source}, line {line}: {what}.")
 
 
-def _parse_table(words: _Words, before: Table | None) -> Table:
+def _parse_table(words: _Words, before: CgatsTable | None) -> CgatsTable:
     kind = _parse_kind(words, before)
     keywords: list[tuple[str, str]] = []
     fields: tuple[str, ...] | None = before.fields if before is not None else None
@@ -222,7 +222,7 @@ def _parse_table(words: _Words, before: Table | None) -> Table:
             if fields is None:
                 raise words.wrong(line, "BEGIN_DATA comes before any BEGIN_DATA_FORMAT, which names the fields")
             rows = _parse_rows(words, words.until(_ENDS[name], line), fields, counts)
-            return Table(kind, tuple(keywords), fields, rows)
+            return CgatsTable(kind, tuple(keywords), fields, rows)
         elif quoted or not re.match(r"[A-Za-z]", name):
             raise words.wrong(line, f"{name!r} stands where a keyword should")
         else:
@@ -234,7 +234,7 @@ def _parse_table(words: _Words, before: Table | None) -> Table:
     raise words.wrong(words.line, f"the {kind} table has no BEGIN_DATA: the file is cut off, or is no CGATS file")
 
 
-def _parse_kind(words: _Words, before: Table | None) -> str:
+def _parse_kind(words: _Words, before: CgatsTable | None) -> str:
     """The word that a table begins with; further tables of a file may go without."""
     word = words.peek()
     assert word is not None
@@ -276,7 +276,7 @@ def _parse_rows(
     return rows
 
 
-def _format_table(table: Table) -> str:
+def _format_table(table: CgatsTable) -> str:
     lines = [table.kind, "", *(f"{name} {_quoted(value)}" for name, value in table.keywords)]
     lines += [
         "",

@@ -26,7 +26,7 @@ from handout.values import Array, readonly
 
 if TYPE_CHECKING:
     from handout.colour.patches import Patches
-    from handout.colour.reading import Reading
+    from handout.colour.reading import ChartReading
 
 
 DPI = (300.0, 2400.0)  # below, letters and marks break up; above, a page takes gigabytes
@@ -168,7 +168,7 @@ _DESCRIPTOR = "Argyll Calibration Target chart information"
 _ORIGINATOR = f"handout {handout.__version__}"
 
 
-def ti1(chart: Chart) -> tuple[cgats.Table, ...]:
+def ti1(chart: Chart) -> tuple[cgats.CgatsTable, ...]:
     """The different colours of a chart, with what is to be expected of them on a printer that prints sRGB."""
     columns = {"SAMPLE_ID": _ids(len(chart.colours)), **_foretold(chart.colours)}
     keywords = {"DESCRIPTOR": f"{_DESCRIPTOR} 1", "ORIGINATOR": _ORIGINATOR}
@@ -179,7 +179,7 @@ def ti1(chart: Chart) -> tuple[cgats.Table, ...]:
     return (cgats.table("CTI1", _about("1", "iRGB", _expected()), columns), *further)
 
 
-def ti2(chart: Chart) -> tuple[cgats.Table, ...]:
+def ti2(chart: Chart) -> tuple[cgats.CgatsTable, ...]:
     """Every patch of a chart and its place: page number, column and row."""
     pages = chart.pages
     device = np.vstack([page.device for page in pages])
@@ -190,7 +190,7 @@ def ti2(chart: Chart) -> tuple[cgats.Table, ...]:
     return (cgats.table("CTI2", _about("2", "iRGB", about), columns),)
 
 
-def ti3(reading: Reading | Patches, about: Mapping[str, str] | None = None) -> tuple[cgats.Table, ...]:
+def ti3(reading: ChartReading | Patches, about: Mapping[str, str] | None = None) -> tuple[cgats.CgatsTable, ...]:
     """What was read: a set for each colour.
 
     Parameters
@@ -210,7 +210,7 @@ def ti3(reading: Reading | Patches, about: Mapping[str, str] | None = None) -> t
     return (cgats.table("CTI3", _about("3", "iRGB_XYZ", keywords), columns),)
 
 
-def from_ti3(tables: tuple[cgats.Table, ...]) -> tuple[Array, Array, Array]:
+def from_ti3(tables: tuple[cgats.CgatsTable, ...]) -> tuple[Array, Array, Array]:
     """What `ti3` stored: device (n, 3), scanned (n, 3) and deviation (n,), all in 0–1.
 
     Raises

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Source:
+class ExportSource:
     """What is exported: a table, when it was made and what it is called; the files that it and its patches lie in."""
 
     table: ColourTable
@@ -66,24 +66,24 @@ def png(table: ColourTable) -> bytes:
     return out.getvalue()
 
 
-def _icc(source: Source) -> bytes:
+def _icc(source: ExportSource) -> bytes:
     from handout.colour import icc
 
     return icc.output_profile(source.table, source.date, source.title)
 
 
-def _icc_link(source: Source) -> bytes:
+def _icc_link(source: ExportSource) -> bytes:
     from handout.colour import icc
 
     return icc.device_link(source.table, source.date, source.title)
 
 
-def _ti3(source: Source) -> bytes:
+def _ti3(source: ExportSource) -> bytes:
     assert source.patches_file is not None
     return source.patches_file.read_bytes()
 
 
-FORMATS: dict[str, Callable[[Source], bytes]] = {
+FORMATS: dict[str, Callable[[ExportSource], bytes]] = {
     "icc": _icc,
     "icc-link": _icc_link,
     "cube": lambda source: cube(source.table),

@@ -32,7 +32,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from handout.colour import conversions
-from handout.colour.pen_lines import LEAST, Density, Strokes, strokes_in
+from handout.colour.pen_lines import LEAST, Density, LineDensities, strokes_in
 from handout.values import Array, Raster, readonly
 
 _STRENGTHS = np.linspace(-0.3, 0.45, 26)  # beyond ±.5 a curve turns back
@@ -252,7 +252,7 @@ def match(
     return _judge_match(tone, first, shares)
 
 
-def _fit_tone(hand: Strokes, chart: Strokes, plain: Tone) -> tuple[Tone, float]:
+def _fit_tone(hand: LineDensities, chart: LineDensities, plain: Tone) -> tuple[Tone, float]:
     """The tone with the contrasts of `plain` that explains the one by the other best; and the error that it leaves."""
     from scipy.optimize import least_squares
 
@@ -281,7 +281,7 @@ def _mean_difference(first: Tone, second: Tone, shares: Array, paper: Array) -> 
     return float(conversions.delta_e(*views).mean())
 
 
-def _judge_match(tone: Tone, hand: Strokes, shares: Array) -> InkMatch:
+def _judge_match(tone: Tone, hand: LineDensities, shares: Array) -> InkMatch:
     from_paper, to_paper = tone.papers
     same = _of_contrasts(tone.papers, (tone.contrasts[0], tone.contrasts[0]))
     plain, shown = (conversions.lab(np.clip(to_paper * tone_(shares), 0, 1)) for tone_ in (same, tone))

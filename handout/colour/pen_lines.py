@@ -34,7 +34,7 @@ Density = NDArray[np.floating[Any]]
 
 
 @dataclass(frozen=True, eq=False)
-class Strokes:
+class LineDensities:
     """Densities, −ln(pixel / paper), in and about lines of ink.
 
     rings : of each ring about the edges of lines, from the core outwards, (n, 3); n differs.
@@ -59,7 +59,7 @@ def density_of(picture: NDArray[Any], paper: Array) -> NDArray[np.float32]:
     return np.asarray(-np.log(np.maximum(ratio, math.exp(-_DENSEST))), dtype=np.float32)
 
 
-def strokes_in(density: Density, dpi: float, tone: Callable[[Density], Density] | None = None) -> Strokes | None:
+def strokes_in(density: Density, dpi: float, tone: Callable[[Density], Density] | None = None) -> LineDensities | None:
     """The lines in a picture of writing; None where there is no ink.
 
     Parameters
@@ -87,7 +87,7 @@ def strokes_in(density: Density, dpi: float, tone: Callable[[Density], Density] 
     if not (beyond <= 0).any() or sum(map(len, rings[:2])) < LEAST:
         return None
     width = 2 * max(float(np.quantile(depth[beyond <= 0], 0.9)), pixel)
-    return Strokes(rings, float((beyond <= 0).sum()) * pixel**2 / width)
+    return LineDensities(rings, float((beyond <= 0).sum()) * pixel**2 / width)
 
 
 def _core_density(dark: NDArray[Any]) -> float | None:

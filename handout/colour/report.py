@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout import atomic, units
-from handout.colour.reading.chart_reading import Reading, SheetReading
+from handout.colour.reading.chart_reading import ChartReading, SheetReading
 from handout.colour.reading.patch_means import sample_grid
 from handout.values import Array
 
@@ -30,7 +30,7 @@ table{border-collapse:collapse;font-variant-numeric:tabular-nums}td,th{padding:.
 """
 
 
-def report(reading: Reading, title: str = "Colour chart", more: Sequence[tuple[str, str]] = ()) -> str:
+def report(reading: ChartReading, title: str = "Colour chart", more: Sequence[tuple[str, str]] = ()) -> str:
     """The page.
 
     Parameters
@@ -59,7 +59,7 @@ def page(title: str, summary: str, sections: Sequence[tuple[str, str]]) -> str:
     )
 
 
-def write_report(path: Path, reading: Reading, title: str = "Colour chart") -> None:
+def write_report(path: Path, reading: ChartReading, title: str = "Colour chart") -> None:
     """Write the page to a file.
 
     Raises
@@ -70,7 +70,7 @@ def write_report(path: Path, reading: Reading, title: str = "Colour chart") -> N
     atomic.write(path, report(reading, title).encode("utf-8"))
 
 
-def _summary(reading: Reading) -> str:
+def _summary(reading: ChartReading) -> str:
     if not len(reading.device):
         return "Nothing could be read."
     error = float(np.median(reading.deviation)) * 255
@@ -82,7 +82,7 @@ def _summary(reading: Reading) -> str:
     )
 
 
-def _findings(reading: Reading) -> str:
+def _findings(reading: ChartReading) -> str:
     if not reading.findings:
         return '<p class="fine">Nothing is wrong.</p>'
     order = sorted(reading.findings, key=lambda finding: finding.severity != "refuse")
@@ -135,7 +135,7 @@ def image(pixels: NDArray[np.uint8], alt: str) -> str:
     return f'<img alt="{html.escape(alt)}" src="data:image/jpeg;base64,{base64.b64encode(data.tobytes()).decode()}">'
 
 
-def _ramps(reading: Reading) -> str:
+def _ramps(reading: ChartReading) -> str:
     """What was read against what was sent, of greys and of the three inks, as drawings."""
     parts = []
     for name, base in (("greys", None), ("cyan", 0), ("magenta", 1), ("yellow", 2)):
@@ -164,7 +164,7 @@ def _curves(name: str, sent: Array, scanned: Array) -> str:
     )
 
 
-def _scatter(reading: Reading) -> str:
+def _scatter(reading: ChartReading) -> str:
     worst = np.argsort(-reading.deviation, kind="stable")[:_WORST]
     rows = [_row(reading.device[i], reading.scanned[i], float(reading.deviation[i])) for i in worst.tolist()]
     return (

@@ -18,9 +18,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.completion.entering import Link, Links
-from handout.completion.manner import LEAST, Manner
-from handout.completion.specimens import Part, Specimen
+from handout.completion.entering import Links, NeighbourLigature
+from handout.completion.manner import LEAST, WritingManner
+from handout.completion.specimens import Specimen, SpecimenPart
 from handout.completion.ways import evenly
 from handout.hand import measures
 from handout.hand.diacritics import NOT_ABOVE
@@ -29,7 +29,7 @@ from handout.hand.letter_classes import X_HEIGHT
 from handout.hand.library import load
 from handout.hand.places import Place
 from handout.hand.scanned import NO_PAGE, ScannedHand
-from handout.inking.sweep import Way
+from handout.inking.sweep import InkedWay
 from handout.motion.trace import trace
 from handout.values import Array, Indices, LineGraph
 from handout.writing.forms import Forms
@@ -104,7 +104,7 @@ class DrawnLetters:
     ) -> Specimen:
         """A letter with the ligatures that it has in its place; `last` is the stroke that leads to the next."""
         strokes = _close_strokes(strokes, self.radius)
-        body, ways = self._line(*_weld_strokes(strokes, self.radius), strokes), [Way(stroke) for stroke in strokes]
+        body, ways = self._line(*_weld_strokes(strokes, self.radius), strokes), [InkedWay(stroke) for stroke in strokes]
         lines, roles, edges, paths = (
             [body.graph.xy],
             [body.role],
@@ -128,7 +128,7 @@ class DrawnLetters:
             paths[side].append(path[:: 1 if side else -1])
             _lead_on(ways, link, leaving=bool(side))
         whole = self._line(np.concatenate(lines), np.concatenate(edges), ())
-        part = Part(whole.graph, NO_PAGE, np.concatenate(roles).astype(np.intp), tuple(ways))
+        part = SpecimenPart(whole.graph, NO_PAGE, np.concatenate(roles).astype(np.intp), tuple(ways))
         beside: list[Place | None] = ["middle" if some else None for some in paths]
         return Specimen(letter, (part,), (beside[0], place, beside[1]), tuple(paths[0]), tuple(paths[1]))
 
@@ -139,15 +139,15 @@ class DrawnLetters:
         return Links(self._hand, forms, leaving=False), Links(self._hand, forms, leaving=True)
 
     @cached_property
-    def _manner(self) -> Manner:
-        return Manner(self._hand)
+    def _manner(self) -> WritingManner:
+        return WritingManner(self._hand)
 
     def _leant(self, upright: Array) -> Array:
         """A curve (m, 2) in line space through places (n, 2), upright x-heights."""
         x, y = evenly(upright, _STEP).T * self.x_height
         return np.column_stack([x + self.slant * y, y])
 
-    def mark(self, mark: str, rng: np.random.Generator) -> list[Part]:
+    def mark(self, mark: str, rng: np.random.Generator) -> list[SpecimenPart]:
         """An accent over (under) the baseline at x = 0, its lowest point at the gap that it keeps from its letter."""
         forms = self.house.marks[mark]
         form = forms[int(rng.integers(len(forms)))]
@@ -176,7 +176,7 @@ class DrawnLetters:
         high = np.minimum(y, self.x_height) + rise * over
         return np.column_stack([x * self._breadth + self.slant * high, high])
 
-    def _part(self, strokes: Sequence[Array]) -> Part:
+    def _part(self, strokes: Sequence[Array]) -> SpecimenPart:
         """Strokes in line space as a line that is still to be inked; each is sampled already, or one point."""
         count, edges = 0, [np.zeros((0, 2), dtype=np.intp)]
         for stroke in strokes:
@@ -185,11 +185,11 @@ class DrawnLetters:
             count += len(stroke)
         return self._line(np.concatenate(list(strokes)), np.concatenate(edges), strokes)
 
-    def _line(self, xy: Array, edges: Indices, strokes: Sequence[Array]) -> Part:
+    def _line(self, xy: Array, edges: Indices, strokes: Sequence[Array]) -> SpecimenPart:
         """A line of places (n, 2) that is still to be inked."""
         count = len(xy)
         graph = LineGraph(xy, np.full(count, self.radius), np.ones(count), np.zeros((count, 2)), edges)
-        return Part(graph, NO_PAGE, np.zeros(count, dtype=np.intp), tuple(map(Way, strokes)))
+        return SpecimenPart(graph, NO_PAGE, np.zeros(count, dtype=np.intp), tuple(map(InkedWay, strokes)))
 
     @cached_property
     def _ascender_drawn(self) -> float:
@@ -215,16 +215,16 @@ def _upright_width(xy: Array, slant: float) -> float:
     return float(np.ptp(xy[:, 0] - slant * xy[:, 1]))
 
 
-def _lead_on(ways: list[Way], link: Link, *, leaving: bool) -> None:
+def _lead_on(ways: list[InkedWay], link: NeighbourLigature, *, leaving: bool) -> None:
     """Make a ligature part of the way that it goes on from, or a way of its own, which nobody begins or ends there."""
     if link.stroke < 0:
-        ways.append(Way(link.xy if leaving else link.xy[::-1], (False, False)))
+        ways.append(InkedWay(link.xy if leaving else link.xy[::-1], (False, False)))
         return
     way = ways[link.stroke]
     if leaving:
-        ways[link.stroke] = Way(np.concatenate([way.xy, link.xy[1:]]), (way.ends[0], False))
+        ways[link.stroke] = InkedWay(np.concatenate([way.xy, link.xy[1:]]), (way.ends[0], False))
     else:
-        ways[link.stroke] = Way(np.concatenate([link.xy[:0:-1], way.xy]), (False, way.ends[1]))
+        ways[link.stroke] = InkedWay(np.concatenate([link.xy[:0:-1], way.xy]), (False, way.ends[1]))
 
 
 def _close_strokes(strokes: Sequence[Array], radius: float) -> list[Array]:

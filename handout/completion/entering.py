@@ -31,7 +31,7 @@ _ALIKE, _SOME, _COMPARED = 10, 6, 6  # ligatures that fit best; of those most li
 
 
 @dataclass(frozen=True, eq=False)
-class Link:
+class NeighbourLigature:
     """A ligature to a letter's neighbour.
 
     xy : (n, 2) line space, from the letter outwards; the first place is where it touches the letter.
@@ -81,7 +81,7 @@ class Links:
         near = np.abs(y[:, None] - _HEIGHTS) <= _BAND
         return np.asarray(np.where(near, out[:, None], -np.inf).max(axis=0))
 
-    def link(self, strokes: Sequence[Array], joined: int, rng: np.random.Generator) -> Link | None:
+    def link(self, strokes: Sequence[Array], joined: int, rng: np.random.Generator) -> NeighbourLigature | None:
         """A ligature for a letter of strokes (n, 2); None if none fits.
 
         joined : the stroke that is written on with the neighbour, where it ends on this side.
@@ -112,7 +112,7 @@ class Links:
         line = line - line[0] + start[0]
         if start[1] >= 0:
             line = _lead_line(strokes[start[1]][:: 1 if self._leaving else -1], line, _LED * x_height)
-        return Link(line, int(np.clip(self._ways.owned[way], 1, len(line) - 2)), start[1])
+        return NeighbourLigature(line, int(np.clip(self._ways.owned[way], 1, len(line) - 2)), start[1])
 
     def _start(self, body: Array, strokes: Sequence[Array], joined: int, height: float) -> tuple[Array, int] | None:
         """Where a ligature can begin at a height, and the number of the stroke that ends there, or else -1.

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from handout.completion.drawn_letters import DrawnLetters
-from handout.completion.specimens import Part, Specimen
+from handout.completion.specimens import Specimen, SpecimenPart
 from handout.hand.diacritics import BELOW, DOTLESS, NAMES, NOT_ABOVE, OGONEK, STROKE_HEIGHT, THROUGH, decomposed
 from handout.hand.letter_classes import DOTTED, STEM_AT_LEFT
 from handout.hand.protocol import Repertoire
@@ -111,7 +111,7 @@ class LetterMaker:
         ]
         return Supply(specimens, source, of_author)
 
-    def _marks(self, base: str, mark: str, fallback: bool) -> tuple[list[list[Part]], str, bool]:
+    def _marks(self, base: str, mark: str, fallback: bool) -> tuple[list[list[SpecimenPart]], str, bool]:
         """Forms of a mark, what the accented letter is made of in words, and whether that is the author's own."""
         name = _NAMES.get(mark, "mark")
         if marks := list(self._own_marks(mark)):
@@ -124,7 +124,7 @@ class LetterMaker:
             return [self._drawn.mark(mark, self._rng) for _ in range(_FORMS)], f"{base} with a drawn {name}", False
         return [], "", False
 
-    def _on_lent(self, letter: str, base: str, mark: str, marks: list[list[Part]]) -> Supply:
+    def _on_lent(self, letter: str, base: str, mark: str, marks: list[list[SpecimenPart]]) -> Supply:
         """A mark on a letter that is lent itself."""
         base_forms = self._lent(base)
         specimens = [
@@ -133,7 +133,7 @@ class LetterMaker:
         ]
         return Supply(specimens, f"{base}, {base_forms.source}, with a {_NAMES.get(mark, 'mark')}")
 
-    def _seated(self, mark: list[Part], letter: Array, base: str, kind: str) -> list[Part]:
+    def _seated(self, mark: list[SpecimenPart], letter: Array, base: str, kind: str) -> list[SpecimenPart]:
         """A mark (over 0, its lowest point at the gap that it keeps) moved to a letter (n, 2)."""
         if kind in NOT_ABOVE - BELOW:
             seat = self._within(letter, base, kind)
@@ -164,7 +164,7 @@ class LetterMaker:
         beside = letter[letter[:, 1] > high - _TOP * x_height]
         return np.array([float(beside[:, 0].max()), high])
 
-    def _diaereses(self) -> Iterator[list[Part]]:
+    def _diaereses(self) -> Iterator[list[SpecimenPart]]:
         """Pairs of the author's dots, side by side."""
         dots = self._dots()
         for left, right in zip(dots[::2], dots[1::2], strict=False):
@@ -173,7 +173,7 @@ class LetterMaker:
             gap = float(np.clip(level, *(self._drawn.x_height * np.array(_GAP))))
             yield [left[0].shifted(np.array([-apart, gap])), right[0].shifted(np.array([apart, gap]))]
 
-    def _single_dots(self) -> Iterator[list[Part]]:
+    def _single_dots(self) -> Iterator[list[SpecimenPart]]:
         """The author's dots, each at the gap that it keeps."""
         for dot, over in self._dots():
             gap = float(np.clip(over, *(self._drawn.x_height * np.array(_GAP))))
@@ -202,7 +202,7 @@ class LetterMaker:
         stem = np.setdiff1d(self._hand.body(number), self._dot(number))
         return _line(self._hand, number, stem).xy if len(stem) else np.zeros((1, 2))
 
-    def _dots(self) -> list[tuple[Part, float]]:
+    def _dots(self) -> list[tuple[SpecimenPart, float]]:
         """Dots of i and j, each with its lowest point at 0 under its middle, and how far over its letter that was."""
         dots = []
         for letter in sorted(DOTTED):
@@ -218,7 +218,7 @@ class LetterMaker:
                     dots.append((self._part(number, vertices), over))
         return dots
 
-    def _own_marks(self, mark: str) -> Iterator[list[Part]]:
+    def _own_marks(self, mark: str) -> Iterator[list[SpecimenPart]]:
         """The author's own marks of one kind, from letters that have it: x = 0 their middle, y over the letter."""
         if mark in NOT_ABOVE - BELOW:
             return  # part of the letter's own line
@@ -228,7 +228,7 @@ class LetterMaker:
             for number in self._hand.of(letter).tolist():
                 yield from self._mark_of(number, mark)
 
-    def _mark_of(self, number: int, mark: str) -> Iterator[list[Part]]:
+    def _mark_of(self, number: int, mark: str) -> Iterator[list[SpecimenPart]]:
         first, *others = _pieces(self._hand, number)
         body = _line(self._hand, number, first).xy
         top = float(body[:, 1].max())
@@ -246,12 +246,12 @@ class LetterMaker:
             part = self._part(number, np.sort(whole))
             yield [part.shifted(np.array([0.0, shift]))]
 
-    def _part(self, number: int, vertices: Indices) -> Part:
+    def _part(self, number: int, vertices: Indices) -> SpecimenPart:
         """Some of a glyph's vertices, with their lowest point at 0 and their middle over it."""
         graph = _line(self._hand, number, vertices)
         low = graph.xy.min(axis=0)
         middle = low + np.array([0.5 * float(np.ptp(graph.xy[:, 0])), 0.0])
-        part = Part(graph, self._hand.glyphs[number].page, np.zeros(len(graph), dtype=np.intp))
+        part = SpecimenPart(graph, self._hand.glyphs[number].page, np.zeros(len(graph), dtype=np.intp))
         return part.shifted(-middle)
 
 
@@ -271,7 +271,9 @@ def _line(hand: ScannedHand, number: int, vertices: Indices) -> LineGraph:
     return LineGraph(page.to_line(glyph.line, ink.uv), ink.radius / page.pitch, ink.density, ink.uv, ink.edges)
 
 
-def _specimen_of_glyph(hand: ScannedHand, number: int, gone: Indices, letter: str, marks: Sequence[Part]) -> Specimen:
+def _specimen_of_glyph(
+    hand: ScannedHand, number: int, gone: Indices, letter: str, marks: Sequence[SpecimenPart]
+) -> Specimen:
     """A glyph without the vertices `gone`, in its surroundings, and with marks."""
     glyph = hand.glyphs[number]
     beside = [(glyph.before, -1), (number, 0), (glyph.after, 1)]
@@ -291,7 +293,7 @@ def _specimen_of_glyph(hand: ScannedHand, number: int, gone: Indices, letter: st
 
     return Specimen(
         letter,
-        (Part(_line(hand, number, vertices), glyph.page, role), *marks),
+        (SpecimenPart(_line(hand, number, vertices), glyph.page, role), *marks),
         (before.place if before else None, glyph.place, after.place if after else None),
         paths([way.path for way in before.ligatures]) if before else (),
         paths([way.path for way in glyph.ligatures]),

@@ -23,7 +23,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from handout.completion import ways
-from handout.completion.ways import HANDS, Way, Written
+from handout.completion.ways import HANDS, AuthorGlyph, FormWay
 from handout.hand.learnt import learnt
 from handout.hand.scanned import ScannedHand
 from handout.hand.vetting import vet
@@ -96,13 +96,13 @@ class Known:
     weights: Array
 
     @property
-    def way(self) -> Way:
+    def way(self) -> FormWay:
         """The form."""
         return ways.way(self.letter, self.number)
 
 
 @dataclass(frozen=True)
-class Spread:
+class LetterSpread:
     """How the letters of an author vary, standard deviations: relative width and height, lean, rise, and bends."""
 
     breadth: float
@@ -112,12 +112,12 @@ class Spread:
     bend: float
 
 
-class Manner:
+class WritingManner:
     """How an author writes, as far as forms of the built-in hands were bent onto his letters."""
 
     def __init__(self, hand: ScannedHand) -> None:
         kept = learnt(hand, "manner", VERSION, None, lambda: _measure_manner(hand))
-        self.spread = Spread(*kept[:5].tolist())
+        self.spread = LetterSpread(*kept[:5].tolist())
         self._known = tuple(_unpack_known(kept[5:]))
 
     @property
@@ -141,7 +141,7 @@ class Manner:
         cut = [form.parted(strokes) if cut else strokes for strokes, cut in zip(written, parted, strict=True)]
         return cut, form.last
 
-    def likeliest(self, letter: str) -> tuple[Way, Array] | None:
+    def likeliest(self, letter: str) -> tuple[FormWay, Array] | None:
         """The form of a letter that the author might use, and its places (n, 2) as he would write it."""
         forms = [ways.way(letter, number) for number in range(ways.count(letter))]
         if not forms:
@@ -198,7 +198,7 @@ class _Process:
         weights = [solve(self._covariance(axis), moved[:, axis], assume_a="pos") for axis in (0, 1)]
         return list(np.split(np.column_stack(weights), np.flatnonzero(np.diff(self._of)) + 1))
 
-    def moved(self, form: Way, letter: str) -> Array:
+    def moved(self, form: FormWay, letter: str) -> Array:
         """(n, 2): how far the places of a form are moved, by what is known of other letters."""
         places, weights = _places(form), self._without(letter)
         alike = (_alike(places, np.full(len(places), _kind(letter)), self._places, self._kinds, k) for k in (0, 1))
@@ -234,7 +234,7 @@ def _kind(letter: str) -> int:
     return 0 if letter.islower() else 1 if letter.isupper() else 2 if letter.isdigit() else 3
 
 
-def _places(way: Way) -> Array:
+def _places(way: FormWay) -> Array:
     """(n, 7): what tells places of a way apart: x from the middle, y, where the pen goes, near both ends, turning."""
     places = []
     for xy, along in zip(way.strokes(way.xy), way.strokes(way.along), strict=True):
@@ -274,7 +274,7 @@ def _terms(places: Array, axis: int) -> Array:
 _NEAR, _FURTHER, _PARALLEL = 0.22, 5, 0.9  # x-heights, places along the way, and cosine, of strokes side by side
 
 
-def _share_beside(xy: Array, form: Way) -> float:
+def _share_beside(xy: Array, form: FormWay) -> float:
     """The share of the places (n, 2) of a bent form that run beside others of it."""
     along, number = form.tangents(xy), np.arange(len(xy))
     near = (_squares(xy, xy) < _NEAR**2) & (np.abs(along @ along.T) > _PARALLEL)
@@ -284,7 +284,7 @@ def _share_beside(xy: Array, form: Way) -> float:
 _WAVES = (0.9, 2.6)  # x-heights: of the field that bends a letter that is written again
 
 
-def _vary_places(places: Array, spread: Spread, rng: np.random.Generator) -> Array:
+def _vary_places(places: Array, spread: LetterSpread, rng: np.random.Generator) -> Array:
     """(n, 2): how far places lie from the usual ones when a letter is written once more."""
     breadth, height, lean, rise = rng.normal(0.0, (spread.breadth, spread.height, spread.lean, spread.rise))
     x, y = places.T
@@ -309,7 +309,7 @@ def _measure_manner(hand: ScannedHand) -> Array:
     return np.asarray(np.round(np.concatenate(kept), _DIGITS), dtype=np.float64)
 
 
-def _good_glyphs(hand: ScannedHand) -> Iterator[tuple[str, list[Written]]]:
+def _good_glyphs(hand: ScannedHand) -> Iterator[tuple[str, list[AuthorGlyph]]]:
     """Letters of a hand of which there are forms, and those glyphs of each that are likeliest what they are called."""
     probability = vet(hand).plainness
     for letter in hand.letters:
@@ -319,7 +319,7 @@ def _good_glyphs(hand: ScannedHand) -> Iterator[tuple[str, list[Written]]]:
                 yield letter, glyphs
 
 
-def _bend_form(letter: str, number: int, glyphs: Sequence[Written]) -> tuple[Known, Array, tuple[Array, Array]]:
+def _bend_form(letter: str, number: int, glyphs: Sequence[AuthorGlyph]) -> tuple[Known, Array, tuple[Array, Array]]:
     """A form bent onto glyphs; how far its places are moved (n, 2); its usual places, and each glyph's from those."""
     form = ways.way(letter, number)
     fits = [ways.fit(form, glyph) for glyph in glyphs]
@@ -338,7 +338,7 @@ def _level(xy: Array) -> Array:
     return xy - [float(np.median(xy[:, 0])), 0.0]
 
 
-def _nearest(letter: str, glyph: Written) -> Iterator[int]:
+def _nearest(letter: str, glyph: AuthorGlyph) -> Iterator[int]:
     """The form of each built-in hand that is nearest to a glyph."""
     forms = [ways.way(letter, number) for number in range(ways.count(letter))]
     away = np.array([ways.apart(form.xy, form.along, glyph) for form in forms])
@@ -358,11 +358,13 @@ def _unpack_known(kept: Array) -> Iterator[Known]:
 
 
 _ENOUGH = 8  # glyphs that vary, from which on their spread is told
-_USUAL = Spread(0.06, 0.06, 0.05, 0.04, 0.03)  # of a hand with too few letters to tell, and the most: fits err, too
+_USUAL = LetterSpread(
+    0.06, 0.06, 0.05, 0.04, 0.03
+)  # of a hand with too few letters to tell, and the most: fits err, too
 
 
 def _spread(varying: Sequence[tuple[Array, Array]]) -> Array:
-    """(5,): `Spread` of letters, each by its usual places (n, 2) and how far they lie off, (glyphs, n, 2)."""
+    """(5,): `LetterSpread` of letters, each by its usual places (n, 2) and how far they lie off, (glyphs, n, 2)."""
     usual = np.array([_USUAL.breadth, _USUAL.height, _USUAL.lean, _USUAL.rise, _USUAL.bend])
     found = []
     for middle, off in varying:

@@ -14,7 +14,7 @@ import numpy as np
 
 from handout.hand.places import Place
 from handout.hand.scanned import NO_PAGE, NOBODY, ScannedGlyph, ScannedHand, ScannedPage, Texture
-from handout.inking.sweep import Sweep, Way
+from handout.inking.sweep import InkedWay, Sweep
 from handout.inking.texture import texture
 from handout.values import Array, Glyph, Indices, Ink, Line, LineGraph, Manuscript, Page, Placed
 
@@ -24,7 +24,7 @@ _TALL = 2.0  # line space from one row to the next: what reaches far up or down 
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class SpecimenPart:
     """Some line of a letter, or of the letters beside it.
 
     graph : in line space; its `uv` is where its ink is on page `source`.
@@ -36,9 +36,9 @@ class Part:
     graph: LineGraph
     source: int
     role: Indices
-    ways: tuple[Way, ...] = ()
+    ways: tuple[InkedWay, ...] = ()
 
-    def shifted(self, shift: Array) -> Part:
+    def shifted(self, shift: Array) -> SpecimenPart:
         """The part moved by (2,)."""
         ways = tuple(replace(way, xy=way.xy + shift) for way in self.ways)
         return replace(self, graph=replace(self.graph, xy=self.graph.xy + shift), ways=ways)
@@ -53,7 +53,7 @@ class Specimen:
     """
 
     letter: str
-    parts: tuple[Part, ...]
+    parts: tuple[SpecimenPart, ...]
     places: tuple[Place | None, Place, Place | None] = (None, "alone", None)
     entries: tuple[Indices, ...] = ()
     exits: tuple[Indices, ...] = ()
@@ -114,7 +114,7 @@ def _origins(specimens: Sequence[Specimen], like: ScannedPage) -> tuple[Array, P
     return np.array(origins), Page(widest, y + 0.4 * _TALL * like.pitch, "sheet")
 
 
-def _lay_part(part: Part, spot: Array, like: ScannedPage) -> LineGraph:
+def _lay_part(part: SpecimenPart, spot: Array, like: ScannedPage) -> LineGraph:
     """A part on the sheet, mm."""
     graph = part.graph
     xy = spot + graph.xy * [like.pitch, -like.pitch]

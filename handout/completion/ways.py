@@ -43,7 +43,7 @@ _CENTRING = 3  # rounds of moving a way along the line
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
+class FormWay:
     """One form of a letter.
 
     hand : its number in `HANDS`; xy : (n, 2); first : (k + 1,) where each stroke begins, and n.
@@ -116,7 +116,7 @@ def count(letter: str) -> int:
 
 
 @lru_cache(maxsize=2000)
-def way(letter: str, number: int) -> Way:
+def way(letter: str, number: int) -> FormWay:
     """A form of a letter by its number."""
     hand, glyph = _forms()[letter][number]
     taller = _TALLER.get(letter, 1.0)
@@ -127,7 +127,7 @@ def way(letter: str, number: int) -> Way:
     strokes = [evenly(stroke, STEP) for stroke in raised]
     first = tuple(np.cumsum([0, *map(len, strokes)]).tolist())
     last = glyph.last_main
-    return Way(letter, hand, np.concatenate(strokes), first, last if glyph.exit == "low" else -1, last)
+    return FormWay(letter, hand, np.concatenate(strokes), first, last if glyph.exit == "low" else -1, last)
 
 
 def evenly(points: Array, step: float) -> Array:
@@ -144,7 +144,7 @@ def evenly(points: Array, step: float) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Written:
+class AuthorGlyph:
     """A glyph of an author as a way is bent onto it.
 
     xy : (m, 2) places of its line, upright x-heights, x = 0 the middle of its own ones.
@@ -157,7 +157,7 @@ class Written:
     own: NDArray[np.bool_]
 
 
-def written(hand: ScannedHand, number: int) -> Written:
+def written(hand: ScannedHand, number: int) -> AuthorGlyph:
     """A glyph of a hand."""
     glyph = hand.glyphs[number]
     page = hand.pages[glyph.page]
@@ -169,7 +169,7 @@ def written(hand: ScannedHand, number: int) -> Written:
     some = np.unique(np.linspace(0, len(upright) - 1, _PLACES).astype(np.intp))
     own = own if own[some].any() else np.ones(len(own), dtype=bool)
     upright = upright - [float(np.median(upright[own, 0])), 0.0]
-    return Written(upright[some], way[some], own[some])
+    return AuthorGlyph(upright[some], way[some], own[some])
 
 
 def _squares(a: Array, b: Array) -> Array:
@@ -183,7 +183,7 @@ def _turning(xy: Array, along: Array) -> Array:
     return np.column_stack([xy, _TURN * (u * u - v * v), _TURN * 2 * u * v])
 
 
-def apart(xy: Array, along: Array, glyph: Written) -> float:
+def apart(xy: Array, along: Array, glyph: AuthorGlyph) -> float:
     """x-heights that a line (n, 2) and a glyph's own lie apart on the average, when best moved along the line."""
     line, other = _turning(xy, along), _turning(glyph.xy, glyph.along)
     line[:, 0] -= np.median(line[:, 0])
@@ -201,7 +201,7 @@ def _aside(line: Array, other: Array, squares: Array, own: NDArray[np.bool_]) ->
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class BentWay:
     """A way bent onto a glyph.
 
     bent : (n, 2) its places; cost : x-heights, what is left uncovered of either, and how far it was bent.
@@ -224,7 +224,7 @@ def _scale_height(xy: Array, other: Array) -> Array:
     return np.column_stack([xy[:, 0], y])
 
 
-def fit(way: Way, glyph: Written) -> Fit:
+def fit(way: FormWay, glyph: AuthorGlyph) -> BentWay:
     """Bend a way onto a glyph: near what it covers, smooth, and near where it was."""
     start = _scale_height(way.xy - [float(np.median(way.xy[:, 0])), 0.0], glyph.xy[glyph.own, 1])
     other = _turning(glyph.xy, glyph.along)
@@ -246,4 +246,4 @@ def fit(way: Way, glyph: Written) -> Fit:
     squares = _squares(bent, glyph.xy)
     left = 0.5 * (np.sqrt(squares.min(axis=1)).mean() + np.sqrt(squares.min(axis=0)[own]).mean())
     away = bent - start
-    return Fit(bent, float(left + BEND * np.sqrt((away * away).sum(axis=1).mean())))
+    return BentWay(bent, float(left + BEND * np.sqrt((away * away).sum(axis=1).mean())))

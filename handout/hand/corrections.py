@@ -199,17 +199,17 @@ class Change(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     how: Literal["moved", "recut", "found", "lost"]
 
 
-class Entry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class JournalEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """What was corrected together, and what else that changed."""
 
     corrections: tuple[AnyCorrection, ...]
     changes: tuple[Change, ...] = ()
 
 
-class Journal(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class CorrectionJournal(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """All that was corrected of a hand, in order; the first `made` entries are in force, the others were undone."""
 
-    entries: tuple[Entry, ...] = ()
+    entries: tuple[JournalEntry, ...] = ()
     made: int = 0
     format: int = 2
 

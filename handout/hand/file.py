@@ -30,7 +30,7 @@ from handout import atomic
 from handout.errors import InputError
 from handout.hand import learnt
 from handout.hand.archive import Archive, Content, Packed, content_bytes, pack
-from handout.hand.corrections import AnyCorrection, Entry, Journal, apply, read_corrections
+from handout.hand.corrections import AnyCorrection, CorrectionJournal, JournalEntry, apply, read_corrections
 from handout.hand.places import PLACES
 from handout.hand.scanned import KeptScan, Ligature, ScannedGlyph, ScannedHand, ScannedPage, Texture
 from handout.values import Array, Indices, LineGraph, Moments
@@ -96,7 +96,7 @@ def save(hand: ScannedHand, path: Path, *, packed: bool = False) -> None:
     _write(path, to_bytes(hand, packed=packed))
 
 
-def record(source: Path, path: Path, before: ScannedHand, after: ScannedHand, entry: Entry) -> Journal:
+def record(source: Path, path: Path, before: ScannedHand, after: ScannedHand, entry: JournalEntry) -> CorrectionJournal:
     """Write the hand of `source` to `path` with one entry more in its journal; entries that were undone are forgotten.
 
     Whoever calls this holds both files (`atomic.held`) since before `before` was loaded.
@@ -114,11 +114,13 @@ def record(source: Path, path: Path, before: ScannedHand, after: ScannedHand, en
     return record_all(source, path, before, [(after, entry)])
 
 
-def record_all(source: Path, path: Path, before: ScannedHand, steps: Sequence[tuple[ScannedHand, Entry]]) -> Journal:
+def record_all(
+    source: Path, path: Path, before: ScannedHand, steps: Sequence[tuple[ScannedHand, JournalEntry]]
+) -> CorrectionJournal:
     """The same with several entries, each with what it made of the hand before; `steps` are one or more."""
     with Archive(source) as archive:
         whole, earlier = _journal(archive, source)
-        kept = Journal(whole.entries[: whole.made], whole.made)
+        kept = CorrectionJournal(whole.entries[: whole.made], whole.made)
         folders = _folders(kept.made)
         parts: dict[str, Content | Packed] = {
             name: archive.packed(name)
@@ -140,7 +142,7 @@ def record_all(source: Path, path: Path, before: ScannedHand, steps: Sequence[tu
             before = after
     first, *others = (entry for _, entry in steps)
     first = msgspec.structs.replace(first, corrections=(*earlier, *first.corrections))
-    journal = Journal((*kept.entries, first, *others), kept.made + len(steps))
+    journal = CorrectionJournal((*kept.entries, first, *others), kept.made + len(steps))
     # ink that is copied as it was packed is known to be whole by its check sum
     _write(path, pack({**parts, _JOURNAL: _journal_bytes(journal)}, level=_WAITED), inks)
     return journal
@@ -174,7 +176,7 @@ def _fingerprint(archive: Archive) -> str:
     return archive.fingerprint([name for name in parts if not name.endswith((".png", ".webp"))])
 
 
-def rewind(source: Path, path: Path, made: int) -> Journal:
+def rewind(source: Path, path: Path, made: int) -> CorrectionJournal:
     """Write the hand of `source` to `path` with the first `made` entries of its journal in force.
 
     Raises
@@ -205,7 +207,7 @@ def without_scans(path: Path) -> bytes:
         return pack({name: archive.packed(name) for name in archive.names if not name.endswith(_SCAN)})
 
 
-def journal(path: Path) -> Journal:
+def journal(path: Path) -> CorrectionJournal:
     """What was corrected of the hand of a file.
 
     Raises
@@ -238,7 +240,7 @@ def to_bytes(hand: ScannedHand, *, packed: bool = False) -> bytes:
 
     packed : ink as lossless WebP, which takes three quarters of the room and no page above 16383 pixels.
     """
-    return pack({**_hand_parts(hand, packed), _JOURNAL: _journal_bytes(Journal())})
+    return pack({**_hand_parts(hand, packed), _JOURNAL: _journal_bytes(CorrectionJournal())})
 
 
 def _hand_parts(hand: ScannedHand, packed: bool, drawn: Sequence[bool] = ()) -> dict[str, Content]:
@@ -275,7 +277,7 @@ def _hand_parts(hand: ScannedHand, packed: bool, drawn: Sequence[bool] = ()) -> 
     return parts
 
 
-def _journal_bytes(journal: Journal) -> bytes:
+def _journal_bytes(journal: CorrectionJournal) -> bytes:
     # places may be numpy's numbers, in corrections that a script made
     return msgspec.json.format(msgspec.json.encode(journal, enc_hook=float), indent=1)
 
@@ -355,14 +357,14 @@ def _folders(made: int) -> tuple[str, ...]:
     return tuple(f"{_ENTRIES}{number}/" for number in range(1, made + 1))
 
 
-def _journal(archive: Archive, path: Path) -> tuple[Journal, tuple[AnyCorrection, ...]]:
+def _journal(archive: Archive, path: Path) -> tuple[CorrectionJournal, tuple[AnyCorrection, ...]]:
     """The journal of a file, and corrections that an earlier program kept without one."""
     data = archive.read(_JOURNAL)
     try:
-        journal = msgspec.json.decode(data, type=Journal)
+        journal = msgspec.json.decode(data, type=CorrectionJournal)
     except msgspec.MsgspecError:
-        return Journal(), read_corrections(data, f"{path}, {_JOURNAL}")
-    if journal.format != Journal().format or not 0 <= journal.made <= len(journal.entries):
+        return CorrectionJournal(), read_corrections(data, f"{path}, {_JOURNAL}")
+    if journal.format != CorrectionJournal().format or not 0 <= journal.made <= len(journal.entries):
         raise InputError(f"{path} cannot be used: its journal of corrections is none that this program knows.")
     return journal, ()
 

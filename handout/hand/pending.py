@@ -18,7 +18,7 @@ import msgspec
 
 from handout.errors import InputError
 from handout.hand import library
-from handout.hand.corrections import AnyCorrection, Entry, Journal
+from handout.hand.corrections import AnyCorrection, CorrectionJournal, JournalEntry
 
 _SUFFIX = ".log"
 
@@ -68,7 +68,7 @@ class PendingLog:
                 f"Cannot keep the correction in {self.path}: {error.strerror or error}; it was not made."
             ) from error
 
-    def read(self, journal: Journal) -> list[tuple[AnyCorrection, ...]]:
+    def read(self, journal: CorrectionJournal) -> list[tuple[AnyCorrection, ...]]:
         """The steps in force that are not among the entries of a file's journal, in their order."""
         if not self.there():
             return []
@@ -115,7 +115,7 @@ def untaken(hand: str) -> tuple[str, ...]:
     )
 
 
-def _holds(journal: Journal, made: int, done: Sequence[tuple[AnyCorrection, ...]]) -> bool:
+def _holds(journal: CorrectionJournal, made: int, done: Sequence[tuple[AnyCorrection, ...]]) -> bool:
     """Whether a journal has some steps already, after its first `made` entries."""
-    entries: Sequence[Entry] = journal.entries[: journal.made][made : made + len(done)]
+    entries: Sequence[JournalEntry] = journal.entries[: journal.made][made : made + len(done)]
     return len(entries) == len(done) and all(a.corrections == b for a, b in zip(entries, done, strict=True))

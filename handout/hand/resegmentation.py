@@ -21,9 +21,9 @@ from handout.hand.scanned import ScannedPage
 from handout.values import Array, Indices, LineGraph
 
 if TYPE_CHECKING:
-    from handout.scanning.scribbles import Window
+    from handout.scanning.scribbles import PageWindow
 
-    Segment = Callable[[Window, NDArray[np.bool_]], NDArray[np.bool_] | None]
+    Segment = Callable[[PageWindow, NDArray[np.bool_]], NDArray[np.bool_] | None]
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def with_ink(
 
     hard = brush(page, places, max(1.0, width * _SETTINGS.middle))
 
-    def segmented(window: scribbles.Window, scribble: NDArray[np.bool_]) -> NDArray[np.bool_] | None:
+    def segmented(window: scribbles.PageWindow, scribble: NDArray[np.bool_]) -> NDArray[np.bool_] | None:
         found = scribbles.with_ink(window, scribble)
         return found.ink if found.seen else None
 
@@ -138,7 +138,7 @@ def _window(
     page: ScannedPage, pen: _Pen, cover: Cover, sides: Indices, segment: Segment, held: Array
 ) -> _Window | None:
     """What becomes of a part of the page; `sides` are its top, left, bottom and right, as far as there is a page."""
-    from handout.scanning.scribbles import Window
+    from handout.scanning.scribbles import PageWindow
 
     assert page.scan is not None
     top, left, low, right = np.clip(sides, 0, np.tile(page.shape, 2)).tolist()
@@ -153,7 +153,7 @@ def _window(
     stays = np.zeros(ink.shape, dtype=bool)
     stays[row[inside], column[inside]] = True
     stays = ink & _grown(stays, pen.half)
-    seen = Window(rgb, ink, pen.on(rgb[~ink]), pen.half, page.x_height / page.pixel, stays)
+    seen = PageWindow(rgb, ink, pen.on(rgb[~ink]), pen.half, page.x_height / page.pixel, stays)
     after = segment(seen, scribble)
     return None if after is None else _Window(pen, rows, columns, ink, after)
 

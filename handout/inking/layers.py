@@ -18,7 +18,7 @@ from handout.values import Array
 
 
 @dataclass(frozen=True, eq=False)
-class Layer:
+class GlyphLayer:
     """The ink of one glyph.
 
     rgba : (h, w, 4) float32, premultiplied.
@@ -94,7 +94,7 @@ def seam(a: _Pixels, b: _Pixels, both: _Mask, to_a: _Mask, to_b: _Mask) -> _Mask
     return from_a
 
 
-def part_layers(a: Layer, b: Layer) -> tuple[Layer, Layer]:
+def part_layers(a: GlyphLayer, b: GlyphLayer) -> tuple[GlyphLayer, GlyphLayer]:
     """Two layers of which one goes on where the other ends: what both show is left to one of them, pixel by pixel.
 
     Both show the same line where their vertices lie on each other and lead the same way.  Of the pixels of that line
@@ -126,7 +126,7 @@ def part_layers(a: Layer, b: Layer) -> tuple[Layer, Layer]:
     return _clear_pixels(a, window, both & from_a), _clear_pixels(b, window, both & ~from_a)
 
 
-def _shared_vertices(layer: Layer, other: Layer) -> _Mask:
+def _shared_vertices(layer: GlyphLayer, other: GlyphLayer) -> _Mask:
     """Vertices (n,) of a layer that lie on the other's line."""
     from scipy.spatial import cKDTree
 
@@ -140,7 +140,7 @@ def _shared_vertices(layer: Layer, other: Layer) -> _Mask:
     return np.asarray(near & (along | (away < _ONE)))
 
 
-def _ending(layer: Layer) -> _Mask:
+def _ending(layer: GlyphLayer) -> _Mask:
     """Vertices (n,) where lines end, and those just before."""
     from scipy.spatial import cKDTree
 
@@ -161,7 +161,7 @@ def _grow_mask(mask: _Mask) -> _Mask:
     return np.asarray(cv2.dilate(mask.view(np.uint8), np.ones((3, 3), np.uint8)), dtype=bool)
 
 
-def _clear_pixels(layer: Layer, window: tuple[int, int, int, int], gone: _Mask) -> Layer:
+def _clear_pixels(layer: GlyphLayer, window: tuple[int, int, int, int], gone: _Mask) -> GlyphLayer:
     """The layer with some pixels of the window clear."""
     left, top, right, bottom = window
     x, y = layer.corner

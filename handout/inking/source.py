@@ -1,7 +1,7 @@
 """The scanned page that ink is cut from, and the movement that takes a glyph's line from there to where it is written.
 
-`Source` cuts the ink around a glyph's line from its page and leaves out the ink of other lines.  `course` computes, for
-every vertex of the line, how its surroundings are turned and stretched; a `Course` holds the result.
+`InkSource` cuts the ink around a glyph's line from its page and leaves out the ink of other lines.  `course` computes,
+for every vertex of the line, how its surroundings are turned and stretched; a `Course` holds the result.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _Pixels = NDArray[np.float32]
 Box = tuple[int, int, int, int]
 
 
-class Source:
+class InkSource:
     """A page of a hand, to cut ink from."""
 
     def __init__(self, page: ScannedPage) -> None:
@@ -152,9 +152,9 @@ class Source:
 
 
 @lru_cache(maxsize=8)
-def source_of(page: ScannedPage) -> Source:
+def source_of(page: ScannedPage) -> InkSource:
     """The page to cut ink from; what is worked out of it once serves all pages that are written."""
-    return Source(page)
+    return InkSource(page)
 
 
 _SMOOTH = 6  # rounds in which a vertex takes on its neighbours' movement
@@ -206,7 +206,7 @@ def movements(start: _Complex, turn: _Complex, mirror: _Complex) -> _Pixels:
     return np.array(np.broadcast_arrays(*rows), dtype=np.float32)
 
 
-def course(ink: Ink, source: Source, scale: float) -> Course:
+def course(ink: Ink, source: InkSource, scale: float) -> Course:
     """The course of a glyph on a page of `scale` pixels a mm."""
     from scipy.sparse import csr_matrix
 

@@ -226,7 +226,7 @@ def _features(xy: Array, ends: ArrayLike, usual: float) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
+class InkedWay:
     """A way of the pen that is to be inked.
 
     xy : (n, 2), in the frame of whoever holds it; ends : whether the pen is set down, and lifted, at its ends.
@@ -243,11 +243,11 @@ class Sweep:
         self._hand, self._stock = hand, stock(hand)
         self._used, self._now = np.full(len(self._stock.page), -_FORGOTTEN), 0
 
-    def ink(self, page: _Pixels, way: Way) -> None:
+    def ink(self, page: _Pixels, way: InkedWay) -> None:
         """Lay the ink of a way, pixels of the page, on that (h, w, 4), premultiplied."""
         run = arc_length(way.xy)
         if run[-1] < 1.0:
-            way = Way(way.xy[:1] + np.array([[-0.5, 0.0], [0.5, 0.0]]), way.ends)
+            way = InkedWay(way.xy[:1] + np.array([[-0.5, 0.0], [0.5, 0.0]]), way.ends)
             run = arc_length(way.xy)
         at = np.linspace(0, run[-1], max(2, round(float(run[-1])) + 1))
         xy = _interpolate(at, run, way.xy)

@@ -25,8 +25,8 @@ import numpy as np
 
 from handout.errors import InputError
 from handout.hand.scanned import ScannedHand
-from handout.inking.layers import Layer, part_layers
-from handout.inking.source import Source, source_of
+from handout.inking.layers import GlyphLayer, part_layers
+from handout.inking.source import InkSource, source_of
 from handout.inking.warping import MARGIN, warp
 from handout.values import Array, Ink, Manuscript, Raster
 
@@ -127,8 +127,8 @@ def _shape(manuscript: Manuscript, dpi: float) -> tuple[int, int]:
 
 
 def _layers(
-    inks: list[Ink], sources: tuple[Source, ...], dpi: float, shape: tuple[int, int], margin: float
-) -> Iterator[Layer]:
+    inks: list[Ink], sources: tuple[InkSource, ...], dpi: float, shape: tuple[int, int], margin: float
+) -> Iterator[GlyphLayer]:
     for ink in inks:
         if not 0 <= ink.source < len(sources):
             raise InputError(f"A glyph is written with ink of page {ink.source} of a hand of {len(sources)} pages.")
@@ -158,7 +158,9 @@ class _Line:
 
 
 @lru_cache(maxsize=_KEPT)
-def _kept_layer(line: _Line, place: ref[Source], dpi: float, shape: tuple[int, int], margin: float) -> Layer | None:
+def _kept_layer(
+    line: _Line, place: ref[InkSource], dpi: float, shape: tuple[int, int], margin: float
+) -> GlyphLayer | None:
     source = place()  # which is large: the ink that is kept does not keep it
     assert source is not None, "who asks holds it"
     return warp(line.ink, source, dpi, shape, margin=margin)
@@ -167,9 +169,9 @@ def _kept_layer(line: _Line, place: ref[Source], dpi: float, shape: tuple[int, i
 _kept_parted = lru_cache(maxsize=_KEPT)(part_layers)  # of the same two layers
 
 
-def _part_neighbours(layers: Iterator[Layer], dpi: float) -> Iterator[Layer]:
+def _part_neighbours(layers: Iterator[GlyphLayer], dpi: float) -> Iterator[GlyphLayer]:
     """The layers, each parted from the one before where both show one line."""
-    before: Layer | None = None
+    before: GlyphLayer | None = None
     for layer in layers:
         current = layer
         if before is not None:

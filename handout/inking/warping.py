@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.inking.layers import Layer
-from handout.inking.source import Course, Source, course, movements
+from handout.inking.layers import GlyphLayer
+from handout.inking.source import Course, InkSource, course, movements
 from handout.inking.swatches import CLEAR
 from handout.values import Ink
 
@@ -36,7 +36,9 @@ _GHOST = 2.0  # pixels by which ink may lie further from its line on the page th
 _Pixels = NDArray[np.float32]
 
 
-def warp(ink: Ink, source: Source, dpi: float, shape: tuple[int, int], *, margin: float = MARGIN) -> Layer | None:
+def warp(
+    ink: Ink, source: InkSource, dpi: float, shape: tuple[int, int], *, margin: float = MARGIN
+) -> GlyphLayer | None:
     """The ink of a glyph on a page of `shape` (height, width) pixels; None where it lies outside.
 
     Parameters
@@ -64,11 +66,11 @@ def warp(ink: Ink, source: Source, dpi: float, shape: tuple[int, int], *, margin
         )
     left, top = window[0] // finer, window[1] // finer
     xy = np.stack([line.at.real, line.at.imag], axis=1)
-    layer = Layer(rgba, near, (left, top), xy, line.radius, line.twice, line.loose)
+    layer = GlyphLayer(rgba, near, (left, top), xy, line.radius, line.twice, line.loose)
     return layer if finer == 1 else _downsample(layer, finer)
 
 
-def _oversampling(ink: Ink, source: Source, dpi: float) -> int:
+def _oversampling(ink: Ink, source: InkSource, dpi: float) -> int:
     """How many times finer than the page the ink is drawn, so that no pixel of the picture is skipped."""
     graph = ink.graph
     if not len(graph):
@@ -77,7 +79,7 @@ def _oversampling(ink: Ink, source: Source, dpi: float) -> int:
     return int(np.clip(np.ceil(ratio), 1, _MOST_FINER)) if ratio > _COARSE else 1
 
 
-def _downsample(layer: Layer, finer: int) -> Layer:
+def _downsample(layer: GlyphLayer, finer: int) -> GlyphLayer:
     """The layer with `finer` × `finer` pixels averaged into one."""
     import cv2
 
@@ -171,7 +173,7 @@ def nearest(at: NDArray[np.complex128], shape: tuple[int, int]) -> NDArray[np.in
     return np.asarray(number[label])
 
 
-def _sample_ink(line: Course, band: _Band, source: Source, uv: NDArray[np.float64]) -> _Pixels:
+def _sample_ink(line: Course, band: _Band, source: InkSource, uv: NDArray[np.float64]) -> _Pixels:
     """(m, 4) ink of a band, premultiplied."""
     goal = complex(np.round(line.uv[0]))
     x, y, bent = _back(line, band, goal)
@@ -198,7 +200,7 @@ def _specks(alpha: _Pixels, on: NDArray[np.intp]) -> NDArray[np.bool_]:
     return np.asarray(cv2.dilate(on_line[label], np.ones((5, 5), np.uint8)) == 0)
 
 
-def _pieces(line: Course, band: _Band, source: Source) -> _Pixels:
+def _pieces(line: Course, band: _Band, source: InkSource) -> _Pixels:
     """(m, 4) ink of a band, premultiplied, for a line of clear pieces from anywhere in the picture."""
     corner = complex(*source.page.texture.corner)
     x, y = _moved([values[band.vertex] for values in line.movement(band.origin, corner)], band)

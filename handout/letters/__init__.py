@@ -9,5 +9,5 @@
 
 from __future__ import annotations
 
-from handout.letters.document import Letter as Letter
+from handout.letters.document import LetterFile as LetterFile
 from handout.letters.letter_file import load as load

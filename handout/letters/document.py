@@ -17,13 +17,13 @@ Underline = Literal["", "straight", "double", "wavy"]
 
 
 class SheetHead(Table, frozen=True):
-    """What is other on the first page, or on those that follow: see `Head`; a background of "none" is none."""
+    """What is other on the first page, or on those that follow: see `LetterHead`; a background of "none" is none."""
 
     margin: str | None = None
     background: str | None = None
 
 
-class Place(Table, frozen=True):
+class PlaceOnPage(Table, frozen=True):
     """A rectangle of the first page, from its upper left corner."""
 
     x: Length
@@ -32,7 +32,7 @@ class Place(Table, frozen=True):
     h: Length
 
 
-class Head(Table, frozen=True):
+class LetterHead(Table, frozen=True):
     """What the head of a letter file may say; None: what is usual, or what an option of the command says.
 
     page_numbers : in the middle of the foot or in the upper corner, from the second page on.
@@ -57,11 +57,11 @@ class Head(Table, frozen=True):
     background: str | None = None
     first: SheetHead = SheetHead()
     following: SheetHead = SheetHead()
-    box: dict[str, Place] = msgspec.field(default_factory=dict)
+    box: dict[str, PlaceOnPage] = msgspec.field(default_factory=dict)
 
 
 @dataclass(frozen=True)
-class Manner:
+class SpanManner:
     """How a span is written.
 
     hand, ink : "" those of the letter; ink as ``"#rrggbb"``.
@@ -80,14 +80,14 @@ LEAST_SIZE, MOST_SIZE = 0.4, 6.0  # beyond which no writing on the same page loo
 
 
 @dataclass(frozen=True)
-class Span:
+class TextSpan:
     """Text that is written in one manner; a newline in it is a hard break.
 
     line : of the source, from 1.
     """
 
     text: str
-    manner: Manner
+    manner: SpanManner
     line: int
 
 
@@ -99,7 +99,7 @@ class Paragraph:
     kind : "text", "date" or "postscript".
     """
 
-    spans: tuple[Span, ...]
+    spans: tuple[TextSpan, ...]
     line: int
     side: Side | None = None
     level: int = 0
@@ -128,12 +128,12 @@ class List:
     marker: Literal["dash", "dot", "ring", ".", ")"]
     tight: bool
     line: int
-    manner: Manner = field(default_factory=Manner)
+    manner: SpanManner = field(default_factory=SpanManner)
     new_page: bool = False
 
 
 @dataclass(frozen=True)
-class Rule:
+class DrawnRule:
     """A line across the page, or a flourish.
 
     kind : "short" in the middle, "wide" from margin to margin, or "flourish".
@@ -151,12 +151,12 @@ class TableBlock:
 
     rows: tuple[tuple[Paragraph, ...], ...]
     line: int
-    manner: Manner = field(default_factory=Manner)
+    manner: SpanManner = field(default_factory=SpanManner)
     new_page: bool = False
 
 
 @dataclass(frozen=True)
-class Picture:
+class PictureRoom:
     """Room for a picture, which previews show; width : mm, None: a third of what there is; None side: alone."""
 
     path: Path
@@ -198,11 +198,11 @@ class Signature:
     new_page: bool = False
 
 
-Block = Paragraph | List | Rule | TableBlock | Picture | Quote | Boxed | Signature
+Block = Paragraph | List | DrawnRule | TableBlock | PictureRoom | Quote | Boxed | Signature
 
 
 @dataclass(frozen=True)
-class Letter:
+class LetterFile:
     """A letter file, read.
 
     name : of the file, for messages.
@@ -211,7 +211,7 @@ class Letter:
     """
 
     blocks: tuple[Block, ...]
-    head: Head = field(default_factory=Head)
+    head: LetterHead = field(default_factory=LetterHead)
     name: str = "the letter"
     folder: Path = Path()
     dropped: tuple[str, ...] = ()
@@ -237,7 +237,7 @@ class Letter:
         return "\n".join("".join(span.text for span in paragraph.spans) for paragraph in self.paragraphs)
 
     @property
-    def boxes(self) -> Mapping[str, Place]:
+    def boxes(self) -> Mapping[str, PlaceOnPage]:
         """The places of its boxes."""
         return self.head.box
 

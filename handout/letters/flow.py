@@ -18,16 +18,27 @@ from handout.errors import DoesNotFit
 from handout.letters.document import (
     Block,
     Boxed,
+    DrawnRule,
     List,
     Paragraph,
-    Picture,
+    PictureRoom,
     Quote,
-    Rule,
     Side,
     Signature,
     TableBlock,
 )
-from handout.letters.rows import FlowPage, Frame, Mark, Pasted, Row, Segment, Setting, Voice, gaps_of, voice_of
+from handout.letters.rows import (
+    FlowPage,
+    LetterSetting,
+    Mark,
+    Pasted,
+    RowFrame,
+    Segment,
+    SetRow,
+    Voice,
+    gaps_of,
+    voice_of,
+)
 from handout.letters.runs import LetterWord
 from handout.writing.layout import ASCENT, DESCENT, FOOT_ABOVE_RULE, Layout
 from handout.writing.pages import SQUEEZE, extent, squeezed
@@ -67,7 +78,7 @@ class _Label:
 
 
 def flowed(
-    setting: Setting, lines: Mapping[int, Sequence[Sequence[LetterWord]]], rng: np.random.Generator
+    setting: LetterSetting, lines: Mapping[int, Sequence[Sequence[LetterWord]]], rng: np.random.Generator
 ) -> list[FlowPage]:
     """The pages of a letter, with all in its place."""
     flow = _Flow(setting, lines, rng)
@@ -84,7 +95,7 @@ class _Flow:
     """
 
     def __init__(
-        self, setting: Setting, lines: Mapping[int, Sequence[Sequence[LetterWord]]], rng: np.random.Generator
+        self, setting: LetterSetting, lines: Mapping[int, Sequence[Sequence[LetterWord]]], rng: np.random.Generator
     ) -> None:
         self._setting, self._letter, self._lines, self._rng = setting, setting.letter, lines, rng
         self._writers = setting.writers
@@ -118,9 +129,9 @@ class _Flow:
                     self._list(block, left, right)
                 case TableBlock():
                     self._table(block, left, right)
-                case Rule():
+                case DrawnRule():
                     self._rule(block, left, right)
-                case Picture():
+                case PictureRoom():
                     self._picture(block, left, right)
                 case Quote():
                     self._space(_PARAGRAPH)
@@ -147,15 +158,15 @@ class _Flow:
             y = layout.page.height - _FOOT * margin if foot else max(_FOOT * margin, ASCENT * self._xh)
             frame = self._frame_of(page)
             room = Segment(frame.left, frame.width, words, gaps_of(words), "centre" if foot else "right")
-            self.pages[page].rows.append(Row(y, 0.0, frame, (room,)))
+            self.pages[page].rows.append(SetRow(y, 0.0, frame, (room,)))
 
     def _layout(self, page: int) -> Layout:
         return self._setting.first if page == 0 else self._setting.following
 
-    def _frame_of(self, page: int) -> Frame:
+    def _frame_of(self, page: int) -> RowFrame:
         layout = self._layout(page)
         top, right, bottom, left = layout.margin
-        return Frame(left, top, layout.page.width - right, layout.page.height - bottom)
+        return RowFrame(left, top, layout.page.width - right, layout.page.height - bottom)
 
     # Where a row goes
 
@@ -266,7 +277,7 @@ class _Flow:
     def _add(
         self, at: _At, segments: Sequence[Segment], words: Sequence[LetterWord], marks: Sequence[Mark] = ()
     ) -> None:
-        self._page.rows.append(Row(at.baseline, at.slope, self._frame, tuple(segments), tuple(marks)))
+        self._page.rows.append(SetRow(at.baseline, at.slope, self._frame, tuple(segments), tuple(marks)))
         self._last, self._pitch, self._gap, self._skipped = at.baseline, self._pitch_of(words), 0.0, 0.0
 
     # Blocks
@@ -379,7 +390,7 @@ class _Flow:
         lines = self._lines.get(self._number[id(paragraph)], [])
         return tuple(lines[0]) if lines else ()
 
-    def _rule(self, rule: Rule, left: float, right: float) -> None:
+    def _rule(self, rule: DrawnRule, left: float, right: float) -> None:
         self._space(_ABOVE["rule"])
         self._keep(2 * self._usual)  # it parts two things, and stands with what follows
         at = self._at((), left, right)
@@ -398,14 +409,14 @@ class _Flow:
                 f"the box {block.name} reaches beyond the page of {page.width:g} x {page.height:g} mm.",
             )
         kept = self._frame, self._page, self._last, self._pitch, self._gap, self._skipped, self._after_text
-        self._frame = Frame(place.x, place.y, place.x + place.w, place.y + place.h)
+        self._frame = RowFrame(place.x, place.y, place.x + place.w, place.y + place.h)
         self._page, self._last, self._boxed, self._after_text = self.pages[0], None, block.name, False
         self._gap = self._skipped = 0.0
         self.blocks(block.blocks)
         self._boxed = ""
         self._frame, self._page, self._last, self._pitch, self._gap, self._skipped, self._after_text = kept
 
-    def _picture(self, picture: Picture, left: float, right: float) -> None:
+    def _picture(self, picture: PictureRoom, left: float, right: float) -> None:
         wide, high = self._setting.sizes[picture.path]
         frame, alone = self._frame, picture.side == "centre"
         room = frame.width - left - right

@@ -1,4 +1,4 @@
-"""Letter files read: Markdown with a TOML head → `Letter`, or one sentence that names the line that is wrong.
+"""Letter files read: Markdown with a TOML head → `LetterFile`, or one sentence that names the line that is wrong.
 
 Markdown is CommonMark with tables, struck words, attributes, containers and front matter (`markdown-it-py`,
 `mdit-py-plugins`).  What pens do not write is refused, or, where words lose nothing by it, told as dropped.
@@ -33,19 +33,19 @@ from handout.letters.document import (
     MOST_SIZE,
     Block,
     Boxed,
-    Head,
+    DrawnRule,
     Item,
-    Letter,
+    LetterFile,
+    LetterHead,
     List,
-    Manner,
     Paragraph,
-    Picture,
+    PictureRoom,
     Quote,
-    Rule,
     Side,
     Signature,
-    Span,
+    SpanManner,
     TableBlock,
+    TextSpan,
     Underline,
     blocks_in,
 )
@@ -88,7 +88,9 @@ _BARE_PAPER = re.compile(r"(none|plain|laid|ruled|squared)(:[0-9.]+mm(,[0-9.]+mm
 _UNCLOSED = re.compile(r"\*\*|~~|\]\(")
 
 
-def load(source: str | Path, name: str = "the letter", folder: Path | None = Path(), *, alone: bool = False) -> Letter:
+def load(
+    source: str | Path, name: str = "the letter", folder: Path | None = Path(), *, alone: bool = False
+) -> LetterFile:
     """A letter, of the path of its file, or of its text.
 
     Parameters
@@ -117,7 +119,7 @@ def load(source: str | Path, name: str = "the letter", folder: Path | None = Pat
     return letter
 
 
-def _check_alone(letter: Letter) -> None:
+def _check_alone(letter: LetterFile) -> None:
     """Refuse a letter that names what could be a file."""
     head = letter.head
     named = {"hand": head.hand, "pen": head.pen, "background": head.background}
@@ -156,7 +158,7 @@ def _quoted(text: str) -> str:
 class _Given:
     """The attributes of a block or span, checked."""
 
-    manner: Manner
+    manner: SpanManner
     side: Side | None = None
     kind: str = ""
     new_page: bool = False
@@ -180,9 +182,9 @@ class _Reader:
     lines: Sequence[str] = ()
     dropped: list[str] = field(default_factory=list)
 
-    def letter(self, text: str) -> Letter:
+    def letter(self, text: str) -> LetterFile:
         text = text.replace("\r\n", "\n").replace("\r", "\n").removeprefix("\ufeff")
-        text, head = self._with_dashes(text), Head()
+        text, head = self._with_dashes(text), LetterHead()
         self.lines = text.split("\n")
         environment: dict[str, Any] = {}
         if text.count("[") > _MOST_BRACKETS:
@@ -203,10 +205,10 @@ class _Reader:
             if names := [each.letter for each in unseen(line)]:
                 self._drop(f"what is invisible is not written: {', '.join(names)}")
         self.boxes = frozenset(head.box)
-        blocks = self._blocks(nodes, Manner())
+        blocks = self._blocks(nodes, SpanManner())
         if not any(map(_leaves_ink, blocks_in(blocks))):
             raise InputError(f"{self.name} holds nothing to write.")
-        return Letter(blocks, head, self.name, self.folder or Path(), tuple(self.dropped))
+        return LetterFile(blocks, head, self.name, self.folder or Path(), tuple(self.dropped))
 
     def _check_nesting(self, tokens: Sequence[Token]) -> None:
         """Refuse words within more emphasis and links than anybody writes; of blocks `_blocks` does."""
@@ -235,9 +237,9 @@ class _Reader:
             raise self._wrong("the head that begins here is not closed: put a line +++ behind it.")
         return f"---\n{head}\n---\n{body}"
 
-    def _head(self, content: str) -> Head:
+    def _head(self, content: str) -> LetterHead:
         try:
-            return converted(parsed(content), Head)
+            return converted(parsed(content), LetterHead)
         except tomllib.TOMLDecodeError as error:
             at = re.search(r" \(at (?:line (\d+), column \d+|end of document)\)", str(error))
             self.line = 1 + (int(at.group(1)) if at and at.group(1) else len(content.split("\n")))
@@ -253,7 +255,7 @@ class _Reader:
 
     # Blocks
 
-    def _blocks(self, nodes: Sequence[SyntaxTreeNode], manner: Manner, depth: int = 0) -> tuple[Block, ...]:
+    def _blocks(self, nodes: Sequence[SyntaxTreeNode], manner: SpanManner, depth: int = 0) -> tuple[Block, ...]:
         blocks: list[Block] = []
         for node in nodes:
             if node.map:
@@ -263,7 +265,7 @@ class _Reader:
             blocks += self._block(node, manner, depth)
         return tuple(blocks)
 
-    def _block(self, node: SyntaxTreeNode, manner: Manner, depth: int) -> list[Block]:
+    def _block(self, node: SyntaxTreeNode, manner: SpanManner, depth: int) -> list[Block]:
         line = self.line
         if node.type == "html_block" and node.content.strip().startswith("<!--"):
             self._drop("the comment is not written")
@@ -278,8 +280,8 @@ class _Reader:
             case "bullet_list" | "ordered_list":
                 return [self._list(node, manner, depth)]
             case "hr":
-                given = self._given(_attrs(node), Manner(), ("page",), ("ink",))
-                return [Rule(_RULES[node.markup[0]], line, given.manner.ink, given.new_page)]
+                given = self._given(_attrs(node), SpanManner(), ("page",), ("ink",))
+                return [DrawnRule(_RULES[node.markup[0]], line, given.manner.ink, given.new_page)]
             case "table":
                 return [self._table(node, manner)]
             case "blockquote":
@@ -288,7 +290,7 @@ class _Reader:
             case _:
                 return self._container(node, manner, depth)
 
-    def _paragraph(self, node: SyntaxTreeNode, manner: Manner) -> Paragraph:
+    def _paragraph(self, node: SyntaxTreeNode, manner: SpanManner) -> Paragraph:
         line, level = self.line, int(node.tag[1]) if node.type == "heading" else 0
         given = self._given(_attrs(node), manner, ("left", "right", "centre", "center", "page", "date", "ps"))
         manner = given.manner
@@ -302,7 +304,7 @@ class _Reader:
     def _dated(self, paragraph: Paragraph) -> Paragraph:
         return replace(paragraph, kind="date", side=paragraph.side or "right")
 
-    def _list(self, node: SyntaxTreeNode, manner: Manner, depth: int) -> List:
+    def _list(self, node: SyntaxTreeNode, manner: SpanManner, depth: int) -> List:
         line = self.line
         own = {name: value for name, value in _attrs(node).items() if name != "start"}
         given = self._given(own, manner, ("page",))
@@ -312,13 +314,13 @@ class _Reader:
             self.line = child.map[0] + 1 if child.map else self.line
             at = self.line
             label = f"{number}{node.markup}" if node.type == "ordered_list" else ""
-            spans = (Span(label, given.manner, at),) if label else ()
+            spans = (TextSpan(label, given.manner, at),) if label else ()
             items.append(Item(self._blocks(child.children, given.manner, depth + 1), Paragraph(spans, at), at))
         inner = [block for item in node.children for block in item.children if block.type == "paragraph"]
         tight = all(block.hidden for block in inner)
         return List(tuple(items), _MARKERS[node.markup[0]], tight, line, given.manner, given.new_page)
 
-    def _table(self, node: SyntaxTreeNode, manner: Manner) -> TableBlock:
+    def _table(self, node: SyntaxTreeNode, manner: SpanManner) -> TableBlock:
         line = self.line
         given = self._given(_attrs(node), manner, ("page",))
         rows = []
@@ -328,26 +330,26 @@ class _Reader:
                 rows.append(tuple(self._cell(cell, given.manner) for cell in row.children))
         return TableBlock(tuple(rows), line, given.manner, given.new_page)
 
-    def _cell(self, node: SyntaxTreeNode, manner: Manner) -> Paragraph:
+    def _cell(self, node: SyntaxTreeNode, manner: SpanManner) -> Paragraph:
         line = self.line
         side = _SIDES.get(str(node.attrs.get("style", "")).removeprefix("text-align:"))
         return Paragraph(self._spans(node, manner), line, side)
 
-    def _picture(self, node: SyntaxTreeNode) -> Picture:
+    def _picture(self, node: SyntaxTreeNode) -> PictureRoom:
         image = node.children[0].children[0]
         own = {name: value for name, value in _attrs(image).items() if name not in ("src", "alt", "title")}
-        given = self._given(own, Manner(), ("left", "right", "centre", "center", "page"), ("width",))
+        given = self._given(own, SpanManner(), ("left", "right", "centre", "center", "page"), ("width",))
         source = str(image.attrs["src"])
         path = (self.folder or Path()) / source
         if self.folder is None or (self.alone and not (atomic.PLAIN_NAME.fullmatch(source) and path.is_file())):
             raise self._wrong(f"this letter stands alone, and no picture {source!r} was sent with it.")
         if not path.is_file():
             raise self._wrong(f"there is no picture {path}.")
-        more = self._given(_attrs(node), Manner(), ("left", "right", "centre", "center", "page"), ("width",))
+        more = self._given(_attrs(node), SpanManner(), ("left", "right", "centre", "center", "page"), ("width",))
         side = given.side or more.side or "centre"
-        return Picture(path, self.line, given.width or more.width, side, given.new_page or more.new_page)
+        return PictureRoom(path, self.line, given.width or more.width, side, given.new_page or more.new_page)
 
-    def _container(self, node: SyntaxTreeNode, manner: Manner, depth: int) -> list[Block]:
+    def _container(self, node: SyntaxTreeNode, manner: SpanManner, depth: int) -> list[Block]:
         line, (kind, _, name) = self.line, node.info.strip().partition(" ")
         self._check_container(node, kind)
         places = (*_SIDES, "page") if kind == "signature" else ("page",)
@@ -386,23 +388,23 @@ class _Reader:
 
     # Spans
 
-    def _spans(self, node: SyntaxTreeNode, manner: Manner) -> tuple[Span, ...]:
+    def _spans(self, node: SyntaxTreeNode, manner: SpanManner) -> tuple[TextSpan, ...]:
         spans = [span for inline in node.children for span in self._inline(inline.children, manner)]
         return tuple(span for span in spans if span.text)
 
-    def _inline(self, nodes: Sequence[SyntaxTreeNode], manner: Manner) -> Iterator[Span]:
+    def _inline(self, nodes: Sequence[SyntaxTreeNode], manner: SpanManner) -> Iterator[TextSpan]:
         before: SyntaxTreeNode | None = None
         for node, following in zip_longest(nodes, nodes[1:]):
             match node.type:
                 case "text":
                     # attributes that this begins with are of the emphasis before it
                     begin = _behind(node)[0] if before is not None and before.type in _EMPHASIS else 0
-                    yield Span(self._checked(node.content[begin:]), manner, self.line)
+                    yield TextSpan(self._checked(node.content[begin:]), manner, self.line)
                 case "text_special":
-                    yield Span(node.content, manner, self.line)
+                    yield TextSpan(node.content, manner, self.line)
                 case "softbreak" | "hardbreak":
                     hard = self.verse or node.type == "hardbreak"
-                    yield Span("\n" if hard else " ", manner, self.line)
+                    yield TextSpan("\n" if hard else " ", manner, self.line)
                     self.line += 1
                 case "em" | "strong" | "s" | "span":
                     attrs = _attrs(node) if node.type == "span" else _behind(following)[1]
@@ -436,13 +438,13 @@ class _Reader:
 
     # Attributes
 
-    def _emphasised(self, kind: str, attrs: Mapping[str, Any], manner: Manner) -> Manner:
+    def _emphasised(self, kind: str, attrs: Mapping[str, Any], manner: SpanManner) -> SpanManner:
         given = self._given(attrs, manner, tuple(_UNDERLINES))
         underline = given.underline or _USUAL_UNDERLINE.get(kind, "")
         return replace(given.manner, underline=underline or manner.underline, struck=given.manner.struck or kind == "s")
 
     def _given(
-        self, attrs: Mapping[str, Any], manner: Manner, classes: Sequence[str], keys: Sequence[str] = _KEYS
+        self, attrs: Mapping[str, Any], manner: SpanManner, classes: Sequence[str], keys: Sequence[str] = _KEYS
     ) -> _Given:
         """What attributes say, of those that may stand here."""
         given = _Given(manner)
@@ -488,7 +490,7 @@ class _Reader:
             raise self._wrong(str(error)) from error
         given.manner = self._sized(given.manner, factor)
 
-    def _sized(self, manner: Manner, factor: float) -> Manner:
+    def _sized(self, manner: SpanManner, factor: float) -> SpanManner:
         size = manner.size * factor
         if not LEAST_SIZE <= size <= MOST_SIZE:  # nan, too
             raise self._wrong(f"size: letters {size:g} times as large are outside {LEAST_SIZE:g} to {MOST_SIZE:g}.")
@@ -499,7 +501,7 @@ def _leaves_ink(block: Block) -> bool:
     """Whether a block is written or drawn even if those within it are empty; lists have their markers."""
     if isinstance(block, Paragraph):
         return any(span.text.strip() for span in block.spans)
-    return isinstance(block, List | Picture | Rule) or (isinstance(block, Signature) and bool(block.name))
+    return isinstance(block, List | PictureRoom | DrawnRule) or (isinstance(block, Signature) and bool(block.name))
 
 
 def _is_picture(node: SyntaxTreeNode) -> bool:

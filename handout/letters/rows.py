@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
 
-from handout.letters.document import Letter, Manner, Side
+from handout.letters.document import LetterFile, Side, SpanManner
 from handout.letters.runs import LetterWord, Runs, Writer
 from handout.writing.layout import Layout
 from handout.writing.pages import squeezed
@@ -52,7 +52,7 @@ class Mark:
 
 
 @dataclass(frozen=True, eq=False)
-class Frame:
+class RowFrame:
     """Where rows go on one page: the page's margins, or a box."""
 
     left: float
@@ -66,12 +66,12 @@ class Frame:
 
 
 @dataclass(frozen=True, eq=False)
-class Row:
+class SetRow:
     """One written line, still even: height of its baseline, mm, with its words, and what is drawn about them."""
 
     baseline: float
     slope: float
-    frame: Frame
+    frame: RowFrame
     segments: tuple[Segment, ...]
     marks: tuple[Mark, ...] = ()
 
@@ -95,7 +95,7 @@ class Pasted:
 
 @dataclass(eq=False)
 class FlowPage:
-    rows: list[Row] = field(default_factory=list)
+    rows: list[SetRow] = field(default_factory=list)
     pictures: list[Pasted] = field(default_factory=list)
     signatures: list[Pasted] = field(default_factory=list)
     # left, top, right, bottom, mm, of what words stand beside, and of what only a date stands beside
@@ -104,14 +104,14 @@ class FlowPage:
 
 
 @dataclass(frozen=True, eq=False)
-class Setting:
+class LetterSetting:
     """How a letter is set.
 
     first, following : layouts of the first page and the others, that differ in their margins alone.
     sizes : of each picture and signature, width and height, mm or in any unit.
     """
 
-    letter: Letter
+    letter: LetterFile
     runs: Runs
     writers: Mapping[str, Writer]
     first: Layout
@@ -119,7 +119,7 @@ class Setting:
     sizes: Mapping[str | Path, tuple[float, float]] = field(default_factory=dict)
     pages: int | None = None
 
-    def scaled(self, scale: float) -> Setting:
+    def scaled(self, scale: float) -> LetterSetting:
         """The same in smaller letters."""
 
         def smaller(layout: Layout) -> Layout:
@@ -129,7 +129,7 @@ class Setting:
         return replace(self, first=smaller(self.first), following=smaller(self.following))
 
 
-def voice_of(manner: Manner) -> Voice:
+def voice_of(manner: SpanManner) -> Voice:
     return Voice(manner.hand, manner.ink, manner.size)
 
 

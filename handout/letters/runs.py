@@ -18,8 +18,17 @@ import numpy as np
 from handout.hand.drawn import Hand
 from handout.hand.places import graphemes
 from handout.hand.scanned import ScannedHand
-from handout.letters.document import Boxed, Letter, Manner, Paragraph, Signature, Span, TableBlock, blocks_in
-from handout.writing.choosing import NO_REWRITES, Chooser, Rewrites, choices
+from handout.letters.document import (
+    Boxed,
+    LetterFile,
+    Paragraph,
+    Signature,
+    SpanManner,
+    TableBlock,
+    TextSpan,
+    blocks_in,
+)
+from handout.writing.choosing import NO_REWRITES, GlyphChooser, Rewrites, choices
 from handout.writing.compose import Proofreader, handwriting, set_paragraph
 from handout.writing.pages import Handwriting, Unit, Word
 from handout.writing.slips import slip
@@ -42,12 +51,12 @@ class LetterWord(Unit[Any]):
 
     written: Word[Any]
     scale: float = 1.0
-    manners: tuple[Manner, ...] = ()
+    manners: tuple[SpanManner, ...] = ()
     breakable: bool = True
     line: int = 0
 
     @property
-    def manner(self) -> Manner:
+    def manner(self) -> SpanManner:
         """That of its first glyph."""
         return self.manners[0]
 
@@ -63,7 +72,7 @@ class Run:
     paragraph: int
     line: int
     hand: str
-    spans: tuple[Span, ...]
+    spans: tuple[TextSpan, ...]
     spaced: bool
     may_slip: bool
 
@@ -102,9 +111,9 @@ class Runs:
         return f"{self.name}: " + re.sub(r"line (\d+), character (\d+)", line, message)
 
 
-def runs_of(letter: Letter, page_numbers: int = 0) -> Runs:
+def runs_of(letter: LetterFile, page_numbers: int = 0) -> Runs:
     """The runs of a letter, and of page numbers from 2 to `page_numbers`."""
-    numbers = [Paragraph((Span(str(n), Manner(), 1),), 1) for n in range(2, page_numbers + 1)]
+    numbers = [Paragraph((TextSpan(str(n), SpanManner(), 1),), 1) for n in range(2, page_numbers + 1)]
     careful = (block for block in blocks_in(letter.blocks) if isinstance(block, Boxed | Signature | TableBlock))
     steady = {id(part) for block in careful for part in blocks_in((block,))}
     paragraphs = (*letter.paragraphs, *numbers)
@@ -129,9 +138,9 @@ def _runs(number: int, paragraph: Paragraph, may_slip: bool) -> Iterator[Run]:
             spaced = text[-1:].isspace() or (spaced and not text.strip())
 
 
-def _lines(spans: Sequence[Span]) -> Iterator[list[Span]]:
+def _lines(spans: Sequence[TextSpan]) -> Iterator[list[TextSpan]]:
     """The spans, parted at newlines, in the characters that hands write."""
-    line: list[Span] = []
+    line: list[TextSpan] = []
     for span in spans:
         first, *others = normalise(span.text).split("\n")
         line.append(replace(span, text=first))
@@ -141,7 +150,7 @@ def _lines(spans: Sequence[Span]) -> Iterator[list[Span]]:
     yield line
 
 
-def _stripped(spans: Sequence[Span]) -> tuple[Span, ...]:
+def _stripped(spans: Sequence[TextSpan]) -> tuple[TextSpan, ...]:
     """Spans without the spaces at both ends of them all."""
     own = [span for span in spans if span.text]
     while own and not own[0].text.strip():
@@ -204,7 +213,7 @@ def written(
             next(slip([pieces], options.slips, slip_stream)) if run.may_slip else pieces
             for run, pieces in zip(own, parted, strict=True)
         ]
-    choosers = [Chooser(writer.stock, stream, min(options.jitter, 1.0)) for stream in streams]
+    choosers = [GlyphChooser(writer.stock, stream, min(options.jitter, 1.0)) for stream in streams]
     words = [
         tuple(_words(set_paragraph(writer, choosers[0], chosen, proofread, options.rewrites), run, ratio, spans))
         for run, chosen in zip(own, choices(parted, choosers), strict=True)
@@ -212,9 +221,9 @@ def written(
     return Writer(hand, writer, ratio, tuple(words))
 
 
-def _spans(runs: Sequence[Run]) -> list[Span]:
+def _spans(runs: Sequence[Run]) -> list[TextSpan]:
     """The span of each grapheme of the text of some runs, newlines included."""
-    of_graphemes = list[Span]()
+    of_graphemes = list[TextSpan]()
     for run in runs:
         text, spans = "".join(span.text for span in run.spans), [s for s in run.spans for _ in s.text]
         at = 0
@@ -225,7 +234,7 @@ def _spans(runs: Sequence[Run]) -> list[Span]:
     return of_graphemes
 
 
-def _parted(pieces: Sequence[Piece], spans: Sequence[Span]) -> Iterator[Piece]:
+def _parted(pieces: Sequence[Piece], spans: Sequence[TextSpan]) -> Iterator[Piece]:
     """Pieces, cut where the ink or the size changes: another pen, or another movement, is begun there."""
     for piece in pieces:
         if isinstance(piece, int):
@@ -237,7 +246,7 @@ def _parted(pieces: Sequence[Piece], spans: Sequence[Span]) -> Iterator[Piece]:
         yield from (piece[a:b] for a, b in pairwise([0, *cuts, len(piece)]))
 
 
-def _words(units: Iterator[Unit[Any]], run: Run, ratio: float, spans: Sequence[Span]) -> Iterator[LetterWord]:
+def _words(units: Iterator[Unit[Any]], run: Run, ratio: float, spans: Sequence[TextSpan]) -> Iterator[LetterWord]:
     """The set words of a run, in usual x-heights of the letter."""
     last = ""
     for number, unit in enumerate(units):

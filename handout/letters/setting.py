@@ -15,7 +15,7 @@ import numpy as np
 from handout.errors import DoesNotFit
 from handout.letters.flow import flowed
 from handout.letters.ornaments import Ornaments
-from handout.letters.rows import FlowPage, Mark, Pasted, Row, Segment, Setting, Voice, voice_of
+from handout.letters.rows import FlowPage, LetterSetting, Mark, Pasted, Segment, SetRow, Voice, voice_of
 from handout.letters.runs import LetterWord
 from handout.values import Array, Glyph, Line, Manuscript, Placed
 from handout.writing.layout import LineGeometry, line_geometries, on_rules
@@ -40,7 +40,7 @@ class LetterPage:
 
 
 def set_letter(
-    setting: Setting, lines: Mapping[int, Sequence[Sequence[LetterWord]]], seed: Sequence[int]
+    setting: LetterSetting, lines: Mapping[int, Sequence[Sequence[LetterWord]]], seed: Sequence[int]
 ) -> list[LetterPage]:
     """The pages of a letter.
 
@@ -83,7 +83,7 @@ class _Run:
 class _Placing:
     """Gives the rows of a letter's pages their slopes and bends, their glyphs and their ornaments."""
 
-    def __init__(self, setting: Setting, rng: np.random.Generator) -> None:
+    def __init__(self, setting: LetterSetting, rng: np.random.Generator) -> None:
         self._setting, self._rng = setting, rng
         ornaments, strikes = rng.spawn(2)
         jitter = setting.first.jitter
@@ -134,7 +134,7 @@ class _Placing:
             rng,
         )
 
-    def _geometries(self, rows: Sequence[Row], rng: np.random.Generator) -> list[LineGeometry]:
+    def _geometries(self, rows: Sequence[SetRow], rng: np.random.Generator) -> list[LineGeometry]:
         """How each row lies; those of a box by themselves."""
         model = self._setting.writers[""].handwriting.baseline_model
         ruled = self._setting.first.ruling is not None
@@ -147,7 +147,9 @@ class _Placing:
             found |= dict(zip(own, lying, strict=True))
         return [found[n] for n in range(len(rows))]
 
-    def _row(self, row: Row, geometry: LineGeometry, page: int, number: int) -> tuple[Line, dict[Voice, list[Placed]]]:
+    def _row(
+        self, row: SetRow, geometry: LineGeometry, page: int, number: int
+    ) -> tuple[Line, dict[Voice, list[Placed]]]:
         frame, scale = row.frame, self._xh
         half = 0.5 * frame.width
         baseline = row.baseline - geometry.above * scale

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from handout.errors import InputError
-from handout.merging.template import Letter
+from handout.merging.template import LetterTemplate
 from handout.printing.address_rows import cell_names
 from handout.printing.address_table import Addresses
 from handout.printing.batch import MOST_COPIES
 from handout.printing.column_names import SETTINGS, identifier
 from handout.printing.columns import Column
-from handout.printing.rows import Row
+from handout.printing.rows import TableRow
 
 # role of a column → what a letter may call it whatever its header is
 _ROLES = {
@@ -50,7 +50,7 @@ class Fields:
 
     @cached_property
     def headers(self) -> tuple[str, ...]:
-        """Of all columns that have one, as `Row.cells` has them."""
+        """Of all columns that have one, as `TableRow.cells` has them."""
         return tuple(name for name in cell_names(self.columns) if name)
 
     @cached_property
@@ -75,7 +75,7 @@ class Fields:
         ]
         return {name: [identifier(header) for each, header in own if each == name] for name, _ in own}
 
-    def check(self, letter: Letter, table: str) -> None:
+    def check(self, letter: LetterTemplate, table: str) -> None:
         """Refuse names of a letter that no column has, or several.
 
         Raises
@@ -102,13 +102,13 @@ class Fields:
         """The headers that some names of a letter, or headers, mean."""
         return frozenset(self.of.get(name, name) for name in names)
 
-    def values(self, row: Row) -> dict[str, str]:
+    def values(self, row: TableRow) -> dict[str, str]:
         """Name → cell."""
         found = {name: row.cells.get(header, "") for name, header in self.of.items()}
         found.setdefault(ADDRESS, "\n".join(row.lines))
         return found
 
-    def manner(self, row: Row) -> RowManner:
+    def manner(self, row: TableRow) -> RowManner:
         """How a row is made by its own columns."""
         named = zip(self.columns, cell_names(self.columns), strict=True)
         said = {column.role: row.cells.get(name, "") for column, name in named if column.role in SETTINGS}
@@ -128,7 +128,7 @@ def counted(table: Addresses) -> Addresses:
     column, name = next((each for each in named if each[0].role == "copies"), (None, ""))
     if column is None:
         return table
-    rows, none = list[Row](), list[int]()
+    rows, none = list[TableRow](), list[int]()
     for row in table:
         text = row.cells.get(name, "")
         if text.strip() == "0":
@@ -174,7 +174,7 @@ def told_repeats(table: Addresses, used: Collection[str], *, once: bool) -> Addr
     return replace(table, rows=kept, notes=(*table.notes, note))
 
 
-def _identity(row: Row, looked: Sequence[str]) -> tuple[str, ...]:
+def _identity(row: TableRow, looked: Sequence[str]) -> tuple[str, ...]:
     """What rows that are the same have in common, but for case and spaces; one with a problem is told for that."""
     if row.problem:
         return (str(row.number),)
@@ -182,7 +182,7 @@ def _identity(row: Row, looked: Sequence[str]) -> tuple[str, ...]:
     return tuple(" ".join(text.casefold().split()) for text in (*row.lines, "", *cells))
 
 
-def doubts(row: Row, headers: Sequence[str]) -> tuple[str, ...]:
+def doubts(row: TableRow, headers: Sequence[str]) -> tuple[str, ...]:
     """What the user should look at in the cells that a letter writes: formulas that have not been worked out."""
     formulas = [header for header in headers if row.cells.get(header, "")[:1] == "="]
     return tuple(f"the cell under {header!r} is a formula, which is written as it stands" for header in formulas)

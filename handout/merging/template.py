@@ -55,7 +55,7 @@ _MOST_FORMAT = 40  # characters of the form of a date
 _NAME_STARTS = re.compile(r"(?<![^\W\d_])(?<![^\W\d_]['’](?=\w\b))[^\W\d_]")
 
 
-class Letter:
+class LetterTemplate:
     """A letter as a template, read once and filled for every row.
 
     names : every name that it uses and the line on which it is first used; a header, asked for as ``row["…"]``, is
@@ -86,8 +86,8 @@ class Letter:
         except (RecursionError, SyntaxError, MemoryError, ValueError) as error:
             raise InputError(f"{title} is nested too deeply to be read as a letter: write it more simply.") from error
 
-    def __reduce__(self) -> tuple[Callable[..., Letter], tuple[str, str]]:
-        return partial(Letter, markdown=self._markdown, first_line=self._before + 1), (self._text, self.title)
+    def __reduce__(self) -> tuple[Callable[..., LetterTemplate], tuple[str, str]]:
+        return partial(LetterTemplate, markdown=self._markdown, first_line=self._before + 1), (self._text, self.title)
 
     def wrong(self, name: str, what: str) -> InputError:
         """The error that something is with a name that the letter uses, with the line where it does first."""

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from handout.pdf_forms.fields import Field, Form
+from handout.pdf_forms.fields import Field, PdfForm
 
 YES = {
     "yes",
@@ -49,7 +49,7 @@ class Answers:
     refused: frozenset[str] = frozenset()
 
 
-def matched(form: Form, header: Sequence[str], columns: Sequence[str] = ()) -> tuple[dict[int, Field], list[str]]:
+def matched(form: PdfForm, header: Sequence[str], columns: Sequence[str] = ()) -> tuple[dict[int, Field], list[str]]:
     """The field that each column answers, and sentences on columns that answer none.
 
     Parameters
@@ -98,7 +98,7 @@ def _plain(name: str) -> str:
     return re.sub(r"\[0\]|[#\s_\-:*]", "", name).casefold()
 
 
-def _field_of(form: Form, name: str) -> Field | str:
+def _field_of(form: PdfForm, name: str) -> Field | str:
     """The field of a name, its last part, or its label; or why there is none."""
     wanted = _plain(name)
     exact = form.named.get(name)
@@ -132,7 +132,7 @@ def answers_of(fields: Mapping[int, Field], row: int, cells: Sequence[str]) -> t
     return Answers(row, values, frozenset(refused)), problems
 
 
-def lacking(form: Form, answers: Answers, wrong: Sequence[str]) -> Iterator[str]:
+def lacking(form: PdfForm, answers: Answers, wrong: Sequence[str]) -> Iterator[str]:
     """Phrases on required fields without an answer, that are not among those with a `wrong` one."""
     settled = {*answers.values, *answers.refused, *(phrase.partition(": ")[0] for phrase in wrong)}
     for field in form.fields:

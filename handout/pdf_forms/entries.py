@@ -55,7 +55,7 @@ SETTINGS = EntrySettings()
 
 
 @dataclass(frozen=True)
-class Frame:
+class FieldFrame:
     """A field's own frame.
 
     scale : how many times as large as on the page all is in it.
@@ -85,7 +85,7 @@ class Frame:
 
 
 @dataclass(frozen=True)
-class Entry:
+class FieldEntry:
     """What is written in one place of a field.
 
     text, layout : "" and None for a mark in a box.
@@ -95,7 +95,7 @@ class Entry:
 
     field: str
     page: int
-    frame: Frame
+    frame: FieldFrame
     text: str = ""
     layout: Layout | None = None
     cells: tuple[tuple[int, ...], int] | None = None
@@ -116,7 +116,9 @@ class Filler:
     rules: Rules
     jitter: float = 1.0
 
-    def entries(self, fields: Mapping[str, Field], values: Mapping[str, str], rng: np.random.Generator) -> list[Entry]:
+    def entries(
+        self, fields: Mapping[str, Field], values: Mapping[str, str], rng: np.random.Generator
+    ) -> list[FieldEntry]:
         """All that is written into a form, from top to bottom."""
         entries = [
             self._entry(fields[name], widget, value, rng)
@@ -126,16 +128,16 @@ class Filler:
         # fields beside each other are filled in from left to right
         return sorted(entries, key=lambda e: (e.page, round((e.frame.box[1] + e.frame.box[3]) / 8), e.frame.box[0]))
 
-    def _entry(self, field: Field, widget: Widget, value: str, rng: np.random.Generator) -> Entry:
-        frame = Frame(widget.box, widget.turn)
+    def _entry(self, field: Field, widget: Widget, value: str, rng: np.random.Generator) -> FieldEntry:
+        frame = FieldFrame(widget.box, widget.turn)
         if field.kind in ("check", "radio"):
-            return Entry(field.name, widget.page, frame)
+            return FieldEntry(field.name, widget.page, frame)
         usual = self.x_height * float(np.exp(SETTINGS.varies * self.jitter * rng.standard_normal()))
         printed = self.rules(widget.page, widget.box) if widget.turn == 0 else ()
         if field.cells and frame.size[0] >= SETTINGS.narrowest_cell * field.cells:
-            return self._combed(Entry(field.name, widget.page, frame, value), field.cells, usual, rng)
+            return self._combed(FieldEntry(field.name, widget.page, frame, value), field.cells, usual, rng)
         frame = replace(frame, scale=max(1.0, SETTINGS.narrowest / frame.size[0]))
-        entry = Entry(field.name, widget.page, frame, value)
+        entry = FieldEntry(field.name, widget.page, frame, value)
         inner = _inner(printed, frame.size[1] / frame.scale)
         if field.multiline and len(inner) > 1:
             return self._on_rules(entry, inner, usual, field.align)
@@ -144,8 +146,8 @@ class Filler:
         return self._one_line(entry, printed, usual, field.align, rng)
 
     def _one_line(
-        self, entry: Entry, printed: Sequence[float], usual: float, align: Align, rng: np.random.Generator
-    ) -> Entry:
+        self, entry: FieldEntry, printed: Sequence[float], usual: float, align: Align, rng: np.random.Generator
+    ) -> FieldEntry:
         """On the rule under the field, or in the middle of its box."""
         scale = entry.frame.scale
         height = entry.frame.size[1] / scale
@@ -160,12 +162,12 @@ class Filler:
         spare = float(rng.uniform(0, 0.5 * self.jitter))
         return replace(entry, layout=self._layout(entry.frame, size, [rule], align, spare), free=not ruled)
 
-    def _on_rules(self, entry: Entry, rules: Sequence[float], usual: float, align: Align) -> Entry:
+    def _on_rules(self, entry: FieldEntry, rules: Sequence[float], usual: float, align: Align) -> FieldEntry:
         """On the rules that are printed in the field."""
         size = _bounded(SETTINGS.of_room * float(np.median(np.diff(rules))), usual)
         return replace(entry, layout=self._layout(entry.frame, size, rules, align, 0.0))
 
-    def _layout(self, frame: Frame, size: float, rules: Sequence[float], align: Align, spare: float) -> Layout:
+    def _layout(self, frame: FieldFrame, size: float, rules: Sequence[float], align: Align, spare: float) -> Layout:
         """A text on lines at heights in the field, mm of the page."""
         width, height = frame.size
         edge = self._edge(frame)
@@ -181,13 +183,13 @@ class Filler:
             ruling=Ruling(heights),
         )
 
-    def _edge(self, frame: Frame) -> float:
+    def _edge(self, frame: FieldFrame) -> float:
         """From the edge of a field to its text, mm of its frame."""
         width = frame.size[0]
         edge = min(SETTINGS.edge[1], max(SETTINGS.edge[0], SETTINGS.of_width * width / frame.scale))
         return min(edge * frame.scale, 0.1 * width)
 
-    def _filling(self, entry: Entry, usual: float, align: Align) -> Entry:
+    def _filling(self, entry: FieldEntry, usual: float, align: Align) -> FieldEntry:
         """Line under line in a field without rules."""
         width, height = entry.frame.size
         size = _bounded(SETTINGS.of_height * height / entry.frame.scale, usual) * entry.frame.scale
@@ -203,7 +205,7 @@ class Filler:
         )
         return replace(entry, layout=layout)
 
-    def _combed(self, entry: Entry, cells: int, usual: float, rng: np.random.Generator) -> Entry:
+    def _combed(self, entry: FieldEntry, cells: int, usual: float, rng: np.random.Generator) -> FieldEntry:
         """A letter a cell: set with a space between any two, and moved to their cells afterwards."""
         width, height = entry.frame.size
         size = _bounded(min(SETTINGS.of_height * height, SETTINGS.of_cell * width / cells), usual)
@@ -241,7 +243,7 @@ def _inner(printed: Sequence[float], height: float) -> list[float]:
 
 def page_manuscript(
     page: Page,
-    entries: Iterable[tuple[Entry, Manuscript | None]],
+    entries: Iterable[tuple[FieldEntry, Manuscript | None]],
     hand: AnyHand,
     mark: Mark,
     jitter: float,
@@ -276,7 +278,7 @@ def page_manuscript(
     return Manuscript(tuple(lines), page, size, {**about, "x_height": round(size, 3), "doubtful": doubts})
 
 
-def _in_cells(entry: Entry, setting: Manuscript, jitter: float, rng: np.random.Generator) -> Line:
+def _in_cells(entry: FieldEntry, setting: Manuscript, jitter: float, rng: np.random.Generator) -> Line:
     """The letters of a line, each in the middle of its cell; all smaller where one is wider than that.
 
     Raises
@@ -350,7 +352,7 @@ _SWAY = 0.05  # of a box, standard deviation of every point; set by eye
 _LARGEST_MARK = 5.0  # mm: in a larger box people make no larger cross
 
 
-def _marked(frame: Frame, mark: Mark, jitter: float, rng: np.random.Generator) -> Line:
+def _marked(frame: FieldFrame, mark: Mark, jitter: float, rng: np.random.Generator) -> Line:
     """A cross or a tick, in the middle of its box."""
     width, height = frame.size
     side = min(width, height, _LARGEST_MARK) * (1 + 0.06 * jitter * float(rng.standard_normal()))

@@ -80,7 +80,7 @@ class Field:
 
 
 @dataclass(frozen=True)
-class Form:
+class PdfForm:
     """A form as it was read.
 
     pages : its pages as they are shown; matrices : of each, from mm of the page to the file's own coordinates.
@@ -128,7 +128,7 @@ def opened(path: Path) -> Iterator[Any]:
         raise InputError(f"{path} is no PDF, or damaged: open it in a PDF viewer and save or print it anew.") from error
 
 
-def read_form(path: Path) -> Form:
+def read_form(path: Path) -> PdfForm:
     """The fields of a form.
 
     Raises
@@ -153,7 +153,7 @@ def read_form(path: Path) -> Form:
         root = document.Root.get("/AcroForm", {})
         if not found.fields:
             raise InputError(_without_fields(path, count, xfa="/XFA" in root))
-        return Form(
+        return PdfForm(
             path,
             tuple(page for page, _ in shown),
             tuple(matrix for _, matrix in shown),

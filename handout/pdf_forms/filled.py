@@ -15,7 +15,7 @@ from collections.abc import Collection, Mapping, Sequence
 from itertools import count
 from typing import Any
 
-from handout.pdf_forms.fields import DEEPEST, Field, Form, Kind, full_name, inherited, is_widget, opened
+from handout.pdf_forms.fields import DEEPEST, Field, Kind, PdfForm, full_name, inherited, is_widget, opened
 
 _POINT = 25.4 / 72  # mm
 # what of the appearance of a text field is its value: between these it is drawn
@@ -23,7 +23,7 @@ _VALUE = re.compile(rb"/Tx\s+BMC\b.*?\bEMC\b", re.DOTALL)
 _HIDDEN = 1 << 1 | 1 << 5  # flags of what is not seen
 
 
-def blank(form: Form, answered: Collection[str]) -> bytes:
+def blank(form: PdfForm, answered: Collection[str]) -> bytes:
     """The form with the frames of its fields as part of its pages, without the values of those that are answered.
 
     Raises
@@ -156,7 +156,7 @@ def _frame(rectangle: Any, characteristics: Any) -> bytes:
     return "".join(lines).encode()
 
 
-def filled(base: bytes, form: Form, writing: Mapping[int, tuple[bytes, bool]]) -> bytes:
+def filled(base: bytes, form: PdfForm, writing: Mapping[int, tuple[bytes, bool]]) -> bytes:
     """A form's pages with writing on them.
 
     Parameters

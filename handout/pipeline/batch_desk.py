@@ -32,7 +32,7 @@ from handout.pipeline.options import (
     WritingOptions,
     seed_of,
 )
-from handout.pipeline.plot_desk import AtPage, Wire, known_port
+from handout.pipeline.plot_desk import AtPage, PageWire, known_port
 from handout.pipeline.plot_request import AttendanceOptions, PlotOptions, PlotRequest
 from handout.pipeline.plot_rows import plot_rows
 from handout.pipeline.printing import BatchDelivery, print_
@@ -97,7 +97,7 @@ class _Batch:
         given = frozenset[str]()
         return replace(self.plan.merge, letter=letter, approved=approved, alone=True, given=given)
 
-    def read(self, listener: Listener = SILENT) -> merging.Merge:
+    def read(self, listener: Listener = SILENT) -> merging.MailMerge:
         """Its table and letter."""
         return merging.read(self.table, self.plan.table, self.merge, listener)
 
@@ -298,7 +298,7 @@ def approve_batch(name: str, made: str = "") -> Facts:
     return show_batch(name)
 
 
-def make_batch(name: str, ports: Sequence[str], at_zero: bool, *, listener: Wire) -> Facts:
+def make_batch(name: str, ports: Sequence[str], at_zero: bool, *, listener: PageWire) -> Facts:
     """Print or plot a batch, or go on with it where its journal says; `ports` : of plotters, which share it.
 
     Raises
@@ -315,7 +315,7 @@ def make_batch(name: str, ports: Sequence[str], at_zero: bool, *, listener: Wire
         return _make(batch, name, ports, at_zero, listener)
 
 
-def _make(batch: _Batch, name: str, ports: Sequence[str], at_zero: bool, listener: Wire) -> Facts:
+def _make(batch: _Batch, name: str, ports: Sequence[str], at_zero: bool, listener: PageWire) -> Facts:
     plan, merge = batch.plan, batch.merge
     if merge.approved is None:
         raise InputError(f"The proof of the batch {name} was not approved: approve it first.")

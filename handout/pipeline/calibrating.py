@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, TypeVar
 
 from handout import atomic
 from handout.calibrating import ink_samples, pages, pen_reference, print_diagnosis, scanner, store, strip, verification
-from handout.calibrating.pen_reference import Reference
+from handout.calibrating.pen_reference import FrameReference
 from handout.calibrating.store import Calibration
 from handout.calibrating.verification import Verification
 from handout.calibrating.wizard import CalibrationTask, ScansRefused, Step, Wizard
 from handout.colour import cgats, exports, report
 from handout.colour.chart_files import ti3
-from handout.colour.reading import Reading, pen_field
+from handout.colour.reading import ChartReading, pen_field
 from handout.colour.reading import read as read_chart
 from handout.errors import HandoutError, InputError
 from handout.pipeline.options import CalibrationOptions, CalibrationPlace, ChartOptions
@@ -49,7 +49,7 @@ class Calibrated(Result):
     """A calibration that was stored, and what the pen in the chart's frame says of the hand."""
 
     calibration: Calibration
-    reference: Reference | None = None
+    reference: FrameReference | None = None
 
     def facts(self) -> Facts:
         facts: Facts = self.calibration.facts()
@@ -128,7 +128,7 @@ class _Guide:
     def lead(self) -> Calibrated:
         """Do what comes next, until the calibration is stored."""
         wizard, say = self.wizard, self.attendant.say
-        reference: Reference | None = None
+        reference: FrameReference | None = None
         stored: Calibration | None = None
         while stored is None:
             now = wizard.step
@@ -219,8 +219,8 @@ def print_chart(
 class ChartRead(Result):
     """A chart whose scans were read into a table of patches."""
 
-    reading: Reading
-    reference: Reference
+    reading: ChartReading
+    reference: FrameReference
     files: tuple[Path, ...]
 
     def facts(self) -> Facts:
@@ -383,7 +383,7 @@ def stored_calibrations(printer: str = "", paper: str = "") -> Stored:
 
 
 @dataclass(frozen=True, eq=False)
-class Exported(Result):
+class ExportedCalibration(Result):
     """A calibration that was written for another program."""
 
     calibration: Calibration
@@ -393,7 +393,7 @@ class Exported(Result):
         return {"files": [str(self.file)]}
 
 
-def export(printer: str, paper: str, kind: str, output: Path) -> Exported:
+def export(printer: str, paper: str, kind: str, output: Path) -> ExportedCalibration:
     """Write a stored calibration for other programs; `kind` is one of `colour.exports.FORMATS`.
 
     Raises
@@ -405,6 +405,6 @@ def export(printer: str, paper: str, kind: str, output: Path) -> Exported:
     atomic.check_writable(output)
     title = f"{calibration.name} {calibration.date:%Y-%m-%d}"
     table = calibration.table()
-    source = exports.Source(table, calibration.date, title, calibration.table_file, calibration.patches_file)
+    source = exports.ExportSource(table, calibration.date, title, calibration.table_file, calibration.patches_file)
     atomic.write(output, exports.FORMATS[kind](source))
-    return Exported(calibration, output)
+    return ExportedCalibration(calibration, output)

@@ -17,12 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.calibrating import store, verification
-from handout.calibrating.pen_reference import Reference
+from handout.calibrating.pen_reference import FrameReference
 from handout.calibrating.store import Calibration
 from handout.calibrating.wizard import ScansRefused, Step, Wizard
 from handout.colour.pen_lines import strokes_in
-from handout.colour.reading import Finding, Reading, Scribble, open_scans
-from handout.colour.reading.findings import Refused
+from handout.colour.reading import ChartReading, ScanFinding, Scribble, open_scans
+from handout.colour.reading.findings import ScanRefused
 from handout.colour.reading.patch_means import sample_grid
 from handout.colour.report import grid_on
 from handout.errors import InputError
@@ -196,13 +196,13 @@ def _chart_scans(wizard: Wizard, scans: Sequence[Path], folder: Path) -> Facts:
     }  # fmt: skip
 
 
-def _said(finding: Finding) -> Facts:
+def _said(finding: ScanFinding) -> Facts:
     """A finding without the folder of its scan."""
     where = Path(finding.where).name
     return {"code": finding.code, "severity": finding.severity, "sentence": finding.sentence, "where": where}
 
 
-def _pictures(reading: Reading, scans: Sequence[Path], folder: Path) -> tuple[list[Facts], list[Path]]:
+def _pictures(reading: ChartReading, scans: Sequence[Path], folder: Path) -> tuple[list[Facts], list[Path]]:
     """Scans with the grid that was found, and where their faults lie; those without a grid as they are."""
     pictures, files = list[Facts](), list[Path]()
     for sheet in reading.sheets[-_MOST_PICTURES:]:
@@ -228,7 +228,7 @@ def _pictures(reading: Reading, scans: Sequence[Path], folder: Path) -> tuple[li
     if pictures:
         return pictures, files
     for path in scans[:_MOST_PICTURES]:
-        with contextlib.suppress(Refused):
+        with contextlib.suppress(ScanRefused):
             for scan in open_scans(path)[:1]:
                 plain = _reduced(scan.pixels if scan.full == 255 else (scan.pixels >> 8).astype(np.uint8))
                 files.append(_jpeg(plain, folder / f"found-{len(files)}.jpg"))
@@ -250,7 +250,7 @@ def _jpeg(pixels: NDArray[np.uint8], path: Path) -> Path:
     return path
 
 
-def _pen(scribble: Scribble, reference: Reference | None, folder: Path) -> Facts:
+def _pen(scribble: Scribble, reference: FrameReference | None, folder: Path) -> Facts:
     """What a pen wrote in the frame: its picture, its colour on its paper, and what it says of the hand."""
     _jpeg(np.rint(np.clip(scribble.picture, 0, 1) * 255).astype(np.uint8), folder / "pen.png")
     lines = strokes_in(scribble.density, scribble.dpi)
@@ -266,7 +266,7 @@ def _strip_scans(wizard: Wizard, scans: Sequence[Path], folder: Path) -> Facts:
         raise InputError("The verification strip is one page: give one scan of it.")
     try:
         verified = wizard.take_strip(scans[0])
-    except Refused as error:
+    except ScanRefused as error:
         pictures, files = _pictures(_nothing(error.finding), scans, folder)
         refused: Facts = {"accepted": False, "findings": [_said(error.finding)], "pictures": pictures}
         return {**_state(wizard), **refused, "files": [str(path) for path in files]}
@@ -278,8 +278,8 @@ def _strip_scans(wizard: Wizard, scans: Sequence[Path], folder: Path) -> Facts:
     }  # fmt: skip
 
 
-def _nothing(finding: Finding) -> Reading:
-    return Reading(None, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), (finding,))
+def _nothing(finding: ScanFinding) -> ChartReading:
+    return ChartReading(None, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), (finding,))
 
 
 def build_table(place: CalibrationPlace, *, listener: Listener = SILENT) -> Facts:

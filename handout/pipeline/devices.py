@@ -16,7 +16,7 @@ from handout.plotting.ports import serial_devices as serial_devices
 
 
 @dataclass(frozen=True)
-class Device(Result):
+class DeviceEntry(Result):
     """A machine that has a profile: its name, "plotter" or "printer", its title, and the file."""
 
     name: str
@@ -25,11 +25,11 @@ class Device(Result):
     file: Path
 
 
-def list_devices() -> list[Device]:
+def list_devices() -> list[DeviceEntry]:
     """All known machines; the user's own files win over shipped ones of the same name."""
     files = shipped.files("devices", "*.toml")
     read = {name: profiles.read(path) for name, path in files.items()}
-    return [Device(name, profile.kind, profile.title, files[name]) for name, profile in read.items()]
+    return [DeviceEntry(name, profile.kind, profile.title, files[name]) for name, profile in read.items()]
 
 
 def on_network() -> list[announcements.Announced]:
@@ -74,7 +74,7 @@ def probe(port: str = "auto", device: str | None = None, listener: Listener = SI
     return {**told, **({"limits": limits} if (limits := connections.limits(machine_profile)) else {})}
 
 
-def _identified(port: str, answer: connections.Answer | None) -> Told:
+def _identified(port: str, answer: connections.MachineIdentity | None) -> Told:
     """What is told of who is there."""
     if answer is None:
         raise DeviceSilent(

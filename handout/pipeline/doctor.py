@@ -66,7 +66,7 @@ _VARIABLES = {"settings": "XDG_CONFIG_HOME", "jobs": "XDG_STATE_HOME", "calibrat
 
 
 @dataclass(frozen=True)
-class Finding:
+class CheckFinding:
     """What a check found: of which group, what it is about, in words, and the way out where there is one to go."""
 
     group: str
@@ -80,7 +80,7 @@ class Finding:
 class Examination:
     """All findings, in the order of the groups."""
 
-    findings: tuple[Finding, ...]
+    findings: tuple[CheckFinding, ...]
 
     @property
     def broken(self) -> bool:
@@ -93,7 +93,7 @@ class Examination:
         return {"findings": [vars(finding) for finding in self.findings], "counts": {**counts}}
 
 
-def examine(test_page: Path | None = None, more: Sequence[Callable[[], Iterator[Finding]]] = ()) -> Examination:
+def examine(test_page: Path | None = None, more: Sequence[Callable[[], Iterator[CheckFinding]]] = ()) -> Examination:
     """Look at all that the program needs.
 
     test_page : a file to write with it, .pdf, .svg or .png; None: none.
@@ -106,17 +106,19 @@ def examine(test_page: Path | None = None, more: Sequence[Callable[[], Iterator[
     return Examination(findings=tuple(found))
 
 
-def _safely(check: Callable[[], Iterator[Finding]]) -> list[Finding]:
+def _safely(check: Callable[[], Iterator[CheckFinding]]) -> list[CheckFinding]:
     """The findings of a check; where it ends by an error, that is one."""
-    found: list[Finding] = []
+    found: list[CheckFinding] = []
     name = getattr(check, "__name__", "check").replace("_", " ").strip("<> ")
     try:
         for finding in check():
             found.append(finding)  # noqa: PERF402 what was found before an error counts
     except ImportError as error:  # which the check of packages tells
-        found.append(Finding(name.capitalize(), name, "note", f"not looked at, since a package is lacking: {error}"))
+        found.append(
+            CheckFinding(name.capitalize(), name, "note", f"not looked at, since a package is lacking: {error}")
+        )
     except Exception as error:  # whatever is wrong with this computer
-        found.append(Finding(name.capitalize(), name, "broken", f"cannot be looked at: {_said(error)}"))
+        found.append(CheckFinding(name.capitalize(), name, "broken", f"cannot be looked at: {_said(error)}"))
     return found
 
 
@@ -124,18 +126,18 @@ def _said(error: BaseException) -> str:
     return f"{type(error).__name__}: {error}".replace("\n", " ").rstrip(".")
 
 
-def python() -> Iterator[Finding]:
+def python() -> Iterator[CheckFinding]:
     """The interpreter, and how it writes text."""
     environment = "" if sys.prefix == sys.base_prefix else ", in an environment of its own"
     words = f"handout {handout.__version__}, Python {sys.version.split()[0]} on {sys.platform}{environment}"
     if sys.version_info[:2] > _NEWEST:
-        yield Finding("Python", "python", "note", f"{words}; not tested with one so new")
+        yield CheckFinding("Python", "python", "note", f"{words}; not tested with one so new")
     else:
-        yield Finding("Python", "python", "fine", words)
+        yield CheckFinding("Python", "python", "fine", words)
     encoding = (getattr(sys.stdout, "encoding", "") or "").lower().replace("-", "")
     if encoding != "utf8":
         words = f"the terminal takes {encoding or 'no'} text: letters that it lacks are shown as \\u0142"
-        yield Finding("Python", "encoding", "note", words, "set PYTHONUTF8=1, or choose a UTF-8 locale")
+        yield CheckFinding("Python", "encoding", "note", words, "set PYTHONUTF8=1, or choose a UTF-8 locale")
 
 
 def _requirements() -> list[str]:
@@ -180,21 +182,21 @@ def _lack(name: str, least: str, *, loading: bool) -> str:
     return ""
 
 
-def packages() -> Iterator[Finding]:
+def packages() -> Iterator[CheckFinding]:
     """The packages that every use needs, loaded one after another."""
     wanted = list(_required(None))
     lacking = {name: lack for name, least in wanted if (lack := _lack(name, least, loading=True))}
     if len(lacking) < len(wanted):
-        yield Finding("Packages", "needed", "fine", f"{len(wanted) - len(lacking)} that are needed")
+        yield CheckFinding("Packages", "needed", "fine", f"{len(wanted) - len(lacking)} that are needed")
     for name, lack in lacking.items():
         again = "" if "not installed" in lack else "--force-reinstall --no-deps "
         remedy = f'{_pip()} install {again}"{name}>={dict(wanted)[name]}"'
         if "another package" in lack:
             remedy = f"remove what also brings that module (pip list shows it), then {remedy}"
-        yield Finding("Packages", name, "broken", lack, remedy)
+        yield CheckFinding("Packages", name, "broken", lack, remedy)
 
 
-def extras() -> Iterator[Finding]:
+def extras() -> Iterator[CheckFinding]:
     """The packages that some verbs need."""
     names = {extra for each in _requirements() for extra in re.findall(r"extra == ['\"]([\w-]+)", each)} - _DEVELOPING
     for extra in sorted(names):
@@ -202,16 +204,16 @@ def extras() -> Iterator[Finding]:
         purpose = _EXTRAS.get(extra, "")
         if lacking:
             remedy = f'{_pip()} install "{_DISTRIBUTION}[{extra}]"'
-            yield Finding("Packages", extra, "note", f"extra {extra} ({purpose}): {', '.join(lacking)}", remedy)
+            yield CheckFinding("Packages", extra, "note", f"extra {extra} ({purpose}): {', '.join(lacking)}", remedy)
         else:
-            yield Finding("Packages", extra, "fine", f"extra {extra} ({purpose})")
+            yield CheckFinding("Packages", extra, "fine", f"extra {extra} ({purpose})")
 
 
 def _pip() -> str:
     return f"{Path(sys.executable).name} -m pip" if sys.executable else "pip"
 
 
-def shipped_files() -> Iterator[Finding]:
+def shipped_files() -> Iterator[CheckFinding]:
     """The files of the program against what its installer noted, or in a checkout that they are there."""
     noted = _noted()
     if not noted:
@@ -221,9 +223,9 @@ def shipped_files() -> Iterator[Finding]:
     again = f'{_pip()} install --force-reinstall --no-deps "{_DISTRIBUTION}"'
     if wrong:
         words = f"{len(wrong)} of {len(noted)} files are not as they were installed: {', '.join(wrong[:5])}"
-        yield Finding("Files", "shipped", "broken", words, again)
+        yield CheckFinding("Files", "shipped", "broken", words, again)
     else:
-        yield Finding("Files", "shipped", "fine", f"{len(noted)} files in {_PACKAGE}, as they were installed")
+        yield CheckFinding("Files", "shipped", "fine", f"{len(noted)} files in {_PACKAGE}, as they were installed")
 
 
 def _noted() -> dict[Path, str]:
@@ -236,12 +238,12 @@ def _noted() -> dict[Path, str]:
     return {path: known.value for path, known in hashes.items() if path.is_relative_to(_PACKAGE)}
 
 
-def _checkout() -> Finding:
+def _checkout() -> CheckFinding:
     from handout import shipped
 
     lost = [name for name in _FOLDERS if not any(shipped.folder(name).glob("*"))]
     words = f"run from {_PACKAGE.parent}" + (f", where {', '.join(lost)} is empty" if lost else ", whole")
-    return Finding("Files", "shipped", "broken" if lost else "fine", words, "check it out again" if lost else "")
+    return CheckFinding("Files", "shipped", "broken" if lost else "fine", words, "check it out again" if lost else "")
 
 
 def _hash(path: Path) -> str:
@@ -252,7 +254,7 @@ def _hash(path: Path) -> str:
         return ""
 
 
-def folders() -> Iterator[Finding]:
+def folders() -> Iterator[CheckFinding]:
     """Where files are kept: whether they can be written, and how much room is left."""
     from handout import shipped
 
@@ -265,7 +267,9 @@ def folders() -> Iterator[Finding]:
     with contextlib.suppress(FileNotFoundError):  # what is said where no folder can be written
         places.append(("temporary files", Path(tempfile.gettempdir()), "broken", "scans and batches need it"))
     if len(places) == 3:
-        yield Finding("Folders", "temporary files", "broken", "no folder for them can be written", "set TMPDIR to one")
+        yield CheckFinding(
+            "Folders", "temporary files", "broken", "no folder for them can be written", "set TMPDIR to one"
+        )
     with contextlib.suppress(OSError):  # a folder that is gone
         places.append(("this folder", Path.cwd(), "note", "files have to be written elsewhere, with -o"))
     for name, place, severity, loss in places:
@@ -273,12 +277,14 @@ def folders() -> Iterator[Finding]:
         if reason:
             variable = _VARIABLES.get(name)
             way_out = f"set HOME or {variable} to a folder that you may write" if variable else ""
-            yield Finding("Folders", name, severity, f"{name}: {place} cannot be written ({reason}): {loss}", way_out)
+            yield CheckFinding(
+                "Folders", name, severity, f"{name}: {place} cannot be written ({reason}): {loss}", way_out
+            )
             continue
         free = shutil.disk_usage(_there(place)).free
         state: State = "broken" if free < _FULL else "poor" if free < _SCARCE else "fine"
         room = f"{free / 1e9:.1f} GB free" if free >= 1e9 else f"only {free / 1e6:.0f} MB free"
-        yield Finding("Folders", name, state, f"{name}: {place}, {room}", "" if state == "fine" else "make room")
+        yield CheckFinding("Folders", name, state, f"{name}: {place}, {room}", "" if state == "fine" else "make room")
 
 
 def _there(place: Path) -> Path:
@@ -296,27 +302,27 @@ def _unwritable(place: Path) -> str:
         return error.strerror or str(error)
 
 
-def ports() -> Iterator[Finding]:
+def ports() -> Iterator[CheckFinding]:
     """The serial ports, who may open them, and programs that take them away."""
     from handout.plotting.ports import serial_devices
 
     found = serial_devices()
     if not found:
         words = "no serial port: no plotter is plugged in and switched on, or its driver is missing"
-        yield Finding("Ports", "serial", "note", words + "; --port sim: and plotters on the network work without")
+        yield CheckFinding("Ports", "serial", "note", words + "; --port sim: and plotters on the network work without")
     for device in found:
         about = " ".join(filter(None, [device.name, device.usb_text, device.title]))
         if sys.platform == "win32" or os.access(device.name, os.R_OK | os.W_OK):
-            yield Finding("Ports", device.name, "fine", about)
+            yield CheckFinding("Ports", device.name, "fine", about)
         else:
             words, remedy = _locked(Path(device.name))
-            yield Finding("Ports", device.name, "poor", f"{about}: {words}", remedy)
+            yield CheckFinding("Ports", device.name, "poor", f"{about}: {words}", remedy)
     if any(_BRAILLE.search(_text(rules)) for rules in Path("/usr/lib/udev/rules.d").glob("*brltty*")):
         words = "brltty takes plotters with a CH340, CP210x or FT232 chip for Braille displays: their port vanishes"
-        yield Finding("Ports", "brltty", "poor", words, "sudo apt remove brltty, unless you read Braille")
+        yield CheckFinding("Ports", "brltty", "poor", words, "sudo apt remove brltty, unless you read Braille")
     if any(_text(name).strip() == "ModemManager" for name in Path("/proc").glob("[0-9]*/comm")):
         words = "ModemManager talks to new serial ports for some seconds, and a plotter may answer it"
-        yield Finding("Ports", "ModemManager", "note", words, "wait after plugging in, or stop it")
+        yield CheckFinding("Ports", "ModemManager", "note", words, "wait after plugging in, or stop it")
 
 
 def _locked(port: Path) -> tuple[str, str]:
@@ -343,42 +349,42 @@ def _text(path: Path) -> str:
         return ""
 
 
-def printers() -> Iterator[Finding]:
+def printers() -> Iterator[CheckFinding]:
     """The queues of the print system, and what scans."""
     from handout.printing import cups
 
     if shutil.which("lpstat") is None:
         words = "no print system (CUPS): printers are reached by their address, ipp://…, or pages are written to files"
-        yield Finding("Printers", "queues", "note", words)
+        yield CheckFinding("Printers", "queues", "note", words)
     elif names := cups.queues():
         usual = cups.default()
-        yield Finding("Printers", "queues", "fine", f"{', '.join(names)}{f'; usually {usual}' if usual else ''}")
+        yield CheckFinding("Printers", "queues", "fine", f"{', '.join(names)}{f'; usually {usual}' if usual else ''}")
     else:
         words = "the print system has no queue; ipp:// addresses and files work without"
-        yield Finding("Printers", "queues", "note", words, "add the printer to the system's settings")
+        yield CheckFinding("Printers", "queues", "note", words, "add the printer to the system's settings")
     if shutil.which("scanimage") is None:
         words = "no scanimage (SANE): calibrations take scans as files, not --scanner"
-        yield Finding("Printers", "scanner", "note", words)
+        yield CheckFinding("Printers", "scanner", "note", words)
 
 
-def network() -> Iterator[Finding]:
+def network() -> Iterator[CheckFinding]:
     """Whether there is a way out of this computer, and one within it."""
     for address, family in _NO_ROUTE:
         with contextlib.suppress(OSError), socket.socket(family, socket.SOCK_DGRAM) as probe:
             probe.connect((address, 9))  # of a datagram socket: nothing is sent
-            yield Finding("Network", "route", "fine", "there is a way out; only addresses that you name are asked")
+            yield CheckFinding("Network", "route", "fine", "there is a way out; only addresses that you name are asked")
             break
     else:
         words = "there is no way out: tcp://, ws:// and ipp:// addresses cannot be reached; all else works without"
-        yield Finding("Network", "route", "note", words)
+        yield CheckFinding("Network", "route", "note", words)
     try:
         with socket.create_server(("127.0.0.1", 0)):
             pass
     except OSError as error:
-        yield Finding("Network", "studio", "poor", f"the studio cannot listen on this computer: {_said(error)}")
+        yield CheckFinding("Network", "studio", "poor", f"the studio cannot listen on this computer: {_said(error)}")
 
 
-def _test_page(path: Path, found: Sequence[Finding]) -> Iterator[Finding]:
+def _test_page(path: Path, found: Sequence[CheckFinding]) -> Iterator[CheckFinding]:
     """A page that says what was found, written by hand: no fonts are needed for it."""
     from handout.errors import HandoutError
     from handout.pipeline.options import SheetOptions, WritingOptions
@@ -390,6 +396,6 @@ def _test_page(path: Path, found: Sequence[Finding]) -> Iterator[Finding]:
     try:
         write("\n".join(lines), [path], WritingOptions(seed=1, fallback=True), SheetOptions("A5"))
     except HandoutError as error:
-        yield Finding("Test page", "page", "broken", str(error).rstrip("."))
+        yield CheckFinding("Test page", "page", "broken", str(error).rstrip("."))
     else:
-        yield Finding("Test page", "page", "fine", f"wrote {path}: look at it, and print it")
+        yield CheckFinding("Test page", "page", "fine", f"wrote {path}: look at it, and print it")

@@ -27,7 +27,7 @@ _LETTERS = 5  # of a tag
 _SPACE = 0.1  # of the larger side of a copy, between copies on a sheet
 
 if TYPE_CHECKING:
-    from handout.motion.learned.training import Variation
+    from handout.motion.learned.training import PlanVariation
     from handout.motion.reconstruction.planned_page import PlannedPage
 
 
@@ -197,16 +197,16 @@ def draw_plans(
     if copies is None:
         drawing = draw(np.random.default_rng(seed), None)
     else:
-        from handout.motion.learned.training import Variation
+        from handout.motion.learned.training import PlanVariation
 
-        drawing = _side_by_side([draw(np.random.default_rng((seed, copy)), Variation()) for copy in range(copies)])
+        drawing = _side_by_side([draw(np.random.default_rng((seed, copy)), PlanVariation()) for copy in range(copies)])
     look = picture.look(styled=styled)
     files = write_drawings([replace(drawing, about={**drawing.about, "seed": seed})], outputs, look)
     told = {"strokes": len(drawing.strokes), "copies": copies or 1, "seed": seed, "files": [*map(str, files)]}
     return Delivery(seed=seed, files=tuple(files), told=told, notes=notes)
 
 
-Drawer = Callable[[np.random.Generator, "Variation | None"], Drawing]
+Drawer = Callable[[np.random.Generator, "PlanVariation | None"], Drawing]
 
 
 def _drawer(plans: Path, styling: StyleOptions) -> tuple[Drawer, tuple[str, ...], bool]:
@@ -230,7 +230,7 @@ def _drawer(plans: Path, styling: StyleOptions) -> tuple[Drawer, tuple[str, ...]
     except InputError as error:
         raise InputError(f"{plans}: {error}") from error
 
-    def draw(rng: np.random.Generator, variation: Variation | None) -> Drawing:
+    def draw(rng: np.random.Generator, variation: PlanVariation | None) -> Drawing:
         page = fitted if variation is None else planned_page.vary_page(fitted, variation, rng)
         drawing = planned_page.drawing(page)
         return drawing if style is None else restyling.restyle(drawing, style, rng)

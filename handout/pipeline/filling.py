@@ -15,14 +15,14 @@ from handout.errors import InputError, MissingCharacters
 from handout.pdf_forms import answers as answering
 from handout.pdf_forms import filled, printed_rules
 from handout.pdf_forms.answers import Answers
-from handout.pdf_forms.entries import SETTINGS, Entry, Filler, page_manuscript
-from handout.pdf_forms.fields import Box, Field, Form, read_form
+from handout.pdf_forms.entries import SETTINGS, FieldEntry, Filler, page_manuscript
+from handout.pdf_forms.fields import Box, Field, PdfForm, read_form
 from handout.pipeline import plotting, programs, texts
 from handout.pipeline.options import FillOptions, PictureOptions, SheetOptions, WritingOptions
 from handout.pipeline.results import SILENT, Attendant, Delivery, Facts, Listener, Result, Tally
 from handout.pipeline.texts import INK, STROKES, WritingTask
 from handout.pipeline.writing import delivered
-from handout.printing.rows import Row, select
+from handout.printing.rows import TableRow, select
 from handout.printing.table_files import read_sheet
 from handout.scanning.pdf_pages import drawn_page
 from handout.sinks import FORMATS, OF_INK, check_outputs
@@ -36,7 +36,7 @@ _PAGES_KEPT = 8  # pages of a form that are kept as pictures while its lines are
 class FieldList(Result):
     """The fields of a form."""
 
-    form: Form
+    form: PdfForm
 
     def facts(self) -> Facts:
         pages = [{"width_mm": round(page.width, 2), "height_mm": round(page.height, 2)} for page in self.form.pages]
@@ -147,7 +147,7 @@ def plot_forms(
 class _Work:
     """The forms of a call: what is written into each, and how."""
 
-    form: Form
+    form: PdfForm
     forms: Sequence[Answers]
     task: WritingTask
     filling: FillOptions
@@ -177,7 +177,7 @@ class _Work:
         """A page of that as pixels."""
         return drawn_page(self.form.path, page + 1, dpi, self.blank(answers))
 
-    def entries(self, answers: Answers) -> list[Entry]:
+    def entries(self, answers: Answers) -> list[FieldEntry]:
         """What is written into one form."""
         rng = np.random.default_rng([self.task.seed, answers.row, 1])
         return self._filler.entries(self.form.named, answers.values, rng)
@@ -268,7 +268,7 @@ def _prepared(
     return work
 
 
-def _answers(form: Form, table: Path, filling: FillOptions) -> tuple[list[Answers], list[str]]:
+def _answers(form: PdfForm, table: Path, filling: FillOptions) -> tuple[list[Answers], list[str]]:
     """The answers of the rows that are asked for, and what is wrong with them."""
     header, rows = _rows(table, filling.rows)
     fields, problems = answering.matched(form, header, filling.columns)
@@ -295,15 +295,15 @@ def _rows(table: Path, wanted: str) -> tuple[list[str], list[tuple[int, list[str
         # one form, a line a field
         pairs = [(*record.cells, "", "")[:2] for _, record in others]
         return [field for field, _ in pairs], [(top + 1, [value for _, value in pairs])]
-    chosen = {row.number for row in select([Row(number, ()) for number, _ in others], wanted)}
+    chosen = {row.number for row in select([TableRow(number, ()) for number, _ in others], wanted)}
     return first.cells, [(number, record.cells) for number, record in others if number in chosen]
 
 
-def _notes(form: Form) -> tuple[str, ...]:
+def _notes(form: PdfForm) -> tuple[str, ...]:
     return tuple(f"{form.path}: {note}." for note in form.notes)
 
 
-def _files(form: Form, paths: Sequence[Path], row: int | None) -> dict[tuple[Path, int | None], Path]:
+def _files(form: PdfForm, paths: Sequence[Path], row: int | None) -> dict[tuple[Path, int | None], Path]:
     """The files of one form: by output and page (None: all pages in one file)."""
     files: dict[tuple[Path, int | None], Path] = {}
     for path in paths:

@@ -24,7 +24,7 @@ from handout.tagging.page_tagging import TaggedPage, hand_of_pages, renumbered
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
-    from handout.tagging.recording import Recording
+    from handout.tagging.recording import RecordedPage
 
 _MOST_TEXT = 200_000  # bytes; no page holds more
 _OPENED, _MADE = 0.04, 0.97  # of the work on a page, when it is opened, and when its letters are found; measured
@@ -206,14 +206,14 @@ def _recorded(inks: Sequence[str], texts: Sequence[tuple[str, str]], listener: L
     return [page_source(recording) for recording in recorded_pages(opened, listener.say)]
 
 
-def _recordings(ink: str, text: str) -> list[Recording]:
+def _recordings(ink: str, text: str) -> list[RecordedPage]:
     """The recordings in a file; a font is one of each of its letters."""
     from handout.tagging.recorded_pages import font_specimen
-    from handout.tagging.recording import Recording
+    from handout.tagging.recording import RecordedPage
 
     if svg_font.holds_font(Path(ink)):
         return font_specimen(ink, svg_font.read(Path(ink)))
-    return [Recording(ink, read_drawing(ink), text)]
+    return [RecordedPage(ink, read_drawing(ink), text)]
 
 
 def _page_facts(page: TaggedPage) -> dict[str, Fact]:

@@ -13,7 +13,7 @@ from handout.errors import InputError
 from handout.pipeline.results import SILENT, Listener
 
 if TYPE_CHECKING:
-    from handout.letters import Letter
+    from handout.letters import LetterFile
     from handout.values import Drawing
 
 _MOST_TEXT = 2_000_000  # bytes; a longer file is surely not meant to be written by hand
@@ -34,7 +34,7 @@ class Source:
 
     text: str
     drawing: Drawing | None = None
-    letter: Letter | None = None
+    letter: LetterFile | None = None
     given: frozenset[str] | None = None
 
 

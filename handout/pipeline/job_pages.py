@@ -26,7 +26,7 @@ from handout.pipeline.texts import STROKES, TextDocument, WritingTask, draw, pre
 from handout.pipeline.writing import Document
 from handout.plotting import fit_to_bed
 from handout.plotting.jobs import pages, store
-from handout.plotting.jobs.job import Job, load
+from handout.plotting.jobs.job import PlotJob, load
 from handout.plotting.jobs.page_producer import ProducerProcess
 from handout.plotting.jobs.pages import NewPage
 from handout.profiles import Plotter
@@ -115,7 +115,7 @@ def _each(document: Document, shares: Sequence[float]) -> Iterator[tuple[Manuscr
 
 
 @contextlib.contextmanager
-def producer(job: Job) -> Iterator[ProducerProcess | None]:
+def producer(job: PlotJob) -> Iterator[ProducerProcess | None]:
     """A program that makes the pages that a job lacks, as long as it is plotted; None if it lacks none."""
     if job.whole:
         yield None

@@ -17,7 +17,7 @@ from handout import atomic, units
 from handout.completion.completed_hand import complete_hand, outlook
 from handout.errors import InputError
 from handout.hand import file, library, report
-from handout.hand.corrections import Entry, Journal, read_corrections
+from handout.hand.corrections import CorrectionJournal, JournalEntry, read_corrections
 from handout.hand.drawn import Hand
 from handout.hand.learnt import known
 from handout.hand.pending import PendingLog
@@ -113,7 +113,9 @@ class KeptHand(Result):
         }
 
 
-def _edited_hand(path: Path, journal: Journal, made: int = 0, glyphs: int = 0, notes: tuple[str, ...] = ()) -> Delivery:
+def _edited_hand(
+    path: Path, journal: CorrectionJournal, made: int = 0, glyphs: int = 0, notes: tuple[str, ...] = ()
+) -> Delivery:
     """A hand that was corrected, or whose journal of corrections was looked at or turned back.
 
     made : corrections that were just made, the last entry in force of the journal; glyphs : letters of the hand.
@@ -168,7 +170,7 @@ def edit_hand(
     with _held(source, path, listener):
         hand = file.load(source)
         corrected = correct(hand, new, learning=learning, tell=listener.progress)
-        journal = file.record(source, path, hand, corrected.hand, Entry(new, corrected.changes))
+        journal = file.record(source, path, hand, corrected.hand, JournalEntry(new, corrected.changes))
         learn(path)
     return _edited_hand(path, journal, len(new), len(corrected.hand.glyphs), notes=corrected.notes)
 
@@ -192,7 +194,7 @@ def learn(path: Path) -> Mapping[str, Array]:
 
 def worked_out(hand: ScannedHand) -> Mapping[str, Array]:
     """What is asked of a hand whenever it is written with: of what it keeps, what is out of date is worked out anew."""
-    from handout.completion.manner import Manner
+    from handout.completion.manner import WritingManner
     from handout.pipeline.rereading import author_reader
     from handout.writing.glyph_index import index_glyphs
     from handout.writing.scanned_words import layout_model
@@ -200,7 +202,7 @@ def worked_out(hand: ScannedHand) -> Mapping[str, Array]:
     author_reader(hand)
     index_glyphs(hand)
     layout_model(hand)
-    Manner(hand)
+    WritingManner(hand)
     return known(hand)
 
 

@@ -26,7 +26,7 @@ from handout import atomic
 from handout.branching import branches
 from handout.errors import InputError
 from handout.hand import file, library
-from handout.hand.corrections import AnyCorrection, Entry, Journal, Strokes, read_corrections
+from handout.hand.corrections import AnyCorrection, CorrectionJournal, JournalEntry, Strokes, read_corrections
 from handout.hand.pending import PendingLog
 from handout.hand.places import graphemes, word_at
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
@@ -73,9 +73,9 @@ class _Desk:
 
     path: Path
     on_disk: tuple[int, int, int, int]
-    journal: Journal
+    journal: CorrectionJournal
     state: _State
-    steps: list[tuple[Entry, _State]] = field(default_factory=list)
+    steps: list[tuple[JournalEntry, _State]] = field(default_factory=list)
     undone: list[tuple[AnyCorrection, ...]] = field(default_factory=list)
     revision: str = field(default_factory=lambda: secrets.token_hex(8))
     behind: tuple[set[int], frozenset[tuple[int, int]]] | None = None
@@ -397,8 +397,10 @@ def _make(desk: _Desk, new: tuple[AnyCorrection, ...]) -> tuple[str, ...]:
 
     before = desk.state
     made = applied(before.hand, new)
-    desk.steps.append((Entry(new, changes(before.hand, made.hand, made.removed)), before))
-    desk.journal = Journal(desk.journal.entries[: desk.journal.made], desk.journal.made)  # what was undone is over
+    desk.steps.append((JournalEntry(new, changes(before.hand, made.hand, made.removed)), before))
+    desk.journal = CorrectionJournal(
+        desk.journal.entries[: desk.journal.made], desk.journal.made
+    )  # what was undone is over
     desk.turn(_State(made.hand, _carried(before, made.hand, {})))
     desk.behind = {one.page for one in new}, made.removed
     return made.notes
@@ -419,7 +421,7 @@ def _align(desk: _Desk) -> None:
             renewed = aligner.aligned(before.hand, hand, page)
             hand = renewed.hand
             judged |= {(page, at): sure for at, sure in renewed.probability.items()}
-    desk.steps[-1] = Entry(entry.corrections, changes(before.hand, hand, removed)), before
+    desk.steps[-1] = JournalEntry(entry.corrections, changes(before.hand, hand, removed)), before
     desk.state = _State(hand, _carried(before, hand, judged))
 
 
@@ -530,7 +532,7 @@ def learn_apart(copy: str, listener: Listener = SILENT) -> Facts:
     found = changes(before, hand)
     listener.progress(0.8, "judging the letters")
     if found:
-        file.record(path, path, before, hand, Entry((), found))
+        file.record(path, path, before, hand, JournalEntry((), found))
     learn(path)
     return {"changed": len(found)}
 

@@ -20,8 +20,8 @@ from handout.completion.completed_hand import complete_hand
 from handout.errors import InputError, MissingCharacters
 from handout.hand.measures import ink_colours
 from handout.inking.mixing import mix_inks, paste_pictures, recolour_ink
-from handout.letters.document import Head, Letter, Picture, Signature, blocks_in
-from handout.letters.rows import Setting
+from handout.letters.document import LetterFile, LetterHead, PictureRoom, Signature, blocks_in
+from handout.letters.rows import LetterSetting
 from handout.letters.runs import Runs, WriterOptions, lines_of, runs_of, written
 from handout.letters.setting import LetterPage, set_letter
 from handout.motion.timing import time_in_air
@@ -57,7 +57,7 @@ class LetterDocument:
     first, following : layouts of the first page and the others.
     """
 
-    letter: Letter
+    letter: LetterFile
     tasks: Mapping[str, WritingTask]
     first: Layout
     following: Layout
@@ -115,7 +115,7 @@ class LetterDocument:
 
 
 def prepare_letter(
-    letter: Letter,
+    letter: LetterFile,
     writing: WritingOptions = WritingOptions(),
     sheet: SheetOptions = SheetOptions(),
     picture: PictureOptions = PictureOptions(),
@@ -168,17 +168,17 @@ def _is_given(name: str, options: Any, given: Collection[str] | None) -> bool:
     return bool(getattr(options, name) != usual)
 
 
-def _headed(letter: Letter, options: Options, given: Collection[str] | None) -> Options:
+def _headed(letter: LetterFile, options: Options, given: Collection[str] | None) -> Options:
     """Options, with what the head says of those that the caller did not ask for."""
     said: dict[str, Any] = {}
-    for name in {each.name for each in fields(options)} & {*Head.__struct_fields__}:
+    for name in {each.name for each in fields(options)} & {*LetterHead.__struct_fields__}:
         value = getattr(letter.head, name)
         if value is not None and not _is_given(name, options, given):
             said[name] = _beside(letter, value) if name in _FILES else value
     return replace(options, **said)
 
 
-def _beside(letter: Letter, name: str) -> str:
+def _beside(letter: LetterFile, name: str) -> str:
     """A name, or the path of a file of that name beside the letter."""
     path = letter.folder / name
     return str(path) if Path(name).suffix and path.is_file() else name
@@ -212,7 +212,7 @@ def _set(task: LetterDocument, row: int | None) -> tuple[Mapping[str, Hand | Sca
             options = WriterOptions(own, layout.x_height, layout.jitter, main.fallback, main.slips, rewrites)
             writers[name] = written(runs, name, hand, options, [*key, number], readers[name])
     limit = main.pages or (1 if main.layout.fit else None)
-    setting = Setting(letter, runs, writers, task.first, task.following, _sizes(letter), limit)
+    setting = LetterSetting(letter, runs, writers, task.first, task.following, _sizes(letter), limit)
     pages = set_letter(setting, lines_of(runs, writers), [*key, len(writers)])
     doubts = [doubt for name, reader in readers.items() for doubt in _doubts(name, reader, pages)]
     texts.refuse_doubts([doubt for doubt, _ in doubts], main)
@@ -220,7 +220,7 @@ def _set(task: LetterDocument, row: int | None) -> tuple[Mapping[str, Hand | Sca
     return hands, _told(pages, task, row, doubts, lacked)
 
 
-def _page_numbers(letter: Letter) -> int:
+def _page_numbers(letter: LetterFile) -> int:
     """The highest page number that a letter could have, 0 where it has none."""
     if letter.head.page_numbers == "none":
         return 0
@@ -307,13 +307,13 @@ def _told(
     return found
 
 
-def _sizes(letter: Letter) -> dict[str | Path, tuple[float, float]]:
+def _sizes(letter: LetterFile) -> dict[str | Path, tuple[float, float]]:
     """The sizes of the pictures (pixels) and signatures (mm) of a letter."""
     from PIL import Image
 
     sizes: dict[str | Path, tuple[float, float]] = {}
     for block in blocks_in(letter.blocks):
-        if isinstance(block, Picture):
+        if isinstance(block, PictureRoom):
             try:
                 with Image.open(block.path) as picture:
                     sizes[block.path] = (float(picture.width), float(picture.height))

@@ -21,10 +21,10 @@ from handout.errors import InputError
 from handout.hand import library
 from handout.inking.device_pixels import Calibrate
 from handout.letters import letter_file as letter_files
-from handout.letters.document import Head
+from handout.letters.document import LetterHead
 from handout.merging.fields import Fields, RowManner, counted, doubts, told_repeats
 from handout.merging.sheets import overlaid
-from handout.merging.template import Letter
+from handout.merging.template import LetterTemplate
 from handout.pipeline.declarations import declared
 from handout.pipeline.inputs import LETTERS, decoded, is_file, read_bytes
 from handout.pipeline.letters import LetterDocument, prepare_letter
@@ -38,7 +38,7 @@ from handout.printing.batch import BatchOptions, chosen_rows
 from handout.printing.journal import BACK, ENVELOPE, Batch, Journal
 from handout.printing.prepared import BatchPage
 from handout.printing.queue import Say
-from handout.printing.rows import Row, named, select
+from handout.printing.rows import TableRow, named, select
 from handout.sinks import drawing_file
 from handout.values import Drawing, Manuscript, Page
 from handout.writing.layout import Layout
@@ -47,14 +47,14 @@ SENT_PICTURES = "pictures"  # the folder beside a letter that stands alone, with
 # the head of a letter file, as `letters.letter_file` finds it
 _HEAD = re.compile(r"\ufeff?(?:---|\+\+\+)[ \t]*\n(?:.*\n)*?(?:---|\+\+\+)[ \t]*(?:\n|\Z)")
 # options that the head of a letter file may give, too
-_OF_HEADS = frozenset(Head.__struct_fields__)
+_OF_HEADS = frozenset(LetterHead.__struct_fields__)
 _LOOK = ("pen", "pen_width", "ink")  # of `PictureOptions`, what prints show
 _MOST_SENDER = 6  # lines of a return address: more do not fit the corner of an envelope
 _SENDER, _TICK = 1_000_003, 2_000_003  # added to the seed: a sender does not vary as the address beside it does
 
 
 @dataclass(frozen=True)
-class Merge:
+class MailMerge:
     """A table, and what is made of each of its rows.
 
     letter : that its rows fill; None where their letters stand in a column, or where there are envelopes only.
@@ -65,7 +65,7 @@ class Merge:
     path: Path
     table: Addresses
     options: MergeOptions
-    letter: Letter | None
+    letter: LetterTemplate | None
     head: str | None = None
     sender: tuple[str, ...] = ()
 
@@ -83,7 +83,7 @@ class Merge:
         return self.options.with_envelopes or not self.with_letters
 
 
-def read(path: Path, table: TableOptions, options: MergeOptions, listener: Listener) -> Merge:
+def read(path: Path, table: TableOptions, options: MergeOptions, listener: Listener) -> MailMerge:
     """The table and its letter, checked as far as they can be without writing; the listener hears how they were read.
 
     Raises
@@ -108,18 +108,18 @@ def read(path: Path, table: TableOptions, options: MergeOptions, listener: Liste
         rows = replace(rows, rows=tuple(asked))
     rows = told_repeats(_abroad(counted(rows), options.home_country), used, once=options.once)
     listener.say(*(f"{path}: {note}." for note in rows.notes))
-    return Merge(path, rows, options, letter, head, _sender(options, listener))
+    return MailMerge(path, rows, options, letter, head, _sender(options, listener))
 
 
-def _letter(path: Path, listener: Listener) -> tuple[Letter, str | None]:
+def _letter(path: Path, listener: Listener) -> tuple[LetterTemplate, str | None]:
     """The letter in a file, and the head of a Markdown file."""
     text = decoded(read_bytes(path), str(path), listener)
     if not text.strip():
         raise InputError(f"{path} is empty: there is no letter to write.")
     if path.suffix.lower() not in LETTERS:
-        return Letter(text, path.name), None
+        return LetterTemplate(text, path.name), None
     head = ((match := _HEAD.match(text)) and match.group()) or ""
-    return Letter(text[len(head) :], path.name, markdown=True, first_line=1 + head.count("\n")), head
+    return LetterTemplate(text[len(head) :], path.name, markdown=True, first_line=1 + head.count("\n")), head
 
 
 def _abroad(table: Addresses, home: str) -> Addresses:
@@ -210,7 +210,7 @@ def journal_of(pages: RowPages, table: TableOptions, more: Mapping[str, object],
     return kept
 
 
-def _batch(merge: Merge, hand: str, facts: dict[str, object]) -> Batch:
+def _batch(merge: MailMerge, hand: str, facts: dict[str, object]) -> Batch:
     """What identifies the batch, by which it is gone on with: its table, its letter, its hand and its options.
 
     Of the options for letters only those that were given count, so that a batch of envelopes is the same as before
@@ -240,14 +240,14 @@ def _named(options: object) -> dict[str, object]:
     return {name: ",".join(value) if isinstance(value, tuple) else value for name, value in values.items()}
 
 
-def _digest_of_hands(merge: Merge) -> str:
+def _digest_of_hands(merge: MailMerge) -> str:
     """A digest of the hands that rows name for themselves; "" if none does."""
     names = sorted({manner.hand for row in merge.table if (manner := merge.fields.manner(row)).hand})
     files = [library.path(name) for name in names]
     return hashlib.sha256(b"".join(file.read_bytes() for file in files if file.is_file())).hexdigest() if names else ""
 
 
-class Finding(NamedTuple):
+class PageFinding(NamedTuple):
     """What to look at on a page: how much it matters, 0 most; and a phrase."""
 
     rank: int
@@ -260,7 +260,7 @@ _SHRUNK = 0.99  # of the size that was asked for: what is nearer to it nobody se
 
 
 @dataclass
-class Account:
+class RowAccount:
     """What was written of some rows; accounts of rows one after the other add up.
 
     dropped : sentences on what no pen writes of the letters; said : sentences that must be seen at once.
@@ -270,9 +270,9 @@ class Account:
     tally: Tally = field(default_factory=Tally)
     dropped: dict[str, None] = field(default_factory=dict)
     said: dict[str, None] = field(default_factory=dict)
-    findings: dict[int, list[Finding]] = field(default_factory=dict)
+    findings: dict[int, list[PageFinding]] = field(default_factory=dict)
 
-    def add(self, other: Account) -> list[str]:
+    def add(self, other: RowAccount) -> list[str]:
         """Add another, but for its findings; what of it is to be said now."""
         self.tally += other.tally
         new = [sentence for sentence in other.said if sentence not in self.said]
@@ -300,7 +300,7 @@ class RowPages:
     It can be pickled, and is then without the rows of its table, its account and what it has loaded.
     """
 
-    merge: Merge
+    merge: MailMerge
     writing: WritingOptions
     sheet: SheetOptions
     picture: PictureOptions
@@ -309,20 +309,20 @@ class RowPages:
     margins: Callable[[Page], tuple[float, float, float, float]] = _no_margins
     seed: int = 0
     draws: bool = True
-    account: Account = field(default_factory=Account)
+    account: RowAccount = field(default_factory=RowAccount)
     _tasks: dict[tuple[bool, str, str], WritingTask] = field(default_factory=dict)
     _calibrations: dict[str, Calibrate | None] = field(default_factory=dict)
 
     def __getstate__(self) -> dict[str, Any]:
         bare = replace(self.merge, table=replace(self.merge.table, rows=()))
-        return {**self.__dict__, "merge": bare, "account": Account(), "_tasks": {}, "_calibrations": {}}
+        return {**self.__dict__, "merge": bare, "account": RowAccount(), "_tasks": {}, "_calibrations": {}}
 
-    def settled(self) -> Account:
+    def settled(self) -> RowAccount:
         """What was written since this was last asked for."""
-        settled, self.account = self.account, Account()
+        settled, self.account = self.account, RowAccount()
         return settled
 
-    def check(self, row: Row) -> None:
+    def check(self, row: TableRow) -> None:
         """Whether a row can be written, as far as setting tells: text, letters, address, and whether it fits its page.
 
         Raises
@@ -356,7 +356,7 @@ class RowPages:
             return self.task(self.merge.with_letters, RowManner())
         return self._letter_file("a", RowManner()).task
 
-    def __call__(self, row: Row) -> list[BatchPage]:
+    def __call__(self, row: TableRow) -> list[BatchPage]:
         """The pages of a row: its letter, its envelope, the back of that.
 
         Raises
@@ -393,7 +393,7 @@ class RowPages:
             self._tasks[key] = task
         return self._tasks[key]
 
-    def text(self, row: Row, manner: RowManner) -> str:
+    def text(self, row: TableRow, manner: RowManner) -> str:
         """The letter of a row."""
         if self.merge.letter is not None:
             language = manner.language or self.merge.options.language
@@ -402,7 +402,7 @@ class RowPages:
             raise InputError("there is no text for its letter")
         return manner.text
 
-    def _letter(self, row: Row, manner: RowManner) -> list[BatchPage]:
+    def _letter(self, row: TableRow, manner: RowManner) -> list[BatchPage]:
         text, window, read = self.text(row, manner), None, None
         if self.merge.head is not None:
             read = self._letter_file(text, manner)
@@ -441,7 +441,7 @@ class RowPages:
         own = {name for name in ("hand", "pen") if getattr(manner, name)}
         return prepare_letter(letter, options, self.sheet, picture, None if given is None else given | own)
 
-    def _envelope(self, row: Row, manner: RowManner) -> list[BatchPage]:
+    def _envelope(self, row: TableRow, manner: RowManner) -> list[BatchPage]:
         _check_address(row)
         task, page, options = self.task(False, manner), self.envelope_page, self.merge.options
         layout = envelope.address_layout(page, *_extent(row.lines), self.address_x_height)
@@ -455,14 +455,14 @@ class RowPages:
         pages = [self._page(ENVELOPE, overlaid(front, page) if len(front) > 1 else front[0], task, manner)]
         return [*pages, *(self._page(BACK, drawing, task, manner) for drawing in back)]
 
-    def _ticked(self, row: Row, task: WritingTask) -> list[Drawing]:
+    def _ticked(self, row: TableRow, task: WritingTask) -> list[Drawing]:
         number = str(row.number)
         page = task.layout.page
         layout = envelope.tick_layout(page, len(number), self.margins(page))
         return self._written(number, replace(task, slips=0.0, paper=None), row, layout, _TICK)
 
     def _written(
-        self, text: str, task: WritingTask, row: Row, layout: Layout | None = None, other: int = 0
+        self, text: str, task: WritingTask, row: TableRow, layout: Layout | None = None, other: int = 0
     ) -> list[Drawing]:
         """A text of a row on its pages; `other` than its main text varies otherwise."""
         if layout is not None:
@@ -473,7 +473,7 @@ class RowPages:
         task = replace(task, seed=self.seed + other)
         return self._pages_of(TextDocument(text, task, layout), row, layout or task.layout)
 
-    def _pages_of(self, document: Document, row: Row, layout: Layout) -> list[Drawing]:
+    def _pages_of(self, document: Document, row: TableRow, layout: Layout) -> list[Drawing]:
         """The pages of a document, counted; what is to be looked at is noted."""
         if not self.draws:
             document.check(row.number)
@@ -501,7 +501,7 @@ class RowPages:
         )
 
 
-def _check_address(row: Row) -> None:
+def _check_address(row: TableRow) -> None:
     if not row.lines:
         raise InputError("there is no street, place or address in it")
 
@@ -523,31 +523,31 @@ def _window(name: str, page: Page) -> envelope.EnvelopeWindow:
     return known
 
 
-def _findings(pages: Sequence[Manuscript], layout: Layout) -> Iterator[Finding]:
+def _findings(pages: Sequence[Manuscript], layout: Layout) -> Iterator[PageFinding]:
     """What to look at on the pages of one text."""
     size = min((page.x_height for page in pages), default=layout.x_height)
     if size < _SHRUNK * layout.x_height:
-        yield Finding(SHRUNK, f"written at {size / layout.x_height:.0%} of its size, so that it fits")
+        yield PageFinding(SHRUNK, f"written at {size / layout.x_height:.0%} of its size, so that it fits")
     if len(pages) > 1 and len(pages[-1].lines) <= _FEW:
-        yield Finding(SPARSE, f"its last page, {len(pages)}, has {units.count(len(pages[-1].lines), 'line')} only")
+        yield PageFinding(SPARSE, f"its last page, {len(pages)}, has {units.count(len(pages[-1].lines), 'line')} only")
     for letter in pages[0].about.get("borrowed", []) if pages else []:
         if not letter["own"]:
-            yield Finding(LENT, f"{letter['letter']!r}, {letter['count']} times, is {letter['from']}")
+            yield PageFinding(LENT, f"{letter['letter']!r}, {letter['count']} times, is {letter['from']}")
     for page in pages:
         for doubt in page.about.get("doubtful", []):
-            yield Finding(DOUBTFUL, f"{doubt['word']!r} may be read as {doubt['reads_as'] or 'nothing'!r}")
+            yield PageFinding(DOUBTFUL, f"{doubt['word']!r} may be read as {doubt['reads_as'] or 'nothing'!r}")
         for slip in page.about.get("slips", []):
-            yield Finding(SLIP, f"struck out and written again: {slip.get('word', '')!r}")
+            yield PageFinding(SLIP, f"struck out and written again: {slip.get('word', '')!r}")
         yield from _broken(page)
 
 
-def _broken(page: Manuscript) -> Iterator[Finding]:
+def _broken(page: Manuscript) -> Iterator[PageFinding]:
     """Words that go on in the next line."""
     for above, below in itertools.pairwise(line for line in page.lines if line.placed):
         last = above.placed[-1]
         if below.placed[0].at == last.at + 1:
             word = "".join(placed.glyph.letter for placed in above.placed if placed.word == last.word)
-            yield Finding(BROKEN, f"a word goes on in the next line after {word!r}")
+            yield PageFinding(BROKEN, f"a word goes on in the next line after {word!r}")
 
 
 def approval(pages: RowPages, table: TableOptions) -> dict[str, object]:

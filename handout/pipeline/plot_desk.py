@@ -1,7 +1,7 @@
 """Plots as a page attends to them: kept first, looked at on the bed, then drawn, paused and stopped, step by step.
 
 A plot is a job before it has a machine, so that what is looked at is what is drawn; the same journal as ever says where
-it goes on.  What the page wants while the pen moves comes as words through a `Wire`.
+it goes on.  What the page wants while the pen moves comes as words through a `PageWire`.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from handout.pipeline.results import SILENT, Attendant, Facts, Listener
 from handout.plotting import bed
 from handout.plotting.dialect import ButtonPressed
 from handout.plotting.jobs import pages
-from handout.plotting.jobs.job import Job
-from handout.plotting.jobs.places import Place
+from handout.plotting.jobs.job import PlotJob
+from handout.plotting.jobs.places import DrawnPlace
 from handout.printing.cups import queues
 from handout.profiles import Plotter
 from handout.signals import interrupt
@@ -41,7 +41,7 @@ _LOOK = 0.25  # s that a paused plot waits for a word before it looks at the plo
 _STOPS = {"stop": "it was stopped at the page", "gone": "the studio was closed"}
 
 
-class Wire(Listener, Protocol):
+class PageWire(Listener, Protocol):
     """The page: hears sentences and how far it is, and says words."""
 
     def live(self, facts: Facts) -> None:
@@ -57,13 +57,13 @@ class AtPage(Attendant):
     shared : whether several threads do it: what stops it stops all, by the first of them, which enters and leaves this.
     """
 
-    def __init__(self, wire: Wire, shared: bool = False) -> None:
+    def __init__(self, wire: PageWire, shared: bool = False) -> None:
         self._wire, self._told, self._shared = wire, 0.0, shared
         self._on, self._over, self._lock = threading.Event(), False, threading.Lock()
         self._first = threading.get_ident()
 
     def _word(self, seconds: float = 0.0) -> str:
-        """As `Wire.word`; of shared work "on" for whoever waits for that, and nothing else."""
+        """As `PageWire.word`; of shared work "on" for whoever waits for that, and nothing else."""
         if not self._shared:
             return self._wire.word(seconds)
         if not seconds or not self._on.wait(seconds):
@@ -131,10 +131,10 @@ class AtPage(Attendant):
             self._told = now
             self._wire.progress(share, f"plotting, {left / 60:.0f} min left" if left > 90 else "plotting")
 
-    def reached(self, job: Job) -> Callable[[int, Place], None]:
+    def reached(self, job: PlotJob) -> Callable[[int, DrawnPlace], None]:
         """Tells the page where the pen is."""
 
-        def tell(number: int, place: Place) -> None:
+        def tell(number: int, place: DrawnPlace) -> None:
             nonlocal job
             if number >= len(job.parts):  # its pages are made while it is drawn
                 job = find_job(job.name)
@@ -228,7 +228,7 @@ def show_plot(name: str) -> Facts:
     return facts
 
 
-def _lies(job: Job, page: Page) -> Facts:
+def _lies(job: PlotJob, page: Page) -> Facts:
     """How a page lies on the bed as it is seen: matrix (a, b, c, d, e, f) of SVG, mm from the bed's upper left."""
     placed, (least, greatest) = bed.place(page, job.profile), bed.reach(job.profile)
     down = job.profile.bed.y == "down"
@@ -240,7 +240,7 @@ def _lies(job: Job, page: Page) -> Facts:
     return {"matrix": [round(value, 4) for value in matrix], "turned": placed.turned, "zero": zero}
 
 
-def _place(job: Job, number: int, place: Place) -> Facts:
+def _place(job: PlotJob, number: int, place: DrawnPlace) -> Facts:
     """A place on a part as one on its page: strokes before `stroke` are drawn, and that up to `time`, s."""
     part = job.parts[number]
     reached = None if np.isinf(place.time) else round(place.time, 3)
@@ -255,7 +255,7 @@ def plot_page(name: str, page: int) -> str:
     return to_svg(pages.read(job.folder, page), pen_width=float(job.profile.pen.width)).decode()
 
 
-def draw_plot(name: str, port: str, at_zero: bool, home_after: bool, *, listener: Wire) -> Facts:
+def draw_plot(name: str, port: str, at_zero: bool, home_after: bool, *, listener: PageWire) -> Facts:
     """Draw a plot that is kept, or what is left of it, until it is finished or the page stops it.
 
     Raises

@@ -6,14 +6,14 @@ from handout.errors import InputError
 from handout.pipeline.results import SILENT, Listener, Told
 from handout.plotting.dialects import dialect
 from handout.plotting.jobs import store
-from handout.plotting.jobs.job import Job
+from handout.plotting.jobs.job import PlotJob
 from handout.plotting.jobs.journal import JobProgress
 from handout.plotting.jobs.parts import named
 from handout.plotting.jobs.places import drawn
 from handout.plotting.jobs.runner import doubt
 
 
-def state_of(job: Job) -> Told:
+def state_of(job: PlotJob) -> Told:
     """A plot that is kept, and how far it has come, as ``--json`` prints it; InputError if its journal cannot be read.
 
     sheets : of all copies, as far as they are written; all_written : whether all are; layers : that have names; part,
@@ -53,7 +53,7 @@ def list_jobs(listener: Listener = SILENT) -> list[Told]:
     return states
 
 
-def find_job(name: str | None, *, unfinished: bool = False) -> Job:
+def find_job(name: str | None, *, unfinished: bool = False) -> PlotJob:
     """The plot of that name, or the one that was drawn last, of all or the unfinished ones; InputError: none."""
     return store.find(name, unfinished=unfinished)
 
@@ -65,12 +65,12 @@ def forget_job(name: str) -> str:
     return called(job)
 
 
-def outlook(job: Job) -> str:
+def outlook(job: PlotJob) -> str:
     """What will happen when a job is gone on with."""
     return f"{_outlook(job)} {doubt(job)}".rstrip()
 
 
-def _outlook(job: Job) -> str:
+def _outlook(job: PlotJob) -> str:
     standing = job.standing()
     if standing.part >= len(job.parts):
         return f"{called(job)}: goes on with what is written next; {_drawn(job, standing) / 1000:.2f} m are drawn."
@@ -90,19 +90,19 @@ def _outlook(job: Job) -> str:
     )
 
 
-def called(job: Job) -> str:
+def called(job: PlotJob) -> str:
     """A job as it is called in a sentence."""
     return f"{job.name} ({job.title})" if job.title else job.name
 
 
-def _part(job: Job, standing: JobProgress) -> str:
+def _part(job: PlotJob, standing: JobProgress) -> str:
     part = job.parts[standing.part]
     sheets = f" of {job.pages * job.options.copies}" if job.whole else ""
     layer = f", {named(part.layer)}" if len(job.layers) > 1 else ""
     return f"sheet {part.copy * job.pages + part.page + 1}{sheets}{layer}"
 
 
-def _drawn(job: Job, standing: JobProgress) -> float:
+def _drawn(job: PlotJob, standing: JobProgress) -> float:
     """mm of ink that are certainly on paper."""
     whole = sum(part.ink for part in job.parts[: standing.part])
     if not standing.begun or standing.part >= len(job.parts):

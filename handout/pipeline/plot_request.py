@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from handout.plotting.jobs.parts import Layers
-    from handout.plotting.jobs.places import Place
+    from handout.plotting.jobs.places import DrawnPlace
     from handout.plotting.planning.plan import Order
 
 
@@ -142,7 +142,7 @@ class AttendanceOptions:
         metavar="TIME",
     )
     report: str | Path | None = option(None, FILES, "Write how faithful the motion is, as JSON.", kind=Path)
-    reached: Callable[[int, Place], None] | None = None
+    reached: Callable[[int, DrawnPlace], None] | None = None
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ import numpy as np
 from handout.errors import DoesNotFit, InputError
 from handout.merging.sheets import Grid, grid
 from handout.pipeline import merging
-from handout.pipeline.merging import Merge, RowPages
+from handout.pipeline.merging import MailMerge, RowPages
 from handout.pipeline.options import MergeOptions, TableOptions, seed_of
 from handout.pipeline.plot_request import AttendanceOptions, PartOptions, PlotOptions, PlotRequest
 from handout.pipeline.plotting import (
@@ -39,9 +39,9 @@ from handout.pipeline.printing import BatchDelivery, make_all, rows_told
 from handout.pipeline.results import SILENT, Attendant, Facts
 from handout.pipeline.texts import STROKES
 from handout.plotting import bed
-from handout.plotting.driving.driver import Report, connect
+from handout.plotting.driving.driver import PlotReport, connect
 from handout.plotting.jobs import store
-from handout.plotting.jobs.job import Job, Options
+from handout.plotting.jobs.job import JobOptions, PlotJob
 from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
 from handout.printing.journal import BACK, ENVELOPE, Piece
@@ -158,7 +158,7 @@ def _plotters(
     return Several(spools[: len(ports)], spools[len(ports) :])
 
 
-def _drawn(place: PlotFiles | PlotSpool | Several) -> tuple[tuple[Report, ...], Facts]:
+def _drawn(place: PlotFiles | PlotSpool | Several) -> tuple[tuple[PlotReport, ...], Facts]:
     """The reports of every part that was plotted, and what is told of the times."""
     if isinstance(place, PlotFiles):
         return (), {"planned_s": round(place.planned_s, 2)}
@@ -167,7 +167,7 @@ def _drawn(place: PlotFiles | PlotSpool | Several) -> tuple[tuple[Report, ...], 
     return reports, Drawn(reports=reports).executed()
 
 
-def _pages(merged: Merge, request: PlotRequest) -> RowPages:
+def _pages(merged: MailMerge, request: PlotRequest) -> RowPages:
     """How the pages of rows are written, as strokes."""
     sheet = request.sheet if merged.with_letters else replace(request.sheet, usual_page="DL")
     return RowPages(merged, request.writing, sheet, request.picture, STROKES, seed=seed_of(request.writing.seed))
@@ -249,7 +249,7 @@ class _Sheets(Destination):
 class PlotFiles(_Sheets):
     """Sheets as they would be plotted, written to files."""
 
-    def __init__(self, shared: Grid, profile: Plotter, paths: Sequence[Path], look: Look, options: Options) -> None:
+    def __init__(self, shared: Grid, profile: Plotter, paths: Sequence[Path], look: Look, options: JobOptions) -> None:
         super().__init__(shared, profile)
         self._paths, self._look, self._options = paths, look, options
         self._written: tuple[Path, ...] = ()
@@ -324,11 +324,11 @@ class PlotterQueue:
 
     profile: Plotter
     person: AtPlotter
-    options: Options
+    options: JobOptions
     attendance: AttendanceOptions
     account: ReportFile
     port: Port | None = None
-    reports: list[Report] = field(default_factory=list)
+    reports: list[PlotReport] = field(default_factory=list)
     keeps: bool = False
     _sheets: int = 0
 
@@ -389,6 +389,6 @@ class PlotterQueue:
         return self.outcome(job, title)
 
 
-def _kept(name: str, title: str) -> Job | None:
+def _kept(name: str, title: str) -> PlotJob | None:
     """The job of that title, and if it is known of that name, which may have been given again to another."""
     return next((job for job in store.every() if job.title == title and name in ("", job.name)), None)

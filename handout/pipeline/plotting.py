@@ -33,11 +33,11 @@ from handout.plotting import fit_to_bed, open_port, plan
 from handout.plotting.connections import is_simulated as is_simulated
 from handout.plotting.connections import surroundings
 from handout.plotting.driving import plot_report
-from handout.plotting.driving.driver import Report
+from handout.plotting.driving.driver import PlotReport
 from handout.plotting.driving.overlap import OVERLAP, usual_overlap
 from handout.plotting.jobs import pages as kept_pages
 from handout.plotting.jobs import runner, store, stretch
-from handout.plotting.jobs.job import Job, Options, load
+from handout.plotting.jobs.job import JobOptions, PlotJob, load
 from handout.plotting.jobs.pages import NewPage, laid_out
 from handout.plotting.planning.hooking import said
 from handout.plotting.planning.plan import Plan
@@ -84,7 +84,7 @@ class AtPlotter:
         self.attendant.paused(pressed)
 
     def answer(self, question: str, answers: Mapping[str, str]) -> str:
-        """See `pen_heights.Person`."""
+        """See `pen_heights.PenSetter`."""
         return self.attendant.answer(question, answers)
 
     def say(self, sentence: str) -> None:
@@ -96,7 +96,7 @@ class AtPlotter:
 class Drawn:
     """What plotters did; reports : of every part that was plotted."""
 
-    reports: tuple[Report, ...] = ()
+    reports: tuple[PlotReport, ...] = ()
 
     @property
     def executed_s(self) -> float:
@@ -122,7 +122,7 @@ class Drawn:
 class Plotted(Drawn, Delivery):
     """What was plotted; job : as it stands now."""
 
-    job: Job
+    job: PlotJob
 
     @property
     def sheets(self) -> int:
@@ -136,7 +136,7 @@ class Plotted(Drawn, Delivery):
         return dataclasses.replace(self, told=told, **more)
 
 
-def _plotted(job: Job, reports: Sequence[Report]) -> Plotted:
+def _plotted(job: PlotJob, reports: Sequence[PlotReport]) -> Plotted:
     """A job that was plotted, told as it stands now."""
     job, drawn = load(job.folder), Drawn(reports=tuple(reports))
     return Plotted(job=job, reports=drawn.reports, told={**state_of(job), **drawn.executed()})
@@ -149,7 +149,7 @@ class _Asked:
     request: PlotRequest
     profile: Plotter
     document: Document
-    options: Options
+    options: JobOptions
     notes: tuple[str, ...]
     drawing: Facts
 
@@ -194,7 +194,7 @@ def plot(
     return plotted.of(delivered(tally, task, (), work.notes, behind=work.drawing))
 
 
-def keep(request: PlotRequest, port: str | None = None) -> tuple[Job, tuple[str, ...]]:
+def keep(request: PlotRequest, port: str | None = None) -> tuple[PlotJob, tuple[str, ...]]:
     """A plot as a job that is begun with `resume`, and what the user is told of it; `port` : see `preview`."""
     work = _asked(request, port)
     return _begun(work, port or "", SILENT), work.notes
@@ -274,14 +274,14 @@ def plot_drawings(
     fast: bool = False,
 ) -> Plotted:
     """Plot some drawings, a sheet each, as a job like any other, at the pace of their clocks or as fast as it goes."""
-    options = Options(speed="fast" if fast else 1.0, overlap=usual_overlap(profile, True) if fast else OVERLAP)
+    options = JobOptions(speed="fast" if fast else 1.0, overlap=usual_overlap(profile, True) if fast else OVERLAP)
     begin = partial(store.create, drawings, profile, options, title=title, port=port)
     person = AtPlotter(attendant, port)
     return _plot_new(begin, profile, person, AttendanceOptions(), ReportFile(None), before=f"{title}, ")
 
 
 def _plot_new(
-    begin: Callable[[], Job],
+    begin: Callable[[], PlotJob],
     profile: Plotter,
     person: AtPlotter,
     attendance: AttendanceOptions,
@@ -327,10 +327,10 @@ def asked_machine(plotting: PlotOptions, port: str | None) -> Plotter:
     return hooked(profile, plotting.hooks)
 
 
-def job_options(plotting: PlotOptions, profile: Plotter, fast: bool, timed: bool = True) -> Options:
+def job_options(plotting: PlotOptions, profile: Plotter, fast: bool, timed: bool = True) -> JobOptions:
     """How a job is to be drawn; `timed` : whether the times of its strokes mean anything."""
     usual = usual_overlap(profile, fast or not timed)
-    return Options(
+    return JobOptions(
         speed="fast" if fast else 1.0,
         order=plotting.order,
         overlap=usual if plotting.overlap is None else _positive(plotting.overlap, "overlap"),
@@ -355,7 +355,7 @@ def port_to(port: str, profile: Plotter) -> Port:
         raise type(error)(f"{error} No job was begun.") from error
 
 
-def _begun(work: _Asked, port: str, listener: Listener) -> Job:
+def _begun(work: _Asked, port: str, listener: Listener) -> PlotJob:
     """The job, with the first page of a text and what the others are made from, or with all pages, or the part of them
     that is asked for; the listener hears which."""
     request, document, rest = work.request, work.document, None
@@ -374,7 +374,7 @@ def _begun(work: _Asked, port: str, listener: Listener) -> Job:
 
 
 def _part(
-    pages: Sequence[NewPage], part: PartOptions, profile: Plotter, options: Options, listener: Listener
+    pages: Sequence[NewPage], part: PartOptions, profile: Plotter, options: JobOptions, listener: Listener
 ) -> list[NewPage]:
     """The pages with the part alone that is asked for; the listener hears which that is."""
     laid = [laid_out(page.drawing, profile, options.layers, options.order) for page in pages]
@@ -390,12 +390,12 @@ def _part(
     return kept
 
 
-def cut_out(page: Drawing, piece: stretch.Piece) -> Drawing:
+def cut_out(page: Drawing, piece: stretch.SheetStretch) -> Drawing:
     """The strokes of a page that are drawn."""
     return dataclasses.replace(page, strokes=page.strokes[piece.first : piece.stop])
 
 
-def with_rest(page: Drawing, piece: stretch.Piece, planned: Plan) -> Drawing:
+def with_rest(page: Drawing, piece: stretch.SheetStretch, planned: Plan) -> Drawing:
     """A page of a preview: what is plotted, and all else pale."""
     part = with_hooks(planned)
     if (piece.first, piece.stop) == (0, len(page.strokes)):
@@ -424,7 +424,7 @@ def again(
     account, before = ReportFile(attendance.report), store.drawn_before(name)
     address, profile = port or before.port, before.profile
 
-    def begin() -> Job:
+    def begin() -> PlotJob:
         options = msgspec.structs.replace(before.options, copies=1)
         pages = _part(_kept_pages(before, attendant), part, profile, options, attendant)
         return store.begin(pages, profile, options, None, title=before.title, port=address)
@@ -433,7 +433,7 @@ def again(
     return _plot_new(begin, profile, person, attendance, account, behind=f", of {called(before)}")
 
 
-def _kept_pages(job: Job, listener: Listener) -> list[NewPage]:
+def _kept_pages(job: PlotJob, listener: Listener) -> list[NewPage]:
     if not job.whole:
         count = units.count(job.pages, "sheet")
         listener.say(f"Only {count} of {job.name} had been written: the rest of its text is left out here.")
@@ -464,11 +464,11 @@ def preview_again(
 
 
 def shown_pages(
-    pages: Sequence[Drawing], part: PartOptions, profile: Plotter, options: Options, listener: Listener
+    pages: Sequence[Drawing], part: PartOptions, profile: Plotter, options: JobOptions, listener: Listener
 ) -> tuple[list[Drawing], list[Plan]]:
     """Pages as a preview shows them, and the plans of what is drawn of them."""
     laid = [laid_out(page, profile, options.layers, options.order) for page in pages]
-    chosen = [stretch.Piece(number, 0, len(page.strokes)) for number, page in enumerate(laid)]
+    chosen = [stretch.SheetStretch(number, 0, len(page.strokes)) for number, page in enumerate(laid)]
     if part:
         chosen = stretch.pieces(laid, profile, options.speed, **dataclasses.asdict(part))
         listener.say(stretch.named(chosen, laid))
@@ -485,14 +485,14 @@ def _planned(plans: Sequence[Plan]) -> Facts:
     return {"planned_s": seconds, "stretched": stretched(plans), **hooks}
 
 
-def _amount(job: Job) -> str:
+def _amount(job: PlotJob) -> str:
     """How much will be drawn, in words."""
     if job.whole:
         return f"{units.count(job.pages * job.options.copies, 'sheet')}, {job.ink / 1000:.2f} m of ink"
     return f"about {job.ink / 1000:.1f} m of ink; the other sheets are written while the first are drawn"
 
 
-def stretched(parts: Sequence[Plan] | Sequence[Report]) -> float:
+def stretched(parts: Sequence[Plan] | Sequence[PlotReport]) -> float:
     """The greatest of the sheets' stretches: time the strokes take over the time they were meant to take."""
     return round(max((part.stretched for part in parts), default=1.0), 4)
 
@@ -517,7 +517,7 @@ class ReportFile:
         if self.path is not None:
             plot_report.write(self.path, [plot_report.row(plan, page) for page, plan in enumerate(plans, 1)])
 
-    def plotted(self, report: Report, port: Port) -> None:
+    def plotted(self, report: PlotReport, port: Port) -> None:
         """Write what is to be said of all parts up to the one that has just been plotted."""
         if self.path is not None:
             with self._lock:
@@ -526,8 +526,8 @@ class ReportFile:
 
 
 def draw_job(
-    job: Job, person: AtPlotter, attendance: AttendanceOptions, account: ReportFile, port: Port | None = None
-) -> list[Report]:
+    job: PlotJob, person: AtPlotter, attendance: AttendanceOptions, account: ReportFile, port: Port | None = None
+) -> list[PlotReport]:
     """Plot a job, or what is left of it, at first over a port that is open."""
     limit, attendant = attendance.hold_limit, person.attendant
     usual = math.inf if attendant.watches else _UNWATCHED
@@ -554,7 +554,7 @@ def draw_job(
 
 
 @contextlib.contextmanager
-def _kept(job: Job, *, new: bool) -> Iterator[None]:
+def _kept(job: PlotJob, *, new: bool) -> Iterator[None]:
     """Add to what ends a job how to go on with it; a new one that is refused before anything is drawn is forgotten."""
     try:
         yield
@@ -577,7 +577,7 @@ def _kept(job: Job, *, new: bool) -> Iterator[None]:
         raise
 
 
-def how_to_go_on(job: Job) -> str:
+def how_to_go_on(job: PlotJob) -> str:
     """How to go on with a job, even one of which nothing is drawn: otherwise --resume would take one before it."""
     try:
         job.standing()

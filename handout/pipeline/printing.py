@@ -14,7 +14,7 @@ from handout.calibrating.calibrated_ink import CalibratedInk
 from handout.calibrating.store import Calibration
 from handout.errors import InputError
 from handout.pipeline import merging, row_work
-from handout.pipeline.merging import Account, RowPages
+from handout.pipeline.merging import RowAccount, RowPages
 from handout.pipeline.options import (
     MergeOptions,
     PictureOptions,
@@ -28,7 +28,7 @@ from handout.pipeline.options import (
 from handout.pipeline.results import SILENT, Attendant, Delivery, Listener, Tally, Told
 from handout.pipeline.texts import WritingTask, not_followed
 from handout.printing import envelope, media, printers
-from handout.printing.batch import SIMULATED, BatchOptions, Way, destinations, make_rows
+from handout.printing.batch import SIMULATED, BatchOptions, PrinterWay, destinations, make_rows
 from handout.printing.batch import RowsRefused as RowsRefused
 from handout.printing.journal import Journal
 from handout.printing.prepared import Destination
@@ -136,7 +136,7 @@ def print_(
     about = {"seed": pages.seed, "hand": task.hand.name}
     simulated = all(each.simulated for each in [*profiles, *apart])  # nobody is asked to feed those
     change = (lambda request: attendant.say(f"{request}.")) if simulated else partial(attendant.do, needed=False)
-    way = Way(profile, fed, about, None, record.resumed, attendant.say, change)
+    way = PrinterWay(profile, fed, about, None, record.resumed, attendant.say, change)
     ways = [_at(way, task.layout.page, each) for each in profiles], [_at(way, pages.envelope_page, a) for a in apart]
     calibrations.say_whose(ways[1], attendant)
     with record, destinations(*ways, options, pages.sheets()) as place:
@@ -190,7 +190,7 @@ def _apart(profile: Printer, printing: PrintOptions) -> list[Printer]:
     return found
 
 
-def _at(way: Way, page: Page, where: Printer) -> Way:
+def _at(way: PrinterWay, page: Page, where: Printer) -> PrinterWay:
     """The way to one of several printers, as it is fed with a page."""
     changes = {"queue": where.queue, "file": where.file, "simulated": where.simulated}
     fed = msgspec.structs.replace(way.fed(page), **changes)
@@ -238,7 +238,7 @@ class _Calibrations:
 
     calibration: Calibration | None
 
-    def say_whose(self, ways: Sequence[Way], listener: Listener) -> None:
+    def say_whose(self, ways: Sequence[PrinterWay], listener: Listener) -> None:
         """Say to which printers pages go without a calibration."""
         titles = dict.fromkeys(way.profile.title for way in ways if self.calibration and not way.calibrated)
         listener.say(*(f"Pages for {title} are not corrected: the calibration is another's." for title in titles))
@@ -267,12 +267,12 @@ def make_all(
     *,
     drawn: bool = False,
     listener: Listener,
-) -> tuple[Report, Account]:
+) -> tuple[Report, RowAccount]:
     """Make all rows of a batch, by as many processes as its options say; see `make_rows`.
 
     run : the options of the table, and the journal; drawn : see `row_work.RowWork`.
     """
-    (table, record), account = run, Account()
+    (table, record), account = run, RowAccount()
     work = row_work.row_work(pages, place.prepare, drawn)
     with row_work.opened(work, table.jobs, table.cluster, listener.say) as made:
         make, check = (row_work.counted(made, account, listener.say, check) for check in (False, True))

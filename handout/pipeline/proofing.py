@@ -21,7 +21,7 @@ from handout.errors import InputError
 from handout.inking.papers import lay_ink
 from handout.pipeline import merging, plotting
 from handout.pipeline.costs import Costs, Spent, costs, prices
-from handout.pipeline.merging import AT_EDGE, OUT_OF_REACH, WARNED, Finding, RowPages
+from handout.pipeline.merging import AT_EDGE, OUT_OF_REACH, WARNED, PageFinding, RowPages
 from handout.pipeline.options import (
     MergeOptions,
     PictureOptions,
@@ -35,7 +35,7 @@ from handout.plotting import plan
 from handout.printing import media, printers
 from handout.printing.journal import BACK, ENVELOPE
 from handout.printing.prepared import BatchPage, margin_warning
-from handout.printing.rows import Row, select
+from handout.printing.rows import TableRow, select
 from handout.profiles import Plotter, Prices, Printer
 
 _DPI = 96  # of the small pictures
@@ -52,7 +52,7 @@ class ProofPage:
     part: str
     picture: bytes
     size: tuple[float, float]
-    findings: tuple[Finding, ...] = ()
+    findings: tuple[PageFinding, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -149,7 +149,7 @@ class _Made:
     rows: list[int] = field(default_factory=list)
     pages: list[ProofPage] = field(default_factory=list)
     failed: dict[int, str] = field(default_factory=dict)
-    looked: dict[int, list[Finding]] = field(default_factory=dict)
+    looked: dict[int, list[PageFinding]] = field(default_factory=dict)
     sheets: Counter[str] = field(default_factory=Counter)
     spent: Spent = field(default_factory=Spent)
 
@@ -168,7 +168,7 @@ class _Made:
         """The rows that can be made."""
         return [row for row in self.rows if row not in self.failed]
 
-    def take(self, row: Row) -> None:
+    def take(self, row: TableRow) -> None:
         """Write a row and look at it."""
         self.rows.append(row.number)
         try:
@@ -179,7 +179,7 @@ class _Made:
             self.failed[row.number] = str(error)
             return
         found = self.writer.account.findings.pop(row.number, [])
-        found += [Finding(WARNED, warning) for warning in row.warnings]
+        found += [PageFinding(WARNED, warning) for warning in row.warnings]
         placed = [self._of_page(page) for page in pages]
         every = sorted(dict.fromkeys([*found, *(finding for own, _ in placed for finding in own)]))
         if every:
@@ -204,24 +204,24 @@ class _Made:
             machine=(spent.machine or 0.0) + copies * seconds,
         )
 
-    def _of_page(self, page: BatchPage) -> tuple[list[Finding], float]:
+    def _of_page(self, page: BatchPage) -> tuple[list[PageFinding], float]:
         """What is to be looked at for where a page's ink lies; s that a plotter would take for it."""
-        drawing, found, seconds = page.drawing, list[Finding](), 0.0
+        drawing, found, seconds = page.drawing, list[PageFinding](), 0.0
         if isinstance(self.machine, Printer):
             fed = media.printer_for(drawing.page, self.machine)
             if warning := margin_warning(drawing, fed):
-                found.append(Finding(OUT_OF_REACH, warning))
+                found.append(PageFinding(OUT_OF_REACH, warning))
         elif isinstance(self.machine, Plotter) and drawing.strokes:
             try:
                 seconds = plan(drawing, self.machine).duration
             except InputError as error:
-                found.append(Finding(OUT_OF_REACH, str(error)))
+                found.append(PageFinding(OUT_OF_REACH, str(error)))
         if not found and drawing.bounds is not None:
             x0, y0, x1, y1 = drawing.bounds
             near = min(x0, y0, drawing.page.width - x1, drawing.page.height - y1)
             if near < _EDGE:
                 called = "the envelope" if page.part == ENVELOPE else page.part
-                found.append(Finding(AT_EDGE, f"ink comes within {max(near, 0.0):.1f} mm of the edge of {called}"))
+                found.append(PageFinding(AT_EDGE, f"ink comes within {max(near, 0.0):.1f} mm of the edge of {called}"))
         return found, seconds
 
 

@@ -29,7 +29,7 @@ from handout.networks import one_thread
 from handout.pipeline.results import Facts
 from handout.reading import pictures, second_reader
 from handout.reading.adaptation import adapted
-from handout.reading.pictures import Reader, Reading, Verdict
+from handout.reading.pictures import PictureReading, Reader, Verdict
 from handout.reading.second_reader import SecondReader
 from handout.reading.word_space import X_HEIGHT, drawn
 from handout.values import Array, Indices
@@ -85,7 +85,7 @@ class AuthorReader:
     spread: float
     second: SecondReader | None = None
 
-    def read(self, pictures: Sequence[Array]) -> list[tuple[Reading, ...]]:
+    def read(self, pictures: Sequence[Array]) -> list[tuple[PictureReading, ...]]:
         """What each reader sees in some pictures."""
         seen = [self.reader.read_all(pictures), *([self.second.read_all(pictures)] if self.second else [])]
         return list(zip(*seen, strict=True))
@@ -128,7 +128,7 @@ class Doubt:
 
 
 def surprises(
-    readings: Sequence[tuple[Reading, ...]], words: Sequence[str], settings: RereadingSettings = SETTINGS
+    readings: Sequence[tuple[PictureReading, ...]], words: Sequence[str], settings: RereadingSettings = SETTINGS
 ) -> Array:
     """(n,) nats, at least 0: how little each word's readings look like it, added up."""
     most = settings.worst * np.array([len(word) for word in words])
@@ -177,7 +177,7 @@ def _held_out(
     return np.array(right), np.array(wrong)
 
 
-def _misspelt(reading: Reading, text: str, rng: np.random.Generator) -> list[str]:
+def _misspelt(reading: PictureReading, text: str, rng: np.random.Generator) -> list[str]:
     """A text with a letter for which another is taken easily, with one more, and with one less, if they look unlike."""
     at = int(rng.integers(len(text)))
     new = str(rng.choice(list(reading.rivals(text, _TAKEN_FOR)[at])))
@@ -293,7 +293,7 @@ class Rereader:
             self._known[unit.word] = self._judged(word, *next(found)) if readable(word.text) else word
         return [self._known[unit.word] for unit in units]
 
-    def _judged(self, word: ReadWord, readings: tuple[Reading, ...], surprise: float) -> ReadWord:
+    def _judged(self, word: ReadWord, readings: tuple[PictureReading, ...], surprise: float) -> ReadWord:
         doubt = self._doubt[word.numbers]
         wrong = self.own.wrong(word.text, surprise, float(np.clip(doubt.sum(), 1e-3, 0.5)))
         for reading in readings if wrong >= self.settings.again else ():

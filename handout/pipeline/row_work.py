@@ -30,10 +30,10 @@ from typing import Any, Self
 from handout.errors import HandoutError, InputError
 from handout.hand import library
 from handout.networks import one_thread
-from handout.pipeline.merging import Account, RowPages
+from handout.pipeline.merging import RowAccount, RowPages
 from handout.pipeline.texts import program
 from handout.printing.prepared import MakeRows, Prepare, PreparedRow, prepare_row
-from handout.printing.rows import Row
+from handout.printing.rows import TableRow
 
 AHEAD = 2  # rows begun for every process: one that it makes, one that waits for it
 _MOST_LOST = 5  # times that processes are lost while one row is waited for: then the row is to blame, or the machine
@@ -58,7 +58,7 @@ class MadeRow:
     """A row as a process gives it back: what its destination takes, and what was written for it."""
 
     row: PreparedRow
-    account: Account
+    account: RowAccount
 
 
 @dataclass(frozen=True)
@@ -77,23 +77,23 @@ class RowWork:
     program: str = field(default_factory=program)
 
     @one_thread  # in every process: as many are at work as there are processors, and sums come out alike
-    def make(self, row: Row) -> MadeRow:
+    def make(self, row: TableRow) -> MadeRow:
         """The pages of a row."""
         return MadeRow(prepare_row(self.pages, self.prepare, row), self.pages.settled())
 
     @one_thread
-    def check(self, row: Row) -> MadeRow:
+    def check(self, row: TableRow) -> MadeRow:
         """Whether a row can be made: as `make`, but without its pages."""
         if self.drawn or row.problem:
             made = self.make(row).row
-            return MadeRow(PreparedRow(row.number, (), made.warnings, made.problem), Account())
+            return MadeRow(PreparedRow(row.number, (), made.warnings, made.problem), RowAccount())
         try:
             self.pages.check(row)
         except InputError as error:
-            return MadeRow(PreparedRow(row.number, (), row.warnings, str(error)), Account())
-        return MadeRow(PreparedRow(row.number, (), row.warnings), Account())
+            return MadeRow(PreparedRow(row.number, (), row.warnings, str(error)), RowAccount())
+        return MadeRow(PreparedRow(row.number, (), row.warnings), RowAccount())
 
-    def each(self, rows: Iterable[Row], check: bool = False) -> Iterator[MadeRow]:
+    def each(self, rows: Iterable[TableRow], check: bool = False) -> Iterator[MadeRow]:
         """Make rows in this process, or check them; one after the other in their order, as they are asked for."""
         for row in rows:
             yield self.check(row) if check else self.make(row)
@@ -136,7 +136,7 @@ class Remote:
         """How many rows are begun before the first of them is taken."""
         raise NotImplementedError
 
-    def submit(self, row: Row, check: bool) -> Any:
+    def submit(self, row: TableRow, check: bool) -> Any:
         """Begin a row; a future."""
         raise NotImplementedError
 
@@ -144,13 +144,13 @@ class Remote:
         """Wait for a row; None where it was lost with its process."""
         raise NotImplementedError
 
-    def recover(self, waiting: deque[tuple[Row, Any]]) -> Iterable[bool]:
+    def recover(self, waiting: deque[tuple[TableRow, Any]]) -> Iterable[bool]:
         """After a loss, which of the rows that are begun have to be begun again."""
         raise NotImplementedError
 
-    def each(self, rows: Iterable[Row], check: bool = False) -> Iterator[MadeRow]:
+    def each(self, rows: Iterable[TableRow], check: bool = False) -> Iterator[MadeRow]:
         """See `RowWork`."""
-        source, waiting = iter(rows), deque[tuple[Row, Any]]()
+        source, waiting = iter(rows), deque[tuple[TableRow, Any]]()
         while True:
             while len(waiting) < self.ahead and (row := next(source, None)) is not None:
                 waiting.append((row, self.submit(row, check)))
@@ -158,7 +158,7 @@ class Remote:
                 return
             yield self._first(waiting, check)
 
-    def _first(self, waiting: deque[tuple[Row, Any]], check: bool) -> MadeRow:
+    def _first(self, waiting: deque[tuple[TableRow, Any]], check: bool) -> MadeRow:
         """The first of the rows that are begun, when it is made."""
         for _ in range(_MOST_LOST):
             made = self.result(waiting[0][1])
@@ -178,7 +178,7 @@ class Remote:
 _ONE_AT_A_TIME = threading.Lock()  # a worker of a cluster may have several threads
 
 
-def made_from(work: bytes, row: Row, check: bool) -> MadeRow:
+def made_from(work: bytes, row: TableRow, check: bool) -> MadeRow:
     """Make or check a row in this process, which loads the hands of a batch once."""
     with _ONE_AT_A_TIME:
         own = _loaded(work)
@@ -252,7 +252,7 @@ class ProcessWorkers(Remote):
         """See `Remote`."""
         return AHEAD * self._jobs
 
-    def submit(self, row: Row, check: bool) -> Future[MadeRow]:
+    def submit(self, row: TableRow, check: bool) -> Future[MadeRow]:
         """See `Remote`."""
         try:
             with _unheard():
@@ -269,7 +269,7 @@ class ProcessWorkers(Remote):
         except (BrokenProcessPool, CancelledError):
             return None
 
-    def recover(self, waiting: deque[tuple[Row, Any]]) -> Iterator[bool]:
+    def recover(self, waiting: deque[tuple[TableRow, Any]]) -> Iterator[bool]:
         """A pool that has lost a process ends; a new one goes on with what it had not made."""
         self._end()
         wait([future for _, future in waiting], _ENDING)
@@ -335,7 +335,7 @@ class ClusterWorkers(Remote):
     def _present(self) -> int:
         return len(self._client.scheduler_info(n_workers=-1)["workers"])
 
-    def submit(self, row: Row, check: bool) -> Any:
+    def submit(self, row: TableRow, check: bool) -> Any:
         """See `Remote`."""
         # what a lost worker was making the scheduler gives to another by itself
         return self._client.submit(made_from, self._work, row, check, pure=False)
@@ -358,7 +358,7 @@ class ClusterWorkers(Remote):
             ):  # with several workers, or the scheduler
                 return None
 
-    def recover(self, waiting: deque[tuple[Row, Any]]) -> Sequence[bool]:
+    def recover(self, waiting: deque[tuple[TableRow, Any]]) -> Sequence[bool]:
         """See `Remote`."""
         if self._client.status != "running":
             raise WorkersLost(f"The scheduler at {self._address} cannot be reached any more.")
@@ -382,14 +382,16 @@ def _begin(work: bytes) -> None:
     threading.Thread(target=follow, daemon=True).start()
 
 
-def _made(row: Row, check: bool) -> MadeRow:
+def _made(row: TableRow, check: bool) -> MadeRow:
     return made_from(_work, row, check)
 
 
-def counted(workers: RowWork | Remote, account: Account, say: Callable[..., object], check: bool = False) -> MakeRows:
+def counted(
+    workers: RowWork | Remote, account: RowAccount, say: Callable[..., object], check: bool = False
+) -> MakeRows:
     """Rows as they are made, which an account counts; what is to be said of them is said once."""
 
-    def each(rows: Iterable[Row]) -> Iterator[PreparedRow]:
+    def each(rows: Iterable[TableRow]) -> Iterator[PreparedRow]:
         for made in workers.each(rows, check):
             if new := account.add(made.account):
                 say(*new)

@@ -20,9 +20,9 @@ planning see `planning`; a dialect `dialects`; a line of the test sheet `setup.p
 from handout.plotting.bed import fit_to_bed
 from handout.plotting.connections import open_port
 from handout.plotting.dialects.grbl import to_gcode
-from handout.plotting.driving.driver import Report, run
+from handout.plotting.driving.driver import PlotReport, run
 from handout.plotting.planning.plan import Plan
 from handout.plotting.planning.planner import plan
 from handout.plotting.ports import Port, serial_ports
 
-__all__ = ["Plan", "Port", "Report", "fit_to_bed", "open_port", "plan", "run", "serial_ports", "to_gcode"]
+__all__ = ["Plan", "PlotReport", "Port", "fit_to_bed", "open_port", "plan", "run", "serial_ports", "to_gcode"]

@@ -26,7 +26,7 @@ CORNERS = {"bottom-left": "lower left corner", "top-left": "upper left corner", 
 
 
 @dataclass(frozen=True, eq=False)
-class Placement:
+class BedPlacement:
     """A page on a bed.
 
     turn : (2, 2) float, page to machine; an isometry, so its transpose leads back.
@@ -49,7 +49,7 @@ class Placement:
         return (xy - self.shift) @ self.turn
 
 
-def place(page: Page, profile: Plotter) -> Placement:
+def place(page: Page, profile: Plotter) -> BedPlacement:
     """How a page lies on the bed of a machine."""
     turned = _covered(profile, page.height, page.width) > _covered(profile, page.width, page.height) + _SLACK
     width, height = (page.height, page.width) if turned else (page.width, page.height)
@@ -63,7 +63,7 @@ def place(page: Page, profile: Plotter) -> Placement:
     away = -1.0 if profile.bed.y == "up" else 1.0
     flip = np.array([1.0, away])
     corner = flip * (shift - [left, above]) - _inset(profile)
-    return Placement(readonly(flip[:, None] * turn, 2, 2), readonly(corner, 2), turned)
+    return BedPlacement(readonly(flip[:, None] * turn, 2, 2), readonly(corner, 2), turned)
 
 
 def _inset(profile: Plotter) -> Array:

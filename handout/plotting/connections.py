@@ -16,7 +16,7 @@ import msgspec
 from handout.errors import DeviceError, InputError, PortError
 from handout.plotting import announcements
 from handout.plotting.dialects import DIALECTS, dialect
-from handout.plotting.greetings import Clues, Firmware, Fitting, narrow_profiles, recognise
+from handout.plotting.greetings import Clues, Fitting, KnownFirmware, narrow_profiles, recognise
 from handout.plotting.moonraker_ports import is_moonraker, open_moonraker
 from handout.plotting.network_ports import is_network, open_network
 from handout.plotting.ports import Port, SerialDevice, SerialPort, TimedReader, serial_devices
@@ -74,17 +74,17 @@ def _simulated() -> Any:
     return importlib.import_module("handout.simulated.plotter")
 
 
-class Answer(NamedTuple):
+class MachineIdentity(NamedTuple):
     """Who answered: a dialect ("": none of ours), what the machine says it is, the firmware if it is known, and which
     profiles fit it."""
 
     dialect: str
     firmware: str
-    known: Firmware | None = None
+    known: KnownFirmware | None = None
     fitting: Fitting = Fitting(())
 
 
-def ask(port: Port, dialects: Sequence[str], wakes: float = _WAKES) -> Answer | None:
+def ask(port: Port, dialects: Sequence[str], wakes: float = _WAKES) -> MachineIdentity | None:
     """Find out which of the dialects the machine at an open port speaks; None if it answers none of the questions.
 
     wakes : s it is given to start; what it says by itself is listened to.
@@ -103,9 +103,9 @@ def ask(port: Port, dialects: Sequence[str], wakes: float = _WAKES) -> Answer | 
         if known is not None and known.dialect in ("", *dialects):
             first = next((line.strip() for line in data.splitlines() if len(line.strip()) > 2), b"")
             words = answer.group(1) if answer else first
-            return Answer(known.dialect, words.decode("ascii", "replace").strip(" :"), known)
+            return MachineIdentity(known.dialect, words.decode("ascii", "replace").strip(" :"), known)
         if known is None and answer is not None:
-            return Answer(name, answer.group(1).decode("ascii", "replace").strip(" :"))
+            return MachineIdentity(name, answer.group(1).decode("ascii", "replace").strip(" :"))
     return None
 
 
@@ -119,7 +119,7 @@ def _listen(port: Port) -> bytes:
     return data
 
 
-def identify(url: str, open_at: Callable[[str, int], Port] = _open_at) -> Answer | None:
+def identify(url: str, open_at: Callable[[str, int], Port] = _open_at) -> MachineIdentity | None:
     """Find out who is at a port, of all dialects and at their usual speeds; None: nobody who answers.
 
     Raises
@@ -145,7 +145,7 @@ def identify(url: str, open_at: Callable[[str, int], Port] = _open_at) -> Answer
     return None
 
 
-def _fitting(url: str, answer: Answer, port: Port) -> Fitting:
+def _fitting(url: str, answer: MachineIdentity, port: Port) -> Fitting:
     """Which profiles fit a machine, by what else it says and where it is."""
     if answer.known is None or not answer.dialect:
         return Fitting(())
@@ -220,7 +220,7 @@ def _find_candidates(profile: Plotter, devices: Sequence[SerialDevice]) -> list[
 
 def only_port(
     ports: Sequence[SerialDevice] | None = None, open_at: Callable[[str, int], Port] = _open_at
-) -> tuple[str, Answer | None]:
+) -> tuple[str, MachineIdentity | None]:
     """The only serial port with a USB id, and who is there; of several, the only one at which anybody answers; without
     any, the only machine that has announced itself on the network.
 
@@ -236,7 +236,7 @@ def only_port(
         raise PortError("Nothing with a serial port is plugged in: is the plotter, and is it switched on?")
     if len(names) == 1:
         return names[0], identify(names[0], open_at)
-    answers: dict[str, Answer] = {}
+    answers: dict[str, MachineIdentity] = {}
     for name in names:
         with contextlib.suppress(DeviceError):  # in use, or gone
             if (answer := identify(name, open_at)) is not None:

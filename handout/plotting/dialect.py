@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol
 
 from handout.plotting.planning.blocks import Block
 from handout.plotting.ports import Port
-from handout.profiles import Pen, Plotter
+from handout.profiles import PenLift, Plotter
 
 if TYPE_CHECKING:  # plans know their dialect
     from handout.plotting.planning.plan import Plan
@@ -182,7 +182,7 @@ class Dialect:
 
     program: Callable[[Sequence[Block], Plotter], Iterator[Command]]
     file: Callable[[Plan, Plotter], bytes]
-    set_pen: Callable[[Pen, float], list[bytes]]
+    set_pen: Callable[[PenLift, float], list[bytes]]
     connect: Callable[[Port, Plotter, Log], Controller]
     simulator: str
     question: Question

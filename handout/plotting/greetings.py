@@ -16,7 +16,7 @@ from handout import profiles
 from handout.profiles import Plotter
 
 
-class Firmware(NamedTuple):
+class KnownFirmware(NamedTuple):
     """A firmware that is known.
 
     title : for people.  dialect : that it speaks, "" if handout speaks none of its.  profiles : which fit it, the
@@ -34,67 +34,70 @@ _NEXTDRAWS = ("nextdraw-8511", "nextdraw-1117", "nextdraw-2234")
 _GRBL_FRAMES = ("grbl-servo", "grbl-z", "grbl-corexy")
 
 # the first row that is found counts: relatives stand before those whose words they share
-_KNOWN: tuple[tuple[str, Firmware], ...] = (
-    (r"DrawCore V?[2-9]", Firmware("DrawCore 2 (iDraw 2.0 and H, UUNA TEK)", "grbl", ("idraw-2", "uuna-tek-a3"))),
-    (r"EBB\S* .*Version [3-9]\.", Firmware("EiBotBoard, firmware 3", "ebb", (*_NEXTDRAWS, *_EBB_FRAMES))),
-    (r"EBB", Firmware("EiBotBoard, firmware 2 or older", "ebb", _EBB_FRAMES)),
-    (r"FluidNC", Firmware("FluidNC", "grbl", _GRBL_FRAMES)),
-    (r"GrblHAL|FIRMWARE:grblHAL", Firmware("grblHAL", "grbl", _GRBL_FRAMES)),
-    (r"Grbl 1\.[23]\w|\[VER:1\.[23]\w", Firmware("Grbl_ESP32", "grbl", ("midtbot", *_GRBL_FRAMES))),
+_KNOWN: tuple[tuple[str, KnownFirmware], ...] = (
+    (r"DrawCore V?[2-9]", KnownFirmware("DrawCore 2 (iDraw 2.0 and H, UUNA TEK)", "grbl", ("idraw-2", "uuna-tek-a3"))),
+    (r"EBB\S* .*Version [3-9]\.", KnownFirmware("EiBotBoard, firmware 3", "ebb", (*_NEXTDRAWS, *_EBB_FRAMES))),
+    (r"EBB", KnownFirmware("EiBotBoard, firmware 2 or older", "ebb", _EBB_FRAMES)),
+    (r"FluidNC", KnownFirmware("FluidNC", "grbl", _GRBL_FRAMES)),
+    (r"GrblHAL|FIRMWARE:grblHAL", KnownFirmware("grblHAL", "grbl", _GRBL_FRAMES)),
+    (r"Grbl 1\.[23]\w|\[VER:1\.[23]\w", KnownFirmware("Grbl_ESP32", "grbl", ("midtbot", *_GRBL_FRAMES))),
     (
         r"Grbl 0\.|^\[0\.\d",
-        Firmware("GRBL before 1.1", advice="put GRBL 1.1 on its board: older ones do not tell enough"),
+        KnownFirmware("GRBL before 1.1", advice="put GRBL 1.1 on its board: older ones do not tell enough"),
     ),
-    (r"Grbl v?1\.1|\[VER:1\.1", Firmware("GRBL 1.1", "grbl", ("grbl-servo", "eleksdraw", "grbl-z", "grbl-corexy"))),
+    (
+        r"Grbl v?1\.1|\[VER:1\.1",
+        KnownFirmware("GRBL 1.1", "grbl", ("grbl-servo", "eleksdraw", "grbl-z", "grbl-corexy")),
+    ),
     (
         r'"fv":|tinyg \[|"fb":',
-        Firmware(
+        KnownFirmware(
             "TinyG or g2core",
             advice="its JSON is not spoken: export a file for another sender (handout export -o page.gcode)",
         ),
     ),
     (
         r"Smoothie",
-        Firmware("Smoothieware", advice="export a file and play it from its card (handout export -o page.gcode)"),
+        KnownFirmware("Smoothieware", advice="export a file and play it from its card (handout export -o page.gcode)"),
     ),
     (
         r"FIRMWARE_NAME:\s*Klipper|Klipper state",
-        Firmware("Klipper", advice="reach it through Moonraker (--port moonraker://its-name.local)"),
+        KnownFirmware("Klipper", advice="reach it through Moonraker (--port moonraker://its-name.local)"),
     ),
     (
         r'"klippy_state"',
-        Firmware("Klipper behind Moonraker", "klipper", ("klipper-servo", "klipper-stepper", "klipper-z")),
+        KnownFirmware("Klipper behind Moonraker", "klipper", ("klipper-servo", "klipper-stepper", "klipper-z")),
     ),
     (
         r"RepRapFirmware",
-        Firmware(
+        KnownFirmware(
             "RepRapFirmware (Duet)", advice="export a file and run it from its card (handout export -o page.gcode)"
         ),
     ),
     (
         r"FIRMWARE_NAME:\s*Teacup",
-        Firmware("Teacup", advice="export a file and run it from its card (handout export -o page.gcode)"),
+        KnownFirmware("Teacup", advice="export a file and run it from its card (handout export -o page.gcode)"),
     ),
-    (r"FIRMWARE_NAME:\s*Repetier", Firmware("Repetier", "marlin", ("marlin-servo",))),
-    (r"MACHINE_TYPE:\s*Ender-?3", Firmware("Marlin on a Creality Ender-3", "marlin", ("creality-ender-3",))),
-    (r"MACHINE_TYPE:\s*Ender-?5", Firmware("Marlin on a Creality Ender-5", "marlin", ("creality-ender-5",))),
-    (r"MACHINE_TYPE:\s*Prusa.i3.MK3", Firmware("Prusa's Marlin on an i3 MK3", "marlin", ("prusa-mk3",))),
+    (r"FIRMWARE_NAME:\s*Repetier", KnownFirmware("Repetier", "marlin", ("marlin-servo",))),
+    (r"MACHINE_TYPE:\s*Ender-?3", KnownFirmware("Marlin on a Creality Ender-3", "marlin", ("creality-ender-3",))),
+    (r"MACHINE_TYPE:\s*Ender-?5", KnownFirmware("Marlin on a Creality Ender-5", "marlin", ("creality-ender-5",))),
+    (r"MACHINE_TYPE:\s*Prusa.i3.MK3", KnownFirmware("Prusa's Marlin on an i3 MK3", "marlin", ("prusa-mk3",))),
     (
         r"FIRMWARE_NAME:\s*Prusa-Firmware-Buddy",
-        Firmware("Prusa's Buddy firmware", "marlin", ("prusa-mk3", "marlin-servo")),
+        KnownFirmware("Prusa's Buddy firmware", "marlin", ("prusa-mk3", "marlin-servo")),
     ),
     (
         r"FIRMWARE_NAME:\s*Marlin|^Marlin \d",
-        Firmware("Marlin", "marlin", ("marlin-servo", "creality-ender-3", "creality-ender-5")),
+        KnownFirmware("Marlin", "marlin", ("marlin-servo", "creality-ender-3", "creality-ender-5")),
     ),
-    (r"^(HP)?7475A", Firmware("HP 7475A", "hpgl", ("hp-7475a",))),
-    (r"^(HP)?7550[AP]?", Firmware("HP 7550", "hpgl", ("hp-7550a",))),
-    (r"^DXY-1[1-3]00|^DXY-9?\d\d0?", Firmware("Roland DXY", "hpgl", ("roland-dxy-1300", "hpgl"))),
-    (r"^(HP)?7[0-9]{3}[AB]?\s*$", Firmware("HP pen plotter", "hpgl", ("hpgl", "hp-7475a"))),
+    (r"^(HP)?7475A", KnownFirmware("HP 7475A", "hpgl", ("hp-7475a",))),
+    (r"^(HP)?7550[AP]?", KnownFirmware("HP 7550", "hpgl", ("hp-7550a",))),
+    (r"^DXY-1[1-3]00|^DXY-9?\d\d0?", KnownFirmware("Roland DXY", "hpgl", ("roland-dxy-1300", "hpgl"))),
+    (r"^(HP)?7[0-9]{3}[AB]?\s*$", KnownFirmware("HP pen plotter", "hpgl", ("hpgl", "hp-7475a"))),
 )
 
 
-def recognise(said: str) -> Firmware | None:
+def recognise(said: str) -> KnownFirmware | None:
     """The firmware that says these lines; None if no row has them."""
     for pattern, firmware in _KNOWN:
         if re.search(pattern, said, re.IGNORECASE | re.MULTILINE):
@@ -147,7 +150,7 @@ _EBB_CHIP = (0x04D8, 0xFD92)  # its makers' documentation
 _FRAME = 12.0
 
 
-def narrow_profiles(firmware: Firmware, words: str, clues: Clues) -> Fitting:
+def narrow_profiles(firmware: KnownFirmware, words: str, clues: Clues) -> Fitting:
     """The profile that a machine has, or the two that it could have.
 
     words : its firmware, in its own words.

@@ -9,14 +9,14 @@ import numpy as np
 
 from handout.errors import InputError
 from handout.plotting.planning import segments
-from handout.profiles import Pen, Time
+from handout.profiles import PenLift, Time
 from handout.values import Array, Drawing
 
 _STEP = 0.02  # s between two values on the way down; a servo hears of a new one every 20 ms
 _MOST = 12  # values on the way down
 
 
-def way(pen: Pen, down: bool) -> list[tuple[float, float]]:
+def way(pen: PenLift, down: bool) -> list[tuple[float, float]]:
     """What the pen is told on its way, in order: a value or a height, and how long to wait after it, s.
 
     A servo that is to come down slowly is told values between; a Z axis moves as slowly by itself (`lowering_speed`).
@@ -28,12 +28,12 @@ def way(pen: Pen, down: bool) -> list[tuple[float, float]]:
     return [*((value, pen.ramp / count) for value in values[:-1]), (pen.down, float(pen.down_time))]
 
 
-def lowering_speed(pen: Pen) -> float:
+def lowering_speed(pen: PenLift) -> float:
     """Of a Z axis or a stepper on its way down, mm/s: as slow as the ramp asks for."""
     return min(float(pen.z_speed), abs(pen.up - pen.down) / pen.ramp) if pen.ramp > 0 else float(pen.z_speed)
 
 
-def wait(pen: Pen, down: bool, line_time: float) -> float:
+def wait(pen: PenLift, down: bool, line_time: float) -> float:
     """How long the machine stands while the pen moves, s; a Z axis that moves is not waited for by it."""
     waits = [seconds for _, seconds in way(pen, down)]
     if pen.lift == "stepper":
@@ -41,12 +41,12 @@ def wait(pen: Pen, down: bool, line_time: float) -> float:
     return sum(waits) + (0.0 if pen.lift == "z" and not any(waits) else len(waits) * line_time)
 
 
-def lowered(pen: Pen, value: float | None) -> Pen:
+def lowered(pen: PenLift, value: float | None) -> PenLift:
     """The pen as one that comes down to a value or a height; None: to its own."""
     return pen if value is None else msgspec.structs.replace(pen, down=value)
 
 
-def at(pen: Pen, value: float) -> Pen:
+def at(pen: PenLift, value: float) -> PenLift:
     """The pen as one that comes down to a value or a height, at once.
 
     Raises
@@ -64,7 +64,7 @@ def at(pen: Pen, value: float) -> Pen:
     return msgspec.structs.replace(pen, down=value, pressed=None, ramp=Time(0.0))
 
 
-def along(drawing: Drawing, clock: Array, pen: Pen) -> Array | None:
+def along(drawing: Drawing, clock: Array, pen: PenLift) -> Array | None:
     """(n,) mm: where a Z axis holds the pen at times of a drawing's clock, on which stroke follows stroke (`segments`).
 
     None: it does not follow the pressure, or there is none to follow.  A stroke without pressure is drawn with half.

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol, cast
 
 from handout.errors import PortError
-from handout.plotting.bed import Placement
+from handout.plotting.bed import BedPlacement
 from handout.values import Drawing, Page
 
 
@@ -47,7 +47,7 @@ class InstrumentedPort(Port):
         """Seconds from the first instruction of the plot to the end of the last motion or pause."""
 
     @abstractmethod
-    def lay(self, page: Page, placement: Placement) -> None:
+    def lay(self, page: Page, placement: BedPlacement) -> None:
         """Lay a fresh sheet on the bed; times of execution start anew."""
 
     @abstractmethod

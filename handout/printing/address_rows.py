@@ -11,7 +11,7 @@ from handout.errors import TableError
 from handout.printing import address, countries
 from handout.printing.column_names import KINDS, SETTINGS, normalised
 from handout.printing.columns import ADDRESS, LABEL, NAME_PARTS, PEOPLE, PLACES, Column
-from handout.printing.rows import Row, named
+from handout.printing.rows import TableRow, named
 
 # of these an address has one: two that differ cannot both be written
 _SINGLE = ("postcode", "city", "state", "country", "number", "place", "address")
@@ -52,7 +52,7 @@ class ColumnAccount:
     has_names: bool = False
 
 
-def row(number: int, texts: Sequence[str], columns: Sequence[Column], wanted: str, account: ColumnAccount) -> Row:
+def row(number: int, texts: Sequence[str], columns: Sequence[Column], wanted: str, account: ColumnAccount) -> TableRow:
     """Turn one row into an address; the account notes which of its cells were used.
 
     Parameters
@@ -69,7 +69,7 @@ def row(number: int, texts: Sequence[str], columns: Sequence[Column], wanted: st
     cells = [cell for cell in filled if cell.role not in ("", *SETTINGS)]
     problem = _unreadable(texts, columns, cells)
     if problem:
-        return Row(number, (), (), problem, by_header)
+        return TableRow(number, (), (), problem, by_header)
     kind, warnings = _choose_kind(number, cells, wanted, account)
     chosen = _select_cells(kind, number, cells, columns, account)
     _check_single(number, chosen)
@@ -86,11 +86,11 @@ def row(number: int, texts: Sequence[str], columns: Sequence[Column], wanted: st
         else:
             warnings.append("it has no name")
         account.code_doubts[number] = countries.short_code(lines)
-    return Row(number, lines, (*warnings, *doubts), problem, by_header)
+    return TableRow(number, lines, (*warnings, *doubts), problem, by_header)
 
 
 def cell_names(columns: Sequence[Column]) -> list[str]:
-    """What the cells of each column are called in `Row.cells`: its header, with its place where others have it too."""
+    """What each column is called in `TableRow.cells`: its header, with its place where others have it too."""
     count = Counter(column.header for column in columns)
     return [
         column.header if count[column.header] < 2 or not column.header else f"{column.header} ({column.number})"
@@ -103,10 +103,10 @@ def _name_cells(columns: Sequence[Column], texts: Sequence[str]) -> dict[str, st
     return {name: text for name, text in zip(cell_names(columns), texts, strict=False) if name}
 
 
-def unaddressed(number: int, texts: Sequence[str], columns: Sequence[Column]) -> Row:
+def unaddressed(number: int, texts: Sequence[str], columns: Sequence[Column]) -> TableRow:
     """A row of which no address is wanted."""
     cells = [Cell(column, text) for column, text in zip(columns, texts, strict=False) if text]
-    return Row(number, (), (), _unreadable(texts, columns, cells), _name_cells(columns, texts))
+    return TableRow(number, (), (), _unreadable(texts, columns, cells), _name_cells(columns, texts))
 
 
 def _unreadable(texts: Sequence[str], columns: Sequence[Column], cells: Sequence[Cell]) -> str:
@@ -257,7 +257,7 @@ def _note_written(number: int, chosen: Sequence[Cell], lines: Sequence[str], acc
             account.written.add(cell.column.number)
 
 
-def questioned(rows: Sequence[Row], account: ColumnAccount) -> tuple[list[Row], list[str]]:
+def questioned(rows: Sequence[TableRow], account: ColumnAccount) -> tuple[list[TableRow], list[str]]:
     """The rows with warnings of doubtful postal codes; a doubt about all rows is one note instead."""
     doubts = {number: doubt for number, doubt in account.code_doubts.items() if doubt}
     if len(doubts) > _FEW and len(doubts) == len(account.code_doubts):

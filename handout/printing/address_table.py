@@ -22,21 +22,21 @@ from handout.printing.columns import (
     read_assignments,
     understood,
 )
-from handout.printing.rows import Row
+from handout.printing.rows import TableRow
 from handout.printing.table_files import TableRecord, TableSheet, header_candidates, read_sheet
 
 _MOST_NAMED = 12  # kinds of invisible characters
 
 
 @dataclass(frozen=True)
-class Addresses(Sequence[Row]):
+class Addresses(Sequence[TableRow]):
     """The rows of a table, and how it was read.
 
     used : header of a column → its role; unused : headers of the columns of which nothing is written; notes : what
     has to be said of the table as a whole, each a phrase; columns : as they were understood.
     """
 
-    rows: tuple[Row, ...]
+    rows: tuple[TableRow, ...]
     used: tuple[tuple[str, str], ...] = ()
     unused: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
@@ -256,7 +256,7 @@ def _column_title(column: Column) -> str:
     return column.header or f"column {column.number}"
 
 
-def _add_encoding_warning(row: Row, sheet: TableSheet, record: TableRecord) -> Row:
+def _add_encoding_warning(row: TableRow, sheet: TableSheet, record: TableRecord) -> TableRow:
     accented = next((word for cell in record.cells for word in cell.split() if not word.isascii()), "")
     if not (sheet.encoding and accented and sheet.odd & set(record.lines)):
         return row

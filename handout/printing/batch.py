@@ -23,7 +23,7 @@ from handout.printing.prepared import (
 )
 from handout.printing.printers import open_queue, ticket
 from handout.printing.queue import Queue, Say, SimulatedQueue
-from handout.printing.rows import Row, select
+from handout.printing.rows import TableRow, select
 from handout.printing.sending import (
     BatchRun,
     Checked,
@@ -67,7 +67,7 @@ class BatchOptions:
 
 
 def make_rows(
-    rows: Sequence[Row],
+    rows: Sequence[TableRow],
     make: MakeRows,
     place: Destination,
     options: BatchOptions,
@@ -115,7 +115,7 @@ def make_rows(
     return Report(done, tuple(checked.failed), place.files(), jobs, tuple(checked.warnings), before, unknown)
 
 
-def _makeable(rows: Sequence[Row]) -> list[int]:
+def _makeable(rows: Sequence[TableRow]) -> list[int]:
     """The numbers of the rows that can be made, as far as is known."""
     return [row.number for row in rows if not row.problem]
 
@@ -188,7 +188,7 @@ class RowsRefused(InputError):
         self.report = Report((), tuple(failed), warnings=tuple(warnings))
 
 
-def chosen_rows(rows: Sequence[Row], options: BatchOptions, resumed: bool) -> tuple[list[Row], set[int]]:
+def chosen_rows(rows: Sequence[TableRow], options: BatchOptions, resumed: bool) -> tuple[list[TableRow], set[int]]:
     """The rows that are asked for, and the numbers of those that are to be made whatever became of them."""
     if not 1 <= options.copies <= MOST_COPIES:
         raise InputError(f"copies: {options.copies} is outside 1 to {MOST_COPIES}.")
@@ -200,7 +200,7 @@ def chosen_rows(rows: Sequence[Row], options: BatchOptions, resumed: bool) -> tu
 
 
 @dataclass(frozen=True)
-class Way:
+class PrinterWay:
     """The way to a printer, or to the file that stands for one.
 
     fed : page → the printer as it is fed with that.
@@ -224,7 +224,7 @@ class Way:
 class PdfFile(Destination):
     """All pages in one PDF, each as it is read; the file appears when the batch is done."""
 
-    def __init__(self, path: Path, way: Way) -> None:
+    def __init__(self, path: Path, way: PrinterWay) -> None:
         """Check now that `path` can be written."""
         super().__init__()
         atomic.check_writable(path)
@@ -253,7 +253,7 @@ class PictureFiles(Destination):
     Of a row with several pages they are ``cards-002-letter-1.png``, ``cards-002-letter-2.png``, ``cards-002.png``.
     """
 
-    def __init__(self, path: Path, way: Way) -> None:
+    def __init__(self, path: Path, way: PrinterWay) -> None:
         """Check now that `path` can be written."""
         super().__init__()
         atomic.check_writable(path)
@@ -288,7 +288,7 @@ class PrintSpool(Spool):
     queue: Queue
     prepare: PrinterPage
 
-    def __init__(self, queue: Queue, way: Way, sheets: Collection[Page] = ()) -> None:
+    def __init__(self, queue: Queue, way: PrinterWay, sheets: Collection[Page] = ()) -> None:
         """`sheets` are the sizes of the pages of a row; nothing is sent before `send` is called."""
         super().__init__()
         self.queue, self._way = queue, way
@@ -345,7 +345,7 @@ def _file_name(piece: Piece) -> str:
     return "-".join([*words, *([str(piece.copy)] * (piece.copy > 1))])
 
 
-def destination(way: Way, options: BatchOptions, sheets: Collection[Page]) -> Destination:
+def destination(way: PrinterWay, options: BatchOptions, sheets: Collection[Page]) -> Destination:
     """Where the pages go: a queue, a simulated one, or the files that a name asks for.
 
     sheets : the sizes of a row's pages, of which the printer is asked, before any work, whether it takes them.
@@ -370,7 +370,7 @@ def destination(way: Way, options: BatchOptions, sheets: Collection[Page]) -> De
 
 
 def destinations(
-    ways: Sequence[Way], apart: Sequence[Way], options: BatchOptions, sheets: Collection[Page]
+    ways: Sequence[PrinterWay], apart: Sequence[PrinterWay], options: BatchOptions, sheets: Collection[Page]
 ) -> Destination:
     """Where the pages go when there may be several printers: rows are shared by those of `ways`.
 
@@ -389,7 +389,7 @@ def destinations(
         with asking:
             ways[0].change(request)
 
-    def spools(ways: Sequence[Way], envelopes: Collection[bool]) -> list[PrintSpool]:
+    def spools(ways: Sequence[PrinterWay], envelopes: Collection[bool]) -> list[PrintSpool]:
         wanted = [sheet for sheet in sheets if media.is_envelope(sheet) in envelopes]
         places = (destination(replace(way, change=change, shared=True), options, wanted) for way in ways)
         return [place for place in places if isinstance(place, PrintSpool)]

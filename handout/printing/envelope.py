@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from handout.printing.rows import Row
+from handout.printing.rows import TableRow
 from handout.values import Page
 from handout.writing.layout import ASCENT, DESCENT, Layout
 
@@ -59,7 +59,7 @@ WINDOWS = {
 }
 
 
-def address_text(row: Row) -> str:
+def address_text(row: TableRow) -> str:
     """What is written on the envelope of a row."""
     return "\n".join(row.lines)
 

@@ -31,7 +31,7 @@ from typing import Any, Literal, NamedTuple, get_args
 from handout import journal_lines, shipped
 from handout.errors import InputError, reason
 from handout.journal_lines import Damage, JournalFile, cannot, seal
-from handout.printing.rows import Row, named
+from handout.printing.rows import TableRow, named
 
 State = Literal["sending", "sent", "completed", "failed", "doubtful"]
 _TABLE, _HAND = "content of the table", "content of the hand's file"
@@ -91,7 +91,7 @@ class Batch:
         return _digest(json.dumps(self.facts, sort_keys=True))
 
 
-def batch(table: Path, rows: Sequence[Row], hand: Path, options: Mapping[str, Any], cells: bool = False) -> Batch:
+def batch(table: Path, rows: Sequence[TableRow], hand: Path, options: Mapping[str, Any], cells: bool = False) -> Batch:
     """The batch of these rows, written by the hand in this file, with these options (JSON values).
 
     cells : whether what is written depends on more of a row than its address.

@@ -20,7 +20,7 @@ from handout.inking.device_pixels import Calibrate, DevicePixels, device_pixels
 from handout.printing import media
 from handout.printing.documents import WRITERS
 from handout.printing.media import Feeding
-from handout.printing.rows import Row
+from handout.printing.rows import TableRow
 from handout.profiles import Printer
 from handout.sinks import picture_pdf
 from handout.values import Drawing, Page, Raster
@@ -123,11 +123,11 @@ class Destination:
 # makes of a page of a row, by its number, what a destination takes; picklable, and the same from every process.  It
 # raises InputError where the page cannot go there
 Prepare = Callable[[int, BatchPage], PreparedPage]
-WriteRow = Callable[[Row], Sequence[BatchPage]]  # InputError where the row cannot be made
-MakeRows = Callable[[Iterable[Row]], Iterable[PreparedRow]]  # one for each row, in their order
+WriteRow = Callable[[TableRow], Sequence[BatchPage]]  # InputError where the row cannot be made
+MakeRows = Callable[[Iterable[TableRow]], Iterable[PreparedRow]]  # one for each row, in their order
 
 
-def prepare_row(write: WriteRow, prepare: Prepare, row: Row) -> PreparedRow:
+def prepare_row(write: WriteRow, prepare: Prepare, row: TableRow) -> PreparedRow:
     """The pages of a row, written and prepared, or why it cannot be made."""
     if row.problem:
         return PreparedRow(row.number, warnings=row.warnings, problem=row.problem)

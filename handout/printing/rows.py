@@ -12,7 +12,7 @@ _PART = re.compile(r"(\d{1,9})?\s*(-)?\s*(\d{1,9})?\Z")
 
 
 @dataclass(frozen=True)
-class Row:
+class TableRow:
     """One row of an address table.
 
     number : as a spreadsheet counts, the header being row 1.
@@ -31,7 +31,7 @@ class Row:
     copies: int = 1
 
 
-def select(rows: Sequence[Row], text: str) -> list[Row]:
+def select(rows: Sequence[TableRow], text: str) -> list[TableRow]:
     """The rows that `text` names by their numbers in the file, in the order of the file; all for "".
 
     Parameters

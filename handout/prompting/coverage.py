@@ -54,7 +54,7 @@ def _places(length: int, unit: int) -> list[Place]:
 
 
 @dataclass(frozen=True)
-class Row:
+class CoverageRow:
     """A letter or pair: its share of all in the target, and its instances by place."""
 
     unit: str
@@ -74,17 +74,17 @@ class Row:
 class Coverage:
     """What a prompt gives: a row for every letter and for the commonest pairs of the target, the commonest first."""
 
-    letters: tuple[Row, ...]
-    pairs: tuple[Row, ...]
+    letters: tuple[CoverageRow, ...]
+    pairs: tuple[CoverageRow, ...]
     least: int = LEAST
 
     @property
-    def short_letters(self) -> tuple[Row, ...]:
+    def short_letters(self) -> tuple[CoverageRow, ...]:
         """Letters with fewer instances than `least`."""
         return tuple(row for row in self.letters if row.total < self.least)
 
     @property
-    def short_pairs(self) -> tuple[Row, ...]:
+    def short_pairs(self) -> tuple[CoverageRow, ...]:
         """Pairs with fewer instances than `least`."""
         return tuple(row for row in self.pairs if row.total < self.least)
 
@@ -122,13 +122,13 @@ class Coverage:
         )
         return f"{letters} letters and {pairs} common pairs will be there"
 
-    def _line(self, row: Row) -> str:
+    def _line(self, row: CoverageRow) -> str:
         mark = "*" if row.total < self.least else " "
         counts = "".join(f"{n:7d}" for n in (row.start, row.middle, row.end, row.alone, row.total))
         return f"{mark} {row.unit:<8}{row.share:7.2%}{counts}"
 
 
-def _plain(row: Row) -> dict[str, Any]:
+def _plain(row: CoverageRow) -> dict[str, Any]:
     places: dict[str, int] = {place: getattr(row, place) for place in PLACES}
     return {"unit": row.unit, "share": round(row.share, 6), **places, "total": row.total}
 
@@ -159,9 +159,9 @@ def _shares(instances: Instances) -> dict[str, float]:
     return {unit: count / summed.total() for unit, count in summed.items()}
 
 
-def _rows(shares: Mapping[str, float], instances: Instances) -> tuple[Row, ...]:
+def _rows(shares: Mapping[str, float], instances: Instances) -> tuple[CoverageRow, ...]:
     ordered = sorted(shares.items(), key=lambda item: (-item[1], item[0]))
-    return tuple(Row(unit, share, *(instances[unit, place] for place in PLACES)) for unit, share in ordered)
+    return tuple(CoverageRow(unit, share, *(instances[unit, place] for place in PLACES)) for unit, share in ordered)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 from handout.errors import DoesNotFit, InputError
 from handout.prompting import corpus
-from handout.prompting.sentence_choice import Chooser, Closing, Frequencies, Score, pangrams
+from handout.prompting.sentence_choice import Closing, Frequencies, Score, SentenceChooser, pangrams
 
 _TRIES = 200  # sentences that are tried for the rest of a page
 _LEAST = 12  # characters of a page that are left empty rather than searched for a sentence that short
@@ -105,7 +105,7 @@ def prompt(
         pool, first = _with_pangram(pool, allowed)
     closing = Closing(corpus.usable(corpus.shipped(), allowed))
     return _fill_pages(
-        Chooser(pool, target, score), first, set(required), closing, [_Page(lines, width) for _ in range(pages)]
+        SentenceChooser(pool, target, score), first, set(required), closing, [_Page(lines, width) for _ in range(pages)]
     )
 
 
@@ -118,7 +118,9 @@ def _with_pangram(pool: list[str], allowed: frozenset[str]) -> tuple[list[str], 
     return pool + added, set(range(len(pool), len(pool) + len(added)))
 
 
-def _fill_pages(chooser: Chooser, first: set[int], missing: set[str], closing: Closing, pages: list[_Page]) -> Prompt:
+def _fill_pages(
+    chooser: SentenceChooser, first: set[int], missing: set[str], closing: Closing, pages: list[_Page]
+) -> Prompt:
     """Fill page after page; `first` are the sentences that may stand first (none: any)."""
     chosen: list[str] = []
     for page in pages:
@@ -153,7 +155,7 @@ def _shorter(tail: list[str], fresh: list[str], missing: set[str], page: _Page) 
     return fresh if better else needed
 
 
-def _next(chooser: Chooser, page: _Page, first: set[int], tail: str) -> int | None:
+def _next(chooser: SentenceChooser, page: _Page, first: set[int], tail: str) -> int | None:
     """The best sentence that fits the page together with the tail that must close it."""
     if page.left - len(tail) < _LEAST:
         return None

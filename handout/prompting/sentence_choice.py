@@ -92,7 +92,7 @@ def count_table(counted: Sequence[Counter[str]], frequency: Mapping[str, float])
 
 
 @dataclass(eq=False)
-class Chooser:
+class SentenceChooser:
     """Sentences, and how much each of them would add to those taken so far.
 
     Parameters

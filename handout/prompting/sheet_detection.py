@@ -17,7 +17,7 @@ _DPI = (36.0, 2400.0)  # of a rectified page: bounds against slips
 
 
 @dataclass(frozen=True, eq=False)
-class Sheet:
+class DetectedSheet:
     """A sheet in a picture, and what it says of itself.
 
     registration : where it lies.
@@ -70,7 +70,7 @@ class Sheet:
         return self.registration.turn
 
 
-def find_sheet(image: NDArray[np.uint8]) -> Sheet | None:
+def find_sheet(image: NDArray[np.uint8]) -> DetectedSheet | None:
     """Find a printed sheet in a scan or photograph.
 
     Parameters
@@ -101,10 +101,12 @@ def find_sheet(image: NDArray[np.uint8]) -> Sheet | None:
             f"needed: scan it at 200 dpi or more (this has {registration.dpi:.0f}), flat and clean at the foot."
         )
     record = unpack(data)
-    return Sheet(registration, record, SheetLayout(registration.page, record.pitch, record.printed))
+    return DetectedSheet(registration, record, SheetLayout(registration.page, record.pitch, record.printed))
 
 
-def rectify(image: NDArray[np.uint8], sheet: Sheet | Registration, dpi: float | None = None) -> NDArray[np.uint8]:
+def rectify(
+    image: NDArray[np.uint8], sheet: DetectedSheet | Registration, dpi: float | None = None
+) -> NDArray[np.uint8]:
     """The page upright and flat, its upper left corner at the first pixel.
 
     Parameters
@@ -128,7 +130,7 @@ def rectify(image: NDArray[np.uint8], sheet: Sheet | Registration, dpi: float | 
     """
     import cv2
 
-    registration = sheet.registration if isinstance(sheet, Sheet) else sheet
+    registration = sheet.registration if isinstance(sheet, DetectedSheet) else sheet
     wanted = registration.dpi if dpi is None else dpi
     if not _DPI[0] <= wanted <= _DPI[1]:
         raise InputError(f"dpi: {wanted:g} is outside {_DPI[0]:g} to {_DPI[1]:g}.")
@@ -146,7 +148,7 @@ def rectify(image: NDArray[np.uint8], sheet: Sheet | Registration, dpi: float | 
     return np.asarray(warped, dtype=np.uint8)
 
 
-def printed_on(sheet: Sheet, dpi: float, *, words: bool = False) -> NDArray[np.bool_]:
+def printed_on(sheet: DetectedSheet, dpi: float, *, words: bool = False) -> NDArray[np.bool_]:
     """Where the rectified page holds print: True in the marks, codes and label, and with `words` in the words' bands.
 
     Parameters

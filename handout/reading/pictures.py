@@ -36,7 +36,7 @@ _BEAM = 6  # prefixes kept where other texts are looked for: more change no verd
 
 
 @dataclass(frozen=True)
-class Letter:
+class ReadLetter:
     """One letter of a text in its place in a picture.
 
     left, right : where it is seen, columns of word space.
@@ -72,7 +72,7 @@ class Verdict:
 
 
 @dataclass(frozen=True, eq=False)
-class Reading:
+class PictureReading:
     """A picture that was looked at.
 
     logits : (steps, classes) of the network, every `STEP` columns; class 0 is no letter.
@@ -154,7 +154,7 @@ class Reading:
         each[:, ctc.BLANK] = each[np.arange(len(labels)), labels] = -np.inf
         return ["".join(groups[label - 1] for label in row) for row in np.argsort(-each, axis=1)[:, :count].tolist()]
 
-    def spans(self, text: str) -> tuple[Letter, ...]:
+    def spans(self, text: str) -> tuple[ReadLetter, ...]:
         """Every letter of `text` with its place, and what is seen there.
 
         Raises
@@ -169,7 +169,7 @@ class Reading:
         shares = np.exp(each - np.logaddexp.reduce(each, axis=1, keepdims=True))
         names = ["", *groups]
         return tuple(
-            Letter(
+            ReadLetter(
                 letter,
                 float(left),
                 float(right),
@@ -187,7 +187,7 @@ class Reader:
     stem : weights (size · size · in, out) and biases of the layers over rows and columns.
     columns : the same of those over columns: the first and the last over one alone, the others over three.
     dilations : of those between.
-    letters, temperature : as `Reading` has them.
+    letters, temperature : as `PictureReading` has them.
     """
 
     stem: tuple[tuple[Floats, Floats], ...]
@@ -196,7 +196,7 @@ class Reader:
     letters: str
     temperature: float
 
-    def read(self, picture: Array) -> Reading:
+    def read(self, picture: Array) -> PictureReading:
         """What stands in a density picture (HEIGHT, w) in word space, `MARGIN` columns of paper added at either end.
 
         Raises
@@ -207,26 +207,26 @@ class Reader:
         return self.reading(self.features(picture))
 
     @one_thread
-    def read_all(self, pictures: Sequence[Array]) -> list[Reading]:
+    def read_all(self, pictures: Sequence[Array]) -> list[PictureReading]:
         """`read` of some pictures, which takes less time than one by one."""
         return [self.reading(features) for features in self.features_of(pictures)]
 
     @one_thread
-    def reading(self, features: Floats) -> Reading:
+    def reading(self, features: Floats) -> PictureReading:
         """What is read from the features of a picture's steps."""
         weight, bias = self.columns[-1]
-        return Reading((features @ weight + bias).astype(np.float64), self.letters, self.temperature)
+        return PictureReading((features @ weight + bias).astype(np.float64), self.letters, self.temperature)
 
     def labels(self, text: str) -> tuple[int, ...]:
         """Classes of a text's letters, each told from those that look alike."""
         return tuple(self.letters.index(fold(letter)) + 1 for letter in text)
 
     def log_probability(self, picture: Array, text: str) -> float:
-        """See `Reading.log_probability`."""
+        """See `PictureReading.log_probability`."""
         return self.read(picture).log_probability(text)
 
     def reads_as(self, picture: Array, text: str) -> Verdict:
-        """See `Reading.verdict`."""
+        """See `PictureReading.verdict`."""
         return self.read(picture).verdict(text)
 
     def with_temperature(self, temperature: float) -> Reader:
@@ -301,8 +301,8 @@ def alike(one: str, other: str) -> bool:
     return _stand_ins("".join(map(fold, one))) == _stand_ins("".join(map(fold, other)))
 
 
-def log_probabilities(readings: Sequence[Reading], texts: Sequence[str]) -> Array:
-    """(n,) `Reading.log_probability` of some readings, all at once."""
+def log_probabilities(readings: Sequence[PictureReading], texts: Sequence[str]) -> Array:
+    """(n,) `PictureReading.log_probability` of some readings, all at once."""
     labels = [reading.labels(text) for reading, text in zip(readings, texts, strict=True)]
     return ctc.log_probabilities([reading.grouped[0] for reading in readings], labels)
 

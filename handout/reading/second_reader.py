@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.alphabet import JUNK, LETTERS, fold
-from handout.reading.pictures import Reading
+from handout.reading.pictures import PictureReading
 from handout.reading.word_space import ABOVE, X_HEIGHT, normalised
 from handout.values import Array, Indices
 
@@ -46,11 +46,11 @@ class SecondReader:
     order: Indices
     starts: Indices
 
-    def read_all(self, pictures: Sequence[Array]) -> list[Reading]:
+    def read_all(self, pictures: Sequence[Array]) -> list[PictureReading]:
         """What stands in density pictures (`word_space.HEIGHT`, w) in word space."""
         return [self._read(picture) for picture in pictures]
 
-    def _read(self, picture: Array) -> Reading:
+    def _read(self, picture: Array) -> PictureReading:
         import cv2
 
         shown = _shown(normalised(picture))
@@ -60,7 +60,7 @@ class SecondReader:
         seen = self.network.forward()[0].astype(np.float64)
         cv2.setNumThreads(threads)
         likely = np.add.reduceat(seen[:, self.order], self.starts, axis=1)
-        return Reading(np.log(likely + _FLOOR), self.letters, 1.0)
+        return PictureReading(np.log(likely + _FLOOR), self.letters, 1.0)
 
 
 def _shown(picture: NDArray[np.float32]) -> NDArray[np.float32]:

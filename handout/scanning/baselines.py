@@ -21,7 +21,7 @@ _UNDERLINE = 12.0  # mm: longer runs of ink are underlines
 
 
 @dataclass(frozen=True, eq=False)
-class Baseline:
+class LineBaseline:
     """The baseline of one line, mm on the page, y down.
 
     curve : (c0, c1, c2): y = c0 + c1 u + c2 u², u = x − middle.
@@ -52,7 +52,7 @@ class Baseline:
 
 def on_baselines(
     extremes: StrokeExtremes, traces: list[tuple[float, float]], centre: float, pitch: float
-) -> list[Baseline]:
+) -> list[LineBaseline]:
     """The lines whose middles run along `traces`, (level at x = `centre`, slope), moved down to their feet, mm."""
     u = extremes.left[:, 0] - centre
     distance = np.abs(np.stack([extremes.left[:, 1] - level - slope * u for level, slope in traces]))
@@ -65,7 +65,7 @@ def on_baselines(
     return sorted(lines, key=lambda line: line.curve[0])
 
 
-def _on_baseline(trace: tuple[float, float], feet: Array, x: Array, centre: float, pitch: float) -> Baseline:
+def _on_baseline(trace: tuple[float, float], feet: Array, x: Array, centre: float, pitch: float) -> LineBaseline:
     level, slope = trace
     left, right = float(x[0]), float(x[-1])
     middle = (left + right) / 2
@@ -77,7 +77,7 @@ def _on_baseline(trace: tuple[float, float], feet: Array, x: Array, centre: floa
     u, y = feet[on_line, 0] - middle, depth[on_line] - foot
     long, medium = right - left > 8 * pitch and int(on_line.sum()) > LEAST_EDGES, right - left > 2.5 * pitch
     c0, c1, c2 = robust(u, y, 2 if long else (1 if medium else 0), 0.12 * pitch)
-    return Baseline((level + foot + slope * (middle - centre) + c0, slope + c1, c2), left, right)
+    return LineBaseline((level + foot + slope * (middle - centre) + c0, slope + c1, c2), left, right)
 
 
 def _together(x: Array, gap: float) -> Array:
@@ -165,7 +165,7 @@ def _ends(
     return np.stack([(begin + end)[free] / 2, row[free] + (1.0 if way > 0 else 0.0)], axis=1)
 
 
-def slant_of_lines(mask: NDArray[np.bool_], dpi: float, lines: Sequence[Baseline], x_height: float) -> float:
+def slant_of_lines(mask: NDArray[np.bool_], dpi: float, lines: Sequence[LineBaseline], x_height: float) -> float:
     """dx/dy of the letters, upwards: the shear under which the columns of a line hold ink most unevenly.
 
     All lines vote together, each as much as the other, and for the whole letters and their ascenders alike: upstrokes
@@ -190,7 +190,7 @@ def slant_of_lines(mask: NDArray[np.bool_], dpi: float, lines: Sequence[Baseline
     return float(_SLANTS[k]) + 0.05 * _peak_offset(votes, k)
 
 
-def _above(mask: NDArray[np.bool_], pixel: float, line: Baseline, x_height: float) -> tuple[Array, Array]:
+def _above(mask: NDArray[np.bool_], pixel: float, line: LineBaseline, x_height: float) -> tuple[Array, Array]:
     """x and height over the baseline, mm, of the ink of a line, from its feet to its ascenders."""
     x0, x1 = max(0, int(line.left / pixel)), min(mask.shape[1], int(line.right / pixel) + 1)
     ends = line.baseline(np.linspace(line.left, line.right, 3))

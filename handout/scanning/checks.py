@@ -21,7 +21,7 @@ import numpy as np
 
 from handout.errors import InputError
 from handout.page_sizes import page
-from handout.scanning.scan import Picture, Scan
+from handout.scanning.scan import FilePicture, Scan
 
 if TYPE_CHECKING:
     from handout.scanning.text_lines import TextLines
@@ -99,7 +99,7 @@ def check_dpi(dpi: float | None) -> None:
         )
 
 
-def plausible_dpi(picture: Picture) -> float:
+def plausible_dpi(picture: FilePicture) -> float:
     """The file's own resolution, if it can be a scanner's; otherwise a question."""
     dpi, (height, width) = picture.own, picture.rgb.shape[:2]
     longest = max(width, height) / dpi * 25.4 if dpi else np.inf
@@ -121,7 +121,7 @@ def _dpi_hint(width: int, height: int) -> str:
     return ""
 
 
-def refuse_oversize(picture: Picture, dpi: float) -> None:
+def refuse_oversize(picture: FilePicture, dpi: float) -> None:
     """Raise InputError for a resolution by which the page would be larger than two sheets of A3."""
     height, width = picture.rgb.shape[:2]
     if max(width, height) / dpi * 25.4 > _LONGEST_SIDE:

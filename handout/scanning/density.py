@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.scanning.inks import Inks
+from handout.scanning.inks import PageInks
 from handout.scanning.scan import Scan
 from handout.values import Array, readonly
 
@@ -69,7 +69,7 @@ class Density:
     perhaps: float
 
 
-def find_scale(scan: Scan, inks: Inks) -> Scale:
+def find_scale(scan: Scan, inks: PageInks) -> Scale:
     """The scale of a page's own ink; `pooled_scale` makes one of several."""
     rows = max(1, scan.shape[0] // 1500)
     level = inks.levels(scan.rgb[::rows].reshape(-1, 3)[:: max(1, 2 // rows)] / 255.0).max(axis=-1)
@@ -82,7 +82,7 @@ def pooled_scale(scales: Sequence[Scale]) -> Scale:
     return Scale(np.sum([scale.counts / max(scale.counts.sum(), 1.0) for scale in scales], axis=0))
 
 
-def find_density(scan: Scan, inks: Inks, scale: Scale | None = None) -> Density:
+def find_density(scan: Scan, inks: PageInks, scale: Scale | None = None) -> Density:
     """Density of ink on a page whose light has been evened out.
 
     Parameters
@@ -100,7 +100,7 @@ def find_density(scan: Scan, inks: Inks, scale: Scale | None = None) -> Density:
     return Density(values, scale, float(sure), float(perhaps))
 
 
-def density_table(inks: Inks, scale: Scale, rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
+def density_table(inks: PageInks, scale: Scale, rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
     """(33, 33, 33) float32: density at colours on a lattice over 0–255, by a thin-plate spline through samples.
 
     It is worked out where the page has colours; elsewhere the table holds what the spline was fitted to.  And it is cut
@@ -127,7 +127,7 @@ def density_table(inks: Inks, scale: Scale, rgb: NDArray[np.uint8]) -> NDArray[n
     return np.asarray(table.reshape(_CELLS + 1, _CELLS + 1, _CELLS + 1), dtype=np.float32)
 
 
-def _sample(inks: Inks, rgb: NDArray[np.uint8]) -> Array:
+def _sample(inks: PageInks, rgb: NDArray[np.uint8]) -> Array:
     """(n, 3) float: a lattice over all colours, and the page's own inky colours, evenly over their levels."""
     axis = np.linspace(0, 1, _CENTRES)
     lattice = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.branching import branches
-from handout.scanning.inks import Inks
+from handout.scanning.inks import PageInks
 from handout.scanning.mask import Mask
 from handout.scanning.scan import Scan
 from handout.values import LineGraph
@@ -62,7 +62,7 @@ def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9))
 
 
-def pale_marks(level: Scan, inks: Inks, mask: Mask) -> float:
+def pale_marks(level: Scan, inks: PageInks, mask: Mask) -> float:
     """How much of a page has marks too pale for its ink, as a share of what has ink; 0 on ruled paper.
 
     level : the page, its light evened out.

@@ -52,7 +52,7 @@ _RULING = RulingSettings()
 
 
 @dataclass(frozen=True, eq=False)
-class Ink:
+class PageInk:
     """One ink of a page.
 
     colour : (3,) float, 0–1: the usual colour in the middle of strokes.
@@ -70,7 +70,7 @@ class Ink:
 
 
 @dataclass(frozen=True, eq=False)
-class Inks:
+class PageInks:
     """The paper and the inks of a page, the commonest first.
 
     paper : (3,) float, 0–1.
@@ -79,7 +79,7 @@ class Inks:
     """
 
     paper: Array
-    inks: tuple[Ink, ...]
+    inks: tuple[PageInk, ...]
     grain: float
     ruling: NDArray[np.bool_] | None = None
 
@@ -90,7 +90,7 @@ class Inks:
         return np.stack(q, axis=-1)
 
 
-def find_inks(scan: Scan) -> Inks:
+def find_inks(scan: Scan) -> PageInks:
     """The colours of a page whose light has been evened out.
 
     Raises
@@ -128,7 +128,7 @@ def find_inks(scan: Scan) -> Inks:
     rest = scan.rgb[::4, ::4][plain] / 255.0 - paper
     noise = np.asarray(rest.T @ rest / max(1, len(rest)) + 1e-4 * np.eye(3))
     inks, grain = _told_apart(colours, paper, noise, ruled)
-    return Inks(paper, inks, grain, ruling)
+    return PageInks(paper, inks, grain, ruling)
 
 
 def paper_mode(scan: Scan) -> Array:
@@ -184,14 +184,14 @@ def _usual(ruled: Array) -> Array:
     return np.asarray(ruled[off <= 5.0])
 
 
-def _told_apart(colours: Array, paper: Array, noise: Array, ruled: Array) -> tuple[tuple[Ink, ...], float]:
+def _told_apart(colours: Array, paper: Array, noise: Array, ruled: Array) -> tuple[tuple[PageInk, ...], float]:
     """The inks of a page from the colours of its strokes, and their grain."""
     colours = colours[:: max(1, len(colours) // 40_000)]
     away = colours - paper
     size = np.linalg.norm(away, axis=1)
     kind = kinds(away / np.maximum(size, 1e-9)[:, None], _INK.share)
     share = np.bincount(kind) / len(kind)
-    inks: list[Ink] = []
+    inks: list[PageInk] = []
     grain: list[float] = []
     for k in np.argsort(-share):
         members = colours[kind == k]
@@ -204,7 +204,7 @@ def _told_apart(colours: Array, paper: Array, noise: Array, ruled: Array) -> tup
         if inks and level > _INK.highest_zero:
             continue  # it cannot be told from the ruling
         zero = float(np.clip(level + _INK.above_ruling, _INK.zero, _INK.highest_zero))
-        inks.append(Ink(colour, axis, zero, float(share[k]), level))
+        inks.append(PageInk(colour, axis, zero, float(share[k]), level))
         grain.append(float(np.std((members - paper) @ axis)))
     return tuple(inks), grain[0]
 

@@ -32,7 +32,7 @@ _RINGS = np.array(
 
 
 @dataclass(frozen=True)
-class FitSettings:
+class LineFitSettings:
     """How the middle of a line is fitted to its ink; compared on simulated pages by benchmarks/reading.py."""
 
     alone: float = 1.3  # times the usual width: wider ink is not one line's
@@ -50,7 +50,7 @@ class FitSettings:
     end: float = 0.5  # half widths by which ink reaches beyond the pen's way at a free end
 
 
-_FIT = FitSettings()
+_FIT = LineFitSettings()
 
 
 def find_line_graph(scan: Scan, mask: Mask, density: Density) -> LineGraph:

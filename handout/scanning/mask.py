@@ -17,7 +17,7 @@ from handout.errors import InputError
 from handout.scanning.checks import refuse_bad_strokes
 from handout.scanning.density import Density
 from handout.scanning.graph_cut import Weights, least_cut
-from handout.scanning.inks import Inks
+from handout.scanning.inks import PageInks
 from handout.scanning.scan import Scan
 from handout.summary import one_line
 
@@ -63,7 +63,7 @@ class Mask:
 
 def find_mask(
     scan: Scan,
-    inks: Inks,
+    inks: PageInks,
     density: Density,
     pen: str | None = None,
     method: str = "cut",
@@ -110,7 +110,7 @@ def find_mask(
     return Mask(smooth(ink) if stroke >= LEAST_WIDTH else ink, pen, stroke)
 
 
-def guess_pen(inks: Inks) -> str:
+def guess_pen(inks: PageInks) -> str:
     """The pen that an ink looks like: grainy and pale a pencil, grainy a ballpoint, even a fineliner."""
     away = float(np.linalg.norm(inks.inks[0].colour - inks.paper))
     tint = float(np.ptp(inks.inks[0].colour - inks.paper))

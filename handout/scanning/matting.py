@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.scanning.inks import Inks
+from handout.scanning.inks import PageInks
 from handout.scanning.mask import Mask
 from handout.scanning.scan import Scan
 from handout.summary import one_line
@@ -47,7 +47,7 @@ class Matte:
         return np.asarray(np.rint(mixed), dtype=np.uint8)
 
 
-def find_matte(scan: Scan, mask: Mask, inks: Inks, *, pale: bool = False) -> Matte:
+def find_matte(scan: Scan, mask: Mask, inks: PageInks, *, pale: bool = False) -> Matte:
     """The matte of a scan (as scanned, not evened out).
 
     pale : the page has marks beside its ink that are none: what lies further from ink than its blurred edge is paper.

@@ -34,7 +34,7 @@ _PAPER = PaperSettings()
 
 
 @dataclass(frozen=True, eq=False)
-class Paper:
+class BarePaper:
     """What the sheet would look like without ink, in coarse.
 
     coarse : (h', w', 3) float32, 0–1.
@@ -60,7 +60,7 @@ class Paper:
         return np.asarray(cv2.remap(self.coarse, at_x, at_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
 
 
-def find_paper(scan: Scan) -> Paper:
+def find_paper(scan: Scan) -> BarePaper:
     """The paper of a scan, with the ink taken off."""
     import cv2
 
@@ -77,10 +77,10 @@ def find_paper(scan: Scan) -> Paper:
     smooth = np.asarray(cv2.GaussianBlur(calm.astype(np.float32) / 255, (0, 0), 0.5 * size), dtype=np.float32)
     colour = np.median(smooth.reshape(-1, 3), axis=0).astype(np.float32)
     spread = np.percentile(smooth.reshape(-1, 3), [1, 99], axis=0)
-    return Paper(smooth, scan.shape, colour, bool(np.ptp(spread, axis=0).max() < _PAPER.even))
+    return BarePaper(smooth, scan.shape, colour, bool(np.ptp(spread, axis=0).max() < _PAPER.even))
 
 
-def flatten(scan: Scan, paper: Paper) -> Scan:
+def flatten(scan: Scan, paper: BarePaper) -> Scan:
     """The scan as it would be on paper of one colour under even light.
 
     What the paper transmits is divided out, so that ink keeps its share of the light: c · colour / paper.

@@ -28,7 +28,7 @@ from handout.scanning.checks import (
     source_of,
     square_resolution,
 )
-from handout.scanning.scan import Picture, Scan
+from handout.scanning.scan import FilePicture, Scan
 
 if TYPE_CHECKING:
     from PIL.Image import Image as Image_
@@ -50,7 +50,7 @@ _FOREIGN = (
 _DAMAGED = (OSError, SyntaxError, ValueError, EOFError, MemoryError, TypeError, KeyError, IndexError)
 
 
-def read_picture(path: Path, page: int | None = None) -> Picture:
+def read_picture(path: Path, page: int | None = None) -> FilePicture:
     """The picture in a file.
 
     Parameters
@@ -70,7 +70,7 @@ def read_picture(path: Path, page: int | None = None) -> Picture:
         from handout.scanning.pdf_pages import page_of_pdf
 
         rgb, dpi, count = page_of_pdf(path, page)
-        return Picture(rgb, dpi, source_of(path, page, count))
+        return FilePicture(rgb, dpi, source_of(path, page, count))
     return _read_image(path, page)
 
 
@@ -114,7 +114,7 @@ def is_pdf(path: Path) -> bool:
     return False
 
 
-def _read_image(path: Path, page: int | None) -> Picture:
+def _read_image(path: Path, page: int | None) -> FilePicture:
     """The picture in a file that is no PDF."""
     from PIL import Image, ImageOps
 
@@ -137,18 +137,18 @@ def _read_image(path: Path, page: int | None) -> Picture:
             dpi, photographed = image.info.get("dpi"), _is_photograph(image)
             ImageOps.exif_transpose(image, in_place=True)
             rgb = _as_rgb(image, path)
-            return Picture(rgb, square_resolution(dpi, path), source_of(path, page, frames), photographed)
+            return FilePicture(rgb, square_resolution(dpi, path), source_of(path, page, frames), photographed)
     except _DAMAGED as error:
         if tiff_pages.is_tiff(path):
             return _by_tifffile(path, page)
         raise InputError(f"Cannot read {path}: {_reason(error, path)}.") from error
 
 
-def _by_tifffile(path: Path, page: int | None) -> Picture:
+def _by_tifffile(path: Path, page: int | None) -> FilePicture:
     from handout.scanning.tiff_pages import page_of_tiff
 
     rgb, dpi, count = page_of_tiff(path, page)
-    return Picture(rgb, square_resolution(dpi, path), source_of(path, page, count))
+    return FilePicture(rgb, square_resolution(dpi, path), source_of(path, page, count))
 
 
 def _reason(error: BaseException, path: Path) -> str:
@@ -246,7 +246,7 @@ def read_scan(path: Path, dpi: float | None = None, page: int | None = None) -> 
     return scan_of(read_picture(Path(path), page), dpi)
 
 
-def scan_of(picture: Picture, dpi: float | None = None) -> Scan:
+def scan_of(picture: FilePicture, dpi: float | None = None) -> Scan:
     """A picture as a scan; above 700 dpi it is reduced to 600, since nothing of a pen's line is finer.
 
     Parameters

@@ -1,4 +1,4 @@
-"""The two nouns of input: a `Picture` as a file holds it, and a `Scan`, which is a picture of known resolution."""
+"""The two nouns of input: a `FilePicture` as a file holds it, and a `Scan`, which is a picture of known resolution."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from handout.summary import one_line
 
 
 @dataclass(frozen=True, eq=False)
-class Picture:
+class FilePicture:
     """What a file holds.
 
     rgb : (h, w, 3) uint8, device RGB.

@@ -55,7 +55,7 @@ _WEIGHTS = PENS["ballpoint"]  # with those thin strokes stay
 
 
 @dataclass(frozen=True, eq=False)
-class Window:
+class PageWindow:
     """A part of a page, and what is known of it.
 
     rgb : (h, w, 3) uint8, as scanned.
@@ -90,14 +90,14 @@ class Window:
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class SegmentedWindow:
     """A window segmented anew.  ink : (h, w) bool; seen : whether the scan shows anything where ink was painted."""
 
     ink: Bools
     seen: bool = True
 
 
-def with_ink(window: Window, scribble: Bools) -> Found:
+def with_ink(window: PageWindow, scribble: Bools) -> SegmentedWindow:
     """The window with the faint stroke that a person painted ink on; where the scan shows nothing, the paint alone.
 
     scribble : (h, w) bool: surely ink.
@@ -109,7 +109,7 @@ def with_ink(window: Window, scribble: Bools) -> Found:
     deviation = 1.4826 * float(np.median(np.abs(level[plain]))) if plain.any() else 0.0
     darkest = float(np.percentile(level[fresh], 75)) if fresh.any() else 0.0
     if darkest < max(_SETTINGS.noise * deviation, _SETTINGS.least):
-        return Found(window.ink | scribble, not fresh.any())
+        return SegmentedWindow(window.ink | scribble, not fresh.any())
     middle = fresh & (level >= 0.75 * darkest)
     axis = np.median(away[middle], axis=0)
     size = float(axis @ axis)
@@ -126,10 +126,10 @@ def with_ink(window: Window, scribble: Bools) -> Found:
     sure = (scribble | (window.ink & domain)).astype(np.int8)
     cost = np.where(density > 0, -_WEIGHTS.ink * np.minimum(density, 1), _WEIGHTS.paper)
     ink = field_cut(window.rgb, cost.astype(np.float32), domain, _WEIGHTS, sure)
-    return Found(window.ink | ink)
+    return SegmentedWindow(window.ink | ink)
 
 
-def without_ink(window: Window, scribble: Bools) -> Bools:
+def without_ink(window: PageWindow, scribble: Bools) -> Bools:
     """(h, w) bool: the ink of the window without what a person painted paper on, as far as that hangs together.
 
     scribble : (h, w) bool: surely paper.
@@ -150,7 +150,7 @@ def without_ink(window: Window, scribble: Bools) -> Bools:
     return window.ink & ~gone & ~scribble
 
 
-def _in_line(window: Window, like: Bools, scribble: Bools) -> Bools:
+def _in_line(window: PageWindow, like: Bools, scribble: Bools) -> Bools:
     """(h, w): what a dab means of a mask: what it touches, and what is in line with that beyond strokes across it.
 
     A rule, or the limb of a stain, is known by its direction; a round one has all directions alike.
@@ -173,7 +173,7 @@ def _in_line(window: Window, like: Bools, scribble: Bools) -> Bools:
     return found
 
 
-def _likelier(window: Window, marked: Bools) -> Floats:
+def _likelier(window: PageWindow, marked: Bools) -> Floats:
     """(h, w): how much likelier ink is of the kind that was marked than the page's, natural logarithm."""
     features = _features(window)
     flat = features[window.ink].astype(np.float64)
@@ -198,7 +198,7 @@ def _likelier(window: Window, marked: Bools) -> Floats:
     return found
 
 
-def _features(window: Window) -> Floats:
+def _features(window: PageWindow) -> Floats:
     """(h, w, 4): contrast and colour of the middle of the stroke that a pixel is of, and the logarithm of its width.
 
     Colour is how far it lies beside the way from paper to ink, in two directions, as a share of that way.

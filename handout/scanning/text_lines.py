@@ -17,7 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.peaks import peaks
-from handout.scanning.baselines import LEAST_EDGES, Baseline, find_stroke_extremes, mode, on_baselines, slant_of_lines
+from handout.scanning.baselines import (
+    LEAST_EDGES,
+    LineBaseline,
+    find_stroke_extremes,
+    mode,
+    on_baselines,
+    slant_of_lines,
+)
 from handout.values import Array
 
 _SLOPES = np.arange(-0.10, 0.1001, 0.004)  # tried for a whole page: ±6°
@@ -40,7 +47,7 @@ class TextLines:
     pitch : mm from a line to the next.
     """
 
-    lines: tuple[Baseline, ...]
+    lines: tuple[LineBaseline, ...]
     x_height: float
     slant: float
     pitch: float
@@ -234,9 +241,9 @@ def _widest(edges: Array, traces: list[tuple[float, float]], centre: float) -> f
     return _OPEN * float(high - low)
 
 
-def _apart(lines: list[Baseline], pitch: float) -> list[Baseline]:
+def _apart(lines: list[LineBaseline], pitch: float) -> list[LineBaseline]:
     """Of two lines in one place the longer."""
-    separate: list[Baseline] = []
+    separate: list[LineBaseline] = []
     for line in lines:
         x = max(line.left, separate[-1].left) if separate else 0.0
         if separate and float(line.baseline(x) - separate[-1].baseline(x)) < 0.45 * pitch:
@@ -247,7 +254,7 @@ def _apart(lines: list[Baseline], pitch: float) -> list[Baseline]:
     return separate
 
 
-def _x_height(lines: list[Baseline], tops: Array, pitch: float) -> float:
+def _x_height(lines: list[LineBaseline], tops: Array, pitch: float) -> float:
     """The height above the baseline at which strokes usually have their top, mm: the median around the mode."""
     heights = []
     for line in lines:

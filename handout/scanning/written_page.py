@@ -18,11 +18,11 @@ from handout.errors import InputError
 from handout.scanning.checks import PALE, check_pale_marks, check_writing_size, refuse_false_resolution
 from handout.scanning.density import Density, Scale, find_density, find_scale
 from handout.scanning.foreign_ink import pale_marks
-from handout.scanning.inks import Inks, find_inks
+from handout.scanning.inks import PageInks, find_inks
 from handout.scanning.line_graph import find_line_graph, mean_within
 from handout.scanning.mask import Mask, find_mask, hysteresis, stroke_width
 from handout.scanning.matting import Matte, find_matte
-from handout.scanning.paper import Paper, crop, find_paper, flatten
+from handout.scanning.paper import BarePaper, crop, find_paper, flatten
 from handout.scanning.picture_files import read_scan
 from handout.scanning.scan import Scan
 from handout.scanning.text_lines import TextLines, find_text_lines
@@ -48,8 +48,8 @@ class WrittenPage:
     """
 
     scan: Scan
-    paper: Paper
-    inks: Inks
+    paper: BarePaper
+    inks: PageInks
     density: Density
     mask: Mask
     graph: LineGraph
@@ -63,7 +63,7 @@ class WrittenPage:
 
 
 @dataclass(frozen=True, eq=False)
-class Prepared:
+class PreparedScan:
     """A scan whose light and inks are known, which is all that the common scale of a hand's pages needs.
 
     scan : as scanned, borders cut off.
@@ -74,12 +74,12 @@ class Prepared:
     """
 
     scan: Scan
-    paper: Paper
-    inks: Inks
+    paper: BarePaper
+    inks: PageInks
     scale: Scale
     seconds: Mapping[str, float]
 
-    def turned(self, quarters: int) -> Prepared:
+    def turned(self, quarters: int) -> PreparedScan:
         """The page turned anticlockwise by a number of quarter turns."""
         return prepare(self.scan.turned(quarters))
 
@@ -96,7 +96,7 @@ class Inked:
     pale : marks too pale for ink, as a share of the ink.
     """
 
-    prepared: Prepared
+    prepared: PreparedScan
     density: Density
     mask: Mask
     text_lines: TextLines
@@ -104,7 +104,7 @@ class Inked:
     pale: float = 0.0
 
 
-def prepare(source: Path | Scan, dpi: float | None = None, page: int | None = None) -> Prepared:
+def prepare(source: Path | Scan, dpi: float | None = None, page: int | None = None) -> PreparedScan:
     """Light, paper and inks of a scan.
 
     Parameters
@@ -125,11 +125,11 @@ def prepare(source: Path | Scan, dpi: float | None = None, page: int | None = No
     with _timed(seconds, "inks"):
         inks = find_inks(level)
         scale = find_scale(level, inks)
-    return Prepared(scan, paper, inks, scale, seconds)
+    return PreparedScan(scan, paper, inks, scale, seconds)
 
 
 def find_ink(
-    prepared: Prepared,
+    prepared: PreparedScan,
     pen: str | None = None,
     *,
     lines: int | None = None,

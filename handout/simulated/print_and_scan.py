@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.profiles import Printer
-from handout.simulated.printer import SETTINGS, Flatbed, Inkjet, Press, Sheet, inkjet, job_reader, pen
+from handout.simulated.printer import SETTINGS, Flatbed, Inkjet, Press, SimulatedSheet, inkjet, job_reader, pen
 
 WHITE = "white"  # paper that is plain
 _DPI = 200  # enough for the marks of a chart and for lines of a pen, and sooner scanned than 300
@@ -59,7 +59,7 @@ class Loop:
             write(picture, self.dpi, paths[-1])
         return paths
 
-    def _written(self, sheet: Sheet, frame: tuple[float, float, float, float]) -> Sheet:
+    def _written(self, sheet: SimulatedSheet, frame: tuple[float, float, float, float]) -> SimulatedSheet:
         """The sheet with a line of the hand's writing in the frame; its pages count as scans of a usual flatbed."""
         from handout.calibrating import pen_reference
         from handout.colour.pen_lines import strokes_in

@@ -15,7 +15,7 @@ _CHUNK = 1 << 15  # spectra worked out at a time
 
 
 @dataclass(frozen=True, eq=False)
-class Written:
+class WrittenSheet:
     """What a pen wrote on bare paper.
 
     corner : (row, column) of its first pixel on the sheet; amount : (h, w) float32, how much ink, 1 where it is usual.
@@ -40,7 +40,7 @@ class Written:
 
 
 @dataclass(frozen=True, eq=False)
-class Sheet:
+class SimulatedSheet:
     """A printed sheet.
 
     coverage : (m, 4) what of cyan, magenta, yellow and black was asked for, each mixture once; the last row is none.
@@ -56,7 +56,7 @@ class Sheet:
     spectra: Callable[[Array], Array] = field(repr=False)
     dpi: float
     ink: NDArray[np.float32] | None = None
-    written: tuple[Written, ...] = ()
+    written: tuple[WrittenSheet, ...] = ()
 
     @property
     def page(self) -> Page:

@@ -20,7 +20,7 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 
-from handout.motion.reconstruction.planned_page import Fit, PlannedPage, sample_times
+from handout.motion.reconstruction.planned_page import PlannedPage, PlannedStroke, sample_times
 from handout.motion.reconstruction.recording_fit import SHORTEST, prepare_recording
 from handout.sinks import about
 from handout.values import Array, Drawing
@@ -45,7 +45,7 @@ def to_json(page: PlannedPage) -> bytes:
     return msgspec.json.format(msgspec.json.encode(file), indent=1) + b"\n"
 
 
-def _movement(fit: Fit) -> dict[str, object]:
+def _movement(fit: PlannedStroke) -> dict[str, object]:
     """A movement's fields in the order of the file; those that are not known are absent."""
     plan, names = fit.plan, ("onset", "duration", "asymmetry", "theta")
     rows = zip(*(getattr(plan, name).tolist() for name in names), strict=True)

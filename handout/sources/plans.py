@@ -9,7 +9,7 @@ import numpy as np
 
 from handout.errors import InputError
 from handout.motion.reconstruction.plan import LognormalPlan
-from handout.motion.reconstruction.planned_page import Fit, PlannedPage
+from handout.motion.reconstruction.planned_page import PlannedPage, PlannedStroke
 from handout.sources.drawing_json import JsonPage, decode
 from handout.sources.recorded import refuse_far
 
@@ -54,7 +54,7 @@ def from_json(data: bytes) -> PlannedPage:
     return PlannedPage(fits, page, file.timed, file.about)
 
 
-def _read_movement(movement: _Movement, number: int) -> Fit:
+def _read_movement(movement: _Movement, number: int) -> PlannedStroke:
     columns = np.array([(s.onset, s.duration, s.asymmetry, s.theta) for s in movement.strokes]).reshape(-1, 4).T
     if (columns[1] <= 0).any():
         raise InputError(f"Movement {number} has a stroke whose duration is not above 0 s.")
@@ -69,4 +69,4 @@ def _read_movement(movement: _Movement, number: int) -> Fit:
             f"Movement {number} cannot be used: {error} (it needs one target more than strokes)."
         ) from error
     place = np.inf if movement.place_db is None else movement.place_db
-    return Fit(plan, place, movement.speed_db, movement.word)
+    return PlannedStroke(plan, place, movement.speed_db, movement.word)

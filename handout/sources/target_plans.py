@@ -18,7 +18,7 @@ import numpy as np
 
 from handout import units
 from handout.errors import InputError
-from handout.motion.styles.target_plans import Reference, TargetPlan, fuse_references
+from handout.motion.styles.target_plans import TargetPlan, TargetReference, fuse_references
 from handout.sources.drawing_json import JsonPage, decode
 from handout.sources.recorded import refuse_far
 from handout.values import Page
@@ -85,14 +85,14 @@ def from_json(data: bytes) -> TargetPlan:
     around = _MARGIN * reach
     shift = np.maximum(around - low, 0.0)
     moved = tuple(
-        Reference(r.targets, r.covariances, r.axes, (np.zeros(2) if r.origin is None else r.origin) + shift)
+        TargetReference(r.targets, r.covariances, r.axes, (np.zeros(2) if r.origin is None else r.origin) + shift)
         for r in references
     )
     width, height = (high + shift + around).tolist()
     return TargetPlan(moved, Page(max(width, 1.0), max(height, 1.0)), tuple(file.pen_up))
 
 
-def _read_reference(reference: _Reference, number: int) -> Reference:
+def _read_reference(reference: _Reference, number: int) -> TargetReference:
     where = "" if number == 0 else f"Reference {number}: "
     targets = np.array(reference.targets, dtype=np.float64).reshape(-1, 2)
     spreads = None if reference.covariances is None else np.array(reference.covariances, dtype=np.float64)
@@ -107,7 +107,7 @@ def _read_reference(reference: _Reference, number: int) -> Reference:
             refuse_far(f"{where}The ellipse of a target", np.sqrt(np.abs(spreads)).reshape(-1, 2) * frame.scale)
     angle = -units.parse(frame.angle, "angle", "angle", default="deg")  # as seen: y is down
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    read = Reference(targets, spreads, frame.scale * turn, np.array(frame.origin))
+    read = TargetReference(targets, spreads, frame.scale * turn, np.array(frame.origin))
     try:
         read.on_page()
     except ValueError as error:

@@ -15,8 +15,8 @@ from handout.networks import one_thread
 from handout.progress import Tell, silent
 from handout.tagging import network
 from handout.tagging.decoder import Decoded
-from handout.tagging.line_space import Frame, Strip, frames, strips
-from handout.tagging.network import Network
+from handout.tagging.line_space import LineFrame, LineStrip, frames, strips
+from handout.tagging.network import RectifierNetwork
 from handout.tagging.segmentation import PageReader, by_segments, confidence, page_reader
 from handout.tagging.transcript import TranscriptLine, read_transcript
 from handout.tagging.transcript_fit import POOR, assigned_to_lines, refuse_other_text
@@ -31,7 +31,7 @@ METHODS: Mapping[str, Method] = {"segments": by_segments, "segments-once": parti
 
 
 @dataclass(frozen=True)
-class Letter:
+class PageLetter:
     """One letter on a page.
 
     at : index of its grapheme in the transcript.
@@ -61,8 +61,8 @@ class AlignedLine:
     """
 
     number: int
-    frame: Frame
-    letters: tuple[Letter, ...]
+    frame: LineFrame
+    letters: tuple[PageLetter, ...]
     fit: float
 
     @property
@@ -85,12 +85,12 @@ class Alignment:
     method: str | Method = "segments"
 
     @property
-    def letters(self) -> tuple[Letter, ...]:
+    def letters(self) -> tuple[PageLetter, ...]:
         """All letters of the page."""
         return tuple(letter for line in self.lines for letter in line.letters)
 
     @property
-    def doubtful(self) -> tuple[Letter, ...]:
+    def doubtful(self) -> tuple[PageLetter, ...]:
         """The letters worth a look, the least certain first."""
         low = [letter for letter in self.letters if letter.confidence < DOUBTFUL or not letter.present]
         return tuple(sorted(low, key=lambda letter: letter.confidence))
@@ -102,7 +102,7 @@ def align(
     *,
     method: str | Method = "segments",
     rng: np.random.Generator,
-    networks: Sequence[Network] | None = None,
+    networks: Sequence[RectifierNetwork] | None = None,
     tell: Tell = silent,
 ) -> Alignment:
     """Find every letter of a page.
@@ -135,12 +135,12 @@ def align(
 
 @one_thread
 def align_strips(
-    strips: Sequence[Strip],
+    strips: Sequence[LineStrip],
     transcript: str,
     *,
     method: str | Method = "segments",
     rng: np.random.Generator,
-    networks: Sequence[Network] | None = None,
+    networks: Sequence[RectifierNetwork] | None = None,
     tell: Tell = silent,
 ) -> Alignment:
     """The same for lines that have been straightened."""
@@ -169,11 +169,11 @@ def _method(method: str | Method) -> tuple[str, Method]:
     return method, METHODS[method]
 
 
-def aligned_letters(frame: Frame, text: TranscriptLine, decodings: Sequence[Decoded]) -> tuple[Letter, ...]:
+def aligned_letters(frame: LineFrame, text: TranscriptLine, decodings: Sequence[Decoded]) -> tuple[PageLetter, ...]:
     best, confidences = decodings[-1], confidence(decodings)
     left, right = (frame.to_page(side)[:, 0].tolist() for side in (best.left, best.right))
     return tuple(
-        Letter(text.at[i], text.spelt[i], left[i], right[i], float(confidences[i]), bool(best.found[i]))
+        PageLetter(text.at[i], text.spelt[i], left[i], right[i], float(confidences[i]), bool(best.found[i]))
         for i, letter in enumerate(text.letters)
         if letter != SPACE
     )

@@ -59,7 +59,7 @@ TERMS = Terms()
 
 
 @dataclass(frozen=True, eq=False)
-class Reading:
+class ColumnReading:
     """What the columns of a line (or of several, one after the other) say, summed up from the left.
 
     letters : (n + 1, states) float, score of the columns before each border as each state.
@@ -112,7 +112,7 @@ class Held:
 
 def read(
     image: Image, log_posterior: NDArray[np.float32], log_prior: NDArray[np.float32], terms: Terms = TERMS
-) -> Reading:
+) -> ColumnReading:
     """The reading of one line from its image and the networks' probabilities of every described column."""
     log_states = terms.temper * (log_posterior.astype(np.float64) - terms.prior * log_prior)
     ink = image > INKY
@@ -124,7 +124,7 @@ def read(
     ink_far = _heights(ink[: ABOVE - _BODY_UP]) + _heights(ink[ABOVE + _LOW :])
     as_space = log_states[:, state(SPACE)] - terms.smudge * np.minimum(ink_near + 0.3 * ink_far, 2.5)
     space = _summed(as_space)
-    return Reading(_summed(log_states), space, space, np.append(border, terms.clear), terms=terms)
+    return ColumnReading(_summed(log_states), space, space, np.append(border, terms.clear), terms=terms)
 
 
 def _heights(rows: NDArray[np.bool_]) -> Array:
@@ -137,7 +137,7 @@ def _summed(each: Array) -> Array:
     return np.concatenate([np.zeros((1, *each.shape[1:])), np.cumsum(each, axis=0)])
 
 
-def in_a_row(readings: Sequence[Reading]) -> Reading:
+def in_a_row(readings: Sequence[ColumnReading]) -> ColumnReading:
     """Several lines as one: between two of them lie columns that only a gap may cross."""
     terms = readings[0].terms
     letters, space, gap, border, lines = [], [], [], [], [0]
@@ -153,11 +153,11 @@ def in_a_row(readings: Sequence[Reading]) -> Reading:
         gap.append(np.diff(reading.gap))
         border.append(reading.border)
     sums = [_summed(np.concatenate(parts)) for parts in (letters, space, gap)]
-    return Reading(sums[0], sums[1], sums[2], np.concatenate(border), tuple(lines), terms)
+    return ColumnReading(sums[0], sums[1], sums[2], np.concatenate(border), tuple(lines), terms)
 
 
 def decode(
-    reading: Reading,
+    reading: ColumnReading,
     letters: Sequence[str],
     widths: Mapping[str, float],
     held: Mapping[int, Held] = MappingProxyType({}),
@@ -195,7 +195,7 @@ def _steps(letters: Sequence[str]) -> list[tuple[str, str]]:
 
 
 def _letter(
-    reading: Reading, before: Array, letter: str, widths: Mapping[str, float], hold: Held | None = None
+    reading: ColumnReading, before: Array, letter: str, widths: Mapping[str, float], hold: Held | None = None
 ) -> Step:
     """Best score with the letter ending at every border, and where it begins then."""
     terms, usual = reading.terms, widths[letter] / STEP
@@ -248,18 +248,24 @@ def _blank(score: Array, before: Array, least: int) -> Step:
     return best, start.astype(np.int32)
 
 
-def _edge(reading: Reading, before: Array, letter: str, widths: Mapping[str, float], hold: Held | None = None) -> Step:
+def _edge(
+    reading: ColumnReading, before: Array, letter: str, widths: Mapping[str, float], hold: Held | None = None
+) -> Step:
     return _blank(reading.space, before, 0)
 
 
-def _gap(reading: Reading, before: Array, letter: str, widths: Mapping[str, float], hold: Held | None = None) -> Step:
+def _gap(
+    reading: ColumnReading, before: Array, letter: str, widths: Mapping[str, float], hold: Held | None = None
+) -> Step:
     best, start = _blank(reading.gap, before, 2)
     best -= reading.terms.gap
     ends = np.arange(len(before), dtype=np.int32)
     return np.maximum(best, before), np.where(best > before, start, ends).astype(np.int32)
 
 
-def _space(reading: Reading, before: Array, letter: str, widths: Mapping[str, float], hold: Held | None = None) -> Step:
+def _space(
+    reading: ColumnReading, before: Array, letter: str, widths: Mapping[str, float], hold: Held | None = None
+) -> Step:
     best, start = _blank(reading.space, before, _TIGHTEST)
     ends = np.arange(len(before))
     for long in range(2, _TIGHTEST):
@@ -271,7 +277,9 @@ def _space(reading: Reading, before: Array, letter: str, widths: Mapping[str, fl
     return best, start.astype(np.int32)
 
 
-def _junk(reading: Reading, before: Array, letter: str, widths: Mapping[str, float], hold: Held | None = None) -> Step:
+def _junk(
+    reading: ColumnReading, before: Array, letter: str, widths: Mapping[str, float], hold: Held | None = None
+) -> Step:
     return _blank(reading.letters[:, state(JUNK)], before, 4)
 
 

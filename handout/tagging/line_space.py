@@ -100,7 +100,7 @@ def describe(image: Image, columns: Indices | None = None) -> Image:
 
 
 @dataclass(frozen=True)
-class Frame:
+class LineFrame:
     """Where a line of writing lies on its page, pixels.
 
     baseline : coefficients of its height, y = c₀ + c₁·d + c₂·d² …, d = x − middle.
@@ -143,15 +143,15 @@ class Frame:
         return np.column_stack([(x - self.left - self.slant * height) * self.scale, height * self.scale])
 
 
-def frames(page: WrittenPage) -> list[Frame]:
+def frames(page: WrittenPage) -> list[LineFrame]:
     """The lines of a page in its own pixels, 0 the middle of the first one."""
     return frames_of(page.text_lines, page.scan.pixel)
 
 
-def frames_of(text_lines: TextLines, pixel: float) -> list[Frame]:
+def frames_of(text_lines: TextLines, pixel: float) -> list[LineFrame]:
     """Written lines as frames in pixels of `pixel` mm, 0 the middle of the first one."""
     return [
-        Frame(
+        LineFrame(
             baseline=(line.curve[0] / pixel - 0.5, line.curve[1], line.curve[2] * pixel),
             x_height=text_lines.x_height / pixel,
             slant=text_lines.slant,
@@ -178,7 +178,7 @@ def lines_at(owner: NDArray[np.integer], uv: Array) -> Indices:
 
 
 @dataclass(frozen=True, eq=False)
-class Strip:
+class LineStrip:
     """One line of a page, straightened.
 
     image : (HEIGHT, w) uint8, 255 is ink.
@@ -186,10 +186,10 @@ class Strip:
     """
 
     image: Image
-    frame: Frame
+    frame: LineFrame
 
 
-def strips(mask: NDArray[np.bool_], frames: Sequence[Frame], slant: float | None = None) -> list[Strip]:
+def strips(mask: NDArray[np.bool_], frames: Sequence[LineFrame], slant: float | None = None) -> list[LineStrip]:
     """The lines of a page, straightened and made upright.
 
     Parameters
@@ -224,13 +224,13 @@ def median_slant(images: Sequence[Image]) -> float:
     return float(np.median(slants))
 
 
-def straightened(ink: NDArray[np.bool_], first: int, frame: Frame) -> Strip:
+def straightened(ink: NDArray[np.bool_], first: int, frame: LineFrame) -> LineStrip:
     """The ink of one line, rows of the page from `first` on, in line space; `frame.left` is where the strip begins."""
     import cv2
 
     y, x = np.nonzero(ink)
     if len(x) == 0:
-        return Strip(np.zeros((HEIGHT, 2 * _MARGIN), np.uint8), frame)
+        return LineStrip(np.zeros((HEIGHT, 2 * _MARGIN), np.uint8), frame)
     y += first
     feet = x - frame.slant * (frame.base(x) - y)
     scale = frame.scale
@@ -244,4 +244,4 @@ def straightened(ink: NDArray[np.bool_], first: int, frame: Frame) -> Strip:
     u, v = np.meshgrid(np.arange(width, dtype=np.float64), np.arange(HEIGHT))
     places = placed.to_page(u, ABOVE - v).astype(np.float32)
     image = cv2.remap(grey, places[..., 0], places[..., 1] - np.float32(top), cv2.INTER_LINEAR)
-    return Strip(np.asarray(image), placed)
+    return LineStrip(np.asarray(image), placed)

@@ -23,7 +23,7 @@ _LAYERS = 3  # of weights, in the shipped files: two hidden layers
 
 
 @dataclass(frozen=True)
-class Recipe:
+class TaggerRecipe:
     """How networks are trained: the values with which five real pages were read best."""
 
     batch: int = 256  # columns
@@ -35,7 +35,7 @@ class Recipe:
     pseudocount: float = 20.0  # added to the columns of each state, so that a state never seen has a finite prior
 
 
-_RECIPE = Recipe()
+_RECIPE = TaggerRecipe()
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ def joined(parts: Sequence[LabelledColumns]) -> LabelledColumns:
 
 
 @dataclass(frozen=True, eq=False)
-class Network:
+class RectifierNetwork:
     """Three layers with rectifiers between them.
 
     mean, spread : (COUNT,) of the features it was trained on.
@@ -89,8 +89,8 @@ def averaged(each: Sequence[Floats]) -> Floats:
     return np.asarray(np.logaddexp.reduce(each, axis=0) - np.float32(np.log(len(each))))
 
 
-def untrained(columns: LabelledColumns, widths: Floats, hidden: int, rng: np.random.Generator) -> Network:
-    """A network with random weights, scaled for training on these columns; `widths` as in `Network`."""
+def untrained(columns: LabelledColumns, widths: Floats, hidden: int, rng: np.random.Generator) -> RectifierNetwork:
+    """A network with random weights, scaled for training on these columns; `widths` as in `RectifierNetwork`."""
     count = len(LETTERS) * THIRDS
     sizes = (COUNT, hidden, hidden, count)
     weights = tuple(
@@ -99,7 +99,7 @@ def untrained(columns: LabelledColumns, widths: Floats, hidden: int, rng: np.ran
     )
     sample = columns.features[:: max(1, len(columns) // _RECIPE.sample)].astype(np.float32)
     frequency = np.bincount(columns.states, minlength=count) + _RECIPE.pseudocount
-    return Network(
+    return RectifierNetwork(
         mean=sample.mean(axis=0),
         spread=sample.std(axis=0) + np.float32(SPREAD_FLOOR),
         weights=weights,
@@ -111,7 +111,7 @@ def untrained(columns: LabelledColumns, widths: Floats, hidden: int, rng: np.ran
 
 @one_thread
 def trained(
-    network: Network,
+    network: RectifierNetwork,
     columns: LabelledColumns,
     *,
     epochs: int,
@@ -119,7 +119,7 @@ def trained(
     rng: np.random.Generator,
     importance: Floats | None = None,
     on_epoch: Callable[[int, float], None] = lambda epoch, loss: None,
-) -> Network:
+) -> RectifierNetwork:
     """The network after more training: Adam, dropout, smoothed labels, a rate that falls to a tenth.
 
     Parameters
@@ -166,7 +166,7 @@ def _gradients(
     return gradients, -float(log[rows, states].sum())
 
 
-def save(network: Network, path: Path) -> None:
+def save(network: RectifierNetwork, path: Path) -> None:
     """Write a network as .npz of half precision."""
     arrays = {f"weight{i}": w for i, w in enumerate(network.weights)}
     arrays |= {f"bias{i}": b for i, b in enumerate(network.biases)}
@@ -177,7 +177,7 @@ def save(network: Network, path: Path) -> None:
     atomic.write(path, buffer.getvalue())
 
 
-def load(path: Path) -> Network:
+def load(path: Path) -> RectifierNetwork:
     """Read a network.
 
     Raises
@@ -200,10 +200,10 @@ def load(path: Path) -> Network:
             f"{path} was trained for other letters or features: train it anew with "
             "python -m handout_lab.training.letter_networks."
         )
-    return Network(mean, spread, weights, biases, *rest)
+    return RectifierNetwork(mean, spread, weights, biases, *rest)
 
 
 @lru_cache(maxsize=1)
-def shipped() -> tuple[Network, ...]:
+def shipped() -> tuple[RectifierNetwork, ...]:
     """The networks that handout comes with."""
     return tuple(load(path) for path in sorted((Path(__file__).resolve().parent / "networks").glob("*.npz")))

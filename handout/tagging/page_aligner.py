@@ -26,16 +26,16 @@ from handout.networks import Floats
 from handout.scanning.text_lines import line_owners
 from handout.tagging import network
 from handout.tagging.alignment import AlignedLine, Alignment, aligned_letters
-from handout.tagging.decoder import Decoded, Held, Reading, decode, read
+from handout.tagging.decoder import ColumnReading, Decoded, Held, decode, read
 from handout.tagging.glyph_extraction import letters_within_reach
 from handout.tagging.ink_exchange import InkExchange
 from handout.tagging.letter_assignment import assign_letters
 from handout.tagging.line_space import (
     STEP,
     X_HEIGHT,
-    Frame,
     Image,
-    Strip,
+    LineFrame,
+    LineStrip,
     column_count,
     describe,
     lines_at,
@@ -110,7 +110,7 @@ class PageAligner:
         self._networks = network.shipped()
         self._widths: dict[str, float] = {}
         self._columns: dict[int, list[Floats]] = {}
-        self._readings: dict[int, list[Reading]] = {}
+        self._readings: dict[int, list[ColumnReading]] = {}
         self._units = graphemes(page.transcript)
         self._places = places(self._units)
         self._words = word_numbers(self._units)
@@ -210,7 +210,7 @@ class PageAligner:
                 else:
                     self._columns.pop(line, None)
 
-    def _read(self, line: int) -> list[Reading]:
+    def _read(self, line: int) -> list[ColumnReading]:
         """What each network reads on a line, and last what they read together."""
         image = self._strips[line].image
         if line not in self._columns:
@@ -405,7 +405,7 @@ def _alike(one: ScannedGlyph | None, other: ScannedGlyph | None) -> bool:
 
 
 def _window(
-    strip: Strip, text: TranscriptLine, held: Mapping[int, Held], touched: Sequence[_Touched]
+    strip: LineStrip, text: TranscriptLine, held: Mapping[int, Held], touched: Sequence[_Touched]
 ) -> _Window | None:
     """Whole words of a line around what was touched, one more on either side; None where there is no room."""
     near = _near(strip, text, held, touched)
@@ -420,7 +420,7 @@ def _window(
     return _Window(first, stop, left, right) if right - left > 2 * STEP else None
 
 
-def _near(strip: Strip, text: TranscriptLine, held: Mapping[int, Held], touched: Sequence[_Touched]) -> list[int]:
+def _near(strip: LineStrip, text: TranscriptLine, held: Mapping[int, Held], touched: Sequence[_Touched]) -> list[int]:
     """The letters of a line that were touched, or lie beside that."""
     ats, u = {one.at for one in touched}, strip.frame.to_line(np.concatenate([one.uv for one in touched]))[:, 0]
     low, high = float(u.min()) - _BESIDE * X_HEIGHT, float(u.max()) + _BESIDE * X_HEIGHT
@@ -444,15 +444,15 @@ def _divide_window(
     return replace(window, fixed=tuple(fixed), free=tuple(free))
 
 
-def _part(reading: Reading, begin: int, end: int) -> Reading:
+def _part(reading: ColumnReading, begin: int, end: int) -> ColumnReading:
     """Some columns of a reading."""
     rows = slice(begin, end + 1)
-    return Reading(
+    return ColumnReading(
         reading.letters[rows], reading.space[rows], reading.gap[rows], reading.border[rows], terms=reading.terms
     )
 
 
-def _lift_frame(frame: Frame, rows: int) -> Frame:
+def _lift_frame(frame: LineFrame, rows: int) -> LineFrame:
     """A frame in a picture that begins so many rows further down."""
     return replace(frame, baseline=(frame.baseline[0] - rows, *frame.baseline[1:]))
 

@@ -25,16 +25,16 @@ from handout.scanning.matting import fill_smooth
 from handout.scanning.page_layout import refuse_oblique
 from handout.scanning.paper import find_paper
 from handout.scanning.picture_files import ENOUGH_DPI, count_pages, read_picture, scan_of
-from handout.scanning.scan import Picture, Scan
-from handout.scanning.written_page import Prepared, find_ink, finish, prepare, with_recorded_line
+from handout.scanning.scan import FilePicture, Scan
+from handout.scanning.written_page import PreparedScan, find_ink, finish, prepare, with_recorded_line
 from handout.tagging.alignment import Method
 from handout.tagging.orientation import find_turn, orientation_name
 from handout.tagging.page_tagging import TaggedPage, tag_labelled_page, tag_page
 from handout.values import Array, Indices, Stroke
 
 if TYPE_CHECKING:
-    from handout.prompting.sheet_detection import Sheet
-    from handout.scanning.scan import Picture
+    from handout.prompting.sheet_detection import DetectedSheet
+    from handout.scanning.scan import FilePicture
 
 
 _NAMED_PAGES = re.compile(r"(?P<path>.+):(?P<first>\d+)(?:-(?P<last>\d+))?")
@@ -66,7 +66,7 @@ class PageSource:
     lines : how many lines of writing there are, where that is known.
     """
 
-    prepared: Prepared
+    prepared: PreparedScan
     transcript: str
     movements: tuple[Stroke, ...] = ()
     timed: bool = False
@@ -169,7 +169,7 @@ def _missing_text(source: str, texts: int, pages: int) -> str:
     )
 
 
-def _prepare_plain(picture: Picture, dpi: float | None, say: Say) -> Prepared:
+def _prepare_plain(picture: FilePicture, dpi: float | None, say: Say) -> PreparedScan:
     """A page that is no prompt sheet."""
     scan = scan_of(picture, dpi)
     if dpi and picture.own and max(dpi, picture.own) > _DIFFERENT * min(dpi, picture.own):
@@ -272,12 +272,12 @@ class FilledSheet:
     transcript: str
 
     @property
-    def prepared(self) -> Prepared:
+    def prepared(self) -> PreparedScan:
         """The sheet with its light and inks known."""
         return prepare(self.scan)
 
 
-def filled_sheet(scan: Scan | Picture) -> FilledSheet | None:
+def filled_sheet(scan: Scan | FilePicture) -> FilledSheet | None:
     """The prompt sheet in a scan or photograph, or None if there is none; its marks say how large it is.
 
     Raises
@@ -299,7 +299,7 @@ def filled_sheet(scan: Scan | Picture) -> FilledSheet | None:
     return FilledSheet(Scan(unprinted, dpi, scan.source, told=True), sheet.transcript)
 
 
-def refuse_mirrored(scan: Scan | Picture) -> None:
+def refuse_mirrored(scan: Scan | FilePicture) -> None:
     """Raise InputError for the mirror image of a sheet."""
     from handout.prompting.registration import register
 
@@ -314,7 +314,9 @@ def refuse_mirrored(scan: Scan | Picture) -> None:
         )
 
 
-def _without_print(flat: NDArray[np.uint8], marks: NDArray[np.bool_], sheet: Sheet, dpi: float) -> NDArray[np.uint8]:
+def _without_print(
+    flat: NDArray[np.uint8], marks: NDArray[np.bool_], sheet: DetectedSheet, dpi: float
+) -> NDArray[np.uint8]:
     """The sheet (h, w, 3) with paper in place of its marks, words and lines; ink over words keeps its own colour."""
     import cv2
 

@@ -25,7 +25,7 @@ from handout.scanning.foreign_ink import foreign_ink
 from handout.scanning.text_lines import TextLines, find_text_lines
 from handout.scanning.written_page import WrittenPage
 from handout.summary import one_line
-from handout.tagging.alignment import AlignedLine, Alignment, Letter, Method, align
+from handout.tagging.alignment import AlignedLine, Alignment, Method, PageLetter, align
 from handout.tagging.glyph_extraction import (
     Missing,
     doubt_cropped_glyphs,
@@ -189,11 +189,11 @@ def _labelled_alignment(written: WrittenPage, units: Sequence[str], graphemes_at
     named = graphemes_at >= 0
     labels, owner = np.unique(graphemes_at[named], return_inverse=True)
     nearest = written.text_lines.nearest(written.graph.xy)
-    rows: dict[int, list[Letter]] = {}
+    rows: dict[int, list[PageLetter]] = {}
     for number, at in enumerate(labels.tolist()):
         vertices = np.flatnonzero(named)[owner == number]
         x, line = written.graph.uv[vertices, 0], int(np.bincount(nearest[vertices]).argmax())
-        rows.setdefault(line, []).append(Letter(at, units[at], float(x.min()), float(x.max()), 1.0))
+        rows.setdefault(line, []).append(PageLetter(at, units[at], float(x.min()), float(x.max()), 1.0))
     frame = frames(written)
     lines = tuple(AlignedLine(line, frame[line], tuple(row), 1.0) for line, row in sorted(rows.items()))
     alignment = Alignment(lines, method="labels")

@@ -17,7 +17,14 @@ from handout.page_sizes import page
 from handout.scanning.scan import Scan
 from handout.scanning.written_page import prepare
 from handout.tagging.page_sources import PageSource, Say
-from handout.tagging.recording import Piece, Recording, labelled_pieces, laid_out, pieces_x_height, x_height_of_strokes
+from handout.tagging.recording import (
+    RecordedPage,
+    RecordedPiece,
+    labelled_pieces,
+    laid_out,
+    pieces_x_height,
+    x_height_of_strokes,
+)
 from handout.values import TURNS, Drawing, Page, Stroke
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
@@ -36,7 +43,7 @@ _EACH = 3  # times that every other character is written
 _SEED = 0
 
 
-def recorded_pages(recordings: Sequence[Recording], say: Say) -> list[Recording]:
+def recorded_pages(recordings: Sequence[RecordedPage], say: Say) -> list[RecordedPage]:
     """The pages of some recordings: each one that has a text; labelled pieces of the others, laid out line by line.
 
     Parameters
@@ -49,7 +56,7 @@ def recorded_pages(recordings: Sequence[Recording], say: Say) -> list[Recording]
     InputError
         Nothing written, no text and no labels, or writing of which the size cannot be told.
     """
-    pages, pieces = list[Recording](), list[Piece]()
+    pages, pieces = list[RecordedPage](), list[RecordedPiece]()
     for recording in recordings:
         bounds = recording.drawing.bounds
         if bounds is None or max(bounds[2] - bounds[0], bounds[3] - bounds[1]) <= 0:
@@ -74,7 +81,7 @@ def recorded_pages(recordings: Sequence[Recording], say: Say) -> list[Recording]
     return pages
 
 
-def page_source(recording: Recording) -> PageSource:
+def page_source(recording: RecordedPage) -> PageSource:
     """A recorded page as one to be read: its ink, as a pen of even width leaves it, and the way of the pen."""
     drawing = recording.drawing
     width = _PEN * recording.x_height
@@ -127,7 +134,7 @@ def _has_clock(drawing: Drawing) -> bool:
     return drawing.timed and "timing" not in drawing.about
 
 
-def _sheet(recording: Recording, factor: float, timed: bool) -> Recording:
+def _sheet(recording: RecordedPage, factor: float, timed: bool) -> RecordedPage:
     """A recording on a sheet of its own, `factor` times as large."""
     xy = np.concatenate([stroke.xy for stroke in recording.drawing.strokes]) * factor
     low, high = xy.min(axis=0), xy.max(axis=0)
@@ -143,7 +150,7 @@ def _sheet(recording: Recording, factor: float, timed: bool) -> Recording:
     )
 
 
-def font_specimen(name: str, font: Hand) -> list[Recording]:
+def font_specimen(name: str, font: Hand) -> list[RecordedPage]:
     """Pages in a font, as recordings whose letters are known.
 
     Parameters
@@ -154,10 +161,10 @@ def font_specimen(name: str, font: Hand) -> list[Recording]:
     words = ["".join(letter for letter in word if letter in font.glyphs) for word in _TEXT.split()]
     others = [letter for letter in font.glyphs if letter not in set("".join(words))]
     text = " ".join([word for word in words if word] + _EACH * others)
-    rng, pages = np.random.default_rng(_SEED), list[Recording]()
+    rng, pages = np.random.default_rng(_SEED), list[RecordedPage]()
     layout = Layout(page("A4"), x_height=font.x_height)
     for sheet in compose(text, font, layout, rng):
         drawing = trace(sheet, font, rng, jitter=0.0)
         letters = letters_of_samples(sheet, font)
-        pages.append(Recording(name, drawing, text, letters, len(sheet.lines), layout.x_height))
+        pages.append(RecordedPage(name, drawing, text, letters, len(sheet.lines), layout.x_height))
     return pages

@@ -32,7 +32,7 @@ _LEAST_PIECES = 8  # single letters from which the size of the writing can be to
 
 
 @dataclass(frozen=True, eq=False)
-class Recording:
+class RecordedPage:
     """A recorded page with what is written on it.
 
     name : for messages.
@@ -81,7 +81,7 @@ def _turning_points(y: Array, least: float) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
+class RecordedPiece:
     """Writing that a recording names: a line of text, a word, or a letter.
 
     base : y of its baseline, mm.
@@ -111,7 +111,7 @@ class Piece:
         return float(max(right - left, bottom - top))
 
 
-def labelled_pieces(name: str, drawing: Drawing) -> list[Piece]:
+def labelled_pieces(name: str, drawing: Drawing) -> list[RecordedPiece]:
     """What a recording's labels name, in its order: texts, else words, else letters.
 
     Raises
@@ -132,17 +132,19 @@ def labelled_pieces(name: str, drawing: Drawing) -> list[Piece]:
     )
 
 
-def _piece(drawing: Drawing, segment: Mapping[str, Any], level: str, letters: Sequence[Mapping[str, Any]]) -> Piece:
+def _piece(
+    drawing: Drawing, segment: Mapping[str, Any], level: str, letters: Sequence[Mapping[str, Any]]
+) -> RecordedPiece:
     label, numbers = " ".join(segment["label"].split()), segment["strokes"]
     strokes = tuple(drawing.strokes[i] for i in numbers)
     if level == "CHARACTER":
         low, high = _extent(label)
-        alone = Piece(strokes, label, 0.0, (0,) * len(strokes))
+        alone = RecordedPiece(strokes, label, 0.0, (0,) * len(strokes))
         return replace(alone, base=float(alone.box[3]) + low / (high - low) * alone.height)
     turned = np.concatenate(
         [np.maximum(heights[:-1], heights[1:]) for heights in turns(strokes)] or [strokes[0].xy[:1, 1]]
     )
-    return Piece(strokes, label, float(np.median(turned)), _match_spelling(label, numbers, letters))
+    return RecordedPiece(strokes, label, float(np.median(turned)), _match_spelling(label, numbers, letters))
 
 
 def _match_spelling(label: str, strokes: Sequence[int], letters: Sequence[Mapping[str, Any]]) -> tuple[int, ...]:
@@ -156,7 +158,7 @@ def _match_spelling(label: str, strokes: Sequence[int], letters: Sequence[Mappin
     return tuple(of[stroke] for stroke in strokes) if spelt and alone else ()
 
 
-def pieces_x_height(pieces: Sequence[Piece]) -> float:
+def pieces_x_height(pieces: Sequence[RecordedPiece]) -> float:
     """The x-height of some pieces, mm; 0 if that cannot be told."""
     if any(set(piece.letters) != {0} for piece in pieces):
         return x_height_of_strokes([stroke for piece in pieces for stroke in piece.strokes])
@@ -174,8 +176,8 @@ def _extent(letter: str) -> tuple[float, float]:
 
 
 def laid_out(
-    name: str, pieces: Sequence[Piece], x_height: float, column: float, row: float, most: float
-) -> Iterator[Recording]:
+    name: str, pieces: Sequence[RecordedPiece], x_height: float, column: float, row: float, most: float
+) -> Iterator[RecordedPage]:
     """Pages with the pieces in rows, each piece on the baseline of its row.
 
     Parameters
@@ -186,7 +188,7 @@ def laid_out(
     above = max(piece.base - piece.box[1] for piece in pieces)
     below = max(piece.box[3] - piece.base for piece in pieces)
     pitch = float(np.clip(above + below + 0.4 * x_height, _PITCH[0] * x_height, min(_PITCH[1] * x_height, most)))
-    rows, x = list[list[Piece]](), row
+    rows, x = list[list[RecordedPiece]](), row
     for piece in pieces:
         left, _, right, _ = piece.box.tolist()
         if not rows or x + right - left > row:
@@ -200,7 +202,7 @@ def laid_out(
         yield replace(_page(name, rows[first : first + count], pitch), x_height=x_height)
 
 
-def _page(name: str, rows: Sequence[Sequence[Piece]], pitch: float) -> Recording:
+def _page(name: str, rows: Sequence[Sequence[RecordedPiece]], pitch: float) -> RecordedPage:
     """Rows of pieces, which stand on the height 0, one below the other."""
     pieces = [piece for row in rows for piece in row]
     counts = [len(graphemes(piece.label)) + 1 for piece in pieces]
@@ -213,4 +215,4 @@ def _page(name: str, rows: Sequence[Sequence[Piece]], pitch: float) -> Recording
     letters = tuple(np.full(len(s.t), at, dtype=np.intp) for s, at in zip(strokes, of, strict=False))
     text = "\n".join(" ".join(piece.label for piece in row) for row in rows)
     stroke_letters = letters if len(letters) == len(strokes) else ()
-    return Recording(name, Drawing(tuple(strokes), Page(1.0, 1.0)), text, stroke_letters, len(rows))
+    return RecordedPage(name, Drawing(tuple(strokes), Page(1.0, 1.0)), text, stroke_letters, len(rows))

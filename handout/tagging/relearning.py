@@ -31,7 +31,7 @@ from handout.tagging.decoder import Held
 from handout.tagging.glyph_extraction import extract_glyphs, letters_within_reach, reaches_edge
 from handout.tagging.ink_exchange import exchanged
 from handout.tagging.letter_assignment import assign_letters
-from handout.tagging.line_space import X_HEIGHT, Frame, Strip, lines_at, strips
+from handout.tagging.line_space import X_HEIGHT, LineFrame, LineStrip, lines_at, strips
 from handout.tagging.segmentation import by_segments, page_reader
 from handout.tagging.transcript import TranscriptLine, in_one_line, read_transcript
 from handout.tagging.transcript_fit import POOR, line_fits
@@ -213,10 +213,10 @@ def page_ink(page: ScannedPage) -> NDArray[np.bool_]:
     return ink
 
 
-def line_frames(page: ScannedPage) -> list[Frame]:
+def line_frames(page: ScannedPage) -> list[LineFrame]:
     unit = page.x_height / page.pixel
     return [
-        Frame(baseline=(c0, c1, c2), x_height=unit, slant=page.slant, middle=middle, reach=reach)
+        LineFrame(baseline=(c0, c1, c2), x_height=unit, slant=page.slant, middle=middle, reach=reach)
         for c0, c1, c2, middle, reach in page.baselines.tolist()
     ]
 
@@ -257,7 +257,7 @@ def line_texts(page: ScannedPage, glyphs: Sequence[ScannedGlyph]) -> list[Transc
 
 
 def held_letters(
-    page: ScannedPage, strip: Strip, text: TranscriptLine, glyphs: Sequence[ScannedGlyph], line: int
+    page: ScannedPage, strip: LineStrip, text: TranscriptLine, glyphs: Sequence[ScannedGlyph], line: int
 ) -> dict[int, Held]:
     """Where the letters of a line are now, by their number in its text."""
     at = {place: i for i, place in enumerate(text.at) if text.letters[i] != SPACE}
@@ -275,7 +275,7 @@ def held_letters(
     return held
 
 
-def _ends(page: ScannedPage, strip: Strip, glyph: ScannedGlyph) -> tuple[float, float]:
+def _ends(page: ScannedPage, strip: LineStrip, glyph: ScannedGlyph) -> tuple[float, float]:
     """Where a letter's ink begins and ends along its line, pixels of the strip."""
     u, up = strip.frame.to_line(page.graph.uv[glyph.vertices]).T
     low, high = _SETTINGS.body
@@ -286,7 +286,7 @@ def _ends(page: ScannedPage, strip: Strip, glyph: ScannedGlyph) -> tuple[float, 
 
 @one_thread
 def _align_lines(
-    lines: Sequence[Strip],
+    lines: Sequence[LineStrip],
     texts: Sequence[TranscriptLine],
     held: Sequence[Mapping[int, Held]],
     rng: np.random.Generator,

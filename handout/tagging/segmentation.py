@@ -22,9 +22,9 @@ from handout.hand.places import graphemes
 from handout.networks import Floats
 from handout.progress import Tell, silent, within
 from handout.tagging import network
-from handout.tagging.decoder import TERMS, Decoded, Held, Reading, Terms, decode, read
+from handout.tagging.decoder import TERMS, ColumnReading, Decoded, Held, Terms, decode, read
 from handout.tagging.line_space import ABOVE, HEIGHT, INKY, X_HEIGHT, Image, column_count, describe
-from handout.tagging.network import LabelledColumns, Network, averaged, joined
+from handout.tagging.network import LabelledColumns, RectifierNetwork, averaged, joined
 from handout.tagging.synthetic_lines import SHARE, SHARE_OF_SPACE, column_states, sampled_columns, synthetic_lines
 from handout.tagging.synthetic_writers import built_in_hands
 from handout.tagging.transcript import TranscriptLine
@@ -75,7 +75,7 @@ def page_scale(images: Sequence[Image], lines: Sequence[TranscriptLine], widths:
 class PageReader:
     """The lines of a page while they are aligned: features are worked out once."""
 
-    def __init__(self, images: Sequence[Image], networks: Sequence[Network], terms: Terms = TERMS) -> None:
+    def __init__(self, images: Sequence[Image], networks: Sequence[RectifierNetwork], terms: Terms = TERMS) -> None:
         self.images = tuple(images)
         self.networks = tuple(networks)
         self.features = [describe(image) for image in images]
@@ -93,21 +93,21 @@ class PageReader:
         some.broken, some._together = {}, {i: self._together[k] for i, k in enumerate(lines) if k in self._together}
         return some
 
-    def reading(self, line: int) -> Reading:
+    def reading(self, line: int) -> ColumnReading:
         """What the networks together read on a line."""
         if line not in self._together:
             self._together[line] = self._posteriors(line, self.networks)[-1]
         return self._read(line, self._together[line])
 
-    def readings(self, line: int, networks: Sequence[Network]) -> list[Reading]:
+    def readings(self, line: int, networks: Sequence[RectifierNetwork]) -> list[ColumnReading]:
         """What each of some networks reads on a line, and last what they read together; one alone counts once."""
         return [self._read(line, posterior) for posterior in self._posteriors(line, networks)]
 
-    def _posteriors(self, line: int, networks: Sequence[Network]) -> list[Floats]:
+    def _posteriors(self, line: int, networks: Sequence[RectifierNetwork]) -> list[Floats]:
         each = [network.log_posterior(self.features[line]) for network in networks]
         return [*each, averaged(each)] if len(each) > 1 else each
 
-    def _read(self, line: int, posterior: Floats) -> Reading:
+    def _read(self, line: int, posterior: Floats) -> ColumnReading:
         return read(self.images[line], posterior, self._prior, self._terms)
 
     def widths(self, lines: Sequence[TranscriptLine]) -> dict[str, float]:
@@ -116,7 +116,7 @@ class PageReader:
 
 
 def usual_widths(
-    images: Sequence[Image], lines: Sequence[TranscriptLine], networks: Sequence[Network]
+    images: Sequence[Image], lines: Sequence[TranscriptLine], networks: Sequence[RectifierNetwork]
 ) -> dict[str, float]:
     """Letter → usual width on a page, pixels of line space, given its lines and what is written on each."""
     mean = np.mean([network.widths for network in networks], axis=0).astype(np.float64)
@@ -124,13 +124,13 @@ def usual_widths(
     return dict(zip(LETTERS, usual.tolist(), strict=True))
 
 
-def page_reader(images: Sequence[Image], networks: Sequence[Network]) -> PageReader:
+def page_reader(images: Sequence[Image], networks: Sequence[RectifierNetwork]) -> PageReader:
     """The reader of some lines: the same one where they are asked for again."""
     return _page_reader(tuple((image.shape[1], image.tobytes()) for image in images), tuple(networks))
 
 
 @lru_cache(maxsize=2)  # the lines as they were found, and as many as the text has
-def _page_reader(images: tuple[tuple[int, bytes], ...], networks: tuple[Network, ...]) -> PageReader:
+def _page_reader(images: tuple[tuple[int, bytes], ...], networks: tuple[RectifierNetwork, ...]) -> PageReader:
     pixels = [np.frombuffer(data, dtype=np.uint8).reshape(HEIGHT, width) for width, data in images]
     return PageReader(pixels, networks)
 
@@ -185,7 +185,7 @@ def _decode_line(
     number: int,
     line: TranscriptLine,
     widths: Mapping[str, float],
-    networks: Sequence[Network],
+    networks: Sequence[RectifierNetwork],
     held: Mapping[int, Held],
 ) -> list[Decoded]:
     """A line of the page decoded from what each network reads alone, and last from what they read together."""
@@ -257,13 +257,13 @@ def page_columns(images: Sequence[Image], spans: Sequence[Spans], rng: np.random
 
 
 def adapted(
-    networks: Sequence[Network],
+    networks: Sequence[RectifierNetwork],
     page: LabelledColumns,
     rehearsed: LabelledColumns,
     rng: np.random.Generator,
     tell: Tell = silent,
     known: LabelledColumns | None = None,
-) -> tuple[Network, ...]:
+) -> tuple[RectifierNetwork, ...]:
     """Copies of the networks, trained further on columns of the page, of known letters and of synthetic lines."""
     columns = joined([page, rehearsed] if known is None else [page, rehearsed, known])
     weights = np.ones(len(columns), dtype=np.float32)

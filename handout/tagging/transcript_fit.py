@@ -10,8 +10,8 @@ import numpy as np
 from handout.alphabet import JUNK, SPACE
 from handout.errors import InputError
 from handout.tagging import network
-from handout.tagging.decoder import Decoded, Reading, decode, in_a_row
-from handout.tagging.line_space import STEP, Strip
+from handout.tagging.decoder import ColumnReading, Decoded, decode, in_a_row
+from handout.tagging.line_space import STEP, LineStrip
 from handout.tagging.segmentation import PageReader, page_reader, page_scale
 from handout.tagging.transcript import TranscriptLine, in_one_line
 
@@ -59,7 +59,11 @@ def line_fits(reader: PageReader, lines: Sequence[TranscriptLine], rng: np.rando
 
 
 def fit(
-    reading: Reading, line: TranscriptLine, decoded: Decoded, widths: Mapping[str, float], rng: np.random.Generator
+    reading: ColumnReading,
+    line: TranscriptLine,
+    decoded: Decoded,
+    widths: Mapping[str, float],
+    rng: np.random.Generator,
 ) -> float:
     """How far the line's text comes from chance, 0, to what would suit every column best, 1."""
     least = chance(reading, line, widths, rng)
@@ -67,7 +71,9 @@ def fit(
     return (decoded.score - least) / max(float(most) - least, 1e-6)
 
 
-def chance(reading: Reading, line: TranscriptLine, widths: Mapping[str, float], rng: np.random.Generator) -> float:
+def chance(
+    reading: ColumnReading, line: TranscriptLine, widths: Mapping[str, float], rng: np.random.Generator
+) -> float:
     """Score of the line's letters in another order, the words' lengths kept: mean of a few."""
     at = [i for i, letter in enumerate(line.letters) if letter not in (SPACE, JUNK)]
     scores = []
@@ -80,7 +86,7 @@ def chance(reading: Reading, line: TranscriptLine, widths: Mapping[str, float], 
 
 
 def broken_freely(
-    readings: Sequence[Reading], lines: Sequence[TranscriptLine], widths: Mapping[str, float]
+    readings: Sequence[ColumnReading], lines: Sequence[TranscriptLine], widths: Mapping[str, float]
 ) -> list[TranscriptLine]:
     """The text that stands on each line of the page, whatever the line breaks of the transcript; it may be none."""
     text = in_one_line(lines)
@@ -107,14 +113,14 @@ def median_fit(fits: Sequence[float]) -> float:
     return float(np.median(fits)) if len(fits) else 0.0
 
 
-def text_fit(strips: Sequence[Strip], lines: Sequence[TranscriptLine], rng: np.random.Generator) -> float:
+def text_fit(strips: Sequence[LineStrip], lines: Sequence[TranscriptLine], rng: np.random.Generator) -> float:
     """How well a text fits straightened lines, broken as suits it best: the middle line's fit."""
     reader = page_reader([strip.image for strip in strips], network.shipped())
     parts, fits = assigned_to_lines(reader, lines, rng)
     return median_fit([of_line for of_line, part in zip(fits, parts, strict=True) if part.letters])
 
 
-def text_breadth(strips: Sequence[Strip], lines: Sequence[TranscriptLine]) -> float:
+def text_breadth(strips: Sequence[LineStrip], lines: Sequence[TranscriptLine]) -> float:
     """How broad the page's letters would be against the usual ones if this were its text."""
     widths = np.mean([shipped.widths for shipped in network.shipped()], axis=0).astype(np.float64)
     return page_scale([strip.image for strip in strips], _evenly_broken(lines, len(strips)), widths)

@@ -117,7 +117,7 @@ class Said(Body, frozen=True):
     word: Literal["pause", "on", "stop"]
 
 
-class PenMove(Body, frozen=True):
+class PenMoveBody(Body, frozen=True):
     """A pen that is moved by hand; x, y : how far to jog, mm along the machine's axes."""
 
     port: PortName
@@ -214,7 +214,7 @@ class Revised(Body, frozen=True):
     revision: Revision
 
 
-class Corrections(Body, frozen=True):
+class CorrectionsBody(Body, frozen=True):
     """A list of corrections, each an object with `do`, `page` and places in pixels of the scan.
 
     later : answer before the words around them are aligned anew.
@@ -246,7 +246,7 @@ class Handstyle(Body, frozen=True):
     base: Name | None = None
 
 
-class Movement(Body, frozen=True):
+class MovementBody(Body, frozen=True):
     """Targets, in the JSON that `handout strokes draw` takes, to be moved through in a style."""
 
     plan: Raw

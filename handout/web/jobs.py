@@ -10,7 +10,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import FileResponse, Response
 
-from handout.web.calls import Approval, DrawnPlot, MadeBatch, NewBatch, NewPlot, PenMove, Said
+from handout.web.calls import Approval, DrawnPlot, MadeBatch, NewBatch, NewPlot, PenMoveBody, Said
 from handout.web.hands import beside, sent
 from handout.web.routes import Handle, Way, json_answer
 from handout.web.studio import TABLES, Studio
@@ -80,7 +80,7 @@ async def machines(studio: Studio, request: Request, body: None) -> Response:
     return json_answer(await studio.answer("looking for machines", Call("plot_desk.machines"), studio.long))
 
 
-async def move(studio: Studio, request: Request, body: PenMove) -> Response:
+async def move(studio: Studio, request: Request, body: PenMoveBody) -> Response:
     """The pen is moved by hand."""
     call = Call("plot_desk.move_pen", (body.port, body.device, body.move, body.x, body.y), listens=True, moves=True)
     return await followed(request, await studio.attend((body.port,), "moving the pen", call))
@@ -156,7 +156,7 @@ _PLOT, _BATCH = "/api/plots/{name}", "/api/batches/{name}"
 ROUTES = (
     Way("GET", "/api/machines", "Serial ports found, plotters and their beds, print queues and printers", machines),
     Way("POST", "/api/pen", "Move a plotter's pen: up, down, to its zero, so far; or its motors off", move,
-        body=PenMove),
+        body=PenMoveBody),
     Way("GET", "/api/plots", "The plots that are kept, newest first; of those that are drawn now, the tasks",
         _listed("plot", "plot_desk.plots", "drawn")),
     Way("POST", "/api/plots", "Keep a text as a plot, which is drawn later", keep_plot, body=NewPlot),

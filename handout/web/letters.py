@@ -15,7 +15,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
 
-from handout.web.calls import Corrections, Revised, Rewinding
+from handout.web.calls import CorrectionsBody, Revised, Rewinding
 from handout.web.hands import name_of
 from handout.web.routes import Way, json_answer
 from handout.web.studio import Studio, refused
@@ -95,7 +95,7 @@ async def strokes(studio: Studio, request: Request, body: None) -> Response:
     return await _asked(studio, request, "letter_strokes", page, (float(x), float(y)))
 
 
-async def correct(studio: Studio, request: Request, body: Corrections) -> Response:
+async def correct(studio: Studio, request: Request, body: CorrectionsBody) -> Response:
     """Corrections are made and kept."""
     return await _changed(studio, request, "correct_letters", body.revision, bytes(body.corrections), body.later)
 
@@ -151,7 +151,7 @@ ROUTES = (
     Way("GET", "/api/hands/{name}/strokes/{page:int}/{x:int}/{y:int}",
         "How the word at a place of a page is written: strokes in order, as far as the ink tells", strokes),
     Way("POST", "/api/hands/{name}/corrections", "Make corrections, as `handout hand edit` takes them, and keep them; "
-        "words around them are aligned anew", correct, body=Corrections),
+        "words around them are aligned anew", correct, body=CorrectionsBody),
     Way("GET", "/api/hands/{name}/alignment", "What the last correction means for the words around it, where it was "
         "answered before they were aligned anew", alignment, query=(("revision", "as that answer said"),)),
     Way("POST", "/api/hands/{name}/history", "Undo corrections, or make them again", rewind, body=Rewinding),

@@ -18,7 +18,7 @@ from starlette.exceptions import HTTPException
 
 from handout import atomic
 from handout.web.worker import HALTS, Call
-from handout.web.workers import Busy, Lane, Task
+from handout.web.workers import Lane, LaneFull, Task
 
 TABLES = (".csv", ".tsv", ".txt", ".xlsx")
 PICTURES = (".png", ".jpg", ".jpeg", ".webp")  # in letters
@@ -121,7 +121,7 @@ class Studio:
         task = Task(kind, call, folder)
         try:
             lane.put(task)
-        except Busy:
+        except LaneFull:
             task.discard()  # pictures that were sent lie in it
             raise HTTPException(429, "Too much is waiting to be done: wait, or cancel some of it.") from None
         self.tasks[task.id] = task

@@ -128,11 +128,11 @@ class _Desk:
         self._tell("progress", share=float(share), stage=stage)
 
     def live(self, facts: Mapping[str, Any]) -> None:
-        """See `pipeline.plot_desk.Wire`."""
+        """See `pipeline.plot_desk.PageWire`."""
         self._tell("live", live=facts)
 
     def word(self, seconds: float = 0.0) -> str:
-        """See `pipeline.plot_desk.Wire`; words to earlier calls are passed over."""
+        """See `pipeline.plot_desk.PageWire`; words to earlier calls are passed over."""
         if self._lost or self._number in self._unwanted:
             return "gone" if self._lost else "stop"
         with contextlib.suppress(queue.Empty):

@@ -32,7 +32,7 @@ _MOST_SAID = 200  # sentences of a task that are kept
 _BROKEN = "The work broke off: its process ended, perhaps for want of memory."
 
 
-class Busy(Exception):
+class LaneFull(Exception):
     """More tasks wait than the lane takes."""
 
 
@@ -260,7 +260,7 @@ class Lane:
         try:
             self._row.put_nowait(task)
         except asyncio.QueueFull:
-            raise Busy from None
+            raise LaneFull from None
         return task
 
     async def close(self) -> None:

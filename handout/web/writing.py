@@ -6,7 +6,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from handout.pipeline.options import PictureOptions, SheetOptions, StyleDraft, WritingOptions
-from handout.web.calls import Handstyle, KeptStyle, Movement, MovementFile, StyledWord, Write
+from handout.web.calls import Handstyle, KeptStyle, MovementBody, MovementFile, StyledWord, Write
 from handout.web.hands import beside, name_of
 from handout.web.routes import Way, json_answer
 from handout.web.studio import Studio
@@ -45,7 +45,7 @@ async def show_style(studio: Studio, request: Request, body: None) -> Response:
     return json_answer({**facts, "own": name_of(request) in studio.styles})
 
 
-async def move(studio: Studio, request: Request, body: Movement) -> Response:
+async def move(studio: Studio, request: Request, body: MovementBody) -> Response:
     """Targets are moved through."""
     arguments = (bytes(body.plan), _draft(studio, body.style), body.seed, body.samples)
     return json_answer(await studio.answer("a movement", Call("style_editor.moved", arguments)))
@@ -89,7 +89,7 @@ ROUTES = (
     Way("POST", "/api/styles", "Keep a style among the user's own, or in the file that was opened", keep_style,
         body=KeptStyle),
     Way("POST", "/api/movements", "Targets moved through in a style: strokes with speeds, ellipses, samples", move,
-        body=Movement),
+        body=MovementBody),
     Way("POST", "/api/movements/file", "The same as a file, or its style", movement_file, answer="*/*",
         body=MovementFile),
     Way("POST", "/api/movements/word", "A word in a drawn hand and a style", word, body=StyledWord),

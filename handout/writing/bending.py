@@ -21,7 +21,7 @@ from handout.hand.learnt import learnt
 from handout.hand.measures import body_sizes, mean_x_height
 from handout.hand.scanned import ScannedHand
 from handout.values import Array, Indices
-from handout.writing.forms import Form, Forms
+from handout.writing.forms import Forms, GlyphLine
 
 _SHARE = 0.7  # standard deviation of a bend over that of the letter's instances
 _WARP = 1.5  # size of the warp over the usual difference in shape between two instances
@@ -39,7 +39,7 @@ VERSION = 1  # of what is kept of a hand; tests/hand/test_house_scanned.py says 
 
 
 @dataclass(frozen=True, eq=False)
-class Spread:
+class InstanceSpread:
     """How much the instances of each letter vary.
 
     size : (n, 4) float, of every glyph: logarithms of width, height and aspect, and slant.
@@ -106,7 +106,13 @@ def unbent() -> Bend:
 
 
 def bend(
-    form: Form, number: int, spread: Spread, height: float, drift: Array, rng: np.random.Generator, variation: float
+    form: GlyphLine,
+    number: int,
+    spread: InstanceSpread,
+    height: float,
+    drift: Array,
+    rng: np.random.Generator,
+    variation: float,
 ) -> Bend:
     """A bend of a glyph within its author's own spread for the letter.
 
@@ -135,7 +141,7 @@ def bend(
     return unbent()
 
 
-def _affine(number: int, spread: Spread, normal: Array) -> Array:
+def _affine(number: int, spread: InstanceSpread, normal: Array) -> Array:
     """(2, 2): width, height and slant changed by so many of their deviations, within their ranges."""
     size, step = spread.size[number], np.zeros(4)
     step[[0, 1, 3]] = _SHARE * normal * spread.deviation[number][[0, 1, 3]]
@@ -147,7 +153,7 @@ def _affine(number: int, spread: Spread, normal: Array) -> Array:
     return np.array([[wide, tall * (size[3] + step[3]) - wide * size[3]], [0.0, tall]])
 
 
-def _warped(affine: Array, foot: float, directions: Array, spread: Spread, variation: float) -> Bend:
+def _warped(affine: Array, foot: float, directions: Array, spread: InstanceSpread, variation: float) -> Bend:
     """The affine map and the warp: waves longer than an x-height, none steep enough to fold the plane."""
     length = 2 * np.pi / (spread.x_height * np.array([2.0, 2.6, 3.4]))
     waves = length[:, None] * np.column_stack([np.cos(directions[0]), np.sin(directions[0])])
@@ -157,7 +163,7 @@ def _warped(affine: Array, foot: float, directions: Array, spread: Spread, varia
     return Bend(affine, foot, waves, pushes, directions[2], none, none, _AROUND * spread.x_height)
 
 
-def spread(forms: Forms) -> Spread:
+def spread(forms: Forms) -> InstanceSpread:
     """How much a hand's letters vary, from their instances."""
     hand = forms.hand
     x_height = mean_x_height(hand)
@@ -176,7 +182,7 @@ def spread(forms: Forms) -> Spread:
             low[numbers] = np.maximum(size[numbers].min(axis=0), middle - 2 * usual)
             high[numbers] = np.minimum(size[numbers].max(axis=0), middle + 2 * usual)
     warp = float(learnt(hand, "shape difference", VERSION, 1, lambda: [_shape_difference(forms, groups)])[0])
-    return Spread(size, deviation, np.minimum(low, size), np.maximum(high, size), warp, x_height)
+    return InstanceSpread(size, deviation, np.minimum(low, size), np.maximum(high, size), warp, x_height)
 
 
 def measure(xy: Array, radius: Array, x_height: float) -> Array:

@@ -1,10 +1,10 @@
 """Which glyphs write a text: one search for every kind of hand, perturbed so that no two come out alike.
 
 A `GlyphStock` says which glyphs of a hand may be written for each letter of a word, and what they cost: drawn hands
-`drawn_forms`, scanned ones `glyph_index`.  `Chooser` takes the cheapest sequence: what each glyph costs in its place,
-what one costs after another, chance, and how lately and how often each was written before.  Whoever reads what was
-written prices glyphs that read as something else, and has their word chosen again (`Chooser.again`): chance falls as
-it fell before, and all other words stay as they are.
+`drawn_forms`, scanned ones `glyph_index`.  `GlyphChooser` takes the cheapest sequence: what each glyph costs in its
+place, what one costs after another, chance, and how lately and how often each was written before.  Whoever reads what
+was written prices glyphs that read as something else, and has their word chosen again (`GlyphChooser.again`): chance
+falls as it fell before, and all other words stay as they are.
 
 Source: seed 000, §6.2 (perturb-and-MAP; the cost of writing a glyph again is this project's).
 """
@@ -22,7 +22,7 @@ import numpy as np
 
 from handout.chains import viterbi
 from handout.values import Array, Indices
-from handout.writing.slips import Struck
+from handout.writing.slips import StruckLetters
 from handout.writing.text import Letter, Piece
 
 _TRIES = 16  # times that a word is solved for having a glyph twice; real words are done after one or two
@@ -132,7 +132,7 @@ class Choice:
     intended: str | None = None
 
 
-class Chooser:
+class GlyphChooser:
     """Chooses the glyphs of one text, word by word; remembers what it used.
 
     Parameters
@@ -243,7 +243,7 @@ class Chooser:
         return chosen
 
 
-def choices(paragraphs: Iterable[Sequence[Piece]], choosers: Sequence[Chooser]) -> Iterator[Iterator[Choice]]:
+def choices(paragraphs: Iterable[Sequence[Piece]], choosers: Sequence[GlyphChooser]) -> Iterator[Iterator[Choice]]:
     """The words of a text with their glyphs, paragraph after paragraph, each chosen when it is asked for.
 
     choosers : that of the text, and that of the words in it that are struck out.
@@ -251,12 +251,12 @@ def choices(paragraphs: Iterable[Sequence[Piece]], choosers: Sequence[Chooser]) 
     return (_chosen(pieces, choosers) for pieces in paragraphs)
 
 
-def _chosen(pieces: Sequence[Piece], choosers: Sequence[Chooser]) -> Iterator[Choice]:
+def _chosen(pieces: Sequence[Piece], choosers: Sequence[GlyphChooser]) -> Iterator[Choice]:
     spaces = 0
     for piece in pieces:
         if isinstance(piece, int):
             spaces = piece
         else:
-            intended = piece.intended if isinstance(piece, Struck) else None
+            intended = piece.intended if isinstance(piece, StruckLetters) else None
             yield choosers[intended is not None].word(piece, spaces, intended)
             spaces = 0

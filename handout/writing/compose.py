@@ -10,7 +10,7 @@ import numpy as np
 
 from handout.errors import DoesNotFit
 from handout.values import Manuscript
-from handout.writing.choosing import NO_REWRITES, Choice, Chooser, Rewrites, choices
+from handout.writing.choosing import NO_REWRITES, Choice, GlyphChooser, Rewrites, choices
 from handout.writing.drawn_words import DrawnHandwriting
 from handout.writing.layout import Layout
 from handout.writing.pages import Handwriting, Sheet, Unit, paginate, rows_on_pages
@@ -99,7 +99,7 @@ def each_page(
     paragraphs: Iterable[Sequence[Piece]] = paragraphs_of(text, writer.repertoire, fallback=fallback)
     if slip_stream is not None:
         paragraphs = slip(paragraphs, slips, slip_stream)
-    choosers = [Chooser(writer.stock, stream, min(layout.jitter, 1.0)) for stream in streams]
+    choosers = [GlyphChooser(writer.stock, stream, min(layout.jitter, 1.0)) for stream in streams]
     words = (
         set_paragraph(writer, choosers[0], chosen, proofread, rewrites) for chosen in choices(paragraphs, choosers)
     )
@@ -130,7 +130,7 @@ def each_part(
     streams = (rng, rng.spawn(1)[0])
     jitter = max(layout.jitter for layout in layouts)
     writer = handwriting(hand, streams, jitter)
-    choosers = [Chooser(writer.stock, stream, min(jitter, 1.0)) for stream in streams]
+    choosers = [GlyphChooser(writer.stock, stream, min(jitter, 1.0)) for stream in streams]
     counts = [len(paragraphs_of(text, writer.repertoire, fallback=fallback)) for text in texts]
     paragraphs = paragraphs_of("\n".join(texts), writer.repertoire, fallback=fallback)
     words = (set_paragraph(writer, choosers[0], chosen, proofread) for chosen in choices(paragraphs, choosers))
@@ -145,7 +145,7 @@ def each_part(
 
 def set_paragraph(
     writer: Any,
-    chooser: Chooser,
+    chooser: GlyphChooser,
     words: Iterator[Choice],
     proofread: Proofreader | None,
     rewrites: Rewrites = NO_REWRITES,

@@ -15,7 +15,7 @@ from handout.hand.places import Place, places
 from handout.hand.report import UNIT, cell_of, lay
 from handout.hand.scanned import NOBODY, ScannedHand
 from handout.values import Array, Indices
-from handout.writing.choosing import Choice, Chooser, choices
+from handout.writing.choosing import Choice, GlyphChooser, choices
 from handout.writing.glyph_index import GlyphIndex
 from handout.writing.scanned_words import ScannedHandwriting
 from handout.writing.text import paragraphs_of, spelt
@@ -68,7 +68,7 @@ def explain(hand: ScannedHand, text: str, rng: np.random.Generator, variation: f
         Nothing to write, or the hand has no glyph for some letters.
     """
     handwriting = ScannedHandwriting(hand, rng.spawn(1)[0], variation)
-    choosers = [Chooser(handwriting.stock, stream, min(variation, 1.0)) for stream in (rng, rng)]
+    choosers = [GlyphChooser(handwriting.stock, stream, min(variation, 1.0)) for stream in (rng, rng)]
     paragraphs = paragraphs_of(text, handwriting.repertoire)
     words = [word for paragraph in choices(paragraphs, choosers) for word in paragraph]
     before = [None, *(int(word.numbers[-1]) for word in words)]

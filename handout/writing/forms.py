@@ -28,7 +28,7 @@ from handout.peaks import peaks
 from handout.values import Array, Indices, readonly, readonly_indices
 
 
-class Line(NamedTuple):
+class LineVertices(NamedTuple):
     """Vertices of one line; see `Lines`."""
 
     xy: Array
@@ -56,9 +56,9 @@ class Lines:
         """(lines,): how many vertices each has."""
         return np.diff(self.first)
 
-    def __getitem__(self, line: int) -> Line:
+    def __getitem__(self, line: int) -> LineVertices:
         part = slice(self.first[line], self.first[line + 1])
-        return Line(self.xy[part], self.radius[part], self.density[part], self.uv[part])
+        return LineVertices(self.xy[part], self.radius[part], self.density[part], self.uv[part])
 
 
 @dataclass(frozen=True, eq=False)
@@ -310,7 +310,7 @@ class Connector:
 
 
 @dataclass(frozen=True, eq=False)
-class Form:
+class GlyphLine:
     """The line of one glyph; all lengths in line space, from its centre.
 
     xy, radius, density, uv, edges : as in `values.LineGraph`, of the body.
@@ -355,19 +355,19 @@ class Forms:
         self.paths, self._extracted, self._edges, self._loose = _extracted(hand)
         self.bodies = self._extracted.bodies
         self._exits, self._entries = _grouped(self._extracted.exits), _grouped(self._extracted.entries)
-        self._made: dict[int, Form] = {}
+        self._made: dict[int, GlyphLine] = {}
 
     def __len__(self) -> int:
         return len(self.centre)
 
-    def __getitem__(self, number: int) -> Form:
+    def __getitem__(self, number: int) -> GlyphLine:
         form = self._made.get(number)
         if form is None:
             form = self._made[number] = self._form(number)
         return form
 
-    def _form(self, number: int) -> Form:
-        return Form(
+    def _form(self, number: int) -> GlyphLine:
+        return GlyphLine(
             *self.bodies[number],
             self._edges[number],
             tuple(self._way(self._extracted.entries, way, self._loose[0]) for way in self._entries.get(number, ())),
@@ -401,7 +401,7 @@ class Forms:
         return both[0], both[1]
 
     def wholes(self) -> tuple[Indices, Array, Array]:
-        """(m,), (m, 2), (m,): the glyph, place and radius of every vertex of `Form.whole`, form after form."""
+        """(m,), (m, 2), (m,): the glyph, place and radius of every vertex of `GlyphLine.whole`, form after form."""
         of, xy, radius = [np.repeat(np.arange(len(self)), self.bodies.count)], [self.bodies.xy], [self.bodies.radius]
         for strokes, loose in zip((self._extracted.entries, self._extracted.exits), self._loose, strict=True):
             near = strokes.within(loose)

@@ -15,14 +15,14 @@ import numpy as np
 from handout.hand.scanned import NOBODY
 from handout.values import Array, Indices, LineGraph
 from handout.writing.bending import Bend
-from handout.writing.forms import Connector, Form, along
+from handout.writing.forms import Connector, GlyphLine, along
 
 _ALIKE, _APART = 0.12, 0.35  # x-heights between two ways: up to here they are blended, from here on not at all
 _TANGENT = 0.2  # of a way, that its direction at an end is taken over
 _COMPARED = 8  # places that two ways are compared at
 
 
-def matches(first: Form, second: Form) -> tuple[tuple[int, int], ...]:
+def matches(first: GlyphLine, second: GlyphLine) -> tuple[tuple[int, int], ...]:
     """The exits of one form and the entries of the next that become one ligature: the closest in height, either way."""
     if not (first.exits and second.entries):
         return ()
@@ -42,7 +42,7 @@ def partners(exits: Array, entries: Array) -> Indices:
     return np.where(either_way & ~np.isnan(exits), nearest, NOBODY)
 
 
-def rises(first: Form, second: Form, pairs: tuple[tuple[int, int], ...]) -> Array:
+def rises(first: GlyphLine, second: GlyphLine, pairs: tuple[tuple[int, int], ...]) -> Array:
     """(2 m,): by how much the second centre must stand over the first for every start, and every end, to meet."""
     differences = []
     for i, j in pairs:
@@ -129,7 +129,7 @@ _TOUCH = 0.5  # of the two radii: a stroke that is cut ends so deep in the ink o
 
 
 def set_line(
-    forms: Sequence[Form],
+    forms: Sequence[GlyphLine],
     bends: Sequence[Bend],
     centres: Array,
     joints: Sequence[Sequence[tuple[Connector, Connector]]],
@@ -163,7 +163,7 @@ def set_line(
 class _LaidForm:
     """A form while it is laid on its line: what has been made of it so far."""
 
-    def __init__(self, form: Form, bent: Bend, centre: Array) -> None:
+    def __init__(self, form: GlyphLine, bent: Bend, centre: Array) -> None:
         self.form = form
         self._bent, self._centre = bent, centre
         self.xy = bent.of_form(form.xy) + centre

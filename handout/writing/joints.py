@@ -23,7 +23,7 @@ from handout.branching import branches
 from handout.hand.measures import mean_slant, mean_x_height
 from handout.hand.scanned import NOBODY
 from handout.values import Array, Indices
-from handout.writing.forms import Connector, Connectors, Form, Forms
+from handout.writing.forms import Connector, Connectors, Forms, GlyphLine
 from handout.writing.joining import matches
 
 Joint = tuple[Connector, Connector]
@@ -133,7 +133,7 @@ def _anchors(ways: Connectors, leaving: bool) -> Array:
     return ways.lines.xy[ways.lines.first[:-1] if leaving else ways.lines.first[1:] - 1]
 
 
-def _start(form: Form, usual: Array | None, across: Array, x_height: float) -> int | None:
+def _start(form: GlyphLine, usual: Array | None, across: Array, x_height: float) -> int | None:
     """The vertex of a body at which a new way leaves it, or comes to it: the end of a stroke, best the furthest out.
 
     usual : (2,) where ways of other glyphs of the letter do; None for a letter that has none.
@@ -157,7 +157,7 @@ def _from(shape: Array, start: Array, across: Array) -> Array:
     return np.asarray(rest + np.linspace(1, 0, len(rest))[:, None] * (start - rest[0]))
 
 
-def _stroke(form: Form, start: int) -> Indices | None:
+def _stroke(form: GlyphLine, start: int) -> Indices | None:
     """The vertices of the longest branch of a body from one of them, that one first; None for a dot."""
     found: list[Indices] = []
     for branch in branches(form.edges, len(form.xy)):
@@ -168,7 +168,7 @@ def _stroke(form: Form, start: int) -> Indices | None:
     return longest if len(longest) > 1 else None
 
 
-def _inked(form: Form, outwards: Array, stroke: Indices, leaving: bool, centre: float) -> Connector:
+def _inked(form: GlyphLine, outwards: Array, stroke: Indices, leaving: bool, centre: float) -> Connector:
     """A way (n, 2) from its letter with the ink of a stroke, over and over, there and back."""
     run = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(outwards, axis=0).T))])
     own = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(form.xy[stroke], axis=0).T))])

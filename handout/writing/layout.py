@@ -240,7 +240,7 @@ class Layout:
 
 
 @dataclass(frozen=True)
-class HabitSettings:
+class LayoutHabitSettings:
     """What is taken for a habit of an author's lines; bounds, set by eye, beyond which lines run into each other or the
     page looks like an accident."""
 
@@ -258,7 +258,7 @@ class HabitSettings:
     rise: tuple[float, float] = (0.35, 1.3)
 
 
-HABITS = HabitSettings()
+HABITS = LayoutHabitSettings()
 
 
 @dataclass(frozen=True, eq=False)

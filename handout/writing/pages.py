@@ -140,7 +140,7 @@ _BUNCH = 0.25  # share of the usual gap that a gap near the edge gives up before
 
 
 @dataclass(frozen=True, eq=False)
-class Row(Generic[G]):
+class UnitRow(Generic[G]):
     """The units of one written line; `gaps` may be narrower than the units ask for."""
 
     units: tuple[Unit[G], ...]
@@ -162,7 +162,7 @@ def extent(units: Sequence[Unit[G]], gaps: Sequence[float]) -> float:
     return sum(gaps[1:]) + sum(unit.word.advance for unit in units[:-1]) + reach
 
 
-def wrap(paragraph: Iterable[Unit[G]], indent: float, room: float, squeeze: float = SQUEEZE) -> Iterator[Row[G]]:
+def wrap(paragraph: Iterable[Unit[G]], indent: float, room: float, squeeze: float = SQUEEZE) -> Iterator[UnitRow[G]]:
     """Break a paragraph into rows of at most `room` x-heights; an empty one gives one empty row."""
     units: list[Unit[G]] = []
     for unit in paragraph:
@@ -173,9 +173,9 @@ def wrap(paragraph: Iterable[Unit[G]], indent: float, room: float, squeeze: floa
     yield _row(units, indent, room, squeeze)
 
 
-def _row(units: list[Unit[G]], indent: float, room: float, squeeze: float) -> Row[G]:
+def _row(units: list[Unit[G]], indent: float, room: float, squeeze: float) -> UnitRow[G]:
     gaps = squeezed(units, room - indent, squeeze)
-    return Row(tuple(units), tuple(gaps if gaps is not None else _gaps(units)), indent)
+    return UnitRow(tuple(units), tuple(gaps if gaps is not None else _gaps(units)), indent)
 
 
 def _gaps(units: Sequence[Unit[G]]) -> list[float]:
@@ -208,7 +208,7 @@ def squeezed(units: Sequence[Unit[G]], room: float, squeeze: float) -> list[floa
 
 def rows_on_pages(
     paragraphs: Iterable[Iterator[Unit[G]]], pitch: float, layout: Layout, pages: int | None
-) -> tuple[Layout, Iterable[Row[G]]]:
+) -> tuple[Layout, Iterable[UnitRow[G]]]:
     """The rows of a text, and the layout they fit with (smaller or tighter, where `layout.fit` allows it).
 
     Rows are made when they are asked for, unless `pages` or `layout.fit` ask how many there are.
@@ -227,7 +227,7 @@ def rows_on_pages(
 
 def _fitted_rows(
     paragraphs: Sequence[tuple[float, list[Unit[G]]]], pitch: float, layout: Layout, limit: int
-) -> tuple[Layout, list[Row[G]]]:
+) -> tuple[Layout, list[UnitRow[G]]]:
     """Rows that fit the pages, and the layout they fit with."""
     rows = list(rows_of(paragraphs, layout))
     fits = _pages(len(rows), pitch, layout) <= limit
@@ -258,11 +258,11 @@ def _bunch(units: Sequence[Unit[G]]) -> list[Unit[G]]:
     return [replace(unit, gap=unit.gap * _BUNCHED[0]) for unit in units]
 
 
-def _widest(rows: Sequence[Row[G]]) -> float:
+def _widest(rows: Sequence[UnitRow[G]]) -> float:
     return max(row.indent + row.width for row in rows)
 
 
-def rows_of(paragraphs: Iterable[tuple[float, Iterable[Unit[G]]]], layout: Layout) -> Iterator[Row[G]]:
+def rows_of(paragraphs: Iterable[tuple[float, Iterable[Unit[G]]]], layout: Layout) -> Iterator[UnitRow[G]]:
     """The rows of all paragraphs, one after the other; of an indent no more than half the room is kept."""
     width = layout.room
     for indent, units in paragraphs:
@@ -306,7 +306,7 @@ class Sheet(NamedTuple):
 
 
 def paginate(
-    rows: Iterable[Row[G]], writer: Handwriting[G], layout: Layout, rng: np.random.Generator
+    rows: Iterable[UnitRow[G]], writer: Handwriting[G], layout: Layout, rng: np.random.Generator
 ) -> Iterator[Sheet]:
     """Give every row its place, page after page, asking for no more rows than it takes.
 
@@ -333,7 +333,7 @@ def paginate(
 
 
 def _paginated(
-    rows: Iterable[Row[G]], writer: Handwriting[G], layout: Layout, rng: np.random.Generator, held: int
+    rows: Iterable[UnitRow[G]], writer: Handwriting[G], layout: Layout, rng: np.random.Generator, held: int
 ) -> Iterator[Sheet]:
     """Pages of `held` rows."""
     strike_through = StrikeThrough(rng.spawn(1)[0])
@@ -348,7 +348,7 @@ def _paginated(
 
 
 def _sheet(
-    rows: Sequence[Row[G]],
+    rows: Sequence[UnitRow[G]],
     writer: Handwriting[G],
     layout: Layout,
     rng: np.random.Generator,
@@ -432,7 +432,7 @@ def _shifted(line: Line, down: float) -> Line:
 
 def _struck(
     placed: Iterable[Placed],
-    row: Row[G],
+    row: UnitRow[G],
     starts: Sequence[float],
     layout: Layout,
     to_page: ToPage,
@@ -459,12 +459,12 @@ def _struck(
         yield Placed(mark, tuple(strokes), joined=False, word=number, at=glyphs[-1].at)
 
 
-def _slips(row: Row[G]) -> list[dict[str, str]]:
+def _slips(row: UnitRow[G]) -> list[dict[str, str]]:
     """What was written in a row, and what was meant."""
     return [{"written": "".join(unit.word.spelt), "meant": unit.intended} for unit in row.units if unit.intended]
 
 
-def _starts(row: Row[G], x: float, scale: float) -> list[float]:
+def _starts(row: UnitRow[G], x: float, scale: float) -> list[float]:
     """Where the words of a row start, mm."""
     starts = []
     for unit, gap in zip(row.units, row.gaps, strict=True):
@@ -474,7 +474,7 @@ def _starts(row: Row[G], x: float, scale: float) -> list[float]:
     return starts
 
 
-def _left(row: Row[G], layout: Layout, edge: float) -> float:
+def _left(row: UnitRow[G], layout: Layout, edge: float) -> float:
     """Where a row begins, x-heights from the left margin; its ink stays inside the margins."""
     spare = layout.room - row.indent - row.width
     if layout.align == "right":
@@ -497,7 +497,7 @@ def on_page(baseline: float, curve: tuple[float, float, float, float]) -> ToPage
     return to_page
 
 
-def _text(row: Row[G]) -> str:
+def _text(row: UnitRow[G]) -> str:
     """What is written in a row, struck words ~~so~~, as transcripts have them."""
     return "".join(
         (" " if i and unit.gap else "")

@@ -20,9 +20,9 @@ import numpy as np
 
 from handout.hand.scanned import ScannedHand
 from handout.values import Array, Glyph, Indices, Ink, LineGraph, Placed
-from handout.writing.bending import Bend, Spread, bend, spread
-from handout.writing.choosing import Choice, Chooser, Prices, Rewrites, word_stream
-from handout.writing.forms import Form, Forms
+from handout.writing.bending import Bend, InstanceSpread, bend, spread
+from handout.writing.choosing import Choice, GlyphChooser, Prices, Rewrites, word_stream
+from handout.writing.forms import Forms, GlyphLine
 from handout.writing.glyph_index import GlyphIndex, Neighbours, index_glyphs, neighbours
 from handout.writing.joining import set_line
 from handout.writing.joints import Joint
@@ -45,7 +45,7 @@ class LayoutModel:
     neighbours: Neighbours
     spacing: SpacingModel
     heights: HeightModel
-    spread: Spread
+    spread: InstanceSpread
 
     def reach(self, numbers: Indices, bends: Sequence[Bend]) -> Array:
         """(n, 2) float, line space: how far the ink of bent glyphs goes left (negative) and right of their centres.
@@ -89,7 +89,7 @@ def layout_model(hand: ScannedHand) -> LayoutModel:
     return LayoutModel(forms, near, spacing_model(forms, near), height_model(forms, near), spread(forms))
 
 
-def _reach(form: Form, bend: Bend) -> tuple[float, float]:
+def _reach(form: GlyphLine, bend: Bend) -> tuple[float, float]:
     xy, radius = form.whole
     xy = bend.of_form(xy)
     return float((xy[:, 0] - radius).min()), float((xy[:, 0] + radius).max())
@@ -259,7 +259,7 @@ class SetParagraph:
     choices, units : its words, those too that are struck out.
     """
 
-    def __init__(self, handwriting: ScannedHandwriting, chooser: Chooser, choices: Sequence[Choice]) -> None:
+    def __init__(self, handwriting: ScannedHandwriting, chooser: GlyphChooser, choices: Sequence[Choice]) -> None:
         self._handwriting, self._chooser = handwriting, chooser
         self.choices, self.units = list(choices), list(handwriting.set_paragraph(choices))
         self._tries: dict[int, int] = {}  # of each word, how many times it was tried again
@@ -273,7 +273,7 @@ class SetParagraph:
         ]
 
     def again(self, k: int, prices: Prices) -> Attempt:
-        """A word chosen anew and set between those beside it, which stay as they are; see `Chooser.again`."""
+        """A word chosen anew and set between those beside it, which stay as they are; see `GlyphChooser.again`."""
         self._tries[k] = self._tries.get(k, 0) + 1
         return self._set(k, self._chooser.again(self.choices[k], prices), self._handwriting.again, self._tries[k])
 

@@ -24,12 +24,12 @@ _MOST_REPEATED = 6  # letters: a longer word is not written twice unawares
 _Word = Sequence[Letter]
 
 
-class Struck(tuple[Letter, ...]):
+class StruckLetters(tuple[Letter, ...]):
     """Letters that are struck out again; `intended` is the word that follows in their place."""
 
     intended: str
 
-    def __new__(cls, letters: _Word, intended: str) -> Struck:
+    def __new__(cls, letters: _Word, intended: str) -> StruckLetters:
         """Of what is written before it is noticed, and what was to be written."""
         struck = super().__new__(cls, letters)
         struck.intended = intended
@@ -50,7 +50,7 @@ def check_rate(rate: float) -> float:
 
 
 def slip(paragraphs: Iterable[Sequence[Piece]], rate: float, rng: np.random.Generator) -> Iterator[list[Piece]]:
-    """A text with slips, paragraph after paragraph: before some words a `Struck` one and a space.
+    """A text with slips, paragraph after paragraph: before some words a `StruckLetters` one and a space.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def _slipped(pieces: Sequence[Piece], share: float, rng: np.random.Generator) ->
         if not isinstance(piece, int) and rng.random() < share:
             wrong = _wrong(pieces, number, rng)
             if wrong:
-                yield Struck(wrong, _spelt(piece))
+                yield StruckLetters(wrong, _spelt(piece))
                 yield 1
         yield piece
 

@@ -42,7 +42,7 @@ from handout.hand.learnt import learnt
 from handout.hand.scanned import NOBODY
 from handout.values import Array, Indices
 from handout.writing.bending import Bend
-from handout.writing.forms import Form, Forms, Line
+from handout.writing.forms import Forms, GlyphLine, LineVertices
 from handout.writing.glyph_index import Neighbours
 from handout.writing.joining import matches, meets, partners, rises
 from handout.writing.joints import Joints
@@ -147,7 +147,7 @@ def _outlines(forms: Forms, slant: float, of: Indices, xy: Array, radius: Array)
     return of, upright - radius, upright + radius, xy[:, 1] + forms.centre[of, 1]
 
 
-def apart(first: Line | Form, second: Line | Form, shift: Array) -> float:
+def apart(first: LineVertices | GlyphLine, second: LineVertices | GlyphLine, shift: Array) -> float:
     """Distance of the ink of two bodies, the second shifted (2,) from the first by its centre; line space."""
     away = cdist(first.xy, second.xy + shift) - first.radius[:, None] - second.radius
     return float(away.min())
@@ -639,7 +639,7 @@ class _BentGlyph:
         return apart(self._body, other._body, shift)
 
     @cached_property
-    def _body(self) -> Form:
+    def _body(self) -> GlyphLine:
         return replace(self._form, xy=self._bend.of_form(self._form.xy))
 
     @cached_property

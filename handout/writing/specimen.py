@@ -8,7 +8,7 @@ import numpy as np
 
 from handout.hand.drawn import Hand
 from handout.values import Array, Glyph, Line, Manuscript, Page, Placed
-from handout.writing.choosing import Chooser, choices
+from handout.writing.choosing import GlyphChooser, choices
 from handout.writing.compose import compose
 from handout.writing.drawn_words import DrawnHandwriting
 from handout.writing.layout import Layout
@@ -53,7 +53,7 @@ def single_letter(letter: str, hand: Hand, rng: np.random.Generator, x_height: f
     """One letter alone as the hand writes it, on a level baseline; `x_height` in mm."""
     handwriting = DrawnHandwriting(hand, (rng, rng), 1.0)
     pieces = paragraphs_of(letter, handwriting.repertoire)
-    (words,) = choices(pieces, [Chooser(handwriting.stock, rng)])
+    (words,) = choices(pieces, [GlyphChooser(handwriting.stock, rng)])
     (unit,) = handwriting.set_paragraph(words)
     side = 10 * x_height  # room on all sides
 

@@ -10,7 +10,7 @@ import regex
 from numpy.typing import NDArray
 
 from handout.motion.trace import STEPS
-from handout.simulated.scanner.placement import Placement
+from handout.simulated.scanner.placement import GlassPlacement
 from handout.values import Array, Drawing, Indices, Manuscript
 from handout_lab.author.truth import Letter, Path, Split
 
@@ -21,7 +21,7 @@ _ROWS = 1024
 _GRAPHEME = regex.compile(r"\X")
 
 
-def paths(drawing: Drawing, of: Sequence[Indices], place: Placement, line: float) -> tuple[Path, ...]:
+def paths(drawing: Drawing, of: Sequence[Indices], place: GlassPlacement, line: float) -> tuple[Path, ...]:
     """The pen's path, in pixels of the picture, with the letter of each sample.
 
     of : what `motion.trace.letters_of_samples` says of its strokes; line : pixels, width of the pen's line.
@@ -181,7 +181,7 @@ def _spelt(manuscript: Manuscript) -> Iterator[tuple[str, int, int, int]]:
             yield grapheme, placed.at, number, placed.word
 
 
-def baselines(manuscript: Manuscript, place: Placement) -> tuple[Array, ...]:
+def baselines(manuscript: Manuscript, place: GlassPlacement) -> tuple[Array, ...]:
     """For each line (n, 2) pixels, every 2 mm from its first letter to its last."""
     lines = []
     for line in manuscript.lines:

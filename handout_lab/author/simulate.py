@@ -17,7 +17,7 @@ from handout.inking.pens import pass_light
 from handout.motion.trace import letters_of_samples, trace
 from handout.page_sizes import page
 from handout.simulated.scanner import Flatbed
-from handout.simulated.scanner.placement import Placement, dust, lay
+from handout.simulated.scanner.placement import GlassPlacement, dust, lay
 from handout.values import Drawing, Manuscript, Page
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
@@ -119,7 +119,7 @@ def scan(
 
 
 def _inked(
-    drawing: Drawing, place: Placement, pen: Pen, rng: np.random.Generator
+    drawing: Drawing, place: GlassPlacement, pen: Pen, rng: np.random.Generator
 ) -> tuple[NDArray[np.uint16], NDArray[np.float32]]:
     """(h, w, 3) light that the ink lets pass, of `FULL`, and (h, w) its density."""
     colour = np.asarray(rgb(pen.colour))
@@ -174,7 +174,7 @@ def _truth(
     manuscript: Manuscript,
     drawing: Drawing,
     hand: Hand,
-    place: Placement,
+    place: GlassPlacement,
     pixels: tuple[NDArray[np.float32], NDArray[np.float32], NDArray[Any]],
     full: float,
     line: float,

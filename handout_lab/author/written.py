@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from handout.simulated.scanner import optics
 from handout.simulated.scanner.flatbed import FlatbedSettings
-from handout.simulated.scanner.placement import Placement
+from handout.simulated.scanner.placement import GlassPlacement
 
 Floats = NDArray[np.float32]
 
@@ -25,7 +25,7 @@ _SEEN = 6.0  # mm of the shadow beside a sheet
 _DEPTH = 1.1  # mm: the shadow's, which falls off as exp(−d / depth); set by eye beside real scans
 
 
-def ground(place: Placement, paper: NDArray[np.uint8], flatbed: FlatbedSettings) -> NDArray[np.uint8]:
+def ground(place: GlassPlacement, paper: NDArray[np.uint8], flatbed: FlatbedSettings) -> NDArray[np.uint8]:
     """(h, w, 3) uint8: what lies on the glass: the paper (h', w', 3), turned, and the lid with the sheet's shadow."""
     import cv2
 
@@ -72,7 +72,7 @@ class Rows:
 
 
 def layers(
-    place: Placement,
+    place: GlassPlacement,
     paper: NDArray[np.uint8],
     light: NDArray[np.uint16],
     specks: Floats | None,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from handout.cli.commands import Command
+from handout.cli.commands import VerbCommand
 from handout.cli.console import Console
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ _CAPTIONS = {
 }
 
 
-@click.command("score", cls=Command, short_help="Measure how far page images look written by a person.")
+@click.command("score", cls=VerbCommand, short_help="Measure how far page images look written by a person.")
 @click.argument("pages", nargs=-1, required=True, metavar="PAGE...", type=click.Path(path_type=Path))
 @click.option("--crowd", type=click.Path(path_type=Path), help="Folder of other people's pages to compare with.")
 @click.option("--dpi", type=click.FloatRange(50, 2400), help="Of the images, where the files do not say.")

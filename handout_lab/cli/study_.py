@@ -9,7 +9,7 @@ import click
 
 from handout import units
 from handout.cli import options
-from handout.cli.commands import Group
+from handout.cli.commands import VerbGroup
 from handout.cli.console import Console
 from handout_lab.pipeline.options import StudyOptions
 
@@ -22,7 +22,7 @@ _FEW = 3  # snippets that are shown of the hardest, and of the easiest
 
 @click.group(
     "study",
-    cls=Group,
+    cls=VerbGroup,
     short_help="Make, read and score a study: can people tell made writing from real?",
 )
 def command() -> None:

@@ -20,8 +20,17 @@ from typing import Any
 from handout import atomic
 from handout.printing.documents import MIME
 from handout.printing.ipp.client import Operation
-from handout.printing.ipp.message import Attribute, AttributeGroup, Message, Range, Resolution, Tag, Value, attribute
-from handout.printing.ipp.status import JobState, Status
+from handout.printing.ipp.message import (
+    Attribute,
+    AttributeGroup,
+    Message,
+    MessageTag,
+    Range,
+    Resolution,
+    Value,
+    attribute,
+)
+from handout.printing.ipp.status import IppStatus, JobState
 from handout_lab.ipp.server import Broken, handler
 
 FAILURES = tuple(f"{when}{how}" for how in ("500", "503", "drop", "error", "text") for when in ("", "done-"))
@@ -31,7 +40,7 @@ _SIZES = ((110, 220), (114, 162), (162, 229), (104.775, 241.3), (210, 297), (148
 _CUSTOM = ((90, 216), (140, 360))
 _SAME = 20  # 1/100 mm: sizes nearer than this are the same
 _ENDINGS = {mime: ending for ending, mime in MIME.items()}
-_BAD_REQUEST, _BAD_FORMAT, _OTHER_OPERATION = 0x0400, 0x040A, Status.OPERATION_NOT_SUPPORTED
+_BAD_REQUEST, _BAD_FORMAT, _OTHER_OPERATION = 0x0400, 0x040A, IppStatus.OPERATION_NOT_SUPPORTED
 
 
 _STEPS = (Operation.CREATE_JOB, Operation.SEND_DOCUMENT)
@@ -169,7 +178,7 @@ class SimulatedPrinter:
         with self._lock:
             self._advance()
             if self.faults.old and request.version > (1, 1):
-                return _message(request, Status.VERSION_NOT_SUPPORTED)
+                return _message(request, IppStatus.VERSION_NOT_SUPPORTED)
             self.requests += 1
             failing = self.faults.fail_at <= self.requests < self.faults.fail_at + self.faults.fail_for
             if not (self.faults.fail_at and failing):
@@ -184,7 +193,7 @@ class SimulatedPrinter:
         if how == "drop":
             return None
         if how == "error":
-            return _message(request, Status.INTERNAL_ERROR)
+            return _message(request, IppStatus.INTERNAL_ERROR)
         if how == "text":
             return Broken(200, body=b"Hello")
         after = {"Retry-After": f"{self.faults.retry_after:g}"} if self.faults.retry_after >= 0 else {}
@@ -192,8 +201,8 @@ class SimulatedPrinter:
 
     def _carry_out(self, request: Message, document: bytes) -> Message | None:
         does: dict[int, Callable[[], Message | None]] = {
-            Operation.GET_PRINTER_ATTRIBUTES: lambda: _message(request, Status.OK, self._attributes()),
-            Operation.VALIDATE_JOB: lambda: self._refusal(request) or _message(request, Status.OK),
+            Operation.GET_PRINTER_ATTRIBUTES: lambda: _message(request, IppStatus.OK, self._attributes()),
+            Operation.VALIDATE_JOB: lambda: self._refusal(request) or _message(request, IppStatus.OK),
             Operation.PRINT_JOB: lambda: self._print(request, document),
             Operation.CREATE_JOB: lambda: self._create(request),
             Operation.SEND_DOCUMENT: lambda: self._receive(request, document),
@@ -214,12 +223,12 @@ class SimulatedPrinter:
             return refusal
         job = self._new_job(request)
         job.state, job.reasons, job.stage = JobState.HELD, ("job-data-insufficient",), "lacking"
-        return _message(request, Status.OK, _job_group(job))
+        return _message(request, IppStatus.OK, _job_group(job))
 
     def _receive(self, request: Message, document: bytes) -> Message | None:
         job = self._job_asked_for(request)
         if job is None or job.stage != "lacking":
-            return _message(request, Status.NOT_FOUND if job is None else Status.NOT_POSSIBLE)
+            return _message(request, IppStatus.NOT_FOUND if job is None else IppStatus.NOT_POSSIBLE)
         return self._accept(request, job, document)
 
     def _accept(self, request: Message, job: SimulatedJob, document: bytes) -> Message | None:
@@ -227,16 +236,16 @@ class SimulatedPrinter:
         self.received += 1
         job.document, job.format = document, str(_first(request, "document-format", ""))
         job.state, job.reasons, job.stage, job.since = JobState.PROCESSING, ("job-printing",), "whole", self._clock()
-        return None if self.received == self.faults.unanswered_at else _message(request, Status.OK, _job_group(job))
+        return None if self.received == self.faults.unanswered_at else _message(request, IppStatus.OK, _job_group(job))
 
     def _busy(self, request: Message) -> Message | None:
         if self.faults.busy <= 0:
             return None
         self.faults = replace(self.faults, busy=self.faults.busy - 1)
-        return _message(request, Status.BUSY)
+        return _message(request, IppStatus.BUSY)
 
     def _new_job(self, request: Message) -> SimulatedJob:
-        attributes = next((group.attributes for group in request.groups if group.tag == Tag.JOB), ())
+        attributes = next((group.attributes for group in request.groups if group.tag == MessageTag.JOB), ())
         name, kind = (str(_first(request, key, "")) for key in ("job-name", "document-format"))
         up = int(self._clock() - self._on) + 1
         job = SimulatedJob(len(self.jobs) + 1, name, kind, attributes, b"", since=self._clock(), created=up)
@@ -285,21 +294,23 @@ class SimulatedPrinter:
 
     def _report_job(self, request: Message) -> Message:
         job = self._job_asked_for(request)
-        return _message(request, Status.NOT_FOUND) if job is None else _message(request, Status.OK, _job_group(job))
+        return (
+            _message(request, IppStatus.NOT_FOUND) if job is None else _message(request, IppStatus.OK, _job_group(job))
+        )
 
     def _list_jobs(self, request: Message) -> Message:
         over = _first(request, "which-jobs", "not-completed") == "completed"
         jobs = [job for job in self.jobs if job.state.over == over and not (over and self.faults.forgetful)]
-        return _message(request, Status.OK, *(_job_group(job) for job in jobs))
+        return _message(request, IppStatus.OK, *(_job_group(job) for job in jobs))
 
     def _cancel(self, request: Message) -> Message:
         job = self._job_asked_for(request)
         if job is None:
-            return _message(request, Status.NOT_FOUND)
+            return _message(request, IppStatus.NOT_FOUND)
         if job.state.over:
-            return _message(request, Status.NOT_POSSIBLE)
+            return _message(request, IppStatus.NOT_POSSIBLE)
         job.state, job.reasons = JobState.CANCELED, ("job-canceled-by-user",)
-        return _message(request, Status.OK)
+        return _message(request, IppStatus.OK)
 
     def _job_asked_for(self, request: Message) -> SimulatedJob | None:
         number = _first(request, "job-id", 0)
@@ -310,18 +321,20 @@ class SimulatedPrinter:
         """Why a page cannot be printed; None if it can."""
         if _first(request, "document-format", self.faults.formats[0]) not in self.faults.formats:
             return _message(request, _BAD_FORMAT)
-        column = request.all("media-col", Tag.JOB)
+        column = request.all("media-col", MessageTag.JOB)
         if not column or not isinstance(column[0].value, tuple):
             return _message(request, _BAD_REQUEST)
-        media = Message(0, (AttributeGroup(Tag.JOB, column[0].value),))
+        media = Message(0, (AttributeGroup(MessageTag.JOB, column[0].value),))
         size = _first(media, "media-size", ())
-        sides = [_first(Message(0, (AttributeGroup(Tag.JOB, size),)), f"{axis}-dimension", 0) for axis in "xy"]
+        sides = [_first(Message(0, (AttributeGroup(MessageTag.JOB, size),)), f"{axis}-dimension", 0) for axis in "xy"]
         wrong = not self._has_size(sides[0], sides[1]) or _first(media, "media-source", "auto") not in _TRAYS
         wrong = wrong or _first(media, "media-type", "stationery") not in _TYPES
         if not wrong:
             return None
         return _message(
-            request, Status.NOT_SUPPORTED, AttributeGroup(Tag.UNSUPPORTED_GROUP, (Attribute("media-col", column),))
+            request,
+            IppStatus.NOT_SUPPORTED,
+            AttributeGroup(MessageTag.UNSUPPORTED_GROUP, (Attribute("media-col", column),)),
         )
 
     def _has_size(self, across: int, along: int) -> bool:
@@ -340,43 +353,45 @@ class SimulatedPrinter:
         state = 5 if self._reasons == ("none",) else 3
         resolutions = (Resolution(300, 300), Resolution(600, 600))
         return AttributeGroup(
-            Tag.PRINTER,
+            MessageTag.PRINTER,
             (
-                attribute("printer-uri-supported", Tag.URI, self.uri),
-                attribute("printer-name", Tag.NAME, "Simulated"),
-                attribute("printer-state", Tag.ENUM, state),
-                attribute("printer-state-reasons", Tag.KEYWORD, *self._reasons),
-                attribute("printer-up-time", Tag.INTEGER, int(self._clock() - self._on) + 1),
-                attribute("printer-is-accepting-jobs", Tag.BOOLEAN, True),
-                attribute("ipp-versions-supported", Tag.KEYWORD, *(("1.1",) if self.faults.old else ("1.1", "2.0"))),
+                attribute("printer-uri-supported", MessageTag.URI, self.uri),
+                attribute("printer-name", MessageTag.NAME, "Simulated"),
+                attribute("printer-state", MessageTag.ENUM, state),
+                attribute("printer-state-reasons", MessageTag.KEYWORD, *self._reasons),
+                attribute("printer-up-time", MessageTag.INTEGER, int(self._clock() - self._on) + 1),
+                attribute("printer-is-accepting-jobs", MessageTag.BOOLEAN, True),
+                attribute(
+                    "ipp-versions-supported", MessageTag.KEYWORD, *(("1.1",) if self.faults.old else ("1.1", "2.0"))
+                ),
                 attribute(
                     "operations-supported",
-                    Tag.ENUM,
+                    MessageTag.ENUM,
                     *(o for o in Operation if not (self.faults.simple and o in _STEPS)),
                 ),
-                attribute("document-format-supported", Tag.MIME_TYPE, *self.faults.formats),
-                attribute("media-col-supported", Tag.KEYWORD, "media-size", "media-source", "media-type"),
-                attribute("media-source-supported", Tag.KEYWORD, *_TRAYS),
-                attribute("media-type-supported", Tag.KEYWORD, *_TYPES),
-                attribute("print-scaling-supported", Tag.KEYWORD, "auto", "none"),
-                attribute("sides-supported", Tag.KEYWORD, "one-sided"),
-                attribute("copies-supported", Tag.RANGE, Range(1, 99)),
-                attribute("print-quality-supported", Tag.ENUM, 3, 4, 5),
-                attribute("pwg-raster-document-resolution-supported", Tag.RESOLUTION, *resolutions),
-                attribute("urf-supported", Tag.KEYWORD, "V1.4", "RS300-600", "SRGB24"),
+                attribute("document-format-supported", MessageTag.MIME_TYPE, *self.faults.formats),
+                attribute("media-col-supported", MessageTag.KEYWORD, "media-size", "media-source", "media-type"),
+                attribute("media-source-supported", MessageTag.KEYWORD, *_TRAYS),
+                attribute("media-type-supported", MessageTag.KEYWORD, *_TYPES),
+                attribute("print-scaling-supported", MessageTag.KEYWORD, "auto", "none"),
+                attribute("sides-supported", MessageTag.KEYWORD, "one-sided"),
+                attribute("copies-supported", MessageTag.RANGE, Range(1, 99)),
+                attribute("print-quality-supported", MessageTag.ENUM, 3, 4, 5),
+                attribute("pwg-raster-document-resolution-supported", MessageTag.RESOLUTION, *resolutions),
+                attribute("urf-supported", MessageTag.KEYWORD, "V1.4", "RS300-600", "SRGB24"),
             ),
         )
 
 
 def _job_group(job: SimulatedJob) -> AttributeGroup:
     return AttributeGroup(
-        Tag.JOB,
+        MessageTag.JOB,
         (
-            attribute("job-id", Tag.INTEGER, job.number),
-            attribute("job-name", Tag.NAME, job.name),
-            attribute("job-state", Tag.ENUM, job.state),
-            attribute("job-state-reasons", Tag.KEYWORD, *job.reasons),
-            attribute("time-at-creation", Tag.INTEGER, job.created),
+            attribute("job-id", MessageTag.INTEGER, job.number),
+            attribute("job-name", MessageTag.NAME, job.name),
+            attribute("job-state", MessageTag.ENUM, job.state),
+            attribute("job-state-reasons", MessageTag.KEYWORD, *job.reasons),
+            attribute("time-at-creation", MessageTag.INTEGER, job.created),
         ),
     )
 
@@ -388,10 +403,10 @@ def _first(request: Message, name: str, otherwise: Any) -> Any:
 
 def _message(request: Message, code: int, *groups: AttributeGroup) -> Message:
     head = AttributeGroup(
-        Tag.OPERATION,
+        MessageTag.OPERATION,
         (
-            attribute("attributes-charset", Tag.CHARSET, "utf-8"),
-            attribute("attributes-natural-language", Tag.LANGUAGE, "en"),
+            attribute("attributes-charset", MessageTag.CHARSET, "utf-8"),
+            attribute("attributes-natural-language", MessageTag.LANGUAGE, "en"),
         ),
     )
     return Message(code, (head, *groups), request.request, min(request.version, (2, 0)))

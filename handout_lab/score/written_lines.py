@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.scanning.baselines import Baseline, find_stroke_extremes
+from handout.scanning.baselines import LineBaseline, find_stroke_extremes
 from handout.scanning.picture_files import read_picture
 from handout.scanning.text_lines import find_text_lines
 from handout.values import Array
@@ -151,7 +151,7 @@ def find_lines(mask: NDArray[np.bool_]) -> Lines:
     return Lines(lines, x_height, float(np.arctan(rules.slant)))
 
 
-def _in_pixels(rule: Baseline, x_height: float) -> WrittenLine:
+def _in_pixels(rule: LineBaseline, x_height: float) -> WrittenLine:
     """The same line with its baseline through the middles of the last pixels of ink, not through their lower edges."""
     c0, c1, c2 = rule.curve
     return WrittenLine((c0 / _PIXEL - 1, c1, c2 * _PIXEL), rule.left / _PIXEL, rule.right / _PIXEL, x_height)

@@ -13,7 +13,7 @@ import numpy as np
 
 from handout.simulated.printer.pen import ink_of
 from handout.simulated.scanner import Flatbed
-from handout.simulated.sheet import Sheet, Written
+from handout.simulated.sheet import SimulatedSheet, WrittenSheet
 from handout.values import Array
 from handout_lab.study.design import Item, Person
 from handout_lab.study.sheets import ANSWERS, Row
@@ -98,7 +98,9 @@ class Participant:
         turns = np.sin(np.outer(along, 2 * np.pi * np.array([0.1, 0.25, 0.5, 0.8])) + rng.uniform(0, 6, 4))
         return np.asarray(path + self.tremor * turns @ waves)
 
-    def marked(self, sheet: Sheet, box: Array, manner: str, rng: np.random.Generator, light: float = 1.0) -> Sheet:
+    def marked(
+        self, sheet: SimulatedSheet, box: Array, manner: str, rng: np.random.Generator, light: float = 1.0
+    ) -> SimulatedSheet:
         """The sheet with a box marked; `light`: how strongly, of the usual."""
         import cv2
 
@@ -115,7 +117,7 @@ class Participant:
         amount = cv2.resize(fine, size.tolist(), interpolation=cv2.INTER_AREA).astype(np.float32) / 255
         amount *= self.amount * light * np.maximum(0, 1 + self.tool.grain * rng.standard_normal(amount.shape))
         density = ink_of(np.array(self.colour), _PAPER, Flatbed())
-        ink = Written((int(corner[1]), int(corner[0])), amount.astype(np.float32), density)
+        ink = WrittenSheet((int(corner[1]), int(corner[0])), amount.astype(np.float32), density)
         return replace(sheet, written=(*sheet.written, ink))
 
 
@@ -159,8 +161,8 @@ def doing(who: Participant, meant: int, boxes: int, slips: float, rng: np.random
 
 
 def filled(
-    sheet: Sheet, rows: Sequence[Row], doings: Sequence[Doing], who: Participant, rng: np.random.Generator
-) -> Sheet:
+    sheet: SimulatedSheet, rows: Sequence[Row], doings: Sequence[Doing], who: Participant, rng: np.random.Generator
+) -> SimulatedSheet:
     """A printed sheet with its rows marked."""
     for row, done in zip(rows, doings, strict=True):
         for box, manner, light in done.marks:

@@ -79,7 +79,7 @@ def train(
     lines: int = 2500,
     epochs: int = 5,
     hidden: int = 256,
-) -> network.Network:
+) -> network.RectifierNetwork:
     """A network trained on lines that synthetic writers of these hands wrote."""
     columns, widths = training_set(hands, sentences, lines, rng)
     _report(f"{len(columns)} columns of {lines} lines, {COUNT} numbers each")
@@ -93,7 +93,7 @@ def train(
     )
 
 
-def accuracy(trained: network.Network, lines: Sequence[SyntheticLine]) -> tuple[float, float]:
+def accuracy(trained: network.RectifierNetwork, lines: Sequence[SyntheticLine]) -> tuple[float, float]:
     """Share of columns whose state, and whose letter, is right."""
     rng = np.random.default_rng(0)
     columns = joined([sampled_columns(line, rng, share=1.0) for line in lines])

@@ -32,7 +32,7 @@ from handout.scanning.scan import Scan
 from handout.scanning.text_lines import line_owners
 from handout.scanning.written_page import find_ink, prepare
 from handout.tagging import line_space
-from handout.tagging.line_space import Frame
+from handout.tagging.line_space import LineFrame
 from handout.values import Array, LineGraph
 from handout_lab.training.word_pictures import WordPicture, save
 
@@ -168,7 +168,7 @@ def without_print(scan: Scan, lines: Sequence[Transcribed]) -> Scan:
 
 
 def _traced(
-    graph: LineGraph, pixel: float, frame: Frame, own: Array, ends: tuple[float, float], pen: float
+    graph: LineGraph, pixel: float, frame: LineFrame, own: Array, ends: tuple[float, float], pen: float
 ) -> Array | None:
     """(HEIGHT, w): the lines of a line, drawn by a pen so many times as wide."""
     x, y = graph.uv.T
@@ -183,7 +183,7 @@ def _traced(
     return word_space.drawn(places, radius, graph.edges_between(vertices))
 
 
-def _inked(values: Array, frame: Frame, own: Array, ends: tuple[float, float]) -> Array:
+def _inked(values: Array, frame: LineFrame, own: Array, ends: tuple[float, float]) -> Array:
     """(HEIGHT, w): the ink of a line as it lies on the paper, and a pixel around it."""
     scale = frame.x_height / X_HEIGHT  # pixels of the page one of word space
     near = cv2.dilate(own.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from handout.alphabet import JUNK, LETTERS
 from handout.reading import ctc
-from handout.reading.pictures import Reader, Reading, load
+from handout.reading.pictures import PictureReading, Reader, load
 from handout.reading.word_space import HEIGHT, MARGIN
 from handout_lab.training.word_pictures import varied
 
@@ -348,12 +348,12 @@ def layers(net: nn.Sequential) -> list[tuple[NDArray[np.float32], NDArray[np.flo
     return folded
 
 
-def readings(reader: Reader, words: Words) -> list[Reading]:
+def readings(reader: Reader, words: Words) -> list[PictureReading]:
     """What the reader sees in every picture of a set."""
     return [reader.read(words.picture(k).astype(np.float64) / 255) for k in range(len(words))]
 
 
-def fitted_temperature(seen: Sequence[Reading], texts: Sequence[str]) -> float:
+def fitted_temperature(seen: Sequence[PictureReading], texts: Sequence[str]) -> float:
     """The temperature at which the true texts of pictures are likeliest."""
 
     def cost(temperature: float) -> float:
@@ -365,7 +365,7 @@ def fitted_temperature(seen: Sequence[Reading], texts: Sequence[str]) -> float:
     return float(min(_TEMPERATURES, key=cost))
 
 
-def reliability(seen: Sequence[Reading], texts: Sequence[str]) -> list[tuple[float, float, int]]:
+def reliability(seen: Sequence[PictureReading], texts: Sequence[str]) -> list[tuple[float, float, int]]:
     """(mean probability, share right, count) of the likeliest texts, in bins of probability."""
     best = [reading.verdict("") for reading in seen]
     sure = np.array([verdict.other for verdict in best])

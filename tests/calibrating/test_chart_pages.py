@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from handout.calibrating import pages
-from handout.calibrating.pages import Printed
+from handout.calibrating.pages import DevicePages
 from handout.errors import InputError
 from handout.printing.queue import FolderQueue
 from handout.simulated.printer import job_reader
@@ -21,7 +21,7 @@ SHEET = Page(50.8, 76.2)
 @pytest.fixture
 def made():
     drawn = np.random.default_rng(2).integers(0, 256, (2, 216, 144, 3), dtype=np.uint8)
-    return Printed(SHEET, [partial(np.asarray, page) for page in drawn], DPI, {"chart": 1})
+    return DevicePages(SHEET, [partial(np.asarray, page) for page in drawn], DPI, {"chart": 1})
 
 
 @pytest.mark.parametrize(

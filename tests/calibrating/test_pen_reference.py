@@ -6,12 +6,12 @@ import pytest
 from handout.calibrating import calibrated_ink, ink_samples, pen_reference, store, strip
 from handout.calibrating.pen_reference import Kind
 from handout.colour.chart import chart
-from handout.colour.reading import Scan, Scribble, read
+from handout.colour.reading import ChartScan, Scribble, read
 from handout.colour.reading.pen_field import load, save
 from handout.errors import InputError
 from handout.hand.library import find
 from handout.simulated import print_and_scan as loop
-from handout.simulated.printer import SETTINGS, Flatbed, Inkjet, Sheet
+from handout.simulated.printer import SETTINGS, Flatbed, Inkjet, SimulatedSheet
 from handout.values import Raster
 
 # they rest on scans that take seconds to make
@@ -26,7 +26,7 @@ def scribbles(profile):
     """A line of the hand's own writing, scanned with the settings of the hand's scan, and with another gamma."""
     frame = (1.0, 1.0, 121.0, 11.0)
     bare = np.zeros((round(12 / 25.4 * DPI), round(122 / 25.4 * DPI)), dtype=np.int32)
-    sheet = Sheet(np.zeros((1, 4)), bare, Inkjet("white").spectra, DPI)
+    sheet = SimulatedSheet(np.zeros((1, 4)), bare, Inkjet("white").spectra, DPI)
     sheet = loop.simulated(profile, "white", hand=HAND)._written(sheet, frame)
     found = {}
     for name, settings in {"same": {}, "scanner-gamma": SETTINGS["scanner-gamma"]}.items():
@@ -53,7 +53,7 @@ def test_settings_that_differ_are_named(scribbles):
 def test_words_in_the_frame_are_found(sheet, profile):
     words = loop.simulated(profile, "white", hand=HAND)._written(sheet, chart("A4").pages[0].scribble_field)
     picture = Flatbed().scan(words, 120, np.random.default_rng(1))
-    reading = read([Scan(picture, (120, 120))])
+    reading = read([ChartScan(picture, (120, 120))])
     assert reading.findings == () and reading.scribble.density.max() > 0.5
     known = pen_reference.compared(reading.scribble, HAND)
     assert known.kind is Kind.COARSE and "The chart was scanned at only 120 dpi" in known.sentence

@@ -10,7 +10,7 @@ from PIL import Image
 from handout.calibrating import ink_samples, store, strip, verification
 from handout.colour import conversions
 from handout.colour.interpolation import look_up
-from handout.colour.reading import Refused, Scan
+from handout.colour.reading import ChartScan, ScanRefused
 from handout.errors import InputError
 from handout.simulated.printer import Flatbed, Inkjet
 
@@ -37,7 +37,7 @@ def made(stored, prepared):
 def scanned(made, stored, profile, paper="white", dpi=100, **flatbed):
     pixels = strip.pages_of(made, stored, profile).pixels[0]()
     sheet = Inkjet(paper).printed(pixels, profile.dpi, profile.margins)
-    return Scan(Flatbed(shading=0.0, **flatbed).scan(sheet, dpi, np.random.default_rng(1)), (dpi, dpi))
+    return ChartScan(Flatbed(shading=0.0, **flatbed).scan(sheet, dpi, np.random.default_rng(1)), (dpi, dpi))
 
 
 def test_the_strip_is_remembered(made, stored):
@@ -70,14 +70,14 @@ def test_nothing_was_printed(stored):
 
 
 def test_a_chart_is_no_strip(made, stored, scan):
-    with pytest.raises(Refused, match="no scan of a verification strip"):
+    with pytest.raises(ScanRefused, match="no scan of a verification strip"):
         verification.verify(stored, [scan])
     assert stored.kept(store.VERIFICATION) is None
 
 
 def test_a_strip_of_other_colours_is_refused(made, stored, profile):
-    other = strip.Strip(made.wanted, made.device[::-1], made.matched, made.grey, made.paper, 0.0, 0.0)
-    with pytest.raises(Refused, match="not those of the strip"):
+    other = strip.VerificationStrip(made.wanted, made.device[::-1], made.matched, made.grey, made.paper, 0.0, 0.0)
+    with pytest.raises(ScanRefused, match="not those of the strip"):
         verification.verify(stored, [scanned(other, stored, profile)])
 
 

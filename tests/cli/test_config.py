@@ -9,7 +9,7 @@ import pytest
 
 from handout import shipped
 from handout.cli import cli, configuration
-from handout.cli.commands import Command, switches
+from handout.cli.commands import VerbCommand, switches
 
 
 @pytest.fixture
@@ -126,7 +126,7 @@ def test_a_port_yields_to_files_and_to_kept_plots(call, user):
 
 def test_every_switch_that_is_configured_can_be_turned_off(call, user):
     for verb in configuration.all_verbs(cli).values():
-        assert isinstance(verb, Command)
+        assert isinstance(verb, VerbCommand)
         there = {name for option in verb.params for name in (*option.opts, *option.secondary_opts)}
         off = dict(switches(verb))
         assert not there & off.keys()

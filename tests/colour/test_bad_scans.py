@@ -11,7 +11,7 @@ from PIL import Image
 
 from handout.colour.chart import chart
 from handout.colour.chart_files import render
-from handout.colour.reading import Scan, read
+from handout.colour.reading import ChartScan, read
 
 # they rest on scans that take seconds to make
 pytestmark = pytest.mark.slow
@@ -40,7 +40,7 @@ def good(sheet):
 
 
 def of(pixels, dpi=(DPI, DPI)):
-    return read([Scan(pixels, dpi)])
+    return read([ChartScan(pixels, dpi)])
 
 
 def codes(reading):
@@ -110,7 +110,7 @@ def test_mirrored(good, axis):
 
 
 def test_another_chart(sheet, good):
-    reading = read([Scan(good[0], (DPI, DPI))], chart("letter"))
+    reading = read([ChartScan(good[0], (DPI, DPI))], chart("letter"))
     assert "letter" in only(reading, "another-chart", "refuse").sentence
     assert len(reading.device) == 0
 
@@ -224,14 +224,14 @@ def test_scan_that_was_edited(good):
 
 def test_automatic_colour_between_two_scans(sheet, good):
     other = np.clip(scanned(sheet, DPI, seed=1)[0] * [1.03, 1.0, 0.97], 0, 255).astype(np.uint8)
-    reading = read([Scan(good[0], (DPI, DPI), "one"), Scan(other, (DPI, DPI), "two")])
+    reading = read([ChartScan(good[0], (DPI, DPI), "one"), ChartScan(other, (DPI, DPI), "two")])
     assert "one and two differ" in only(reading, "settings-differ", "refuse").sentence
 
 
 def test_settings_other_than_the_handwriting(good):
     same = printed(np.ones(3))
-    assert read([Scan(good[0], (DPI, DPI))], paper=same).findings == ()
-    reading = read([Scan(good[0], (DPI, DPI))], paper=same * [1, 1, 0.85])
+    assert read([ChartScan(good[0], (DPI, DPI))], paper=same).findings == ()
+    reading = read([ChartScan(good[0], (DPI, DPI))], paper=same * [1, 1, 0.85])
     assert "lighter in blue" in only(reading, "settings-differ", "warn").sentence
 
 

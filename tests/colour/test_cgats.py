@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from handout.colour import cgats, chart_files, conversions
 from handout.colour.chart import chart
-from handout.colour.reading import Reading
+from handout.colour.reading import ChartReading
 from handout.errors import InputError
 
 GOOD = """CTI3
@@ -40,7 +40,7 @@ def tables(draw):
     fields = draw(st.lists(NAMES, min_size=1, max_size=5, unique=True))
     rows = draw(st.lists(st.tuples(*[VALUES] * len(fields)), max_size=6))
     keywords = draw(st.lists(st.tuples(NAMES, VALUES), max_size=5))
-    return cgats.Table("CTI3", tuple(keywords), tuple(fields), tuple(rows))
+    return cgats.CgatsTable("CTI3", tuple(keywords), tuple(fields), tuple(rows))
 
 
 @pytest.mark.slow
@@ -115,7 +115,7 @@ def test_a_field_that_is_not_there_and_a_word_for_a_number():
 def test_a_reading_is_stored_whole(tmp_path):
     rng = np.random.default_rng(0)
     device = chart("A4").colours
-    reading = Reading(chart("A4"), device, rng.random(device.shape), rng.random(len(device)) / 100, ())
+    reading = ChartReading(chart("A4"), device, rng.random(device.shape), rng.random(len(device)) / 100, ())
     cgats.write(tmp_path / "r.ti3", chart_files.ti3(reading, {"PRINTER": "X"}))
     tables = cgats.read(tmp_path / "r.ti3")
     assert (tables[0].get("COLOR_REP"), tables[0].get("DEVICE_CLASS")) == ("iRGB_XYZ", "OUTPUT")

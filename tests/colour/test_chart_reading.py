@@ -13,7 +13,7 @@ from PIL import Image
 
 from handout.colour.chart import chart
 from handout.colour.chart_files import render
-from handout.colour.reading import Scan, read
+from handout.colour.reading import ChartScan, read
 from handout.colour.reading.registration import place
 from handout.colour.report import grid_on, report, write_report
 from handout.errors import InputError
@@ -45,7 +45,7 @@ def test_any_angle_size_and_resolution_gives_the_same(sheet, angle, dpi, size, w
     pixels, at = scanned(sheet, dpi, angle=angle, size=size, warp=warp, noise=1.0, seed=seed)
     if flip:
         pixels = np.ascontiguousarray(pixels[::-1])
-    reading = read([Scan(pixels, (dpi, dpi))])
+    reading = read([ChartScan(pixels, (dpi, dpi))])
     assert reading.usable, reading.findings
     assert len(reading.device) == 760
     # noise of a patch's mean, and what a neighbour spills over at the lowest resolutions
@@ -61,7 +61,7 @@ def test_any_angle_size_and_resolution_gives_the_same(sheet, angle, dpi, size, w
 def test_1200_dpi(sheet):
     # the upper part of the page, so that the picture stays small: the rest is cropped, and said so
     part = np.rint(sheet[: len(sheet) * 11 // 25] * 255).astype(np.uint8)
-    reading = read([Scan(cv2.resize(part, None, fx=4, fy=4, interpolation=cv2.INTER_LINEAR), (1200.0, 1200.0))])
+    reading = read([ChartScan(cv2.resize(part, None, fx=4, fy=4, interpolation=cv2.INTER_LINEAR), (1200.0, 1200.0))])
     assert reading.sheets[0].placement.dpi == pytest.approx(1200, rel=0.002)
     assert len(reading.device) > 250
     assert far(reading) < 1.0
@@ -71,7 +71,7 @@ def test_1200_dpi(sheet):
 @pytest.mark.slow
 def test_a_warped_page_is_followed(sheet):
     pixels, at = scanned(sheet, 150.0, warp=2.0, angle=-17)
-    found = place(Scan(pixels, (150.0, 150.0)))
+    found = place(ChartScan(pixels, (150.0, 150.0)))
     middles = (PAGE.boxes[:, :2] + PAGE.boxes[:, 2:]) / 2
     off = np.linalg.norm(found.pixels(middles) - at(middles), axis=1) * 25.4 / 150
     assert off.max() < 0.25
@@ -132,7 +132,7 @@ def test_pages_of_a_file_are_scans(tmp_path, sheet, good):
             file.write(page, resolution=(100, 100), resolutionunit="inch", photometric="rgb")
     reading = read([tmp_path / "two.tif"])
     assert [sheet.scan.source[-2:] for sheet in reading.sheets] == [":1", ":2"]
-    one = read([Scan(pages[0], (100.0, 100.0))])
+    one = read([ChartScan(pages[0], (100.0, 100.0))])
     error = [np.square(r.scanned - printed(r.device)).mean() for r in (one, reading)]
     assert error[1] < 0.8 * error[0]
 
@@ -188,7 +188,7 @@ def test_ink_only():
 @pytest.mark.slow
 def test_two_pages(sheet):
     made = chart("A4", pages=2)
-    scans = [Scan(scanned(paper(render(page, 300)), 100.0, seed=page.number)[0], (100.0, 100.0), f"p{page.number}")
+    scans = [ChartScan(scanned(paper(render(page, 300)), 100.0, seed=page.number)[0], (100.0, 100.0), f"p{page.number}")
              for page in made.pages]  # fmt: skip
     reading = read(scans[::-1])
     assert reading.findings == ()
@@ -203,7 +203,7 @@ def test_two_pages(sheet):
 
 def test_standard_errors_are_those_of_the_noise(sheet):
     pixels, _ = scanned(sheet, 150.0, noise=6.0, blur=0.0)
-    reading = read([Scan(pixels, (150.0, 150.0))])
+    reading = read([ChartScan(pixels, (150.0, 150.0))])
     true = np.sqrt(np.square(reading.scanned - printed(reading.device)).mean(axis=1))
     assert np.median(reading.deviation) == pytest.approx(np.sqrt(np.mean(true**2)), rel=0.35)
     white = (reading.device == 1).all(axis=1)
@@ -213,7 +213,7 @@ def test_standard_errors_are_those_of_the_noise(sheet):
 def test_the_report_stands_alone(tmp_path, good):
     covered = good.copy()
     covered[500:540, 300:340] = 250
-    reading = read([Scan(covered, (100.0, 100.0), "<scan> & co")])
+    reading = read([ChartScan(covered, (100.0, 100.0), "<scan> & co")])
     write_report(tmp_path / "report.html", reading, "Printer <X>")
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "Printer &lt;X&gt;" in text and "<scan>" not in text
@@ -225,7 +225,7 @@ def test_the_report_stands_alone(tmp_path, good):
 
 
 def test_the_grid_is_drawn_where_patches_are(good):
-    reading = read([Scan(good, (100.0, 100.0))])
+    reading = read([ChartScan(good, (100.0, 100.0))])
     drawn = grid_on(reading.sheets[0], 2000)
     assert drawn.shape == good.shape
     changed = (drawn != good).any(axis=2)

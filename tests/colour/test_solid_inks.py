@@ -10,7 +10,7 @@ from handout.calibrating import store
 from handout.calibrating.print_diagnosis import diagnose
 from handout.calibrating.store import PATCHES, Calibration
 from handout.colour.chart import chart
-from handout.colour.reading import Finding, Reading
+from handout.colour.reading import ChartReading, ScanFinding
 from handout.colour.reading.solid_inks import check_change, check_strength, solids_of, without_tone
 from handout.simulated.printer import PAPERS, Flatbed, Inkjet
 from handout_lab.offset_press import Measured
@@ -80,13 +80,13 @@ def test_the_same_print_scanned_again_has_not_changed():
 
 def test_the_cause_takes_the_place_of_its_effects_and_may_be_accepted():
     shown = seen(Inkjet("white", faults=["no-black"]))
-    effect = Finding("tone", "warn", "Middle tones are too light.")
-    reading = Reading(chart("A4"), DEVICE, shown, np.full(len(DEVICE), 0.001), (effect,))
+    effect = ScanFinding("tone", "warn", "Middle tones are too light.")
+    reading = ChartReading(chart("A4"), DEVICE, shown, np.full(len(DEVICE), 0.001), (effect,))
     refused = diagnose(reading)
     assert [(one.code, one.severity) for one in refused.findings] == [("no-black", "refuse")] and not refused.usable
     assert diagnose(reading, accept=True).usable
-    cropped = Finding("cropped", "refuse", "The upper edge is cut off.")
-    other = Reading(chart("A4"), DEVICE, shown, np.full(len(DEVICE), 0.001), (cropped,))
+    cropped = ScanFinding("cropped", "refuse", "The upper edge is cut off.")
+    other = ChartReading(chart("A4"), DEVICE, shown, np.full(len(DEVICE), 0.001), (cropped,))
     assert diagnose(other) is other
 
 
@@ -96,5 +96,5 @@ def test_a_chart_whose_weak_ink_was_accepted_is_no_measure_for_the_next(earlier,
     before = Calibration(tmp_path, tmp_path / "table.npz", "sim", "white", datetime(2026, 11, 2))
     then, now = (seen(Inkjet("white", faults=[name] if name else [])) for name in (earlier, fault))
     monkeypatch.setattr(store, "read_patches", lambda _: SimpleNamespace(device=DEVICE, scanned=then))
-    reading = Reading(chart("A4"), DEVICE, now, np.full(len(DEVICE), 0.001), ())
+    reading = ChartReading(chart("A4"), DEVICE, now, np.full(len(DEVICE), 0.001), ())
     assert diagnose(reading, before=before).usable == usable

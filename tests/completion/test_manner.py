@@ -12,7 +12,7 @@ from handout.completion.entering import _lead_line
 
 
 def written(form, xy):
-    return ways.Written(xy - [np.median(xy[:, 0]), 0.0], form.tangents(xy), np.ones(len(xy), dtype=bool))
+    return ways.AuthorGlyph(xy - [np.median(xy[:, 0]), 0.0], form.tangents(xy), np.ones(len(xy), dtype=bool))
 
 
 @pytest.mark.parametrize("letter", "aBk4")

@@ -17,8 +17,8 @@ from handout.hand.corrections import (
     Confirm,
     Corrections,
     Cut,
-    Entry,
     Join,
+    JournalEntry,
     KeepOut,
     Label,
     Link,
@@ -285,7 +285,7 @@ def test_a_letter_that_is_right_may_be_kept_out_of_what_is_written(small_hand, t
     index = index_glyphs(hand)
     assert v not in index.of("v").tolist() and hand.glyphs[v].letter == "v"
     file.save(small_hand, path)
-    entry = Entry((KeepOut(page=0, at=spot),))
+    entry = JournalEntry((KeepOut(page=0, at=spot),))
     file.record(path, path, small_hand, hand, entry)
     assert file.load(path).glyphs[v].kept_out and file.journal(path).entries == (entry,)
     file.rewind(path, path, 0)
@@ -293,7 +293,7 @@ def test_a_letter_that_is_right_may_be_kept_out_of_what_is_written(small_hand, t
     file.rewind(path, path, 1)
     kept = file.load(path)
     again = strictly(kept, KeepOut(page=0, at=spot, out=False))
-    file.record(path, path, kept, again, Entry((KeepOut(page=0, at=spot, out=False),)))
+    file.record(path, path, kept, again, JournalEntry((KeepOut(page=0, at=spot, out=False),)))
     assert file.load(path).glyphs[v].confirmed and not file.load(path).glyphs[v].kept_out
     # another name is another letter, which nobody kept out; without any left the hand lacks it
     assert not strictly(hand, Label(page=0, at=spot, text="e")).glyphs[v].kept_out

@@ -13,7 +13,7 @@ import pytest
 
 from handout.errors import InputError
 from handout.hand import file, learnt
-from handout.hand.corrections import Corrections, Entry, Label, Paint, Remove, apply
+from handout.hand.corrections import Corrections, JournalEntry, Label, Paint, Remove, apply
 
 
 @pytest.fixture(scope="module")
@@ -129,7 +129,7 @@ def test_entries_of_the_journal_are_undone_and_made_again(small_hand, tmp_path):
     hands = [file.load(path)]
     for number, made in enumerate(steps):
         hands.append(apply(hands[-1], made))
-        file.record(path, copy if number else path, hands[-2], hands[-1], Entry(tuple(made)))
+        file.record(path, copy if number else path, hands[-2], hands[-1], JournalEntry(tuple(made)))
     assert "j" not in file.load(copy).letters and len(file.journal(copy).corrections) == 2
     for made, hand in ((1, hands[1]), (0, hands[0]), (2, hands[2])):
         assert file.rewind(copy, copy, made).made == made
@@ -140,7 +140,7 @@ def test_entries_of_the_journal_are_undone_and_made_again(small_hand, tmp_path):
     with pytest.raises(InputError, match="nothing to be made again"):
         file.rewind(copy, copy, 3)
     file.rewind(copy, copy, 0)
-    file.record(copy, copy, file.load(copy), hands[1], Entry(tuple(steps[0])))
+    file.record(copy, copy, file.load(copy), hands[1], JournalEntry(tuple(steps[0])))
     assert len(file.journal(copy).entries) == 1, "what was undone is forgotten"
     assert {name for name in zipfile.ZipFile(copy).namelist() if name.startswith("corrections/2")} == set()
     file.rewind(path, path, 0)
@@ -153,7 +153,7 @@ def test_corrections_of_an_earlier_program_are_made(whole, small_hand, tmp_path)
     path = rewritten(whole, tmp_path / "a.hand", {"corrections.json": msgspec.json.encode(earlier)})
     hand = file.load(path)
     assert "j" not in hand.letters and hand.letters["J"] == 1
-    made = Entry((Remove(page=0, at=spot(small_hand, "j")),))
+    made = JournalEntry((Remove(page=0, at=spot(small_hand, "j")),))
     file.record(path, path, hand, apply(hand, made.corrections), made)
     assert "J" not in file.load(path).letters and len(file.journal(path).corrections) == 2
 
@@ -287,7 +287,7 @@ def test_what_was_learnt_counts_for_the_letters_that_it_was_learnt_of(small_hand
     keep(1.0)
     before = file.load(path)
     correction = Label(page=0, at=spot(small_hand, "j"), text="J")
-    file.record(path, path, before, apply(before, [correction], strict=False), Entry((correction,)))
+    file.record(path, path, before, apply(before, [correction], strict=False), JournalEntry((correction,)))
     assert asked(lambda: [2.0]) == 2.0, "a letter is called otherwise"
     keep(3.0)
     assert asked(never) == 3.0

@@ -10,7 +10,7 @@ from handout.hand import file
 from handout.hand.corrections import Confirm, Paint, applied
 from handout.hand.page_editor import own_ink
 from handout.hand.scanned import KeptScan
-from handout.scanning.scribbles import Window, with_ink, without_ink
+from handout.scanning.scribbles import PageWindow, with_ink, without_ink
 
 PAPER, INK, FAINT, BROWN = (245, 243, 238), (40, 50, 120), (190, 193, 212), (196, 170, 140)
 
@@ -29,7 +29,7 @@ def drawn(*strokes):
 def window(rgb, dark):
     """What is known of it where everything darker than `dark` was taken for ink."""
     ink = rgb[:, :, 0] < dark
-    return Window(rgb, ink, np.array(INK, float), 2.5, 30.0, np.zeros(ink.shape, bool))
+    return PageWindow(rgb, ink, np.array(INK, float), 2.5, 30.0, np.zeros(ink.shape, bool))
 
 
 def replace_at(paint, spot, places):

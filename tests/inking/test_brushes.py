@@ -16,7 +16,7 @@ from handout.inking import pens
 from handout.inking.brush import brushes, canvas, painting
 from handout.inking.brush.photographs import find_strokes
 from handout.inking.brush.ribbon import SEGMENTS, straighten_stroke
-from handout.inking.brush.synthesis import WITHIN, Chooser, repeated, two_pass
+from handout.inking.brush.synthesis import WITHIN, SegmentChooser, repeated, two_pass
 from handout.inking.curves import fit
 from handout.inking.pen import Pen, usual
 from handout.values import Drawing, Page, Stroke
@@ -132,14 +132,14 @@ def test_what_comes_again_costs_no_more_than_it_must(brush):
 
 
 def test_a_long_stroke_repeats_nothing_soon(brush):
-    chooser = Chooser(brush.library, np.random.default_rng(4))
+    chooser = SegmentChooser(brush.library, np.random.default_rng(4))
     rows = [chooser.row(np.zeros(120)) for _ in range(5)]
     again = [repeated(brush.library.same[row]) <= WITHIN for row in rows]
     assert np.concatenate(again).mean() <= 0.01
 
 
 def test_strokes_of_one_length_differ(brush):
-    chooser = Chooser(brush.library, np.random.default_rng(4))
+    chooser = SegmentChooser(brush.library, np.random.default_rng(4))
     first, second = chooser.row(np.zeros(40)), chooser.row(np.zeros(40))
     assert (first != second).mean() > 0.3
 
@@ -272,6 +272,6 @@ def test_a_stroke_has_its_own_colour_and_is_pressed_as_it_was(brush):
     assert upper[0] > upper[1] + 0.1 and lower[1] > lower[0] + 0.1
     covers = []
     for pressed in (-0.5, 0.4):
-        chooser = Chooser(brush.library, np.random.default_rng(4))
+        chooser = SegmentChooser(brush.library, np.random.default_rng(4))
         covers.append(np.mean([brush.library.cover[chooser.row(np.zeros(40), pressed)].mean() for _ in range(12)]))
     assert covers[1] > covers[0] + 0.02

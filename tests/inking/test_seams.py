@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scanned import ink, page_of, written
 
-from handout.inking.layers import Layer, part_layers, seam
-from handout.inking.source import Source
+from handout.inking.layers import GlyphLayer, part_layers, seam
+from handout.inking.source import InkSource
 from handout.inking.texture import texture
 from handout.inking.warping import warp
 from handout.values import LineGraph
@@ -56,7 +56,7 @@ def line(points, colour, ends=True):
     rgba[away.min(axis=2) <= 2.5] = colour
     loose = np.zeros(len(xy), dtype=bool)
     loose[[0, -1]] = ends
-    return Layer(rgba, near, (0, 0), xy, np.full(len(xy), 2.5), twice, loose)
+    return GlyphLayer(rgba, near, (0, 0), xy, np.full(len(xy), 2.5), twice, loose)
 
 
 def test_of_two_versions_of_a_line_one_is_left():
@@ -117,7 +117,7 @@ def test_a_ligature_written_by_two_strangers(small_hand):
         0,
         pair[1].number,
     )
-    source = Source(hand.pages[0])
+    source = InkSource(hand.pages[0])
     page = page_of(hand)
     layers = [warp(one, source, 300.0, hand.pages[0].shape) for one in pair]
     first, second = part_layers(*layers)

@@ -7,7 +7,7 @@ import pytest
 
 from handout.errors import InputError
 from handout.inking import sweep
-from handout.inking.sweep import Sweep, Way
+from handout.inking.sweep import InkedWay, Sweep
 
 
 @pytest.fixture(scope="module")
@@ -17,7 +17,7 @@ def inked(small_hand):
     up = np.array([40.0, 120.0]) + t * [25.0, -80.0]
     wave = up[-1] + np.column_stack([90 * t, 40 * np.sin(5 * t)])
     page = np.zeros((160, 220, 4), dtype=np.float32)
-    Sweep(small_hand).ink(page, Way(np.concatenate([up, wave[1:]])))
+    Sweep(small_hand).ink(page, InkedWay(np.concatenate([up, wave[1:]])))
     return page, np.concatenate([up, wave])
 
 
@@ -57,7 +57,7 @@ def test_long_stretches_are_taken_and_not_the_same_again(small_hand):
 
 def test_a_dot_is_inked(small_hand):
     page = np.zeros((30, 30, 4), dtype=np.float32)
-    Sweep(small_hand).ink(page, Way(np.array([[15.0, 15.0]])))
+    Sweep(small_hand).ink(page, InkedWay(np.array([[15.0, 15.0]])))
     assert page[15, 15, 3] > 0.3 and not page[:5].any() and not page[-5:].any()
 
 

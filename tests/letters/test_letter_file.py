@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from handout.errors import InputError
 from handout.letters import load
-from handout.letters.document import Boxed, List, Paragraph, Quote, Rule, Signature, TableBlock
+from handout.letters.document import Boxed, DrawnRule, List, Paragraph, Quote, Signature, TableBlock
 
 HEAD = '---\nhand = "house-print"\n[box.address]\nx = "10mm"\ny = "10mm"\nw = "60mm"\nh = "30mm"\n---\n'
 
@@ -35,7 +35,7 @@ def test_blocks_become_what_they_are():
         f"{HEAD}::: address\nAnn\nLondon\n:::\n\n{{.date}}\n2 May\n\n# Dear Ann\n\n{{.centre}}\nhello\n\n- a\n- b\n\n"
         "3) c\n4) d\n\n> so\n\n| x | y |\n|--:|---|\n| 1 | 2 |\n\n***\n\n::: signature\nBen\n:::\n\n{.ps}\nP.S. more\n"
     )
-    kinds = (Boxed, Paragraph, Paragraph, Paragraph, List, List, Quote, TableBlock, Rule, Signature, Paragraph)
+    kinds = (Boxed, Paragraph, Paragraph, Paragraph, List, List, Quote, TableBlock, DrawnRule, Signature, Paragraph)
     assert tuple(map(type, letter.blocks)) == kinds
     box, date, heading, hello, dashes, numbers, _, table, rule, signature, postscript = letter.blocks
     assert letter.head.hand == "house-print" and letter.boxes["address"].w == 60

@@ -4,7 +4,7 @@ import pytest
 
 from handout.errors import InputError
 from handout.merging.fields import Fields, RowManner, counted, doubts, told_repeats
-from handout.merging.template import Letter
+from handout.merging.template import LetterTemplate
 from handout.printing.address_table import read_addresses, read_rows
 from handout.printing.column_names import identifier
 
@@ -75,9 +75,9 @@ def test_two_columns_of_one_name_are_told_apart_by_their_places(tmp_path):
     rows = read_addresses(path, ("6=copies",))
     fields = Fields(rows.columns)
     with pytest.raises(InputError, match=r"l.txt, line 1: two.csv has 2 columns called 'gift'.*gift_4.*gift_5"):
-        fields.check(Letter("Thanks for {{ gift }}", "l.txt"), "two.csv")
+        fields.check(LetterTemplate("Thanks for {{ gift }}", "l.txt"), "two.csv")
     fields.check(
-        letter := Letter("Thanks for {{ gift_4 }} and {{ row['Gift (5)']|default('all') }}", "l.txt"), "two.csv"
+        letter := LetterTemplate("Thanks for {{ gift_4 }} and {{ row['Gift (5)']|default('all') }}", "l.txt"), "two.csv"
     )
     assert letter.fill(fields.values(rows[0]), rows[0].cells) == "Thanks for jam and all"
     assert counted(rows)[0].copies == 3

@@ -8,14 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from handout.errors import InputError
-from handout.merging.template import Letter, escaped, titled
+from handout.merging.template import LetterTemplate, escaped, titled
 
 ROW = {"first_name": "Anna", "gift": "", "birthday": "2026-03-01", "many": "3", "tricky": "*A* {{ gift }} =SUM(A1)"}
 HEADERS = {"First name": "Anna"}
 
 
 def filled(text, language="en-GB", markdown=False, **changed):
-    letter = Letter(text, "letter.txt", markdown=markdown)
+    letter = LetterTemplate(text, "letter.txt", markdown=markdown)
     letter.check([*ROW], [*HEADERS], "people.csv")
     return letter.fill(ROW | changed, HEADERS, language)
 

@@ -170,7 +170,7 @@ def test_variations_stay_movements_and_a_dot_stays_a_dot():
         np.append(known.dt, 0),
         np.append(known.theta, 0),
     )
-    varied = training.vary(dotted, training.Variation(), rng)
+    varied = training.vary(dotted, training.PlanVariation(), rng)
     assert (
         (varied.targets[-1] == 50).all() and (varied.dt[dotted.starts] == 0).all() and not varied.theta[dotted.up].any()
     )
@@ -181,7 +181,7 @@ def test_variations_stay_movements_and_a_dot_stays_a_dot():
 def test_learns_dynamics_and_predicts_them_elsewhere():
     rng = np.random.default_rng(8)
     known, other = zigzag(rng, 12), zigzag(rng, 8)
-    recipe = training.Recipe(steps=100)
+    recipe = training.NetworkRecipe(steps=100)
     model = dynamics.learn([known], rng, recipe)
     expected, paper = model.expected(other), ~other.up
     assert np.corrcoef(expected[paper, 1], other.theta[paper])[0, 1] > 0.9
@@ -201,7 +201,7 @@ def test_invents_structure_like_its_example():
     rng = np.random.default_rng(9)
     stair = np.column_stack([np.repeat(np.arange(5.0), 2)[1:], np.repeat(np.arange(5.0), 2)[:-1]])
     known = sequences.of_targets([stair + np.array([x, 0.0]) for x in (0.0, 6.0, 12.0)])
-    model = structure.learn([known], rng, training.Recipe(steps=120))
+    model = structure.learn([known], rng, training.NetworkRecipe(steps=120))
     new = model.invent(rng, 0.3)
     ways = np.diff(new.targets, axis=0)[~new.up]
     assert len(new.up) <= 2 * len(known.up)
@@ -212,7 +212,9 @@ def test_invents_structure_like_its_example():
 
 def test_the_size_of_the_paper():
     rng = np.random.default_rng(10)
-    model = dynamics.learn([zigzag(rng, 3)], rng, training.Recipe(size="berio_2017", steps=1, batch=2), "berio_2017")
+    model = dynamics.learn(
+        [zigzag(rng, 3)], rng, training.NetworkRecipe(size="berio_2017", steps=1, batch=2), "berio_2017"
+    )
     assert recurrent.sizes(model.parameters) == (400, 400) and model.gaussians == 20
     assert training.SIZES["berio_2017"].dropout == 0.1 and model.parameters[0].shape[0] == 5 + 400 + 1
 

@@ -15,7 +15,7 @@ from handout.motion.pose import library as libraries
 from handout.motion.pose.features import FEATURES, filtered_velocities, resample_path
 from handout.motion.pose.library import PoseLibrary, embed_channels, extract_channels, learn, level_pose, load, to_bytes
 from handout.motion.pose.posing import anchors, pose_drawing, shape_stroke
-from handout.motion.pose.synthesis import Costs, Neighbours, PoseModel, blend_segments, segments
+from handout.motion.pose.synthesis import PoseCosts, PoseModel, PoseNeighbours, blend_segments, segments
 from handout.values import Drawing, Page, Stroke
 
 PAGE = Page(200.0, 200.0)
@@ -103,7 +103,7 @@ def cheapest(near, model):
 def price(sequence, near, model):
     """What a sequence costs, its steps read in the cheapest way."""
     at = [int(np.flatnonzero(near.number[i] == number)[0]) for i, number in enumerate(sequence)]
-    only = Neighbours(near.distance[np.arange(len(at)), at][:, None], near.number[np.arange(len(at)), at][:, None])
+    only = PoseNeighbours(near.distance[np.arange(len(at)), at][:, None], near.number[np.arange(len(at)), at][:, None])
     return cheapest(only, model)
 
 
@@ -116,12 +116,12 @@ def test_the_optimal_sequence_is_the_cheapest_of_all(seed, n, k):
     channels = {"pressure": rng.random(count), "rotation": rng.normal(size=count)}
     library = PoseLibrary(rng.normal(size=(count, 2)), channels, lengths, 1.0)
     scale = rng.choice([0.2, 1.0, 5.0])
-    costs = Costs(
+    costs = PoseCosts(
         rng.choice([1.0, 10.0]), 3.0, 2.0, 5.0 * scale, 10.0, 1.0, int(rng.integers(2, 5)), rng.choice([0.0, 2.0])
     )
     model = PoseModel(library, costs=costs)
     number = np.array([rng.permutation(min(count, 6))[:k] for _ in range(n)])
-    near = Neighbours(rng.random((n, k)) * 3, number)
+    near = PoseNeighbours(rng.random((n, k)) * 3, number)
     assert price(model.sequence(near), near, model) == pytest.approx(cheapest(near, model))
 
 

@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 from handout.pdf_forms.answers import answers_of, lacking, matched
-from handout.pdf_forms.fields import Field, Form, Widget
+from handout.pdf_forms.fields import Field, PdfForm, Widget
 
 PLACE = (Widget(0, (0.0, 0.0, 50.0, 8.0)),)
-FORM = Form(
+FORM = PdfForm(
     Path("a.pdf"),
     (),
     (),

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from handout.hand.library import find
 from handout.motion.trace import trace
-from handout.pdf_forms.entries import AROUND, SETTINGS, Filler, Frame, page_manuscript
+from handout.pdf_forms.entries import AROUND, SETTINGS, FieldFrame, Filler, page_manuscript
 from handout.pdf_forms.fields import Field, Widget
 from handout.pdf_forms.printed_rules import DPI, rules
 from handout.values import Page
@@ -109,7 +109,7 @@ def test_buttons_are_crossed_where_they_stand_for_the_answer():
 
 @given(st.integers(0, 3), st.floats(1, 4))
 def test_a_frame_is_the_field_whichever_way_it_is_turned(turn, scale):
-    frame = Frame((20.0, 40.0, 60.0, 50.0), turn, scale)
+    frame = FieldFrame((20.0, 40.0, 60.0, 50.0), turn, scale)
     width, height = frame.size
     corners = frame.to_page(AROUND + np.array([[0, 0], [width, 0], [width, height]]))
     first = [(20, 40), (20, 50), (60, 50), (60, 40)][turn]

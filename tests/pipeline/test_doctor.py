@@ -156,7 +156,7 @@ def test_without_a_network_and_with_a_check_that_breaks(monkeypatch):
     assert found["route"].state == "note" and "no way out" in found["route"].words and found["studio"].state == "poor"
 
     def odd_thing():
-        yield doctor.Finding("Odd", "first", "fine", "seen")
+        yield doctor.CheckFinding("Odd", "first", "fine", "seen")
         raise ValueError("what a\nday")
 
     first, second = doctor._safely(odd_thing)

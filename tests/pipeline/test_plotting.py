@@ -77,7 +77,7 @@ def test_a_preview_of_a_part_with_dips_shows_both_and_is_read_as_the_part():
 def test_a_plot_whose_text_is_not_all_written_is_drawn_again_as_far_as_it_goes():
     heard, profile = Heard(), profiles.find("klipper-servo", "plotter")
     drawing = Drawing((Stroke([0, 1], [[10, 10], [20, 10]]),), Page(60, 40))
-    job = store.begin([NewPage(drawing, 0.4)], profile, store.Options(), {"any": 1})
+    job = store.begin([NewPage(drawing, 0.4)], profile, store.JobOptions(), {"any": 1})
     with job.open() as journal:
         journal.begin(0)
     assert plot_jobs.outlook(job).endswith(" mm, or what the plotter draws in 4 s, are drawn again.")

@@ -19,13 +19,13 @@ import pytest
 import handout
 from handout.errors import InputError
 from handout.pipeline import merging
-from handout.pipeline.merging import Account, RowPages
+from handout.pipeline.merging import RowAccount, RowPages
 from handout.pipeline.options import MergeOptions, PictureOptions, PrintOptions, SheetOptions, TableOptions
 from handout.pipeline.options import WritingOptions as Writing
 from handout.pipeline.results import SILENT
 from handout.pipeline.row_work import MadeRow, ProcessWorkers, Remote, RowWork, WorkersLost, opened, row_work
 from handout.printing.prepared import PreparedRow
-from handout.printing.rows import Row
+from handout.printing.rows import TableRow
 
 PEOPLE = "First name,Street,City,Pen\n" + "".join(f"Anna{n},Weg {n},Ulm,\n" for n in range(2, 8))
 LETTER = '---\npage = "90x60mm"\n---\n# Dear {{ first_name }},\n\n{% if city %}\n- tea\n{% endif %}\n\n{{ city }}\n'
@@ -50,14 +50,14 @@ class Fake(Remote):
             self.lost.popleft()
             return None
         self.taken += 1
-        return MadeRow(PreparedRow(future.number), Account())
+        return MadeRow(PreparedRow(future.number), RowAccount())
 
     def recover(self, waiting):
         return [True] * len(waiting)
 
 
 def numbered(count):
-    return [Row(number, ("A",)) for number in range(count)]
+    return [TableRow(number, ("A",)) for number in range(count)]
 
 
 def test_rows_come_in_their_order_and_no_more_are_begun_than_are_ahead():
@@ -113,7 +113,7 @@ def test_a_row_is_the_same_in_any_order_and_from_a_pickled_work(work):
 
 
 def test_a_row_that_cannot_be_made_keeps_its_sentence(work):
-    long = Row(2, ("A", "B"), ("odd",), cells={"First name": "a" * 90, "City": "Ulm"})
+    long = TableRow(2, ("A", "B"), ("odd",), cells={"First name": "a" * 90, "City": "Ulm"})
     for made in (work.make(long), work.check(long)):
         assert "letter.md, line 4" in made.row.problem and not made.row.pages and made.row.warnings == ("odd",)
     assert work.check(replace(long, problem="it is empty")).row.problem == "it is empty"

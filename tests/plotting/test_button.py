@@ -10,9 +10,9 @@ from handout.plotting.dialect import ButtonPressed
 from handout.plotting.dialects.ebb import DIALECT as ebb
 from handout.plotting.driving.driver import connect
 from handout.plotting.jobs import runner, store
-from handout.plotting.jobs.store import Options
+from handout.plotting.jobs.store import JobOptions
 from handout.simulated.plotter import SimulatedPlotter
-from handout.simulated.plotter.options import Options as Simulated
+from handout.simulated.plotter.options import SimulatorOptions as Simulated
 from handout_lab.ink_comparison import compare
 
 AXIDRAW = profiles.find("axidraw-v3", "plotter")
@@ -50,7 +50,7 @@ def no_waiting_for_the_disk(monkeypatch):
 )
 def test_it_holds_and_goes_on(tmp_path, version, after):
     plotter = SimulatedPlotter(AXIDRAW, Simulated(fault="button", after=after, firmware=version))
-    job, person = store.create([DRAWING], AXIDRAW, Options(overlap=6.0), place=tmp_path), Watching(plotter)
+    job, person = store.create([DRAWING], AXIDRAW, JobOptions(overlap=6.0), place=tmp_path), Watching(plotter)
     runner.run_job(job, lambda: plotter, person)
     assert job.standing().finished and not plotter.pen_is_down
     if after == 10**6:
@@ -85,7 +85,7 @@ def test_only_who_heeds_it_is_stopped():
 
 def test_nobody_comes_to_press_it_again(tmp_path):
     plotter = SimulatedPlotter(AXIDRAW, Simulated(fault="button", after=40))
-    job, person = store.create([DRAWING], AXIDRAW, Options(overlap=6.0), place=tmp_path), Watching(plotter)
+    job, person = store.create([DRAWING], AXIDRAW, JobOptions(overlap=6.0), place=tmp_path), Watching(plotter)
     with pytest.raises(DeviceAlarm, match=r"nobody has pressed again for 5 s: the pen is lifted"):
         runner.run_job(job, lambda: plotter, person, runner.RunOptions(patience=5.0))
     assert not plotter.pen_is_down and not job.standing().finished

@@ -11,9 +11,9 @@ from benchmarks.faults import MACHINES, SHORTLY, Desk, Run, profile_of
 from handout.errors import DeviceHeld
 from handout.plotting.dialects.grbl.position_tracking import PositionTracking
 from handout.plotting.jobs import runner, store
-from handout.plotting.jobs.journal import Journal
-from handout.plotting.jobs.places import Place
-from handout.simulated.plotter.options import Options
+from handout.plotting.jobs.journal import PlotJournal
+from handout.plotting.jobs.places import DrawnPlace
+from handout.simulated.plotter.options import SimulatorOptions
 from handout_lab.ink_comparison import compare
 
 short = functools.cache(lambda: faults.drawing(faults.SHORT))
@@ -43,7 +43,7 @@ def test_whatever_byte_of_the_handshake_is_lost_it_ends(machine, step):
 @pytest.mark.parametrize("machine", [MACHINES[12], MACHINES[14]], ids=lambda machine: machine.title)
 def test_a_plotter_that_starts_anew_at_any_byte_draws_nothing_astray(machine):
     for at in range(60, extent(machine).bytes, 71):
-        desk = Desk(profile_of(machine), Options(fault="reset", at=at))
+        desk = Desk(profile_of(machine), SimulatorOptions(fault="reset", at=at))
         run = Run(machine, "reset", at)
         faults.perform(run, desk, short())
         assert faults.verdict(run) == "right" and run.stops, run
@@ -75,9 +75,9 @@ class Button(Desk):
 
 def held(tmp_path, machine, patience, seconds=math.inf, after=None):
     after = extent(machine).lines // 2 if after is None else after
-    desk, said = Button(profile_of(machine), Options(fault="hold", after=after)), []
+    desk, said = Button(profile_of(machine), SimulatorOptions(fault="hold", after=after)), []
     desk.seconds = seconds
-    job = store.create([short()], desk.profile, store.Options(overlap=10.0), place=tmp_path)
+    job = store.create([short()], desk.profile, store.JobOptions(overlap=10.0), place=tmp_path)
     with faults.journals(desk):
         try:
             runner.run_job(
@@ -106,15 +106,15 @@ def test_a_hold_that_somebody_ends_is_waited_for(tmp_path):
 
 
 def test_a_journal_goes_back_to_what_is_proven_when_a_command_came_over_wrong(tmp_path):
-    with Journal(tmp_path / "journal") as kept:
+    with PlotJournal(tmp_path / "journal") as kept:
         kept.begin(0)
-        kept.drawn(Place(2, 1.5))
-        kept.drawn(Place(3, 0.5), proven=False)
-        assert kept.standing.place == Place(3, 0.5) and kept.standing.proven == Place(2, 1.5)
-        kept.drawn(Place(3, 0.25))  # what is proven grows behind what is drawn
-        assert kept.standing.place == Place(3, 0.5) and kept.standing.proven == Place(3, 0.25)
+        kept.drawn(DrawnPlace(2, 1.5))
+        kept.drawn(DrawnPlace(3, 0.5), proven=False)
+        assert kept.standing.place == DrawnPlace(3, 0.5) and kept.standing.proven == DrawnPlace(2, 1.5)
+        kept.drawn(DrawnPlace(3, 0.25))  # what is proven grows behind what is drawn
+        assert kept.standing.place == DrawnPlace(3, 0.5) and kept.standing.proven == DrawnPlace(3, 0.25)
         kept.doubt()
-        assert kept.standing.place == Place(3, 0.25) and kept.standing.doubtful
+        assert kept.standing.place == DrawnPlace(3, 0.25) and kept.standing.doubtful
 
 
 def test_a_shift_along_the_way_proves_nothing():

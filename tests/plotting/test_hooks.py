@@ -21,12 +21,12 @@ from handout.hooks import Go, Lift, Lower, Send, Wait
 from handout.plotting import open_port, plan
 from handout.plotting.dialects import DIALECTS, dialect
 from handout.plotting.jobs import runner, store
-from handout.plotting.jobs.places import Place, found
-from handout.plotting.jobs.store import Options
+from handout.plotting.jobs.places import DrawnPlace, found
+from handout.plotting.jobs.store import JobOptions
 from handout.plotting.planning import hooking
-from handout.plotting.planning.blocks import Lines, Pen
+from handout.plotting.planning.blocks import PenBlock, UserLines
 from handout.profiles import Hooks, Length
-from handout.simulated.plotter.options import Options as Simulated
+from handout.simulated.plotter.options import SimulatorOptions as Simulated
 from handout.values import Drawing, Page, Stroke
 
 SIMULATED = profiles.find("simulated", "plotter")
@@ -160,7 +160,7 @@ def test_every_dialect_dips_and_says_what_it_is_told(name):
     made, plain = plan(DRAWING, mine), plan(DRAWING, profile)
     assert made.pen_down >= plain.pen_down * 0.999 and made.dips >= made.pen_down / 60
     assert made.duration > plain.duration and 0 < made.hooked < made.duration
-    downs = [block for block in made.blocks if isinstance(block, Pen) and block.down]
+    downs = [block for block in made.blocks if isinstance(block, PenBlock) and block.down]
     assert sum(not block.inks for block in downs) == made.dips
     assert sum(block.inks for block in downs) == len(made.drawing.strokes)
     told = [command.data for command in dialect(name).program(made.blocks, mine)]
@@ -168,7 +168,7 @@ def test_every_dialect_dips_and_says_what_it_is_told(name):
     assert first < len(told) / 10 and last > len(told) * 0.9
     assert [command.done for command in dialect(name).program(made.blocks, mine)][-1] == len(made.blocks)
     closing = made.after_page()
-    assert [block for block in closing.blocks if isinstance(block, Lines)] == [Lines(("M778",))]
+    assert [block for block in closing.blocks if isinstance(block, UserLines)] == [UserLines(("M778",))]
     assert not closing.toolpath.draws.any() and plain.after_page() is None
     assert plan(DRAWING, mine, whole=(False, False)).opened == 0 < made.opened
 
@@ -186,10 +186,10 @@ def test_a_hook_may_ask_for_nothing(step):
 def test_a_job_whose_last_hook_asks_for_nothing_is_finished(tmp_path, monkeypatch):
     monkeypatch.setattr("os.fsync", lambda handle: None)
     mine = hooked(after_page=("go 0 0",))
-    job, person = store.create([page(words=1)], mine, Options(), place=tmp_path), types.SimpleNamespace(do=str)
+    job, person = store.create([page(words=1)], mine, JobOptions(), place=tmp_path), types.SimpleNamespace(do=str)
     with job.open() as journal:  # it broke off when all was drawn
         journal.begin(0)
-        journal.drawn(Place(len(job.drawing(0).strokes)))
+        journal.drawn(DrawnPlace(len(job.drawing(0).strokes)))
     runner.run_job(job, lambda: open_port("sim:", mine), person)
     assert job.standing().finished
 
@@ -213,8 +213,8 @@ def test_a_pen_in_its_pot_has_drawn_nothing():
     drawn = Drawing((line(0, 10.0), line(1, 10.0, begin=20.0, at=2.0)), Page(100, 50))
     on_the_way = np.array([25.0, 10.0])  # the way to the pot leads over the second stroke
     ways = [np.array([[60.0, 10.0]])]
-    assert found(drawn, Place(1), on_the_way, 30.0, detours=ways) == Place(1)
-    assert found(drawn, Place(1), on_the_way, 30.0).time == pytest.approx(2.5)
+    assert found(drawn, DrawnPlace(1), on_the_way, 30.0, detours=ways) == DrawnPlace(1)
+    assert found(drawn, DrawnPlace(1), on_the_way, 30.0).time == pytest.approx(2.5)
 
 
 @functools.cache

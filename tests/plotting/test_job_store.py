@@ -11,7 +11,7 @@ from handout import profiles
 from handout.errors import DoesNotFit, InputError
 from handout.plotting.jobs import store
 from handout.plotting.jobs.places import START
-from handout.plotting.jobs.store import Options
+from handout.plotting.jobs.store import JobOptions
 from handout.values import Drawing, Page
 
 SERVO = profiles.find("grbl-servo", "plotter")
@@ -37,7 +37,7 @@ def finished(job):
 
 def test_what_is_kept_comes_back_to_the_last_digit(tmp_path):
     drawings = [page(seed, words=3) for seed in (1, 2)]
-    options = Options(speed=0.5, overlap=3.25, copies=2)
+    options = JobOptions(speed=0.5, overlap=3.25, copies=2)
     job = store.create(drawings, SERVO, options, title="Dear Ada", port="/dev/ttyUSB3", place=tmp_path)
     again = store.load(job.folder)
     assert again == job and again.profile == SERVO and type(again.profile.pen.up_time) is type(SERVO.pen.up_time)
@@ -49,7 +49,7 @@ def test_what_is_kept_comes_back_to_the_last_digit(tmp_path):
 
 
 def test_names_are_short_and_differ(tmp_path):
-    names = [store.create([page(words=1)], SERVO, Options(), place=tmp_path).name for _ in range(3)]
+    names = [store.create([page(words=1)], SERVO, JobOptions(), place=tmp_path).name for _ in range(3)]
     assert [name.rsplit("-", 1)[1] for name in names] == ["1", "2", "3"] and all(len(name) == 7 for name in names)
     assert store.find(names[1], tmp_path).name == names[1]
     assert store.find(None, tmp_path, unfinished=True).name == names[2]
@@ -78,15 +78,15 @@ def test_what_fails_leaves_nothing(tmp_path):
         tuple(dataclasses.replace(s, xy=s.xy + np.array([900.0, 0])) for s in page(words=1).strokes), Page(1000, 100)
     )
     with pytest.raises(ZeroDivisionError):
-        store.create(failing(), SERVO, Options(), place=tmp_path)
+        store.create(failing(), SERVO, JobOptions(), place=tmp_path)
     with pytest.raises(DoesNotFit):
-        store.create([far], SERVO, Options(), place=tmp_path)
+        store.create([far], SERVO, JobOptions(), place=tmp_path)
     with pytest.raises(InputError, match="nothing to plot"):
-        store.create([Drawing((), Page(100, 100))], SERVO, Options(), place=tmp_path)
+        store.create([Drawing((), Page(100, 100))], SERVO, JobOptions(), place=tmp_path)
     assert list(tmp_path.iterdir()) == []
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="Cannot keep the job in"):
-        store.create([page(words=1)], SERVO, Options(), place=tmp_path / "file")
+        store.create([page(words=1)], SERVO, JobOptions(), place=tmp_path / "file")
 
 
 def test_each_page_is_let_go_before_the_next_is_made(tmp_path):
@@ -102,11 +102,11 @@ def test_each_page_is_let_go_before_the_next_is_made(tmp_path):
             del drawing
             assert sum(one() is not None for one in alive) <= 2
 
-    store.create(pages(), SERVO, Options(), place=tmp_path)
+    store.create(pages(), SERVO, JobOptions(), place=tmp_path)
 
 
 def test_finished_jobs_are_pruned_and_others_are_not(tmp_path):
-    jobs = [store.create([page(words=1)], SERVO, Options(), place=tmp_path) for _ in range(5)]
+    jobs = [store.create([page(words=1)], SERVO, JobOptions(), place=tmp_path) for _ in range(5)]
     for job in (jobs[0], jobs[2], jobs[3]):
         finished(job)
     assert sorted(path.name for path in jobs[0].folder.iterdir()) == ["job.json", "journal"]
@@ -119,7 +119,7 @@ def test_finished_jobs_are_pruned_and_others_are_not(tmp_path):
 
 
 def test_a_damaged_journal_is_never_pruned(tmp_path):
-    job = store.create([page(words=1)], SERVO, Options(), place=tmp_path)
+    job = store.create([page(words=1)], SERVO, JobOptions(), place=tmp_path)
     finished(job)
     path = job.folder / "journal"
     path.write_bytes(b"x" + path.read_bytes()[1:])
@@ -128,14 +128,14 @@ def test_a_damaged_journal_is_never_pruned(tmp_path):
 
 
 def test_a_job_that_is_being_plotted_is_not_forgotten(tmp_path):
-    job = store.create([page(words=1)], SERVO, Options(), place=tmp_path)
+    job = store.create([page(words=1)], SERVO, JobOptions(), place=tmp_path)
     with job.open(), pytest.raises(InputError, match="being plotted"):
         store.forget(job)
     assert job.folder.exists()
 
 
 def test_damage_is_named(tmp_path):
-    job = store.create([page(words=1)], SERVO, Options(), place=tmp_path)
+    job = store.create([page(words=1)], SERVO, JobOptions(), place=tmp_path)
     path = job.folder / "page-1.json.gz"
     path.write_bytes(path.read_bytes()[:200])
     with pytest.raises(InputError, match=r"page-1\.json\.gz is missing or damaged"):
@@ -149,7 +149,7 @@ def test_damage_is_named(tmp_path):
 
 def test_travel_order_is_settled_when_the_job_is_made(tmp_path):
     drawing = page(seed=8, words=30)
-    job = store.create([drawing], SERVO, Options(order="travel"), place=tmp_path)
+    job = store.create([drawing], SERVO, JobOptions(order="travel"), place=tmp_path)
     kept = job.drawing(0)
     assert sorted(s.xy.tolist() for s in kept.strokes) == sorted(s.xy.tolist() for s in drawing.strokes)
     assert kept.pen_up < drawing.pen_up

@@ -14,7 +14,7 @@ from handout import profiles
 from handout.errors import DoesNotFit, InputError
 from handout.plotting import bed
 from handout.plotting.jobs import runner, store
-from handout.plotting.jobs.job import Options, load
+from handout.plotting.jobs.job import JobOptions, load
 from handout.plotting.jobs.page_producer import ProducerProcess
 from handout.plotting.jobs.pages import NewPage
 from handout.simulated.plotter import SimulatedPlotter
@@ -102,7 +102,9 @@ class Desk:
 
 
 def begun(place, options=None):
-    return store.begin([NewPage(TEXT[0], 1 / 3)], PROFILE, options or Options(overlap=OVERLAP), {"any": 1}, place=place)
+    return store.begin(
+        [NewPage(TEXT[0], 1 / 3)], PROFILE, options or JobOptions(overlap=OVERLAP), {"any": 1}, place=place
+    )
 
 
 def one_life(desk, place, power, ahead, monkeypatch):
@@ -148,7 +150,7 @@ def test_the_power_goes_at_any_moment(tmp_path_factory, cuts, shares):
 
 def test_a_job_in_the_making_becomes_what_it_would_have_been_at_once(tmp_path, monkeypatch):
     monkeypatch.setattr("os.fsync", lambda handle: None)
-    options = Options(overlap=OVERLAP, copies=2, pause_every=60.0, order="travel")
+    options = JobOptions(overlap=OVERLAP, copies=2, pause_every=60.0, order="travel")
     whole = store.create(TEXT, PROFILE, options, place=tmp_path / "whole")
     job = begun(tmp_path / "made", options)
     assert not job.whole and job.pages == 1 and job.parts == whole.parts[: len(job.parts)]
@@ -167,7 +169,7 @@ def test_a_job_in_the_making_becomes_what_it_would_have_been_at_once(tmp_path, m
 @pytest.mark.slow
 def test_the_same_is_asked_for_whether_the_pages_are_there_or_not(tmp_path, monkeypatch):
     monkeypatch.setattr("os.fsync", lambda handle: None)
-    options, asked = Options(overlap=OVERLAP, copies=2, pause_every=100.0), []
+    options, asked = JobOptions(overlap=OVERLAP, copies=2, pause_every=100.0), []
     for job in (store.create(TEXT, PROFILE, options, place=tmp_path / "a"), begun(tmp_path / "b", options)):
         desk, shares = Desk(), []
         supply = None if job.whole else Maker(job.folder)

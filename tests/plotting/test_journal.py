@@ -6,10 +6,10 @@ from dataclasses import replace
 import pytest
 
 from handout.errors import InputError
-from handout.plotting.jobs.journal import JobProgress, Journal, read
-from handout.plotting.jobs.places import START, Place
+from handout.plotting.jobs.journal import JobProgress, PlotJournal, read
+from handout.plotting.jobs.places import START, DrawnPlace
 
-PLACES = [Place(0, 0.125), Place(0, 1 / 3), Place(1), Place(4, 17.25)]
+PLACES = [DrawnPlace(0, 0.125), DrawnPlace(0, 1 / 3), DrawnPlace(1), DrawnPlace(4, 17.25)]
 
 
 @pytest.fixture
@@ -17,7 +17,7 @@ def written(tmp_path):
     """A journal with everything in it, and what it said after each of its lines."""
     path, standings = tmp_path / "job" / "journal", []
     path.parent.mkdir()
-    with Journal(path) as kept:
+    with PlotJournal(path) as kept:
         standings.append(kept.standing)
         for part in (0, 1):
             kept.begin(part)
@@ -37,7 +37,7 @@ def test_it_says_how_far_a_job_has_come(written):
     standing = read(path)
     assert standing == standings[-1]
     assert (standing.part, standing.begun, standing.place) == (1, True, PLACES[-1])
-    with Journal(path) as kept:
+    with PlotJournal(path) as kept:
         assert kept.standing.place == PLACES[-1] and len(kept.standing.runs) == 2
         kept.complete()
         kept.finish()
@@ -54,7 +54,7 @@ def test_cut_off_at_every_byte_it_is_still_true(written):
         standing = read(path)
         lines = (data[:size] + b"\n").count(b"\n", 0, size + 1) - (not data[size:].startswith(b"\n"))
         assert standing == standings[lines]  # all of a line is there where its end alone is not
-        with Journal(path) as kept:
+        with PlotJournal(path) as kept:
             assert (kept.standing.part, kept.standing.place) == (standing.part, standing.place)
         assert read(path).place == standing.place  # what was torn is no part of the next line
 
@@ -66,7 +66,7 @@ def test_a_torn_end_is_cut_off_and_what_is_none_is_told(written, garbage):
     torn = garbage in (b"90a1be", b"\n")
     lines = len(standings)
     assert read(path) == replace(standings[-1], damaged=0 if torn else lines, uncertain=not torn)
-    Journal(path).close()
+    PlotJournal(path).close()
     assert (garbage in path.read_bytes()) == (garbage != b"90a1be")
     assert read(path).place == standings[-1].place and len(read(path).runs) == 2
 
@@ -76,7 +76,7 @@ def test_damage_before_the_end_is_told_and_the_lines_behind_it_say_where_the_job
     data = path.read_bytes()
     for at in range(0, data.rindex(b"\n", 0, -1), 7):
         path.write_bytes(data[:at] + bytes([data[at] ^ 4]) + data[at + 1 :])
-        with Journal(path) as kept:
+        with PlotJournal(path) as kept:
             standing, line = kept.standing, data[:at].count(b"\n") + 1
         assert standing.damaged == line and not standing.uncertain
         assert (standing.part, standing.place) == (standings[-1].part, standings[-1].place)
@@ -84,49 +84,49 @@ def test_damage_before_the_end_is_told_and_the_lines_behind_it_say_where_the_job
 
 def test_a_doubt_that_is_lost_takes_no_ink_with_it(tmp_path):
     path = tmp_path / "journal"
-    with Journal(path) as kept:
+    with PlotJournal(path) as kept:
         kept.begin(0)
-        kept.drawn(Place(2, 1.5))
+        kept.drawn(DrawnPlace(2, 1.5))
         kept.sync()
-        kept.drawn(Place(9, 0.5), proven=False)
+        kept.drawn(DrawnPlace(9, 0.5), proven=False)
         kept.sync()
         kept.doubt()
     damaged = path.read_bytes().replace(b" doubtful", b" doubtfuk")
     path.write_bytes(damaged)
-    assert read(path).place == Place(2, 1.5) and read(path).uncertain
-    with Journal(path) as kept:
-        kept.drawn(Place(3, 0.5))
-    assert read(path).place == Place(3, 0.5) and not read(path).uncertain and read(path).damaged == 5
+    assert read(path).place == DrawnPlace(2, 1.5) and read(path).uncertain
+    with PlotJournal(path) as kept:
+        kept.drawn(DrawnPlace(3, 0.5))
+    assert read(path).place == DrawnPlace(3, 0.5) and not read(path).uncertain and read(path).damaged == 5
 
 
 def test_what_began_in_a_damaged_line_is_not_taken_for_the_part_before(tmp_path):
     path = tmp_path / "journal"
-    with Journal(path) as kept:
+    with PlotJournal(path) as kept:
         kept.begin(0)
-        kept.drawn(Place(9, 1.5))
+        kept.drawn(DrawnPlace(9, 1.5))
         kept.complete()
         kept.begin(1)
-        kept.drawn(Place(2, 0.5))
+        kept.drawn(DrawnPlace(2, 0.5))
     *before, complete, part, drawn = path.read_bytes().splitlines(keepends=True)
     path.write_bytes(b"".join([*before, b"x" + complete[1:], b"x" + part[1:], drawn]))
-    assert (read(path).part, read(path).begun, read(path).place) == (1, True, Place(2, 0.5))
+    assert (read(path).part, read(path).begun, read(path).place) == (1, True, DrawnPlace(2, 0.5))
 
 
 def test_two_programs_cannot_plot_one_job(written):
     path, _ = written
-    with Journal(path), pytest.raises(InputError, match="job is being plotted by another program"):
-        Journal(path)
-    Journal(path).close()
+    with PlotJournal(path), pytest.raises(InputError, match="job is being plotted by another program"):
+        PlotJournal(path)
+    PlotJournal(path).close()
 
 
 def test_only_what_is_synced_is_certain(written, monkeypatch):
     path, _ = written
     synced = []
     monkeypatch.setattr(os, "fsync", lambda handle: synced.append(path.read_bytes()))
-    with Journal(path) as kept:
+    with PlotJournal(path) as kept:
         kept.begin(2)
-        kept.drawn(Place(3, 1.0))
-        assert kept.standing.place == Place(3, 1.0) and kept.certain.place == START
+        kept.drawn(DrawnPlace(3, 1.0))
+        assert kept.standing.place == DrawnPlace(3, 1.0) and kept.certain.place == START
         count = len(synced)
         kept.sync()
         kept.sync()
@@ -135,7 +135,7 @@ def test_only_what_is_synced_is_certain(written, monkeypatch):
 
 def test_why_it_ended_is_one_line(tmp_path):
     path = tmp_path / "journal"
-    with pytest.raises(ValueError), Journal(path):
+    with pytest.raises(ValueError), PlotJournal(path):
         raise ValueError("one\n12345678 finished\nthree")
     assert read(path).stopped == "one 12345678 finished three" and not read(path).finished
 
@@ -144,7 +144,7 @@ def test_a_full_disk_is_named(tmp_path, monkeypatch):
     def full(handle):
         raise OSError(28, "No space left on device")
 
-    with Journal(tmp_path / "journal") as kept:
+    with PlotJournal(tmp_path / "journal") as kept:
         monkeypatch.setattr("os.fsync", full)
         with pytest.raises(InputError, match=r"Cannot write the journal .*: No space left on device"):
             kept.begin(0)

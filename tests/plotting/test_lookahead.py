@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout.plotting.planning import lookahead
-from handout.simulated.plotter.queue import Axes, Queue
+from handout.simulated.plotter.queue import Axes, MoveQueue
 from handout.simulated.plotter.stepper import Stepper
 
 MACHINE = lookahead.Machine(
@@ -80,7 +80,7 @@ def test_corners():
 def executed(points, feed):
     """Duration of the whole, by the simulated controller's queue and stepper, fed as fast as it has room."""
     axes = Axes(MACHINE.steps.tolist(), MACHINE.rate.tolist(), MACHINE.acceleration.tolist(), MACHINE.deviation)
-    queue = Queue(axes, MACHINE.queue)
+    queue = MoveQueue(axes, MACHINE.queue)
     ends = [0.0]
     stepper = Stepper(queue, lambda now, there: ends.append(now))
     waiting = list(zip(points[1:].tolist(), feed.tolist(), strict=True))

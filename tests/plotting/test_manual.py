@@ -7,10 +7,10 @@ from handout import profiles
 from handout.errors import DeviceAlarm, DoesNotFit, InputError
 from handout.plotting.driving.driver import connect, park
 from handout.plotting.jobs import runner, store
-from handout.plotting.jobs.store import Options
+from handout.plotting.jobs.store import JobOptions
 from handout.plotting.setup import manual, pen_heights
 from handout.simulated.plotter import SimulatedPlotter
-from handout.simulated.plotter.options import Options as Simulated
+from handout.simulated.plotter.options import SimulatorOptions as Simulated
 
 MACHINES = ["simulated", "grbl-z", "axidraw-v3", "marlin-servo", "prusa-mk3", "hp-7475a", "midtbot"]
 
@@ -112,7 +112,7 @@ def test_home_after_an_interrupt(tmp_path, monkeypatch, name, home_after):
 
     monkeypatch.setattr("os.fsync", lambda handle: None)
     plotter = SimulatedPlotter(profiles.find(name, "plotter"), Simulated())
-    job = store.create([page(words=2)], plotter.profile, Options(overlap=6.0), place=tmp_path)
+    job = store.create([page(words=2)], plotter.profile, JobOptions(overlap=6.0), place=tmp_path)
 
     def stop(share, left):
         if share > 0.4:

@@ -13,7 +13,7 @@ from handout.errors import InputError, PortError
 from handout.plotting import connections, open_port, plan, run
 from handout.plotting.driving import fidelity
 from handout.plotting.jobs import runner, store
-from handout.plotting.jobs.store import Options
+from handout.plotting.jobs.store import JobOptions
 from handout_lab.ink_comparison import compare
 
 PROFILE = profiles.find("simulated", "plotter")
@@ -49,7 +49,7 @@ def test_a_lost_connection_is_gone_on_with_where_it_was_lost(way, tmp_path, monk
     """The greeting of whoever connects is not taken for a restart: the machine has kept its place."""
     monkeypatch.setattr("os.fsync", lambda handle: None)
     port, said = open_port(f"sim:?{way}&fault=unplugged&after=60", PROFILE), []
-    job = store.create((DRAWING,), PROFILE, Options(overlap=6.0), place=tmp_path)
+    job = store.create((DRAWING,), PROFILE, JobOptions(overlap=6.0), place=tmp_path)
     with pytest.raises(PortError, match=r"The connection to (ws|tcp)://127.* is lost"):
         runner.run_job(job, lambda: port, Nobody())
     port.replug()
@@ -63,7 +63,7 @@ def test_a_restart_behind_a_network_is_seen(tmp_path, monkeypatch):
     """The connection is lost, the machine greets as it greets everybody, and has forgotten its place."""
     monkeypatch.setattr("os.fsync", lambda handle: None)
     port = open_port("sim:?network=tcp&variant=grblhal&fault=reset&after=60", PROFILE)
-    job = store.create((DRAWING,), PROFILE, Options(overlap=6.0), place=tmp_path)
+    job = store.create((DRAWING,), PROFILE, JobOptions(overlap=6.0), place=tmp_path)
     with pytest.raises(PortError):
         runner.run_job(job, lambda: port, Nobody())
     port.replug()

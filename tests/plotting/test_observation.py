@@ -18,7 +18,7 @@ from handout.plotting.driving import fidelity, plot_report
 from handout.plotting.driving.observation import Observer
 from handout.profiles import Acceleration
 from handout.simulated.plotter import SimulatedPlotter
-from handout.simulated.plotter.options import Options
+from handout.simulated.plotter.options import SimulatorOptions
 
 DRAWING = dataclasses.replace(page(words=4), about={"words": ["kept", "in", "the", "harbour"]})
 TELLING = ["simulated", "grbl-z", "axidraw-v3", "marlin-servo"]
@@ -41,7 +41,7 @@ def profile_of(name):
 
 
 def plotted(name, every=0, away=0.0, clock=True, **options):
-    plotter = Away(profile_of(name), Options(**options), Clock() if clock else None)
+    plotter = Away(profile_of(name), SimulatorOptions(**options), Clock() if clock else None)
     plotter.every, plotter.away = every, away
     report = run(plan(DRAWING, plotter.profile), plotter, plotter.profile)
     return plotter, report
@@ -97,7 +97,7 @@ class Late(SimulatedPlotter):
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_answers_that_are_heard_late_are_no_rests(name, mean, seed):
     drawing = page(seed=seed, words=2)
-    plotter = Late(profile_of(name), Options(), Clock())
+    plotter = Late(profile_of(name), SimulatorOptions(), Clock())
     plotter.rng, plotter.mean = np.random.default_rng(seed), mean
     report = run(plan(drawing, plotter.profile, speed=0.5), plotter, plotter.profile)
     meant, told = report.plan.intended(), report.observation
@@ -182,6 +182,6 @@ def test_nothing_is_known_of_dots():
 def test_a_machine_of_other_limits_is_measured_by_the_plan_that_was_drawn():
     profile = profile_of("simulated")
     slow = msgspec.structs.replace(profile.limits, acceleration=Acceleration(600.0))
-    plotter = SimulatedPlotter(profile, Options(acceleration=600.0))
+    plotter = SimulatedPlotter(profile, SimulatorOptions(acceleration=600.0))
     report = run(plan(DRAWING, profile), plotter, profile)
     assert report.plan.profile.limits.acceleration == slow.acceleration and report.observation.rests == ()

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from handout.errors import InputError
-from handout.plotting.jobs.parts import Part, arranged, asked, parts, survey
+from handout.plotting.jobs.parts import PlotPart, arranged, asked, parts, survey
 from handout.values import Drawing, Page, Stroke
 
 COLOURS = ["#c01020", "", "#1020c0"]
@@ -74,16 +74,16 @@ def test_strokes_of_no_word_are_looked_after_one_by_one():
 
 
 def test_what_a_person_is_asked():
-    one, two = Part(0, 0, "red", 0, 5, 100), Part(0, 0, "", 5, 9, 100)
+    one, two = PlotPart(0, 0, "red", 0, 5, 100), PlotPart(0, 0, "", 5, 9, 100)
     assert asked(None, one, 2, ["red", ""]) == ["Put in the pen for layer 'red'"]
     assert asked(one, two, 2, ["red", ""]) == ["Put in the pen for what is in no layer"]
-    after = Part(1, 1, "red", 0, 5, 100, 20_300)
+    after = PlotPart(1, 1, "red", 0, 5, 100, 20_300)
     assert asked(two, after, 2, ["red", ""]) == [
         "Put in sheet 4",
         "Put in the pen for layer 'red'",
         "The pen has drawn 20.3 m: check it",
     ]
-    assert asked(None, Part(0, 0, "", 0, 5, 100), 2, [""]) == []
+    assert asked(None, PlotPart(0, 0, "", 0, 5, 100), 2, [""]) == []
 
 
 def test_an_empty_page_has_no_parts():

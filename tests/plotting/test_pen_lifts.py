@@ -12,7 +12,7 @@ from handout.errors import ProfileError
 from handout.plotting import open_port, pen_lift, plan, run
 from handout.plotting.dialects.grbl import protocol
 from handout.plotting.driving import fidelity
-from handout.plotting.planning.blocks import Move, Pen, Timed
+from handout.plotting.planning.blocks import MoveBlock, PenBlock, Timed
 from handout.values import Drawing, Stroke
 
 SERVO, ON_Z = profiles.find("simulated", "plotter"), profiles.find("grbl-z", "plotter")
@@ -73,7 +73,7 @@ def test_a_z_axis_follows_the_pressure():
         shares = [length / length[-1] for length in along]
         pressure = np.interp(shares[0], shares[1], got.pressure)
         assert np.abs(pressure - meant.pressure).max() < 0.12
-    lowest = min(block.z for block in made.blocks if isinstance(block, Move) and block.z is not None)
+    lowest = min(block.z for block in made.blocks if isinstance(block, MoveBlock) and block.z is not None)
     assert -0.8 <= lowest < -0.4
 
 
@@ -82,7 +82,7 @@ def test_a_z_axis_may_count_downwards():
     profile = with_pen(ON_Z, z="down", up=0.0, down=5.0, pressed=6.0)
     port, made = drawn(drawing, profile)
     assert fidelity.compare(drawing, port.executed()).deviation < 0.1 and not port.pen_is_down
-    assert 5.3 < max(block.z for block in made.blocks if isinstance(block, Move) and block.z is not None) <= 6
+    assert 5.3 < max(block.z for block in made.blocks if isinstance(block, MoveBlock) and block.z is not None) <= 6
 
 
 @pytest.mark.parametrize("firmware", ["2.4.4", "2.6.2", "2.8.1", "3.0.2"])
@@ -109,9 +109,9 @@ def test_the_servo_of_an_ebb_follows_the_pressure_in_small_steps(firmware):
 def test_what_does_not_follow_says_nothing_of_heights():
     drawing = with_pressure(page(words=1), np.random.default_rng(3))
     stiff = plan(drawing, with_pen(ON_Z, pressed=None))
-    assert all(block.z is None for block in stiff.blocks if isinstance(block, Move))
+    assert all(block.z is None for block in stiff.blocks if isinstance(block, MoveBlock))
     flat = plan(page(words=1), with_pen(ON_Z, pressed=-0.8))
-    assert all(block.z is None for block in flat.blocks if isinstance(block, Move))
+    assert all(block.z is None for block in flat.blocks if isinstance(block, MoveBlock))
 
 
 def test_pressure_keeps_its_place_at_every_speed():
@@ -119,7 +119,9 @@ def test_pressure_keeps_its_place_at_every_speed():
     stroke = dataclasses.replace(stroke, pressure=np.linspace(0, 1, 101))
     profile = with_pen(ON_Z, pressed=-1.0)
     for speed in (0.5, 1.0, 2.0, "fast"):
-        moves = [b for b in plan(Drawing((stroke,), page().page), profile, speed=speed).blocks if isinstance(b, Move)]
+        moves = [
+            b for b in plan(Drawing((stroke,), page().page), profile, speed=speed).blocks if isinstance(b, MoveBlock)
+        ]
         for move in moves:
             if move.z is not None:
                 assert -move.z == pytest.approx((move.x - 20) / 40, abs=0.02)
@@ -132,7 +134,15 @@ def own_commands():
 
 def test_commands_of_ones_own_are_sent_as_they_are_once():
     profile = own_commands()
-    blocks = [Pen(False), Move(10, 10, 6000), Pen(True), Move(11, 10, 600), Pen(True), Move(12, 10, 600), Pen(False)]
+    blocks = [
+        PenBlock(False),
+        MoveBlock(10, 10, 6000),
+        PenBlock(True),
+        MoveBlock(11, 10, 600),
+        PenBlock(True),
+        MoveBlock(12, 10, 600),
+        PenBlock(False),
+    ]
     lines = [command.data for command in protocol.program(blocks, profile, absolute=True)]
     assert lines[3:] == [
         b"G4P0\n", b"M9\n", b"G4P0.12\n", b"G1X10Y10F6000\n", b"G4P0\n", b"M8\n", b"G4 P0.05\n", b"G4P0.15\n",

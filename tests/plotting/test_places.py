@@ -6,7 +6,7 @@ from cursive import page
 
 from handout import profiles
 from handout.plotting import plan
-from handout.plotting.jobs.places import START, Milestones, Place, drawn, place
+from handout.plotting.jobs.places import START, DrawnPlace, Milestones, drawn, place
 from handout.values import Drawing, Page, Stroke
 
 PROFILES = [profiles.find(name, "plotter") for name in ("simulated", "grbl-z")]
@@ -19,7 +19,7 @@ def test_every_block_leads_to_its_place(profile, speed):
     made = plan(DRAWING, profile, speed=speed)
     reached = Milestones(made)
     assert len(reached.ink) == len(reached.stroke) == len(reached.time) == len(made.blocks) + 1
-    assert reached.place(0) == START and reached.place(len(made.blocks)) == Place(len(DRAWING.strokes))
+    assert reached.place(0) == START and reached.place(len(made.blocks)) == DrawnPlace(len(DRAWING.strokes))
     assert reached.ink[-1] == pytest.approx(made.pen_down) and (np.diff(reached.ink) >= 0).all()
     order = list(zip(reached.stroke.tolist(), reached.time.tolist(), strict=True))
     assert order == sorted(order)
@@ -31,7 +31,7 @@ def test_every_block_leads_to_its_place(profile, speed):
         stroke, time = reached.place(done)
         at = [np.interp(time, DRAWING.strokes[stroke].t, DRAWING.strokes[stroke].xy[:, axis]) for axis in (0, 1)]
         assert np.hypot(*(ends[done - 1] - at)) < 0.01
-        before = drawn(DRAWING, Place(stroke, time)).pen_down
+        before = drawn(DRAWING, DrawnPlace(stroke, time)).pen_down
         assert before == pytest.approx(reached.ink[done], rel=0.02)
 
 

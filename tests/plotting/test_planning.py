@@ -15,7 +15,7 @@ from handout.errors import InputError
 from handout.plotting import open_port, plan, run
 from handout.plotting.driving import fidelity
 from handout.plotting.planning import pace
-from handout.plotting.planning.blocks import Move, Pause, Pen
+from handout.plotting.planning.blocks import MoveBlock, Pause, PenBlock
 from handout.profiles import Acceleration
 from handout.values import Drawing, Page, Stroke
 
@@ -90,11 +90,11 @@ def test_fast_stays_within_the_machine():
 def test_blocks_tell_the_same_story():
     drawing = page(words=4)
     made = plan(drawing, PROFILE)
-    pens = [block.down for block in made.blocks if isinstance(block, Pen)]
+    pens = [block.down for block in made.blocks if isinstance(block, PenBlock)]
     assert pens == [False] + [True, False] * len(drawing.strokes)
     assert sum(isinstance(block, Pause) for block in made.blocks) == sum(s.length == 0 for s in drawing.strokes)
     assert len(made.begins) == len(made.blocks) and (np.diff(made.begins) >= -1e-9).all()
-    moves = np.array([block[:2] for block in made.blocks if isinstance(block, Move)])
+    moves = np.array([block[:2] for block in made.blocks if isinstance(block, MoveBlock)])
     assert (moves[-1] == [0, 0]).all()
     on_page = made.placement.to_page(moves[:-1])
     assert on_page.min(axis=0) == pytest.approx(made.bounds[:2], abs=0.01)
@@ -245,7 +245,7 @@ def test_nothing_makes_a_machine_crawl():
         steps, took = made.motion.length[drawn] * PROFILE.limits.steps_per_mm, made.motion.duration[drawn]
         assert steps.min() >= 2 and np.percentile(steps, 2) >= 3
         assert np.convolve(took, np.ones(8), "valid").min() > 8 * PROFILE.port.line_time
-        assert min(block.feed for block in made.blocks if isinstance(block, Move)) >= 10
+        assert min(block.feed for block in made.blocks if isinstance(block, MoveBlock)) >= 10
         assert (took <= 3 * made.target_time[drawn] + 0.05).all()
 
 

@@ -8,10 +8,10 @@ from cursive import page
 from handout import profiles
 from handout.errors import DeviceError, InputError
 from handout.plotting.jobs import runner, store
-from handout.plotting.jobs.places import START, Place, found
-from handout.plotting.jobs.store import Options
+from handout.plotting.jobs.places import START, DrawnPlace, found
+from handout.plotting.jobs.store import JobOptions
 from handout.simulated.plotter import SimulatedPlotter
-from handout.simulated.plotter.options import Options as Simulated
+from handout.simulated.plotter.options import SimulatorOptions as Simulated
 from handout_lab.ink_comparison import compare
 
 PROFILE, ON_Z = profiles.find("simulated", "plotter"), profiles.find("grbl-z", "plotter")
@@ -42,7 +42,7 @@ def no_waiting_for_the_disk(monkeypatch):
 
 
 def made(tmp_path, profile=PROFILE, drawings=(DRAWING,), **options):
-    return store.create(drawings, profile, Options(overlap=OVERLAP, **options), place=tmp_path)
+    return store.create(drawings, profile, JobOptions(overlap=OVERLAP, **options), place=tmp_path)
 
 
 def again(plotter, person=None, log=None):
@@ -254,9 +254,9 @@ def test_a_stop_is_found_on_the_way():
     for at in range(3, len(stroke.t) - 1, 17):
         place = found(DRAWING, START, stroke.xy[at] + [0.0, 0.01], 1e3)
         assert place is not None and place.stroke == 0 and place.time <= stroke.t[at] + 0.02
-        certain = Place(0, stroke.t[max(at - 9, 0)])
+        certain = DrawnPlace(0, stroke.t[max(at - 9, 0)])
         place = found(DRAWING, certain, stroke.xy[at], 20.0)
         assert abs(place.time - stroke.t[at]) < 0.02
     assert found(DRAWING, START, np.array([0.0, 0.0]), 1e3) is None
     between = (stroke.xy[-1] + DRAWING.strokes[1].xy[0]) / 2
-    assert found(DRAWING, Place(0, stroke.t[-2]), between, 20.0) == Place(1)
+    assert found(DRAWING, DrawnPlace(0, stroke.t[-2]), between, 20.0) == DrawnPlace(1)

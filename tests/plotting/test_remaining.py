@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from handout.plotting.jobs.places import START, Place, drawn, onward, remaining
+from handout.plotting.jobs.places import START, DrawnPlace, drawn, onward, remaining
 from handout.values import Drawing, Page, Stroke
 
 CHANNELS = ("pressure", "tilt", "azimuth", "rotation", "width")
@@ -31,10 +31,10 @@ def places(draw, drawing):
     """Before, between, on and behind the samples of any stroke, and behind the last."""
     at = draw(st.integers(0, len(drawing.strokes)))
     if at == len(drawing.strokes):
-        return Place(at)
+        return DrawnPlace(at)
     t = drawing.strokes[at].t
     anywhere = st.floats(float(t[0]) - 0.1, float(t[-1]) + 0.1)
-    return Place(at, draw(st.just(-np.inf) | anywhere | st.sampled_from(t.tolist())))
+    return DrawnPlace(at, draw(st.just(-np.inf) | anywhere | st.sampled_from(t.tolist())))
 
 
 def samples(drawing):
@@ -84,7 +84,7 @@ def test_what_is_left_of_what_was_left(data):
 
 def test_an_azimuth_goes_the_short_way_round():
     stroke = Stroke([0.0, 1.0], [[0, 0], [10, 0]], azimuth=np.array([3.1, -3.1]))
-    (left,) = remaining(Drawing((stroke,), Page(20, 20)), Place(0, 0.5)).strokes
+    (left,) = remaining(Drawing((stroke,), Page(20, 20)), DrawnPlace(0, 0.5)).strokes
     assert left.azimuth[0] == pytest.approx(np.pi, abs=0.01) and left.azimuth[1] == -3.1
 
 
@@ -92,4 +92,7 @@ def test_a_dot_is_drawn_or_not():
     dot = Stroke([1.0], [[5, 5]])
     page = Drawing((dot, dataclasses.replace(dot, t=[2.0])), Page(20, 20))
     assert len(remaining(page, START).strokes) == 2 and drawn(page, START).strokes == ()
-    assert remaining(page, Place(1)).strokes == page.strokes[1:] and drawn(page, Place(1)).strokes == page.strokes[:1]
+    assert (
+        remaining(page, DrawnPlace(1)).strokes == page.strokes[1:]
+        and drawn(page, DrawnPlace(1)).strokes == page.strokes[:1]
+    )

@@ -15,10 +15,10 @@ from benchmarks.live import rests
 from handout import profiles
 from handout.errors import InputError
 from handout.plotting.jobs import journal, runner, store
-from handout.plotting.jobs.journal import Journal, read
-from handout.plotting.jobs.places import Place
+from handout.plotting.jobs.journal import PlotJournal, read
+from handout.plotting.jobs.places import DrawnPlace
 from handout.simulated.plotter import SimulatedPlotter
-from handout.simulated.plotter.options import Options as Simulated
+from handout.simulated.plotter.options import SimulatorOptions as Simulated
 from handout_lab.ink_comparison import compare
 
 MACHINES = ["simulated", "grbl-z", "axidraw-v3", "marlin-servo"]
@@ -40,7 +40,7 @@ def profile_of(name):
 
 def plotted(tmp_path, plotter, overlap=20.0, **more):
     """Plot a job; its reports, and what was said."""
-    job = store.create([DRAWING], plotter.profile, store.Options(overlap=overlap), place=tmp_path)
+    job = store.create([DRAWING], plotter.profile, store.JobOptions(overlap=overlap), place=tmp_path)
     said, reports = [], []
     runner.run_job(
         job, lambda: plotter, Nobody(), plotted=lambda report, port: reports.append(report), log=said.append, **more
@@ -111,7 +111,7 @@ def test_the_computer_dies_while_the_disk_is_late(tmp_path, late, monkeypatch, n
 
     monkeypatch.setattr("os.fsync", fsync)
     plotter = Desk(profile_of(name), Simulated(), clock)
-    job = store.create([DRAWING], plotter.profile, store.Options(), place=tmp_path)
+    job = store.create([DRAWING], plotter.profile, store.JobOptions(), place=tmp_path)
 
     def dies(done, left):
         if done > share and not slow.dead:
@@ -180,7 +180,7 @@ def test_an_error_of_the_disk_within_a_stroke_lifts_the_pen(tmp_path, monkeypatc
             raise OSError(number, os.strerror(number))
 
     plotter = SimulatedPlotter(profile_of("simulated"))
-    job = store.create([DRAWING], plotter.profile, store.Options(), place=tmp_path)
+    job = store.create([DRAWING], plotter.profile, store.JobOptions(), place=tmp_path)
     monkeypatch.setattr("os.fsync", full)
     with pytest.raises(InputError, match=f"Cannot write the journal .*: {os.strerror(number)}"):
         runner.run_job(job, lambda: plotter, Nobody())
@@ -197,7 +197,7 @@ def test_what_is_known_is_on_the_disk_after_an_interrupt_that_finds_it_busy(tmp_
     clock, disk = late
     disk(1.0)
     plotter = SimulatedPlotter(profile_of("simulated"), clock=clock)
-    job = store.create([DRAWING], plotter.profile, store.Options(), place=tmp_path)
+    job = store.create([DRAWING], plotter.profile, store.JobOptions(), place=tmp_path)
 
     def stop(done, left):
         if done > 0.5:
@@ -215,23 +215,23 @@ def test_what_is_known_is_on_the_disk_after_an_interrupt_that_finds_it_busy(tmp_
 def test_places_do_not_pile_up_behind_a_slow_disk(tmp_path, monkeypatch):
     held = Held(monkeypatch)
     path = tmp_path / "journal"
-    with Journal(path) as kept:
+    with PlotJournal(path) as kept:
         kept.begin(0)
         held.free.clear()
-        pending = kept.secure() if kept.drawn(Place(0, 0.5)) is None else None
+        pending = kept.secure() if kept.drawn(DrawnPlace(0, 0.5)) is None else None
         for at in range(5000):
-            kept.drawn(Place(1, at / 7))
-        assert kept.standing.place == Place(1, 4999 / 7) and kept.certain.place != kept.standing.place
+            kept.drawn(DrawnPlace(1, at / 7))
+        assert kept.standing.place == DrawnPlace(1, 4999 / 7) and kept.certain.place != kept.standing.place
         assert len(kept._waiting) <= 1 and not pending.done()
         held.free.set()
         kept.sync()
         assert kept.certain == kept.standing
-    assert path.read_bytes().count(b"drawn") < 5 and read(path).place == Place(1, 4999 / 7)
+    assert path.read_bytes().count(b"drawn") < 5 and read(path).place == DrawnPlace(1, 4999 / 7)
 
 
 def test_a_disk_that_takes_a_part_of_a_line_is_given_the_rest(tmp_path):
     path = tmp_path / "journal"
-    with Journal(path) as kept:
+    with PlotJournal(path) as kept:
         real = kept._file._file
 
         class Bit:
@@ -243,9 +243,9 @@ def test_a_disk_that_takes_a_part_of_a_line_is_given_the_rest(tmp_path):
 
         kept._file._file = Bit()
         kept.begin(0)
-        kept.drawn(Place(2, 1.0))
+        kept.drawn(DrawnPlace(2, 1.0))
         kept.sync()
-    assert read(path).place == Place(2, 1.0)
+    assert read(path).place == DrawnPlace(2, 1.0)
 
 
 def test_the_judge_sees_a_rest_that_is_there():

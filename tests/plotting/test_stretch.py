@@ -12,8 +12,8 @@ from handout import profiles
 from handout.errors import InputError
 from handout.plotting import plan
 from handout.plotting.jobs import store
-from handout.plotting.jobs.store import Options
-from handout.plotting.jobs.stretch import Piece, named, pieces
+from handout.plotting.jobs.store import JobOptions
+from handout.plotting.jobs.stretch import SheetStretch, named, pieces
 
 PROFILE = profiles.find("simulated", "plotter")
 TEXTS = (["Dear", "Ada,", "thank", "you"], ["for", "the", "letter", "and", "the", "stamps."])
@@ -99,15 +99,15 @@ def test_what_cannot_be_is_one_sentence(asked, said):
 
 def test_it_is_called_by_its_words():
     assert named(part(from_word="you", to_word="for"), PAGES).startswith('Of sheets 1 to 2, from "you" to "for": 0.')
-    assert named([Piece(0, 0, 1), Piece(2, 0, 1)], [*PAGES, PAGES[0]]).startswith("Of sheets 1, 3, from")
-    assert named([Piece(1, 0, 1)], [dataclasses.replace(drawn, about={}) for drawn in PAGES]).startswith(
+    assert named([SheetStretch(0, 0, 1), SheetStretch(2, 0, 1)], [*PAGES, PAGES[0]]).startswith("Of sheets 1, 3, from")
+    assert named([SheetStretch(1, 0, 1)], [dataclasses.replace(drawn, about={}) for drawn in PAGES]).startswith(
         "Of sheet 2: 0."
     )
 
 
 def test_the_drawings_of_the_last_finished_jobs_are_kept(tmp_path, monkeypatch):
     monkeypatch.setattr("os.fsync", lambda handle: None)
-    jobs = [store.create([page(words=1)], PROFILE, Options(), place=tmp_path) for _ in range(3)]
+    jobs = [store.create([page(words=1)], PROFILE, JobOptions(), place=tmp_path) for _ in range(3)]
     for job in jobs[:2]:
         with job.open() as kept:
             kept.finish()

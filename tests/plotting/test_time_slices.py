@@ -15,7 +15,7 @@ from handout import profiles
 from handout.plotting import plan
 from handout.plotting.driving import fidelity
 from handout.plotting.planning import time_scaling, time_slices
-from handout.plotting.planning.blocks import Pause, Pen, Timed
+from handout.plotting.planning.blocks import Pause, PenBlock, Timed
 from handout.plotting.planning.segments import Trajectory, on_one_clock
 from handout.profiles import Acceleration
 from handout.values import Drawing, Page, Stroke
@@ -107,7 +107,9 @@ def test_fast_is_as_fast_as_motors_and_acceleration_allow():
 
 def test_travels_speed_up_and_brake():
     made = plan(page(words=2), PROFILE)
-    steps, seconds = motors(itertools.takewhile(lambda block: not (isinstance(block, Pen) and block.down), made.blocks))
+    steps, seconds = motors(
+        itertools.takewhile(lambda block: not (isinstance(block, PenBlock) and block.down), made.blocks)
+    )
     xy = np.stack([steps.sum(axis=1), steps[:, 0] - steps[:, 1]], axis=1) / 160
     speed = np.hypot(*np.diff(xy, axis=0).T) / seconds
     assert speed[0] < 40 and speed[-1] < 40 and speed.max() <= 165.001
@@ -138,7 +140,7 @@ def test_motors_turn_round_between_slices():
 
 def test_blocks_and_at_tell_the_same_story():
     made = plan(page(words=4), PROFILE)
-    pens = [block.down for block in made.blocks if isinstance(block, Pen)]
+    pens = [block.down for block in made.blocks if isinstance(block, PenBlock)]
     assert pens == [False] + [True, False] * len(made.drawing.strokes)
     assert (np.diff(made.begins) >= -1e-9).all() and len(made.begins) == len(made.blocks)
     assert sum(isinstance(block, Pause) for block in made.blocks) == sum(s.length == 0 for s in made.drawing.strokes)

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from handout.errors import MissingCharacters
-from handout.printing.batch import BatchOptions, Way, chosen_rows, destination, make_rows
+from handout.printing.batch import BatchOptions, PrinterWay, chosen_rows, destination, make_rows
 from handout.printing.envelope import address_layout, address_text
 from handout.printing.journal import ENVELOPE, Journal
 from handout.printing.prepared import BatchPage, prepare_row
-from handout.printing.rows import Row
+from handout.printing.rows import TableRow
 from handout.progress import silent
 from handout.sinks import drawing_file
 from handout.values import Drawing, Raster, Stroke
@@ -95,7 +95,7 @@ def rows(count, **changed):
     table = []
     for n in range(2, count + 2):
         given = {"lines": (f"Name {n}", f"Street {n}", "01067 Dresden", "GERMANY")} | changed.get(f"r{n}", {})
-        table.append(Row(n, **given))
+        table.append(TableRow(n, **given))
     return table
 
 
@@ -106,7 +106,7 @@ def print_all(table, write, profile, page, *, ink=block, select="", copies=1, ag
     options = BatchOptions(select, copies, again, out, given.pop("all_or_none", False))
     chosen_rows(table, options, record.resumed)
     address_layout(page, 1, 1, x_height)
-    way = Way(profile, lambda page: profile, given.pop("about", {}), resumed=record.resumed, **given)
+    way = PrinterWay(profile, lambda page: profile, given.pop("about", {}), resumed=record.resumed, **given)
 
     def envelope(row):
         layout = address_layout(page, len(row.lines), max(map(len, row.lines)), x_height)

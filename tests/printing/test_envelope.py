@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from handout.errors import InputError
 from handout.page_sizes import page
 from handout.printing.envelope import WINDOWS, address_layout, address_text, box_layout
-from handout.printing.rows import Row
+from handout.printing.rows import TableRow
 from handout.values import Page
 from handout.writing.layout import ASCENT, DESCENT
 
@@ -60,7 +60,7 @@ def test_the_size_can_be_given():
 
 
 def test_the_text_is_the_lines():
-    assert address_text(Row(2, ("Ada", "Ulm"))) == "Ada\nUlm"
+    assert address_text(TableRow(2, ("Ada", "Ulm"))) == "Ada\nUlm"
 
 
 @pytest.mark.parametrize("name", WINDOWS)

@@ -7,9 +7,9 @@ from handout.printing.ipp.message import (
     Attribute,
     AttributeGroup,
     Message,
+    MessageTag,
     Range,
     Resolution,
-    Tag,
     Value,
     attribute,
     decode,
@@ -19,14 +19,30 @@ from handout.printing.ipp.message import (
 INTEGERS = st.integers(-(2**31), 2**31 - 1)
 TEXTS = st.text(max_size=40)
 SIMPLE = st.one_of(
-    st.builds(Value, st.sampled_from([Tag.INTEGER, Tag.ENUM]).map(int), INTEGERS),
-    st.builds(Value, st.just(int(Tag.BOOLEAN)), st.booleans()),
-    st.builds(Value, st.just(int(Tag.RESOLUTION)), st.builds(Resolution, INTEGERS, INTEGERS, st.sampled_from([3, 4]))),
-    st.builds(Value, st.just(int(Tag.RANGE)), st.builds(Range, INTEGERS, INTEGERS)),
-    st.builds(Value, st.sampled_from([Tag.TEXT, Tag.NAME, Tag.KEYWORD, Tag.URI, Tag.MIME_TYPE]).map(int), TEXTS),
+    st.builds(Value, st.sampled_from([MessageTag.INTEGER, MessageTag.ENUM]).map(int), INTEGERS),
+    st.builds(Value, st.just(int(MessageTag.BOOLEAN)), st.booleans()),
+    st.builds(
+        Value, st.just(int(MessageTag.RESOLUTION)), st.builds(Resolution, INTEGERS, INTEGERS, st.sampled_from([3, 4]))
+    ),
+    st.builds(Value, st.just(int(MessageTag.RANGE)), st.builds(Range, INTEGERS, INTEGERS)),
     st.builds(
         Value,
-        st.sampled_from([Tag.OCTETS, Tag.DATE_TIME, Tag.NAME_WITH_LANGUAGE, Tag.NO_VALUE, Tag.UNKNOWN]).map(int),
+        st.sampled_from(
+            [MessageTag.TEXT, MessageTag.NAME, MessageTag.KEYWORD, MessageTag.URI, MessageTag.MIME_TYPE]
+        ).map(int),
+        TEXTS,
+    ),
+    st.builds(
+        Value,
+        st.sampled_from(
+            [
+                MessageTag.OCTETS,
+                MessageTag.DATE_TIME,
+                MessageTag.NAME_WITH_LANGUAGE,
+                MessageTag.NO_VALUE,
+                MessageTag.UNKNOWN,
+            ]
+        ).map(int),
         st.binary(max_size=30),
     ),
 )
@@ -38,13 +54,13 @@ def attributes(values):
 
 
 def collections(values):
-    return st.builds(Value, st.just(int(Tag.COLLECTION)), st.lists(attributes(values), max_size=3).map(tuple))
+    return st.builds(Value, st.just(int(MessageTag.COLLECTION)), st.lists(attributes(values), max_size=3).map(tuple))
 
 
 VALUES = st.recursive(SIMPLE, collections, max_leaves=6)
 GROUPS = st.builds(
     AttributeGroup,
-    st.sampled_from([Tag.OPERATION, Tag.JOB, Tag.PRINTER, Tag.UNSUPPORTED_GROUP]).map(int),
+    st.sampled_from([MessageTag.OPERATION, MessageTag.JOB, MessageTag.PRINTER, MessageTag.UNSUPPORTED_GROUP]).map(int),
     st.lists(attributes(VALUES), max_size=4).map(tuple),
 )
 MESSAGES = st.builds(
@@ -92,19 +108,19 @@ def test_bytes_as_the_standard_has_them():
         b"\x44\x00\x05sides\x00\x13two-sided-long-edge\x03"
     )
     head = (
-        attribute("attributes-charset", Tag.CHARSET, "utf-8"),
-        attribute("attributes-natural-language", Tag.LANGUAGE, "en-us"),
-        attribute("printer-uri", Tag.URI, "ipp://printer.example.com/ipp/print/pinetree"),
+        attribute("attributes-charset", MessageTag.CHARSET, "utf-8"),
+        attribute("attributes-natural-language", MessageTag.LANGUAGE, "en-us"),
+        attribute("printer-uri", MessageTag.URI, "ipp://printer.example.com/ipp/print/pinetree"),
     )
-    job = (attribute("copies", Tag.INTEGER, 20), attribute("sides", Tag.KEYWORD, "two-sided-long-edge"))
-    message = Message(2, (AttributeGroup(Tag.OPERATION, head), AttributeGroup(Tag.JOB, job)), 1, (1, 1))
+    job = (attribute("copies", MessageTag.INTEGER, 20), attribute("sides", MessageTag.KEYWORD, "two-sided-long-edge"))
+    message = Message(2, (AttributeGroup(MessageTag.OPERATION, head), AttributeGroup(MessageTag.JOB, job)), 1, (1, 1))
     assert encode(message) == expected and decode(expected) == (message, len(expected))
 
 
 def test_collections_as_the_standard_has_them():
     # RFC 8010 §3.1.6: media-col with a media-size in it
-    size = attribute("media-size", Tag.COLLECTION, (attribute("x-dimension", Tag.INTEGER, 6),))
-    message = Message(2, (AttributeGroup(Tag.JOB, (attribute("media-col", Tag.COLLECTION, (size,)),)),))
+    size = attribute("media-size", MessageTag.COLLECTION, (attribute("x-dimension", MessageTag.INTEGER, 6),))
+    message = Message(2, (AttributeGroup(MessageTag.JOB, (attribute("media-col", MessageTag.COLLECTION, (size,)),)),))
     expected = (
         b"\x02\x34\x00\x09media-col\x00\x00\x4a\x00\x00\x00\x0amedia-size\x34\x00\x00\x00\x00"
         b"\x4a\x00\x00\x00\x0bx-dimension\x21\x00\x00\x00\x04\x00\x00\x00\x06\x37\x00\x00\x00\x00\x37\x00\x00\x00\x00\x03"
@@ -114,13 +130,16 @@ def test_collections_as_the_standard_has_them():
 
 @pytest.mark.parametrize(
     ("value", "words"),
-    [(Value(Tag.TEXT, "x" * 40000), "40000 bytes"), (Value(Tag.TEXT, (attribute("a", Tag.TEXT, "b"),)), "collection")],
+    [
+        (Value(MessageTag.TEXT, "x" * 40000), "40000 bytes"),
+        (Value(MessageTag.TEXT, (attribute("a", MessageTag.TEXT, "b"),)), "collection"),
+    ],
 )
 def test_what_cannot_be_encoded_is_refused(value, words):
     with pytest.raises(ValueError, match=words):
-        encode(Message(2, (AttributeGroup(Tag.JOB, (Attribute("a", (value,)),)),)))
+        encode(Message(2, (AttributeGroup(MessageTag.JOB, (Attribute("a", (value,)),)),)))
     with pytest.raises(ValueError, match="no value"):
-        encode(Message(2, (AttributeGroup(Tag.JOB, (Attribute("a", ()),)),)))
+        encode(Message(2, (AttributeGroup(MessageTag.JOB, (Attribute("a", ()),)),)))
 
 
 def test_collections_without_an_end_to_them_are_refused():

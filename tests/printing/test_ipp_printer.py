@@ -8,8 +8,8 @@ import pytest
 
 from handout.errors import InputError, PrinterError, ProfileError
 from handout.printing.ipp import status
-from handout.printing.ipp.client import Client, Refused
-from handout.printing.ipp.message import AttributeGroup, Message, Tag, attribute
+from handout.printing.ipp.client import Client, PrinterRefused
+from handout.printing.ipp.message import AttributeGroup, Message, MessageTag, attribute
 from handout.printing.ipp.queue import IppQueue
 from handout.printing.ipp.request import Capabilities, job_attributes
 from handout.printing.ipp.status import JobState
@@ -50,7 +50,11 @@ def told(job):
     """The attributes of a job as plain values."""
 
     def plain(value):
-        return {one.name: plain(one.values[0]) for one in value.value} if value.tag == Tag.COLLECTION else value.value
+        return (
+            {one.name: plain(one.values[0]) for one in value.value}
+            if value.tag == MessageTag.COLLECTION
+            else value.value
+        )
 
     return {one.name: plain(one.values[0]) for one in job.attributes}
 
@@ -104,10 +108,10 @@ def test_options_of_a_profile_have_the_type_that_the_printer_gives_them(page):
 
 
 def test_an_old_printer_is_told_the_name_of_the_sheet():
-    sheets = attribute("media-supported", Tag.KEYWORD, "iso_dl_110x220mm")
-    old = Capabilities(Message(0, (AttributeGroup(Tag.PRINTER, (sheets,)),)))
+    sheets = attribute("media-supported", MessageTag.KEYWORD, "iso_dl_110x220mm")
+    old = Capabilities(Message(0, (AttributeGroup(MessageTag.PRINTER, (sheets,)),)))
     request = Ticket("t", "iso_dl_110x220mm", sheet=Page(110, 220), format="application/pdf")
-    assert job_attributes(request, old) == (attribute("media", Tag.KEYWORD, "iso_dl_110x220mm"),)
+    assert job_attributes(request, old) == (attribute("media", MessageTag.KEYWORD, "iso_dl_110x220mm"),)
     with pytest.raises(ProfileError, match="nobody choose a tray"):
         job_attributes(replace(request, source="rear"), old)
 
@@ -178,9 +182,9 @@ def test_a_printer_that_lies_is_not_believed(page):
 def test_a_sheet_that_the_printer_does_not_take_is_refused_before_any_work(page):
     with SimulatedPrinter(faults=Faults(no_envelopes=True)) as printer:
         queue, _, _ = connected(printer)
-        with pytest.raises(Refused, match="does not support what was asked for as media-col"):
+        with pytest.raises(PrinterRefused, match="does not support what was asked for as media-col"):
             queue.check(DL)
-        with pytest.raises(Refused):
+        with pytest.raises(PrinterRefused):
             queue.send(page, DL)
         assert printer.jobs == []
 

@@ -17,7 +17,7 @@ from handout.inking.device_pixels import device_pixels
 from handout.page_sizes import page
 from handout.printing import documents, journal
 from handout.printing.address_table import read_addresses
-from handout.printing.ipp.client import Client, Refused
+from handout.printing.ipp.client import Client, PrinterRefused
 from handout.printing.ipp.queue import IppQueue
 from handout.printing.ipp.transport import Transport, TransportError, parse_address
 from handout.printing.media import Feeding
@@ -148,7 +148,7 @@ def test_encrypted(started):
 
 
 def test_a_sheet_that_it_does_not_take(started):
-    with pytest.raises(Refused, match="asked for as media-col"):
+    with pytest.raises(PrinterRefused, match="asked for as media-col"):
         queue_of(started()).check(Ticket("t", "", "", {}, Page(50, 60)))
 
 

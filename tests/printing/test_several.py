@@ -16,7 +16,7 @@ from handout.printing.batch import BatchOptions, make_rows
 from handout.printing.journal import ENVELOPE, Journal
 from handout.printing.prepared import PreparedPage, PreparedRow
 from handout.printing.queue import Outcome, OutcomeUnknown
-from handout.printing.rows import Row
+from handout.printing.rows import TableRow
 from handout.printing.sending import PrintingStopped
 from handout.printing.several import Several
 from handout.signals import interrupt
@@ -104,7 +104,7 @@ def make(rows):
 def run(machines, kept, count, many=1, envelopes=()):
     place = Several([Spool(machine, many) for machine in machines], [Spool(machine) for machine in envelopes])
     with kept, place:
-        return make_rows([Row(n, ("A",)) for n in range(2, count + 2)], make, place, BatchOptions(), kept)
+        return make_rows([TableRow(n, ("A",)) for n in range(2, count + 2)], make, place, BatchOptions(), kept)
 
 
 def wanted(count):
@@ -202,7 +202,7 @@ def test_a_row_that_is_refused_last_is_made_by_a_device_that_had_nothing_left():
 
     place = Several([Early(Machine("a", log, 1), 3), Late(Machine("b", log), 3)])
     with Journal() as kept, place:
-        report = make_rows([Row(2, ("A",))], make, place, BatchOptions(), kept)
+        report = make_rows([TableRow(2, ("A",))], make, place, BatchOptions(), kept)
     assert made(log) == wanted(1) and {name for name, _ in log} == {"b"} and report.rows == (2,)
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from handout.errors import DoesNotFit, InputError
 from handout.prompting import corpus, prompt_pages, sentence_choice
-from handout.prompting.sentence_choice import Chooser, Closing, pangrams
+from handout.prompting.sentence_choice import Closing, SentenceChooser, pangrams
 
 words = st.text("abcde.", min_size=1, max_size=6)
 sentence = st.lists(words, min_size=1, max_size=12).map(" ".join)
@@ -55,7 +55,7 @@ def slow_cost(text, target, taken):
 @settings(max_examples=60, deadline=None)
 def test_gain_and_order_are_those_of_a_slow_search(texts, other):
     target = sentence_choice.frequencies([*texts[: len(texts) // 2 + 1], *other])
-    chooser, taken = Chooser(texts, target), []
+    chooser, taken = SentenceChooser(texts, target), []
     for _ in texts:
         left = [text for text in texts if text not in taken]
         slow = [slow_gain(text, target, taken) for text in left]
@@ -71,7 +71,7 @@ def test_gain_and_order_are_those_of_a_slow_search(texts, other):
 @settings(max_examples=30, deadline=None)
 def test_the_printed_cost_is_that_of_a_slow_search(texts):
     target = sentence_choice.frequencies(texts)
-    chooser = Chooser(texts, target, "haines-2016")
+    chooser = SentenceChooser(texts, target, "haines-2016")
     chooser.take(0)
     slow = [-slow_cost(text, target, texts[:1]) for text in texts[1:]]
     np.testing.assert_allclose(chooser.scores()[1:], slow, rtol=1e-9)

@@ -12,7 +12,7 @@ from handout.hand import library
 from handout.tagging import network, segmentation, transcript_fit
 from handout.tagging.alignment import align_strips
 from handout.tagging.decoder import decode
-from handout.tagging.line_space import X_HEIGHT, Frame, Strip
+from handout.tagging.line_space import X_HEIGHT, LineFrame, LineStrip
 from handout.tagging.segmentation import Adaptation, PageReader, by_segments, confidence
 from handout.tagging.synthetic_lines import write_lines
 from handout.tagging.synthetic_writers import WriterHabits
@@ -36,7 +36,7 @@ TEXT = (
 def page(name: str = "house-joined", seed: int = 2):
     """Strips, the text of each line, and where its letters are."""
     made = write_lines(TEXT, library.load(name), PLAIN, np.random.default_rng(seed))
-    strips = [Strip(one.image, Frame((float(100 * i),), float(X_HEIGHT))) for i, one in enumerate(made)]
+    strips = [LineStrip(one.image, LineFrame((float(100 * i),), float(X_HEIGHT))) for i, one in enumerate(made)]
     rest, texts = TEXT.split(" "), []
     for one in made:
         letters = "".join(span.letter for span in one.spans)

@@ -8,21 +8,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout.alphabet import JUNK, LETTERS, SPACE, THIRDS, state
-from handout.tagging.decoder import BAR, TERMS, Reading, decode, in_a_row, read
+from handout.tagging.decoder import BAR, TERMS, ColumnReading, decode, in_a_row, read
 from handout.tagging.line_space import ABOVE, HEIGHT, STEP
 
 STATES = len(LETTERS) * THIRDS
 WIDTHS = dict.fromkeys(LETTERS, 8.0)
 
 
-def noise_reading(rng: np.random.Generator, columns: int) -> Reading:
+def noise_reading(rng: np.random.Generator, columns: int) -> ColumnReading:
     each = rng.normal(-2.0, 1.5, (columns, STATES))
     white = rng.normal(-1.0, 1.0, columns)
     summed = [np.concatenate([np.zeros((1, *v.shape[1:])), np.cumsum(v, axis=0)]) for v in (each, white)]
-    return Reading(summed[0], summed[1], summed[1], rng.normal(0.0, 0.5, columns + 1))
+    return ColumnReading(summed[0], summed[1], summed[1], rng.normal(0.0, 0.5, columns + 1))
 
 
-def segment_score(reading: Reading, kind: str, letter: str, a: int, b: int) -> float:
+def segment_score(reading: ColumnReading, kind: str, letter: str, a: int, b: int) -> float:
     """By the definition, column by column; −inf where the segment is not allowed."""
     long, terms = b - a, reading.terms
     space, gap = np.diff(reading.space), np.diff(reading.gap)
@@ -46,7 +46,7 @@ def segment_score(reading: Reading, kind: str, letter: str, a: int, b: int) -> f
     return sum(thirds) - 0.5 * (np.log(long / usual) / terms.sigma) ** 2
 
 
-def best_by_trying(reading: Reading, letters: str) -> float:
+def best_by_trying(reading: ColumnReading, letters: str) -> float:
     kinds: list[tuple[str, str]] = [("edge", "")]
     for i, letter in enumerate(letters):
         if i and SPACE not in (letter, letters[i - 1]):
@@ -104,7 +104,7 @@ def word(text: str, size: int = 4) -> list[str]:
     return [f"{letter}{third}" for letter in text for third in range(3) for _ in range(size)]
 
 
-def reading_of(columns: list[str]) -> Reading:
+def reading_of(columns: list[str]) -> ColumnReading:
     return read(picture(columns), posterior(columns), np.zeros(STATES, np.float32))
 
 

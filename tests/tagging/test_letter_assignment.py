@@ -9,12 +9,12 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from handout.tagging.alignment import AlignedLine, Alignment, Letter
+from handout.tagging.alignment import AlignedLine, Alignment, PageLetter
 from handout.tagging.letter_assignment import _SETTINGS, NOBODY, _fewest_cuts, assign_letters, by_letter
-from handout.tagging.line_space import Frame, lines_at
+from handout.tagging.line_space import LineFrame, lines_at
 from handout.values import LineGraph
 
-FRAME = Frame((200.0,), 20.0)
+FRAME = LineFrame((200.0,), 20.0)
 
 
 def graph(strokes) -> tuple[LineGraph, list[np.ndarray]]:
@@ -44,7 +44,7 @@ def graph(strokes) -> tuple[LineGraph, list[np.ndarray]]:
 
 
 def aligned(*letters: tuple[str, float, float]) -> Alignment:
-    found = tuple(Letter(i, c, a * 20, b * 20, 1.0) for i, (c, a, b) in enumerate(letters))
+    found = tuple(PageLetter(i, c, a * 20, b * 20, 1.0) for i, (c, a, b) in enumerate(letters))
     return Alignment((AlignedLine(0, FRAME, found, 1.0),))
 
 
@@ -137,7 +137,7 @@ def test_other_lines_and_absent_letters_get_nothing():
     line, _ = graph([[(0.1, 0.9), (0.9, 0.1)]])
     away = assign_letters(line, aligned(("a", 0, 1)), np.full(len(line), 5))
     assert (away.letter == NOBODY).all() and not len(away.joints)
-    absent = Alignment((AlignedLine(0, FRAME, (Letter(0, "a", 0.0, 0.0, 0.1, False),), 0.0),))
+    absent = Alignment((AlignedLine(0, FRAME, (PageLetter(0, "a", 0.0, 0.0, 0.1, False),), 0.0),))
     assert (assign_letters(line, absent, np.zeros(len(line), int)).letter == NOBODY).all()
 
 

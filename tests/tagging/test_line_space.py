@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from handout.scanning.text_lines import line_owners
-from handout.tagging.line_space import ABOVE, X_HEIGHT, Frame, median_slant, straightened, strips
+from handout.tagging.line_space import ABOVE, X_HEIGHT, LineFrame, median_slant, straightened, strips
 
 finite = st.floats(-3000, 3000)
 
@@ -22,12 +22,12 @@ finite = st.floats(-3000, 3000)
     st.floats(-100, 100),
 )
 def test_there_and_back(baseline, x_height, slant, left, u, up):
-    frame = Frame(baseline, x_height, slant, left)
+    frame = LineFrame(baseline, x_height, slant, left)
     back = frame.to_line(frame.to_page(np.array([u]), np.array([up])))
     assert back[0] == pytest.approx([u, up], abs=1e-6)
 
 
-def drawn(frame: Frame, strokes, shape=(500, 900), width=3):
+def drawn(frame: LineFrame, strokes, shape=(500, 900), width=3):
     """Ink of strokes given in line space (u, up in x-heights)."""
     page = np.zeros(shape, np.uint8)
     for stroke in strokes:
@@ -42,7 +42,7 @@ STEMS = [[(2 * i, 0), (2 * i, 1)] for i in range(9)] + [[(2 * i, 1), (2 * i, 2.6
 
 @pytest.mark.parametrize("slant", [-0.2, 0.0, 0.35, 0.6])
 def test_a_sloping_slanted_line_becomes_straight_and_upright(slant):
-    frame = Frame((300.0, 0.04, -2e-5), 31.0, slant, 120.0)
+    frame = LineFrame((300.0, 0.04, -2e-5), 31.0, slant, 120.0)
     ink = drawn(frame, STEMS)
     strip = straightened(ink, 0, frame)
     rows = np.flatnonzero((strip.image > 110).sum(axis=1) > 9)
@@ -54,7 +54,7 @@ def test_a_sloping_slanted_line_becomes_straight_and_upright(slant):
 
 
 def test_the_slant_of_a_page_is_found():
-    frames = [Frame((y, 0.01), 30.0, 0.45, 100.0) for y in (150.0, 300.0)]
+    frames = [LineFrame((y, 0.01), 30.0, 0.45, 100.0) for y in (150.0, 300.0)]
     mask = np.logical_or.reduce([drawn(frame, STEMS) for frame in frames])
     found = strips(mask, frames)
     assert [strip.frame.slant for strip in found] == pytest.approx([0.45, 0.45], abs=0.06)
@@ -62,7 +62,7 @@ def test_the_slant_of_a_page_is_found():
 
 
 def test_touching_lines_are_parted_along_their_strokes():
-    upper, lower = Frame((150.0,), 30.0, 0.0, 100.0), Frame((250.0,), 30.0, 0.0, 100.0)
+    upper, lower = LineFrame((150.0,), 30.0, 0.0, 100.0), LineFrame((250.0,), 30.0, 0.0, 100.0)
     # a tail of the upper line runs down into the head of a letter of the lower one, beside an ascender that is free
     tail = [(3.0, 0.9), (3.0, -1.2), (3.4, -1.7)]
     page = drawn(upper, [[(0, 0.5), (8, 0.5)], tail]) | drawn(lower, [[(0, 0.5), (8, 0.5)], [(3.4, 0.5), (3.4, 1.65)]])
@@ -76,7 +76,7 @@ def test_touching_lines_are_parted_along_their_strokes():
 
 
 def test_specks_go_to_the_nearest_line():
-    frames = [Frame((150.0,), 30.0), Frame((300.0,), 30.0)]
+    frames = [LineFrame((150.0,), 30.0), LineFrame((300.0,), 30.0)]
     page = drawn(frames[0], [[(5, 0.2), (9, 0.6)], [(6, 1.6), (6.1, 1.6)]]) | drawn(frames[1], [[(5, 0.2), (9, 0.6)]])
     page |= drawn(frames[1], [[(6, 1.7), (6.1, 1.75)], [(8, -0.5), (8, -0.6)]])
     own = line_owners(page, frames)
@@ -85,5 +85,5 @@ def test_specks_go_to_the_nearest_line():
 
 
 def test_a_line_without_ink_is_empty():
-    strip = straightened(np.zeros((50, 50), bool), 0, Frame((20.0,), 10.0))
+    strip = straightened(np.zeros((50, 50), bool), 0, LineFrame((20.0,), 10.0))
     assert not strip.image.any()

@@ -46,7 +46,7 @@ def test_probabilities_sum_to_one_and_average(learned):
 
 
 def test_gradients_are_those_of_the_loss(monkeypatch):
-    monkeypatch.setattr(network, "_RECIPE", network.Recipe(input_dropout=-1.0, dropout=-1.0))
+    monkeypatch.setattr(network, "_RECIPE", network.TaggerRecipe(input_dropout=-1.0, dropout=-1.0))
     rng = np.random.default_rng(6)
     sizes = ((7, 5), (5, 5), (5, 4))
     parameters = [rng.normal(0, 0.5, s) for s in sizes] + [rng.normal(0, 0.1, s[1]) for s in sizes]

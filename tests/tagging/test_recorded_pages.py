@@ -17,7 +17,14 @@ from handout.sources.unipen import from_unipen
 from handout.tagging.page_sources import tagged_pages
 from handout.tagging.page_tagging import hand_of_pages
 from handout.tagging.recorded_pages import page_source, recorded_pages
-from handout.tagging.recording import Recording, labelled_pieces, laid_out, pieces_x_height, turns, x_height_of_strokes
+from handout.tagging.recording import (
+    RecordedPage,
+    labelled_pieces,
+    laid_out,
+    pieces_x_height,
+    turns,
+    x_height_of_strokes,
+)
 from handout.values import Drawing, Moments, Page, Stroke
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
@@ -47,7 +54,7 @@ def told():
     hand, rng = load("house-joined"), np.random.default_rng(1)
     (sheet,) = compose(TEXT, hand, Layout(Page(110, 45), (8, 8, 8, 8)), rng, pages=1)
     drawing = trace(sheet, hand, rng)
-    return Recording(
+    return RecordedPage(
         "pen",
         replace(drawing, strokes=tuple(map(held, drawing.strokes))),
         TEXT,
@@ -191,13 +198,13 @@ def test_the_size_of_writing_is_that_of_its_ups_and_downs():
 def test_writing_of_no_persons_size_is_made_usual_and_that_is_said():
     said = []
     tiny = Drawing((wave(12, height=0.3),), Page(100, 100))
-    (page,) = recorded_pages([Recording("s.svc", tiny, "m")], said.append)
+    (page,) = recorded_pages([RecordedPage("s.svc", tiny, "m")], said.append)
     assert page.x_height == pytest.approx(2.6) and x_height_of_strokes(page.drawing.strokes) == pytest.approx(
         2.6, rel=0.01
     )
     assert len(said) == 1 and "0.3 mm" in said[0]
     timeless = replace(tiny, strokes=(wave(12),), timed=False)
-    (page,) = recorded_pages([Recording("s.svg", timeless, "m")], said.append)
+    (page,) = recorded_pages([RecordedPage("s.svg", timeless, "m")], said.append)
     assert "does not say when" in said[1] and not page.drawing.timed
 
 
@@ -213,13 +220,15 @@ def test_writing_of_no_persons_size_is_made_usual_and_that_is_said():
 )
 def test_what_cannot_be_used_is_said(strokes, text, says):
     with pytest.raises(InputError, match=says) as caught:
-        recorded_pages([Recording("p.inkml", Drawing(strokes, Page(100, 100)), text)], quiet)
+        recorded_pages([RecordedPage("p.inkml", Drawing(strokes, Page(100, 100)), text)], quiet)
     assert str(caught.value).endswith(".") and "\n" not in str(caught.value)
 
 
 def test_a_resting_pen_and_a_dot_are_followed():
     rest = Stroke([0, 1, 2, 3], [[20, 20], [25, 20], [25, 20], [25, 26]], pressure=[0.1, 0.2, 0.8, 0.3])
-    page = Recording("p", Drawing((wave(12), rest, Stroke([50.0], [[60.0, 20.0]])), Page(100, 60)), "m", x_height=2.5)
+    page = RecordedPage(
+        "p", Drawing((wave(12), rest, Stroke([50.0], [[60.0, 20.0]])), Page(100, 60)), "m", x_height=2.5
+    )
     _, way, dot = page_source(page).movements
     steps = np.hypot(*np.diff(way.xy, axis=0).T)
     assert steps.mean() == pytest.approx(25.4 / 300, rel=0.02) and steps.max() < 1.3 * 25.4 / 300

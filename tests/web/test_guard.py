@@ -17,7 +17,7 @@ from handout.web.guard import BODY, UPLOAD, Allowance, Guard
 from handout.web.server import WAYS, application
 from handout.web.studio import Studio
 from handout.web.worker import Call
-from handout.web.workers import Busy, Lane, Task
+from handout.web.workers import Lane, LaneFull, Task
 
 HOME = "http://127.0.0.1:7217"
 
@@ -167,7 +167,7 @@ def test_odd_bodies_are_refused_in_a_sentence(visitor):
 
 def test_what_is_refused_because_too_much_waits_leaves_no_folder(visitor, monkeypatch):
     def full(self, task):
-        raise Busy
+        raise LaneFull
 
     monkeypatch.setattr(Lane, "put", full)
     before = set(Path(visitor.studio._folder.name).iterdir())

@@ -3,7 +3,7 @@
 import numpy as np
 
 from handout.writing import joining
-from handout.writing.choosing import Chooser, choices
+from handout.writing.choosing import GlyphChooser, choices
 from handout.writing.drawn_forms import DrawnForms
 from handout.writing.drawn_words import DrawnHandwriting
 from handout.writing.variation import Chances
@@ -14,7 +14,7 @@ class Forms:
 
     def __init__(self, hand, rng):
         self.stock = DrawnForms(hand)
-        self.chooser = Chooser(self.stock, rng)
+        self.chooser = GlyphChooser(self.stock, rng)
 
     def word(self, letters):
         return [self.stock.glyphs[number] for number in self.chooser.word(letters).numbers]
@@ -24,7 +24,7 @@ def drawn_units(hand, paragraph, seed):
     """The units of one paragraph of pieces."""
     streams = np.random.default_rng(seed), np.random.default_rng(seed + 1)
     handwriting = DrawnHandwriting(hand, streams, 1.0)
-    (words,) = choices([paragraph], [Chooser(handwriting.stock, rng) for rng in streams])
+    (words,) = choices([paragraph], [GlyphChooser(handwriting.stock, rng) for rng in streams])
     return list(handwriting.set_paragraph(words))
 
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from handout.hand.places import PLACES
 from handout.hand.vetting import vet
 from handout.page_sizes import page
-from handout.writing.choosing import Chooser
+from handout.writing.choosing import GlyphChooser
 from handout.writing.compose import each_page
 from handout.writing.explaining import choices_sheet, explain, reasons
 from handout.writing.glyph_index import WEIGHTS, GlyphIndex, _sampled, index_glyphs
@@ -33,7 +33,7 @@ def words_of(text):
 
 def chosen(kept, text, seed, variation=1.0):
     """The glyphs of each word."""
-    chooser = Chooser(kept, np.random.default_rng(seed), variation)
+    chooser = GlyphChooser(kept, np.random.default_rng(seed), variation)
     return [chooser.word(word).numbers for word in words_of(text)]
 
 
@@ -103,7 +103,7 @@ def test_what_was_written_lately_is_dear_and_forgotten(kept):
 @pytest.mark.parametrize("cost", [9.0, np.inf])
 def test_what_read_wrongly_is_not_written_again(kept, cost):
     """The door of a reader: a glyph for one letter of the text is made dear."""
-    chooser = Chooser(kept, np.random.default_rng(2))
+    chooser = GlyphChooser(kept, np.random.default_rng(2))
     plain = [chooser.word(word) for word in words_of("ten hen men")]
     number, at = int(plain[1].numbers[1]), plain[1].letters[1].at
     other = chooser.again(plain[1], {(at, number): cost})
@@ -120,7 +120,7 @@ def test_what_read_wrongly_is_not_written_again(kept, cost):
 
 
 def test_a_word_at_the_same_prices_is_chosen_as_it_was(kept):
-    chooser = Chooser(kept, np.random.default_rng(5))
+    chooser = GlyphChooser(kept, np.random.default_rng(5))
     word = [chooser.word(word) for word in words_of("ten hen men")][-1]
     assert np.array_equal(chooser.again(word, {}).numbers, word.numbers)
 

@@ -14,7 +14,7 @@ from handout.motion.trace import trace
 from handout.page_sizes import page
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
-from handout.writing.slips import StrikeThrough, Struck, slip
+from handout.writing.slips import StrikeThrough, StruckLetters, slip
 from handout.writing.text import normalise, paragraphs_of, spelt
 from tests.writing.lines_of_glyphs import drawn_units
 
@@ -36,13 +36,13 @@ def word(piece):
 
 
 def struck(paragraphs):
-    return [piece for pieces in paragraphs for piece in pieces if isinstance(piece, Struck)]
+    return [piece for pieces in paragraphs for piece in pieces if isinstance(piece, StruckLetters)]
 
 
 def without(pieces):
     kept = list(pieces)
-    while any(isinstance(piece, Struck) for piece in kept):
-        at = next(i for i, piece in enumerate(kept) if isinstance(piece, Struck))
+    while any(isinstance(piece, StruckLetters) for piece in kept):
+        at = next(i for i, piece in enumerate(kept) if isinstance(piece, StruckLetters))
         assert kept[at + 1] == 1
         del kept[at : at + 2]
     return kept
@@ -58,7 +58,7 @@ def test_only_words_go_wrong_and_what_was_meant_is_written_after(words, seed):
     made = list(slip(given_, 100.0, np.random.default_rng(seed)))
     assert [without(pieces) for pieces in made] == given_
     for pieces in made:
-        for wrong, right in [(a, pieces[i + 2]) for i, a in enumerate(pieces) if isinstance(a, Struck)]:
+        for wrong, right in [(a, pieces[i + 2]) for i, a in enumerate(pieces) if isinstance(a, StruckLetters)]:
             assert word(right) == wrong.intended and len(wrong) >= 2
             core = wrong.intended.strip("'’-.,")
             assert core.isalpha() and core[1:].islower() and len(core) > 1
@@ -99,7 +99,7 @@ def test_the_other_words_are_written_as_they_would_be_without():
     plain, wrong = paragraphs(TEXT), slipped(TEXT, 20.0)
     units, more = drawn_units(HAND, plain[0], 3), drawn_units(HAND, wrong[0], 3)
     kept = [u for u, piece in zip(more, [p for p in wrong[0] if not isinstance(p, int)], strict=True)
-            if not isinstance(piece, Struck)]  # fmt: skip
+            if not isinstance(piece, StruckLetters)]  # fmt: skip
     assert len(more) > len(kept) == len(units)
     for a, b in zip(units, kept, strict=True):
         assert a.gap == b.gap

@@ -152,7 +152,7 @@ def printable(forward: Forward, wanted: Array) -> tuple[Array, Array]:
 
 
 @dataclass(frozen=True)
-class FitSettings:
+class InverseSettings:
     """How the nodes of the table are moved so that colours between them come out right."""
 
     greys: int = 256  # that are fitted besides the samples
@@ -167,7 +167,7 @@ class FitSettings:
     most: float = 2.5  # how much the worst may count
 
 
-FIT = FitSettings()
+FIT = InverseSettings()
 
 
 def optimised_nodes(forward: Forward, nodes: Array, side: int) -> Array:

@@ -23,7 +23,7 @@ _FLOOR = 0.02 / 255  # no patch mean is known better
 _REPEATS = 5  # degrees of freedom that a noise measured from repeats must have
 
 
-class Prepared(NamedTuple):
+class PreparedSamples(NamedTuple):
     """x : (m, 3) and y : (m, 3) float, averaged; variances : (m,) float, of the errors of scanned values."""
 
     x: Array
@@ -48,7 +48,7 @@ def noise(device: Array, scanned: Array, deviation: Array) -> Array:
     return np.maximum(np.maximum(variances, repeated), _FLOOR**2)
 
 
-def merged(x: Array, y: Array, variances: Array) -> Prepared:
+def merged(x: Array, y: Array, variances: Array) -> PreparedSamples:
     """Rows whose `x` are closer than `CLOSE` become one row, each weighted by how well it is known."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
@@ -63,7 +63,7 @@ def merged(x: Array, y: Array, variances: Array) -> Prepared:
     def mean(rows: Array) -> Array:
         return np.column_stack([np.bincount(group, weight * column) / total for column in rows.T])
 
-    return Prepared(mean(x), mean(y), 1 / total)
+    return PreparedSamples(mean(x), mean(y), 1 / total)
 
 
 _CHUNK = 4096  # points evaluated at a time: the distances to all centres stay in the cache

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from handout.colour.chart import Chart, ChartPage, whole
 from handout.colour.ink_match import chart_contrast
 from handout.colour.reading import picture_checks, print_checks
-from handout.colour.reading.findings import Finding, Refused
+from handout.colour.reading.findings import ScanFinding, ScanRefused
 from handout.colour.reading.patch_means import Sampled, Shading, sample, shading_of
 from handout.colour.reading.pen_field import Scribble, scribble_of
-from handout.colour.reading.registration import Placement, place
-from handout.colour.reading.scan_files import Scan, open_scans
+from handout.colour.reading.registration import ChartPlacement, place
+from handout.colour.reading.scan_files import ChartScan, open_scans
 from handout.summary import one_line
 from handout.values import Array, readonly
 
@@ -46,13 +46,13 @@ class SheetReading:
     scribble : what was written in its field with a pen; None if nothing was.
     """
 
-    scan: Scan
-    placement: Placement
+    scan: ChartScan
+    placement: ChartPlacement
     sampled: Sampled
     shading: Shading
     values: Array
     used: NDArray[np.bool_]
-    findings: tuple[Finding, ...]
+    findings: tuple[ScanFinding, ...]
     scribble: Scribble | None = None
 
     __repr__ = one_line
@@ -64,7 +64,7 @@ class SheetReading:
 
 
 @dataclass(frozen=True, eq=False)
-class Reading:
+class ChartReading:
     """What the scans of a chart show.
 
     chart : Chart, or None if none was found.
@@ -79,7 +79,7 @@ class Reading:
     device: Array
     scanned: Array
     deviation: Array
-    findings: tuple[Finding, ...]
+    findings: tuple[ScanFinding, ...]
     sheets: tuple[SheetReading, ...] = field(repr=False, default=())
 
     __repr__ = one_line
@@ -101,7 +101,9 @@ class Reading:
         return written and replace(written, contrast=chart_contrast(self.device, self.scanned))
 
 
-def read(scans: Iterable[Path | Scan], chart: Chart | None = None, paper: Sequence[float] | None = None) -> Reading:
+def read(
+    scans: Iterable[Path | ChartScan], chart: Chart | None = None, paper: Sequence[float] | None = None
+) -> ChartReading:
     """Read scans of a chart: one or several of each of its pages, at any angle, of any resolution from 50 to 1200 dpi.
 
     Parameters
@@ -123,13 +125,13 @@ def read(scans: Iterable[Path | Scan], chart: Chart | None = None, paper: Sequen
     InputError
         A file cannot be opened, or no scan was given.
     """
-    findings: list[Finding] = []
+    findings: list[ScanFinding] = []
     sheets = []
     for scan in _open_all(scans, findings):
         findings += scan.findings
         try:
             placement = place(scan, chart)
-        except Refused as error:
+        except ScanRefused as error:
             findings.append(error.finding)
             continue
         chart = chart or whole(placement.page)
@@ -138,29 +140,29 @@ def read(scans: Iterable[Path | Scan], chart: Chart | None = None, paper: Sequen
     if not sheets or chart is None:
         if not findings:
             findings.append(
-                Finding("no-scan", "refuse", "No scan was given: print the chart, scan it, and give the file.")
+                ScanFinding("no-scan", "refuse", "No scan was given: print the chart, scan it, and give the file.")
             )
-        return Reading(chart, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), tuple(findings))
+        return ChartReading(chart, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), tuple(findings))
     findings += _compared(sheets, chart)
     device, scanned, deviation = _merged_means(sheets)
     if len(device) > 200 and not any(finding.code == "grey" for finding in findings):
         findings += print_checks.check_printer(device, scanned, deviation)
     findings += _paper_findings(device, scanned, paper)
-    return Reading(chart, device, scanned, deviation, tuple(findings), tuple(sheets))
+    return ChartReading(chart, device, scanned, deviation, tuple(findings), tuple(sheets))
 
 
-def _open_all(scans: Iterable[Path | Scan], findings: list[Finding]) -> Iterable[Scan]:
+def _open_all(scans: Iterable[Path | ChartScan], findings: list[ScanFinding]) -> Iterable[ChartScan]:
     for item in scans:
-        if isinstance(item, Scan):
+        if isinstance(item, ChartScan):
             yield item
             continue
         try:
             yield from open_scans(item)
-        except Refused as error:
+        except ScanRefused as error:
             findings.append(error.finding)
 
 
-def _sheet_reading(scan: Scan, placement: Placement) -> SheetReading:
+def _sheet_reading(scan: ChartScan, placement: ChartPlacement) -> SheetReading:
     page = placement.page
     sampled = sample(scan.pixels, placement)
     middles = (page.boxes[:, :2] + page.boxes[:, 2:]) / 2
@@ -183,7 +185,7 @@ def _sheet_reading(scan: Scan, placement: Placement) -> SheetReading:
     return SheetReading(scan, placement, sampled, shading, values, ~bad, tuple(findings), scribble)
 
 
-def _compared(sheets: Sequence[SheetReading], chart: Chart) -> list[Finding]:
+def _compared(sheets: Sequence[SheetReading], chart: Chart) -> list[ScanFinding]:
     """Findings about all scans together: pages that are missing, scans made with different settings."""
     findings = []
     pages = {sheet.page.number for sheet in sheets}
@@ -191,7 +193,7 @@ def _compared(sheets: Sequence[SheetReading], chart: Chart) -> list[Finding]:
         sentence = (
             f"Page {missing[0]} of the chart's {len(chart.pages)} pages is missing: scan it too, and give both scans."
         )
-        findings.append(Finding("page-missing", "refuse", sentence))
+        findings.append(ScanFinding("page-missing", "refuse", sentence))
     for first, second in itertools.pairwise(sheets):
         if first.page is second.page:
             both = first.used & second.used
@@ -210,7 +212,7 @@ def _compared(sheets: Sequence[SheetReading], chart: Chart) -> list[Finding]:
                 "scanner's settings changed between them, or are automatic. Switch automatic exposure and "
                 "colour off, and scan all pages again."
             )
-            findings.append(Finding("settings-differ", "refuse", sentence, second.scan.source))
+            findings.append(ScanFinding("settings-differ", "refuse", sentence, second.scan.source))
     return findings
 
 
@@ -249,7 +251,7 @@ def _means_by_colour(device: Array, values: Array) -> tuple[Array, Array, Array]
     return colours, mean, np.asarray(np.maximum(usual / np.sqrt(count), _LEAST_ERROR))
 
 
-def _paper_findings(device: Array, scanned: Array, paper: Sequence[float] | None) -> list[Finding]:
+def _paper_findings(device: Array, scanned: Array, paper: Sequence[float] | None) -> list[ScanFinding]:
     white = (np.rint(device * 255) == _WHITE).all(axis=1)
     if paper is None or not white.any():
         return []
@@ -263,4 +265,4 @@ def _paper_findings(device: Array, scanned: Array, paper: Sequence[float] | None
         "handwriting: unless the papers are that different, the scans were made with different "
         "settings. Scan both alike."
     )
-    return [Finding("settings-differ", "warn", sentence)]
+    return [ScanFinding("settings-differ", "warn", sentence)]

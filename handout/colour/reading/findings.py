@@ -14,7 +14,7 @@ Severity = Literal["refuse", "warn"]
 
 
 @dataclass(frozen=True)
-class Finding:
+class ScanFinding:
     """One thing that is wrong, or may be.
 
     code : names the kind of fault, for programs: "mirrored", "cropped" …
@@ -45,14 +45,14 @@ def listed(names: Iterable[str]) -> str:
     return ", ".join(every[:_SHOWN]) + more
 
 
-class Refused(InputError):
+class ScanRefused(InputError):
     """A scan that cannot be read at all; `finding` says why."""
 
-    def __init__(self, finding: Finding) -> None:
+    def __init__(self, finding: ScanFinding) -> None:
         super().__init__(str(finding))
         self.finding = finding
 
 
-def refused(code: str, sentence: str, where: str) -> Refused:
+def refused(code: str, sentence: str, where: str) -> ScanRefused:
     """The error for one fault that leaves nothing to read."""
-    return Refused(Finding(code, "refuse", sentence, where))
+    return ScanRefused(ScanFinding(code, "refuse", sentence, where))

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.colour.reading.registration import Placement
+from handout.colour.reading.registration import ChartPlacement
 from handout.values import Array, readonly
 
 INNER = 0.6  # of a patch's side is looked at
@@ -45,7 +45,7 @@ class Sampled:
     distinct: int
 
 
-def sample(pixels: NDArray[Any], placement: Placement) -> Sampled:
+def sample(pixels: NDArray[Any], placement: ChartPlacement) -> Sampled:
     """Look at every patch.
 
     Parameters
@@ -76,7 +76,7 @@ def sample(pixels: NDArray[Any], placement: Placement) -> Sampled:
     return Sampled(inside, values, blocks, odd, high, low, len(np.unique(samples[::7])))
 
 
-def sample_grid(placement: Placement, parts: Array) -> Array:
+def sample_grid(placement: ChartPlacement, parts: Array) -> Array:
     """(n, k, k, 2) pixels: a grid of points in each patch's inner part, `parts` (k,) being shares of its side."""
     page = placement.page
     xs, ys = (np.arange(size + 1) * page.pitch + start for size, start in

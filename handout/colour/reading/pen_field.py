@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from handout import atomic
 from handout.colour.pen_lines import density_of, strokes_in
 from handout.colour.reading.patch_means import Shading
-from handout.colour.reading.registration import Placement
-from handout.colour.reading.scan_files import Scan
+from handout.colour.reading.registration import ChartPlacement
+from handout.colour.reading.scan_files import ChartScan
 from handout.errors import InputError
 from handout.values import Array, readonly
 
@@ -51,7 +51,9 @@ class Scribble:
         return density_of(self.picture, self.paper)
 
 
-def scribble_of(scan: Scan, placement: Placement, paper: Array, shading: Shading | None = None) -> Scribble | None:
+def scribble_of(
+    scan: ChartScan, placement: ChartPlacement, paper: Array, shading: Shading | None = None
+) -> Scribble | None:
     """What was written in the field of a scanned page; None if there is no field, or too little in it.
 
     Parameters
@@ -82,7 +84,7 @@ def scribble_of(scan: Scan, placement: Placement, paper: Array, shading: Shading
     return scribble if lines is not None and lines.length >= _SHORTEST else None
 
 
-def _has_frame(scan: Scan, placement: Placement) -> bool:
+def _has_frame(scan: ChartScan, placement: ChartPlacement) -> bool:
     """Whether the field's frame is there: charts of old had none."""
     left, top, right, bottom = placement.page.scribble_field
     along = np.linspace(0.05, 0.95, 60)
@@ -98,7 +100,7 @@ def _has_frame(scan: Scan, placement: Placement) -> bool:
     return True
 
 
-def _read_levels(scan: Scan, placement: Placement, mm: Array) -> Array | None:
+def _read_levels(scan: ChartScan, placement: ChartPlacement, mm: Array) -> Array | None:
     """Darkest of 3 × 3 pixels about points (n, 2) of the page, 0–1; None if one is not in the picture."""
     at = np.rint(placement.pixels(mm)).astype(int)
     height, width = scan.pixels.shape[:2]

@@ -1,6 +1,6 @@
 """Checks of a scan as a picture: where the page lies in it, its size, its file format, its tones.
 
-Add a check: a function of a `ScannedPage` that gives findings, and its name in `CHECKS` at the end of the file.  Faults
+Add a check: a function of a `SampledPage` that gives findings, and its name in `CHECKS` at the end of the file.  Faults
 of the print, which show in the patches, are checked in `print_checks`; the amount of ink in `solid_inks`.
 """
 
@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from handout import units
 from handout.colour.chart import MARKS, ChartPage
-from handout.colour.reading.findings import Finding, Severity, listed
+from handout.colour.reading.findings import ScanFinding, Severity, listed
 from handout.colour.reading.patch_means import Sampled
-from handout.colour.reading.registration import Placement
-from handout.colour.reading.scan_files import GREY, Scan
+from handout.colour.reading.registration import ChartPlacement
+from handout.colour.reading.scan_files import GREY, ChartScan
 
 LEAST_PIXELS = 10.0  # a patch's side
 
@@ -45,11 +45,11 @@ BOUNDS = PictureBounds()
 
 
 @dataclass(frozen=True, eq=False)
-class ScannedPage:
+class SampledPage:
     """A page in a scan: the picture, where the page lies in it, and what was sampled of each patch."""
 
-    scan: Scan
-    placement: Placement
+    scan: ChartScan
+    placement: ChartPlacement
     sampled: Sampled
 
     @property
@@ -63,7 +63,7 @@ class ScannedPage:
         return self.scan.source
 
 
-def of_place(scanned: ScannedPage) -> list[Finding]:
+def of_place(scanned: SampledPage) -> list[ScanFinding]:
     """Findings about where and how the page lies."""
     placement, source = scanned.placement, scanned.source
     findings = []
@@ -74,13 +74,13 @@ def of_place(scanned: ScannedPage) -> list[Finding]:
             f"A patch has only {side:.1f} pixels a side ({placement.dpi:.0f} dpi), and needs {LEAST_PIXELS:.0f} "
             f"({wanted:.0f} dpi): scan at 300 dpi."
         )
-        findings.append(Finding("low-dpi", "refuse", sentence, source))
+        findings.append(ScanFinding("low-dpi", "refuse", sentence, source))
     if placement.mirrored:
         sentence = (
             "The scan is mirrored; it was read all the same. Switch mirroring off in the scanner's program, or the "
             "handwriting will be read mirrored too."
         )
-        findings.append(Finding("mirrored", "warn", sentence, source))
+        findings.append(ScanFinding("mirrored", "warn", sentence, source))
     findings += _wrong_sizes(placement, source)
     if placement.warp > BOUNDS.worst_warp or placement.doubt > BOUNDS.position_doubt:
         sentence = (
@@ -88,24 +88,24 @@ def of_place(scanned: ScannedPage) -> list[Finding]:
             f"{placement.doubt:.1f} mm against the others, so that patches cannot be found safely: press it flat on "
             "the scanner's glass, do not photograph it."
         )
-        findings.append(Finding("warped", "refuse", sentence, source))
+        findings.append(ScanFinding("warped", "refuse", sentence, source))
     elif placement.warp > BOUNDS.warp:
         sentence = (
             f"The page is bent by up to {placement.warp:.1f} mm; the patches were found all the same. Press it flat "
             "under a closed lid: paper that does not touch the glass is scanned darker."
         )
-        findings.append(Finding("warped", "warn", sentence, source))
+        findings.append(ScanFinding("warped", "warn", sentence, source))
     return findings
 
 
-def _wrong_sizes(placement: Placement, source: str) -> Iterator[Finding]:
+def _wrong_sizes(placement: ChartPlacement, source: str) -> Iterator[ScanFinding]:
     """Warnings about the size of the printed page."""
     if placement.stretch > 1 + BOUNDS.size_error:
         sentence = (
             f"The page is {placement.stretch - 1:.1%} longer in one direction than in the other: print it at its true "
             "size and scan it with the same resolution both ways."
         )
-        yield Finding("stretched", "warn", sentence, source)
+        yield ScanFinding("stretched", "warn", sentence, source)
     if placement.scale is None:
         return
     mean = sum(placement.scale) / 2
@@ -114,16 +114,16 @@ def _wrong_sizes(placement: Placement, source: str) -> Iterator[Finding]:
             f"The file says a resolution at which the page would be {mean:.0%} of its size, so that it is not that of "
             "the scan: save scans from the scanner's own program."
         )
-        yield Finding("no-dpi", "warn", sentence, source)
+        yield ScanFinding("no-dpi", "warn", sentence, source)
     elif abs(mean - 1) > BOUNDS.size_error:
         sentence = (
             f"The page is printed at {mean:.1%} of its size: print it at 100 %, without 'fit to page' or 'borderless'; "
             "letters would be printed in the wrong size too."
         )
-        yield Finding("scaled", "warn", sentence, source)
+        yield ScanFinding("scaled", "warn", sentence, source)
 
 
-def with_resolution(placement: Placement, source: str, findings: list[Finding]) -> list[Finding]:
+def with_resolution(placement: ChartPlacement, source: str, findings: list[ScanFinding]) -> list[ScanFinding]:
     """The findings about a scan, with a low resolution named as the cause of those that it can explain.
 
     A scan of few pixels hides marks and makes the edges of patches look like dust or stripes: such findings are
@@ -140,10 +140,10 @@ def with_resolution(placement: Placement, source: str, findings: list[Finding]) 
         f"The scan has only {placement.dpi:.0f} dpi, too few to read all marks safely and to tell dust from the edges "
         "of patches: scan at 300 dpi."
     )
-    return [*others, Finding("low-dpi", severity, sentence, source)]
+    return [*others, ScanFinding("low-dpi", severity, sentence, source)]
 
 
-def of_marks(scanned: ScannedPage) -> list[Finding]:
+def of_marks(scanned: SampledPage) -> list[ScanFinding]:
     """Findings about patches and marks that are cut off or covered."""
     scan, placement, sampled = scanned.scan, scanned.placement, scanned.sampled
     page, source = scanned.page, scanned.source
@@ -156,7 +156,7 @@ def of_marks(scanned: ScannedPage) -> list[Finding]:
             f"{units.count(len(names), 'patch', 'patches')} ({listed(missing)}): lay the page so that all of it is "
             "scanned."
         )
-        findings.append(Finding("cropped", "refuse", sentence, source, tuple(missing.tolist())))
+        findings.append(ScanFinding("cropped", "refuse", sentence, source, tuple(missing.tolist())))
     height, width = scan.pixels.shape[:2]
     hidden = [i for i in range(MARKS) if i not in placement.mark_indices]
     middles = placement.pixels(page.marks[hidden].mean(axis=1)) if hidden else np.zeros((0, 2))
@@ -166,7 +166,7 @@ def of_marks(scanned: ScannedPage) -> list[Finding]:
             f"{int(visible.sum())} of the chart's {MARKS} marks cannot be read "
             "though they should be in the picture: something covers them, or they are badly printed."
         )
-        findings.append(Finding("marks-hidden", "warn", sentence, source))
+        findings.append(ScanFinding("marks-hidden", "warn", sentence, source))
     return findings
 
 
@@ -184,7 +184,7 @@ def _cut_edges(page: ChartPage, inside: NDArray[np.bool_]) -> str:
     return " and ".join(most)
 
 
-def of_pixels(scanned: ScannedPage) -> list[Finding]:
+def of_pixels(scanned: SampledPage) -> list[ScanFinding]:
     """Findings about how the picture was taken and stored."""
     scan, sampled = scanned.scan, scanned.sampled
     codes = {finding.code for finding in scan.findings}
@@ -195,23 +195,23 @@ def of_pixels(scanned: ScannedPage) -> list[Finding]:
             "The scan holds black and white only: choose colour (24 or 48 bits) in the scanner's program, not text or "
             "line art."
         )
-        findings.append(Finding("grey", "refuse", sentence, scan.source))
+        findings.append(ScanFinding("grey", "refuse", sentence, scan.source))
     elif "grey" not in codes and len(blocks) and float(np.ptp(blocks, axis=-1).max()) < BOUNDS.grey_difference:
-        findings.append(Finding("grey", "refuse", GREY, scan.source))
+        findings.append(ScanFinding("grey", "refuse", GREY, scan.source))
     if scan.full == 255:
         if not scan.jpeg and (strength := blockiness(scan.pixels)) > BOUNDS.blockiness:
             sentence = (
                 "The picture was a JPEG before it was saved as it is (blocks of 8 "
                 f"pixels stand out by {strength - 1:.0%}): let the scanner save the scan as TIFF or PNG."
             )
-            findings.append(Finding("jpeg", "warn", sentence, scan.source))
+            findings.append(ScanFinding("jpeg", "warn", sentence, scan.source))
         if (holes := _holes(scan.pixels)) > BOUNDS.missing_tones and sampled.distinct > 64:
             sentence = (
                 f"{holes:.0%} of the tones between dark and light do not occur: the "
                 "scan was changed after it was taken (gamma, contrast or colour). Switch all corrections off, and "
                 "scan the chart just as the handwriting."
             )
-            findings.append(Finding("edited", "warn", sentence, scan.source))
+            findings.append(ScanFinding("edited", "warn", sentence, scan.source))
     return findings
 
 
@@ -243,9 +243,9 @@ def _holes(pixels: NDArray[np.uint8]) -> float:
     return float((inner < 0.01 * around).mean())
 
 
-CHECKS: tuple[Callable[[ScannedPage], list[Finding]], ...] = (of_place, of_marks, of_pixels)
+CHECKS: tuple[Callable[[SampledPage], list[ScanFinding]], ...] = (of_place, of_marks, of_pixels)
 
 
-def check_picture(scanned: ScannedPage) -> list[Finding]:
+def check_picture(scanned: SampledPage) -> list[ScanFinding]:
     """All findings about a scan as a picture."""
     return [finding for check in CHECKS for finding in check(scanned)]

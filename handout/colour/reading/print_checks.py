@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.colour.reading.findings import Finding, listed
+from handout.colour.reading.findings import ScanFinding, listed
 from handout.colour.reading.patch_means import BLOCKS, Shading
-from handout.colour.reading.picture_checks import ScannedPage
+from handout.colour.reading.picture_checks import SampledPage
 from handout.values import Array
 
 
@@ -47,7 +47,7 @@ BOUNDS = PageBounds()
 
 
 @dataclass(frozen=True, eq=False)
-class ReadPage(ScannedPage):
+class ReadPage(SampledPage):
     """A page as it was read: its patches (n, 3) after the shading was taken out, and that shading."""
 
     values: Array
@@ -59,7 +59,7 @@ class ReadPage(ScannedPage):
         return np.asarray(same.all(axis=1) & self.sampled.inside)
 
 
-def check_tones(sheet: ReadPage) -> list[Finding]:
+def check_tones(sheet: ReadPage) -> list[ScanFinding]:
     """Clipping, shading and a wrong gamma."""
     white, black = sheet.where(255, 255, 255), sheet.where(0, 0, 0)
     if not (white.any() and black.any()):
@@ -72,7 +72,7 @@ def check_tones(sheet: ReadPage) -> list[Finding]:
             "and black patches): the scanner stretches contrast or colour by itself. Switch everything automatic "
             "off, and scan the chart with the settings of the handwriting's scan."
         )
-        return [Finding("automatic", "refuse", sentence, sheet.source)]
+        return [ScanFinding("automatic", "refuse", sentence, sheet.source)]
     findings = []
     for code, name, share in (("clipped-whites", "lightest", high), ("clipped-blacks", "darkest", low)):
         if share > BOUNDS.clipped:
@@ -81,11 +81,11 @@ def check_tones(sheet: ReadPage) -> list[Finding]:
                 f"The {name} tones are cut off ({share:.0%} of the pixels of {name} patches are at the end of the "
                 "scale): lower the scanner's contrast, switch off automatic exposure, and scan the chart again."
             )
-            findings.append(Finding(code, severity, sentence, sheet.source))
+            findings.append(ScanFinding(code, severity, sentence, sheet.source))
     return findings + _check_gamma(sheet, white, black) + _check_shading(sheet)
 
 
-def _check_gamma(sheet: ReadPage, white: NDArray[np.bool_], black: NDArray[np.bool_]) -> list[Finding]:
+def _check_gamma(sheet: ReadPage, white: NDArray[np.bool_], black: NDArray[np.bool_]) -> list[ScanFinding]:
     middle = sheet.where(128, 128, 128)
     if not middle.any():
         return []
@@ -95,7 +95,7 @@ def _check_gamma(sheet: ReadPage, white: NDArray[np.bool_], black: NDArray[np.bo
             f"White and black differ by only {light - dark:.0%} of the scale: is the chart "
             "printed in black at all? Check the inks and the scanner's exposure."
         )
-        return [Finding("tone", "refuse", sentence, sheet.source)]
+        return [ScanFinding("tone", "refuse", sentence, sheet.source)]
     place = (grey - dark) / (light - dark)
     if BOUNDS.tone[0] <= place <= BOUNDS.tone[1]:
         return []
@@ -105,10 +105,10 @@ def _check_gamma(sheet: ReadPage, white: NDArray[np.bool_], black: NDArray[np.bo
         "scanner's gamma or an automatic correction is at work. Switch automatic colour, contrast and gamma off, "
         "and scan the chart with the settings of the handwriting's scan."
     )
-    return [Finding("tone", "warn", sentence, sheet.source)]
+    return [ScanFinding("tone", "warn", sentence, sheet.source)]
 
 
-def _check_shading(sheet: ReadPage) -> list[Finding]:
+def _check_shading(sheet: ReadPage) -> list[ScanFinding]:
     middles = (sheet.page.boxes[:, :2] + sheet.page.boxes[:, 2:]) / 2
     factor = sheet.shading.at(middles).mean(axis=1)
     range_ = float(np.ptp(factor)) if len(factor) else 0.0
@@ -122,10 +122,10 @@ def _check_shading(sheet: ReadPage) -> list[Finding]:
         f"Light falls off by {range_:.0%} over the page, darkest at its {side}; {done}. "
         "Close the lid, keep daylight out, and let the scanner's lamp warm up."
     )
-    return [Finding("shading", severity, sentence, sheet.source)]
+    return [ScanFinding("shading", severity, sentence, sheet.source)]
 
 
-def spoilt_patches(sheet: ReadPage, ideal: Array, grainy: bool = False) -> tuple[NDArray[np.bool_], list[Finding]]:
+def spoilt_patches(sheet: ReadPage, ideal: Array, grainy: bool = False) -> tuple[NDArray[np.bool_], list[ScanFinding]]:
     """Find the patches that glare, folds or dust have spoilt: (n,) bool, and the findings about them.
 
     ideal : (n, 3), what patches of these colours look like on the rest of the page.
@@ -135,7 +135,7 @@ def spoilt_patches(sheet: ReadPage, ideal: Array, grainy: bool = False) -> tuple
     dusty = inside & (odd > BOUNDS.odd) & (not grainy)
     if dusty.sum() > BOUNDS.odd_many * len(inside):
         return np.zeros_like(inside), [
-            Finding(
+            ScanFinding(
                 "uneven",
                 "refuse",
                 f"{dusty.sum()} of {len(inside)} patches are uneven within: the page is crumpled, the print smeared or "
@@ -152,7 +152,7 @@ def spoilt_patches(sheet: ReadPage, ideal: Array, grainy: bool = False) -> tuple
             f"{bad.sum()} of {len(inside)} patches look unlike their colour ({listed(_names(sheet, bad))}): {cause} "
             "covers part of the chart, or it is another print. Clean the glass, lay the page flat and scan it again."
         )
-        return bad, [Finding("blemish", "refuse", sentence, sheet.source, _names(sheet, bad))]
+        return bad, [ScanFinding("blemish", "refuse", sentence, sheet.source, _names(sheet, bad))]
     return bad, _blemishes(sheet, bad, dusty, bright)
 
 
@@ -198,7 +198,7 @@ def _unlike_repeats(sheet: ReadPage) -> NDArray[np.bool_]:
 
 def _blemishes(
     sheet: ReadPage, bad: NDArray[np.bool_], dusty: NDArray[np.bool_], bright: NDArray[np.bool_]
-) -> list[Finding]:
+) -> list[ScanFinding]:
     findings = []
     kinds = (
         ("glare or a spot without ink", bad & bright, "they were left out"),
@@ -213,7 +213,7 @@ def _blemishes(
                 f"There is {what} on {noun} {listed(names)}; {done}. Clean the glass "
                 "and the page, lay it flat, and scan it again."
             )
-            findings.append(Finding("blemish", "warn", sentence, sheet.source, names))
+            findings.append(ScanFinding("blemish", "warn", sentence, sheet.source, names))
     return findings
 
 
@@ -221,7 +221,7 @@ def _names(sheet: ReadPage, mask: NDArray[np.bool_]) -> tuple[str, ...]:
     return tuple(itertools.compress(sheet.page.names, mask.tolist()))
 
 
-def check_stripes(sheet: ReadPage, ideal: Array) -> list[Finding]:
+def check_stripes(sheet: ReadPage, ideal: Array) -> list[ScanFinding]:
     """Banding: rows or columns of the page that are lighter or darker across all of it."""
     inked = sheet.sampled.inside & (ideal.mean(axis=1) < 0.8)
     if inked.sum() < 50:
@@ -244,7 +244,7 @@ def check_stripes(sheet: ReadPage, ideal: Array) -> list[Finding]:
                 f"of 255, most at {place}. A nozzle may be clogged: clean the print head, print a nozzle check, "
                 "and print the chart again in the best quality."
             )
-            return [Finding("banding", "warn", sentence, sheet.source)]
+            return [ScanFinding("banding", "warn", sentence, sheet.source)]
     return []
 
 
@@ -292,7 +292,7 @@ class PrinterBounds:
 PRINTER_BOUNDS = PrinterBounds()
 
 
-def _check_rank(device: Array, scanned: Array, _: Array) -> list[Finding]:
+def _check_rank(device: Array, scanned: Array, _: Array) -> list[ScanFinding]:
     """Whether more of a channel always gives more of it."""
     levels = np.rint(np.linspace(0, 255, 8)) / 255
     cube = np.full((8, 8, 8, 3), np.nan)
@@ -317,10 +317,10 @@ def _check_rank(device: Array, scanned: Array, _: Array) -> list[Finding]:
         "the printer's driver manages colours, or this is not the print of the chart. Switch colour management and "
         "all enhancements off in the print dialogue, and print the chart again."
     )
-    return [Finding("managed", "refuse", sentence)]
+    return [ScanFinding("managed", "refuse", sentence)]
 
 
-def _check_ramps(device: Array, scanned: Array, deviation: Array) -> list[Finding]:
+def _check_ramps(device: Array, scanned: Array, deviation: Array) -> list[ScanFinding]:
     findings = []
     for channel, ink in enumerate(("cyan", "magenta", "yellow")):
         others = [k for k in range(3) if k != channel]
@@ -332,7 +332,7 @@ def _check_ramps(device: Array, scanned: Array, deviation: Array) -> list[Findin
                 "from paper to full ink): a nozzle is clogged or the cartridge is empty. Print a nozzle check, "
                 "clean the head, and print the chart again."
             )
-            findings.append(Finding("clogged", "refuse", sentence))
+            findings.append(ScanFinding("clogged", "refuse", sentence))
     neutral = np.ptp(device, axis=1) == 0
     order = device[neutral, 0].argsort()
     grey, level = scanned[neutral].mean(axis=1)[order], np.rint(device[neutral, 0][order] * 255)
@@ -347,14 +347,14 @@ def _check_ramps(device: Array, scanned: Array, deviation: Array) -> list[Findin
             f"wrong, at grey {level[int(fall.argmax())]:.0f}): the print is banded, or the paper takes the ink "
             "unevenly. Print the chart again in the best quality."
         )
-        findings.append(Finding("ramp", "warn", sentence))
+        findings.append(ScanFinding("ramp", "warn", sentence))
     run, at = _longest_run(grey, level)
     if run >= PRINTER_BOUNDS.run:
         sentence = (
             f"Greys {at:.0f} to {at + run:.0f} look alike: the printer's or the scanner's "
             "driver cuts tones off. Switch its corrections off, and choose the paper that is in the printer."
         )
-        findings.append(Finding("ramp", "warn", sentence))
+        findings.append(ScanFinding("ramp", "warn", sentence))
     return findings
 
 
@@ -370,7 +370,7 @@ def _longest_run(grey: Array, level: Array) -> tuple[float, float]:
     return best, at
 
 
-def _check_twins(device: Array, scanned: Array, _: Array) -> list[Finding]:
+def _check_twins(device: Array, scanned: Array, _: Array) -> list[ScanFinding]:
     """Different colours that look the same: no table can tell them apart again."""
     from scipy.spatial import cKDTree
 
@@ -388,18 +388,22 @@ def _check_twins(device: Array, scanned: Array, _: Array) -> list[Finding]:
         f"{' …' if len(pairs) > 3 else ''}): the driver cuts colours off, or the scan is too coarse. Switch colour "
         "management off and choose the right paper."
     )
-    return [Finding("identical", severity, sentence)]
+    return [ScanFinding("identical", severity, sentence)]
 
 
-PAGE_CHECKS: tuple[Callable[[ReadPage], list[Finding]], ...] = (check_tones,)
-PRINTER_CHECKS: tuple[Callable[[Array, Array, Array], list[Finding]], ...] = (_check_rank, _check_ramps, _check_twins)
+PAGE_CHECKS: tuple[Callable[[ReadPage], list[ScanFinding]], ...] = (check_tones,)
+PRINTER_CHECKS: tuple[Callable[[Array, Array, Array], list[ScanFinding]], ...] = (
+    _check_rank,
+    _check_ramps,
+    _check_twins,
+)
 
 
-def check_page(sheet: ReadPage) -> list[Finding]:
+def check_page(sheet: ReadPage) -> list[ScanFinding]:
     """All findings about the print on one page, but for stripes and spoilt patches."""
     return [finding for check in PAGE_CHECKS for finding in check(sheet)]
 
 
-def check_printer(device: Array, scanned: Array, deviation: Array) -> list[Finding]:
+def check_printer(device: Array, scanned: Array, deviation: Array) -> list[ScanFinding]:
     """All findings about the printer, from all colours: device (n, 3), read (n, 3) and its standard error (n,)."""
     return [finding for check in PRINTER_CHECKS for finding in check(device, scanned, deviation)]

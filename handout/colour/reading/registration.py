@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from handout import markers
 from handout.colour.chart import CELLS, MARKS, Chart, ChartPage, dictionary, page_of_marks, whole
-from handout.colour.reading.findings import Refused, refused
-from handout.colour.reading.scan_files import Scan
+from handout.colour.reading.findings import ScanRefused, refused
+from handout.colour.reading.scan_files import ChartScan
 from handout.values import Array, readonly, readonly_indices
 
 _SEARCHED = 1400.0  # pixels, long side of the picture in which marks are looked for first
@@ -28,7 +28,7 @@ _SHEET = 210.0  # mm, the shorter side of a sheet
 
 
 @dataclass(frozen=True, eq=False)
-class Placement:
+class ChartPlacement:
     """Where a page of the chart lies in a scan.
 
     page : ChartPage
@@ -75,8 +75,8 @@ class Placement:
 
 
 def place(
-    scan: Scan, chart: Chart | None = None, page_of: Callable[[int], ChartPage | None] = page_of_marks
-) -> Placement:
+    scan: ChartScan, chart: Chart | None = None, page_of: Callable[[int], ChartPage | None] = page_of_marks
+) -> ChartPlacement:
     """Find a page of the chart in a scan.
 
     Parameters
@@ -96,7 +96,7 @@ def place(
     marks, mirrored = _marks(grey, page_of)
     try:
         page, mark_corners = _one_page(marks, scan.source, page_of)
-    except Refused as error:
+    except ScanRefused as error:
         if error.finding.code == "another-chart" or (dpi := _likely_dpi(scan)) >= _COARSE:
             raise
         raise refused(
@@ -119,7 +119,7 @@ def place(
     return _fit_placement(scan, page, mirrored, order, corners)
 
 
-def _likely_dpi(scan: Scan) -> float:
+def _likely_dpi(scan: ChartScan) -> float:
     """Pixels an inch: what the file says, or as if the picture showed a sheet and little else."""
     return max(scan.dpi) if scan.dpi is not None else min(scan.pixels.shape[:2]) * _INCH / _SHEET
 
@@ -183,7 +183,9 @@ def _one_page(
     return page, mark_corners
 
 
-def _fit_placement(scan: Scan, page: ChartPage, mirrored: bool, order: NDArray[np.intp], corners: Array) -> Placement:
+def _fit_placement(
+    scan: ChartScan, page: ChartPage, mirrored: bool, order: NDArray[np.intp], corners: Array
+) -> ChartPlacement:
     import cv2
 
     mm = page.marks[order].reshape(-1, 2)
@@ -216,7 +218,9 @@ def _fit_placement(scan: Scan, page: ChartPage, mirrored: bool, order: NDArray[n
     scale = (float(along[0]), float(along[1])) if scan.dpi is not None else None
     flat = corners - np.column_stack([mm, np.ones(len(mm))]) @ affine.T
     warp = float(np.linalg.norm(flat.reshape(-1, 4, 2).mean(axis=1), axis=1).max()) / pixels_a_mm
-    placement = Placement(page, mirrored, to_pixels, _spline(mm, off), order, corners, scale, first / second, warp, 0.0)
+    placement = ChartPlacement(
+        page, mirrored, to_pixels, _spline(mm, off), order, corners, scale, first / second, warp, 0.0
+    )
     # how far, in mm, a mark lies from where a spline through the others puts it, at worst
     worst = 0.0
     for i in range(0, len(mm), 4):

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout import tiff
-from handout.colour.reading.findings import Finding, Refused, refused
+from handout.colour.reading.findings import ScanFinding, ScanRefused, refused
 from handout.errors import InputError
 from handout.summary import one_line
 
@@ -26,7 +26,7 @@ _POOR, _BAD = 80.0, 40.0
 
 
 @dataclass(frozen=True, eq=False)
-class Scan:
+class ChartScan:
     """A scanned page.
 
     pixels : (h, w, 3) uint8 or uint16, as in the file, no profile applied.
@@ -39,7 +39,7 @@ class Scan:
     pixels: NDArray[Any]
     dpi: tuple[float, float] | None = None
     source: str = "scan"
-    findings: tuple[Finding, ...] = ()
+    findings: tuple[ScanFinding, ...] = ()
     jpeg: bool = False
 
     __repr__ = one_line
@@ -63,7 +63,7 @@ class Scan:
         return int(np.iinfo(self.pixels.dtype).max)
 
 
-def open_scans(path: Path) -> list[Scan]:
+def open_scans(path: Path) -> list[ChartScan]:
     """All pages of a TIFF, PNG or JPEG.
 
     Raises
@@ -84,7 +84,7 @@ def open_scans(path: Path) -> list[Scan]:
     return [_picture(path)]
 
 
-def _tiff(path: Path) -> Iterator[Scan]:
+def _tiff(path: Path) -> Iterator[ChartScan]:
     import tifffile
 
     try:
@@ -107,7 +107,7 @@ def _tiff(path: Path) -> Iterator[Scan]:
             raise _not_rgb({"SEPARATED": "CMYK", "PALETTE": "P"}.get(kind, kind), source)
         if kind == "MINISWHITE":
             values = ~values
-        findings = [] if not jpeg[i] else [Finding("jpeg", "warn", _JPEG_INSIDE, source)]
+        findings = [] if not jpeg[i] else [ScanFinding("jpeg", "warn", _JPEG_INSIDE, source)]
         yield _scan(values, dpi, source, findings, jpeg[i])
 
 
@@ -141,7 +141,7 @@ def _tiff_dpi(page: Any) -> tuple[float, float] | None:
     return dpi if dpi is not None and min(dpi) > 1 else None
 
 
-def _picture(path: Path) -> Scan:
+def _picture(path: Path) -> ChartScan:
     from PIL import Image, ImageOps
 
     Image.MAX_IMAGE_PIXELS = None
@@ -174,7 +174,7 @@ def _picture(path: Path) -> Scan:
     return _scan(values, resolution, source, findings, jpeg)
 
 
-def _not_rgb(mode: str, source: str) -> Refused:
+def _not_rgb(mode: str, source: str) -> ScanRefused:
     what = "The picture has a palette of few colours" if mode[0] == "P" else f"The picture is in {mode}"
     sentence = f"{what}, which cannot show what the scanner saw: scan in RGB colour, 24 or 48 bits, without conversion."
     return refused("palette" if mode[0] == "P" else "not-rgb", sentence, source)
@@ -186,28 +186,28 @@ def _png_depth(path: Path) -> int:
 
 
 def _scan(
-    values: NDArray[Any], dpi: tuple[float, float] | None, source: str, findings: list[Finding], jpeg: bool
-) -> Scan:
+    values: NDArray[Any], dpi: tuple[float, float] | None, source: str, findings: list[ScanFinding], jpeg: bool
+) -> ChartScan:
     """A scan of what a file holds: three channels, whatever it had."""
     if values.dtype == bool:
-        findings = [*findings, Finding("grey", "refuse", _ONE_BIT, source)]
+        findings = [*findings, ScanFinding("grey", "refuse", _ONE_BIT, source)]
         values = np.where(values, 255, 0).astype(np.uint8)
     if values.dtype not in (np.uint8, np.uint16):
         raise InputError(f"{source} holds numbers of kind {values.dtype}: scan in RGB colour, 24 or 48 bits.")
     if values.ndim == 2 or values.shape[2] < 3:
         if not any(finding.code == "grey" for finding in findings):
-            findings = [*findings, Finding("grey", "refuse", GREY, source)]
+            findings = [*findings, ScanFinding("grey", "refuse", GREY, source)]
         values = np.repeat(values.reshape(*values.shape[:2], -1)[:, :, :1], 3, axis=2)
     if values.shape[2] > 3:
         values, more = _without_alpha(values, source)
         findings = findings + more
     if dpi is None:
-        findings = [*findings, Finding("no-dpi", "warn", _NO_DPI, source)]
+        findings = [*findings, ScanFinding("no-dpi", "warn", _NO_DPI, source)]
     elif max(dpi) > _SQUARE * min(dpi):
         across, down = (round(each) for each in dpi)
         differs = f"The file says {across} dpi across and {down} down: scan with the same resolution both ways."
-        findings = [*findings, Finding("dpi-differs", "warn", differs, source)]
-    return Scan(np.ascontiguousarray(values[:, :, :3]), dpi, source, tuple(findings), jpeg)
+        findings = [*findings, ScanFinding("dpi-differs", "warn", differs, source)]
+    return ChartScan(np.ascontiguousarray(values[:, :, :3]), dpi, source, tuple(findings), jpeg)
 
 
 GREY = "The scan is grey: choose colour (24 or 48 bits) in the scanner's program and scan the chart again."
@@ -221,7 +221,7 @@ _NO_DPI = (
 )
 
 
-def _without_alpha(values: NDArray[Any], source: str) -> tuple[NDArray[Any], list[Finding]]:
+def _without_alpha(values: NDArray[Any], source: str) -> tuple[NDArray[Any], list[ScanFinding]]:
     full = np.iinfo(values.dtype).max
     alpha = values[:, :, 3]
     if alpha.min() == full:
@@ -233,10 +233,10 @@ def _without_alpha(values: NDArray[Any], source: str) -> tuple[NDArray[Any], lis
     )
     part = alpha[:, :, None].astype(np.float32) / full
     laid = np.rint(values[:, :, :3] * part + full * (1 - part)).astype(values.dtype)
-    return laid, [Finding("alpha", "warn", sentence, source)]
+    return laid, [ScanFinding("alpha", "warn", sentence, source)]
 
 
-def _jpeg(image: Any, source: str) -> list[Finding]:
+def _jpeg(image: Any, source: str) -> list[ScanFinding]:
     """What the tables of a JPEG say of its quality."""
     tables = getattr(image, "quantization", None)
     if not tables:
@@ -249,4 +249,4 @@ def _jpeg(image: Any, source: str) -> list[Finding]:
         f"The JPEG is of quality about {quality:.0f}, which smears colours into each other: save the scan as TIFF or "
         "PNG, or as JPEG of quality 90 or more."
     )
-    return [Finding("jpeg", "refuse" if quality < _BAD else "warn", sentence, source)]
+    return [ScanFinding("jpeg", "refuse" if quality < _BAD else "warn", sentence, source)]

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from handout.colour.reading.findings import Finding
+from handout.colour.reading.findings import ScanFinding
 from handout.values import Array
 
 INKS = ("cyan", "magenta", "yellow")
@@ -107,7 +107,7 @@ def solids_of(device: Array, scanned: Array) -> Solids | None:
     return Solids(named, (float(means["grey"].mean()) - dark) / max(light - dark, 0.05))
 
 
-def check_strength(solids: Solids) -> Finding | None:
+def check_strength(solids: Solids) -> ScanFinding | None:
     """The likeliest single fault in the amount of ink; None if there is none."""
     added = solids.added
     if max(added) > BOUNDS.most_added:
@@ -127,7 +127,7 @@ def check_strength(solids: Solids) -> Finding | None:
     return None
 
 
-def check_change(now: Solids, before: Solids, when: str) -> Finding | None:
+def check_change(now: Solids, before: Solids, when: str) -> ScanFinding | None:
     """What differs from the last calibration of the same printer and paper; None if nothing does."""
     ratios = now.inks / np.maximum(before.inks, 0.05)
     weakest = int(ratios.argmin())
@@ -142,8 +142,8 @@ def check_change(now: Solids, before: Solids, when: str) -> Finding | None:
     return None
 
 
-def _finding(code: str, sentence: str) -> Finding:
-    return Finding(code, "refuse", sentence)
+def _finding(code: str, sentence: str) -> ScanFinding:
+    return ScanFinding(code, "refuse", sentence)
 
 
 _ACCEPT = "If the printer is like that, say --accept."

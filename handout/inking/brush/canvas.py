@@ -15,7 +15,7 @@ from handout.inking import curves, plain
 from handout.inking.brush.brushes import Brush
 from handout.inking.brush.painting import bends, lay
 from handout.inking.brush.ribbon import SEGMENTS
-from handout.inking.brush.synthesis import Chooser
+from handout.inking.brush.synthesis import SegmentChooser
 from handout.inking.footprints import USUAL_PRESSURE, leaning
 from handout.inking.pen import Pen, rgb
 from handout.values import Array, Drawing, Stroke
@@ -41,7 +41,7 @@ def pass_brush(
         replaces the brush's.
     """
     canvas = np.zeros((*plain.shape(drawing, dpi, pen.width), 4), dtype=np.uint8)
-    chooser = Chooser(brush.library, rng)
+    chooser = SegmentChooser(brush.library, rng)
     for stroke, curve in zip(drawing.strokes, curves.fit(drawing.strokes), strict=True):
         line, width = way(stroke, curve, pen.width)
         sized = brush.sized(float(width.mean()) * dpi / 25.4)

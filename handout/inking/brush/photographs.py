@@ -49,7 +49,7 @@ _Pixels = NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class PhotographedStroke:
     """One stroke of a photograph.
 
     light : (h, w, 3) float32: the light that its ink lets pass, 1 for paper, in a window of the picture.
@@ -70,7 +70,7 @@ class Found:
 class Photograph:
     """The strokes of a photograph, and sentences on those that were left out."""
 
-    strokes: tuple[Found, ...]
+    strokes: tuple[PhotographedStroke, ...]
     left_out: tuple[str, ...] = field(default=())
 
 
@@ -101,7 +101,7 @@ def find_strokes(rgb: NDArray[np.uint8], source: str) -> Photograph:
     labels = np.asarray(labelled, dtype=np.int32)
     clear = _frames(_dark(light), lines, scale, 2 * half)
     order = sorted(range(1, count), key=lambda k: int(stats[k, cv2.CC_STAT_TOP]))
-    strokes, reasons = list[Found](), list[str]()
+    strokes, reasons = list[PhotographedStroke](), list[str]()
     for label in order:
         core = (labels == label) & solid
         if not core.any() or _distance(core).max() < _THINNER * half or ink[core].mean() < _FILLED:
@@ -249,7 +249,9 @@ def _frames(dark: _Pixels, lines: Sequence[_Line], scale: float, reach: float) -
     return gone
 
 
-def _stroke(light: _Pixels, clear: _Mask, labels: NDArray[np.int32], label: int, dark: _Pixels) -> Found | str:
+def _stroke(
+    light: _Pixels, clear: _Mask, labels: NDArray[np.int32], label: int, dark: _Pixels
+) -> PhotographedStroke | str:
     """The stroke of a component of a coarse picture, or what is wrong with it."""
     import cv2
 
@@ -276,7 +278,9 @@ def _stroke(light: _Pixels, clear: _Mask, labels: NDArray[np.int32], label: int,
     by = np.asarray(cv2.resize(beside, light.shape[1::-1], interpolation=cv2.INTER_NEAREST)[window] > 0)
     density = _drop_marks(np.where(own & ~clear[window], density, 0), by, width / scale)
     line = (spine + 0.5) / scale - 0.5 - low
-    return Found(part, np.asarray(density, dtype=np.float32), line, width / scale, (int(low[0]), int(low[1])))
+    return PhotographedStroke(
+        part, np.asarray(density, dtype=np.float32), line, width / scale, (int(low[0]), int(low[1]))
+    )
 
 
 def _drop_marks(density: _Pixels, by: _Mask, width: float) -> _Pixels:

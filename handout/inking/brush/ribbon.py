@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.inking.brush.photographs import Found
+from handout.inking.brush.photographs import PhotographedStroke
 from handout.summary import one_line
 from handout.values import Array
 
@@ -109,7 +109,7 @@ def _edges(cover: NDArray[np.floating[Any]]) -> Array:
     return np.asarray(np.where(some[:, None], sides, 0.0))
 
 
-def straighten_stroke(found: Found, most_rows: int = _MOST_ROWS) -> tuple[Ribbon, Array, float]:
+def straighten_stroke(found: PhotographedStroke, most_rows: int = _MOST_ROWS) -> tuple[Ribbon, Array, float]:
     """The ribbon of a stroke; its tail is the end that the paint streaks towards.
 
     most_rows : of the ribbon; no more than the picture has pixels.
@@ -148,7 +148,7 @@ def straighten_stroke(found: Found, most_rows: int = _MOST_ROWS) -> tuple[Ribbon
     return Ribbon(np.ascontiguousarray(ribbon.rgba[:, ::-1]), -bend[::-1]), line[::-1], half
 
 
-def _centre_spine(found: Found) -> tuple[Array, float]:
+def _centre_spine(found: PhotographedStroke) -> tuple[Array, float]:
     """The spine in the middle between the stroke's edges, and half the stroke's width, pixels."""
     from scipy.ndimage import gaussian_filter1d
 

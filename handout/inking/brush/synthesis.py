@@ -76,7 +76,7 @@ class _Walk:
         self._origins = list[Indices]()
 
     def totals(self, costs: _Costs) -> Array:
-        """As `chains.Step`."""
+        """As `chains.ChainStep`."""
         np.take(self._again, self._same, axis=0, out=self._total, mode="clip")
         self._total += self._after
         self._total += costs
@@ -91,7 +91,7 @@ class _Walk:
         return least
 
     def origin(self, costs: _Costs, state: int) -> int:
-        """As `chains.Step`; asked from the last place to the first."""
+        """As `chains.ChainStep`; asked from the last place to the first."""
         return int(self._origins.pop()[state])
 
 
@@ -240,7 +240,7 @@ class Library:
         return np.array(viterbi(list(costs.astype(np.float32)), [walk] * (len(costs) - 1)), dtype=np.intp)
 
 
-class Chooser:
+class SegmentChooser:
     """Chooses the segments of a drawing, stroke by stroke; remembers what it used."""
 
     def __init__(self, library: Library, rng: np.random.Generator) -> None:

@@ -17,7 +17,7 @@ import numpy as np
 from handout.motion.learned import mixture, recurrent, sequences, training
 from handout.motion.learned.recurrent import Runner
 from handout.motion.learned.sequences import Inputs, MovementSequence
-from handout.motion.learned.training import SIZES, Recipe, Windows
+from handout.motion.learned.training import SIZES, NetworkRecipe, Windows
 from handout.networks import Floats
 from handout.progress import Tell, silent
 from handout.values import Array
@@ -154,7 +154,7 @@ class DynamicsModel:
 def learn(
     examples: Sequence[MovementSequence],
     rng: np.random.Generator,
-    recipe: Recipe | None = None,
+    recipe: NetworkRecipe | None = None,
     inputs: Inputs = "ahead",
     tell: Tell = silent,
 ) -> DynamicsModel:

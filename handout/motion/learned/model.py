@@ -12,7 +12,7 @@ from handout.motion.learned import dynamics, sequences, structure
 from handout.motion.learned.dynamics import DynamicsModel, State
 from handout.motion.learned.sequences import INPUTS, Inputs, MovementSequence
 from handout.motion.learned.structure import StructureModel
-from handout.motion.learned.training import SEVERAL_STYLES, SIZES, Recipe, recipe_for
+from handout.motion.learned.training import SEVERAL_STYLES, SIZES, NetworkRecipe, recipe_for
 from handout.motion.reconstruction import LognormalPlan, from_shape
 from handout.motion.reconstruction.key_points import extent
 from handout.motion.reconstruction.shape_fit import DURATION
@@ -71,11 +71,11 @@ class Lesson:
     size: str = "small"
     inputs: Inputs = "ahead"
     structure: bool = True
-    recipe: Recipe | None = None
+    recipe: NetworkRecipe | None = None
 
 
 @dataclass(frozen=True, eq=False)
-class Learned:
+class LearnedModel:
     """What `learn` made of examples.
 
     duration : s, of a stroke, as fast as the examples were recorded; strokes : how many there were.
@@ -92,7 +92,7 @@ def learn(
     rng: np.random.Generator,
     lesson: Lesson = Lesson(),
     tell: Tell = silent,
-) -> Learned:
+) -> LearnedModel:
     """Learn the manner of some drawings.
 
     Parameters
@@ -133,7 +133,7 @@ def learn(
     moves = dynamics.learn(strung, rng, recipe, lesson.inputs, within(tell, _FITTED, 0.8 if lesson.structure else 1.0))
     forms = structure.learn(strung, rng, recipe, within(tell, 0.8, 1.0)) if lesson.structure else None
     pace = float(np.clip(np.median(paces), _FASTEST, _SLOWEST)) if paces else DURATION
-    return Learned(LearnedMovement(moves, forms, _choose_primers(sequences_of)), pace, strokes)
+    return LearnedModel(LearnedMovement(moves, forms, _choose_primers(sequences_of)), pace, strokes)
 
 
 def _choose_primers(sequences_of: Mapping[str, Sequence[MovementSequence]]) -> dict[str, MovementSequence]:

@@ -18,7 +18,7 @@ import numpy as np
 from handout.motion.learned import mixture, recurrent, sequences, training
 from handout.motion.learned.recurrent import Runner
 from handout.motion.learned.sequences import MovementSequence
-from handout.motion.learned.training import SIZES, Recipe, Windows
+from handout.motion.learned.training import SIZES, NetworkRecipe, Windows
 from handout.networks import Floats
 from handout.progress import Tell, silent
 from handout.values import Array
@@ -123,7 +123,7 @@ def _end_sequence(ways: Array, up: sequences.Bools) -> MovementSequence:
 def learn(
     examples: Sequence[MovementSequence],
     rng: np.random.Generator,
-    recipe: Recipe | None = None,
+    recipe: NetworkRecipe | None = None,
     tell: Tell = silent,
 ) -> StructureModel:
     """A model of the structure of some examples; one is enough.

@@ -25,7 +25,7 @@ from handout.values import Array, Indices
 
 
 @dataclass(frozen=True)
-class Variation:
+class PlanVariation:
     """How much plans are varied: standard deviations; seed 002 gives no sizes, these were set by eye on tags.
 
     target : of targets, in extents of their movement; dt : of Δt; theta : of θ, rad.
@@ -52,7 +52,7 @@ SIZES = {"small": Size(), "berio_2017": Size((400, 400), 20, 0.1)}  # the latter
 
 
 @dataclass(frozen=True)
-class Recipe:
+class NetworkRecipe:
     """How a network is trained.
 
     size : one of `SIZES`.
@@ -73,23 +73,26 @@ class Recipe:
     final: float = 0.02
     clip: float = 1.0
     dropout: float | None = None
-    variation: Variation = Variation(0.03, 0.1, 0.2)
+    variation: PlanVariation = PlanVariation(0.03, 0.1, 0.2)
 
 
-ONE_STYLE, SEVERAL_STYLES = Recipe(), Recipe(length=64, batch=16, dropout=0.1, variation=Variation(0.015, 0.05, 0.1))
+ONE_STYLE, SEVERAL_STYLES = (
+    NetworkRecipe(),
+    NetworkRecipe(length=64, batch=16, dropout=0.1, variation=PlanVariation(0.015, 0.05, 0.1)),
+)
 
 
 _MANY = 1000  # strokes: with more, as on a page, less has to be varied and there is more to be learned
 
 
-def recipe_for(examples: Sequence[MovementSequence]) -> Recipe:
+def recipe_for(examples: Sequence[MovementSequence]) -> NetworkRecipe:
     """The recipe for examples of one style."""
     if sum(int((~sequence.up).sum()) for sequence in examples) < _MANY:
         return ONE_STYLE
-    return replace(ONE_STYLE, steps=2 * ONE_STYLE.steps, variation=Variation(0.015, 0.06, 0.12))
+    return replace(ONE_STYLE, steps=2 * ONE_STYLE.steps, variation=PlanVariation(0.015, 0.06, 0.12))
 
 
-def vary(sequence: MovementSequence, variation: Variation, rng: np.random.Generator) -> MovementSequence:
+def vary(sequence: MovementSequence, variation: PlanVariation, rng: np.random.Generator) -> MovementSequence:
     """The same movements, made a little differently: targets, Δt and θ are perturbed.
 
     Targets of a movement are perturbed in shares of its own extent, so that a dot stays a dot.
@@ -128,7 +131,7 @@ class Windows:
         """Some of them."""
         return Windows(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
 
-    def varied(self, variation: Variation, rng: np.random.Generator) -> Windows:
+    def varied(self, variation: PlanVariation, rng: np.random.Generator) -> Windows:
         """All of them as `vary` would change them."""
         shift = variation.target * self.reach[..., None] * rng.standard_normal(self.targets.shape)
         # the target before the first way and the one after the last may be copies, whose ways are not there
@@ -185,7 +188,7 @@ def train(
     parameters: Sequence[Floats],
     seen: Windows,
     criterion: Criterion,
-    recipe: Recipe,
+    recipe: NetworkRecipe,
     rng: np.random.Generator,
     share: float,
     tell: Tell = silent,

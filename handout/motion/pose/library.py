@@ -1,7 +1,7 @@
 """A pose library: strokes of one writer with how the pen was held, as a ``.pose`` file.
 
-A ``.pose`` file is an archive of ``pose.json`` (`Head`), ``lengths.npy`` (samples of each stroke), ``path.npy`` (places
-as differences, 1/64 hand unit) and one array a channel, as differences of whole numbers: small, and nothing but
+A ``.pose`` file is an archive of ``pose.json`` (`LibraryHead`), ``lengths.npy`` (samples of each stroke), ``path.npy``
+(places as differences, 1/64 hand unit) and one array a channel, as differences of whole numbers: small, and nothing but
 numbers.
 
 Source: seed 001, §3 and §3.2.
@@ -35,7 +35,7 @@ _LARGEST = 10_000.0  # mm, of a stroke, as of drawings
 _MOST = 2_000_000  # samples that a file may hold
 
 
-class Head(msgspec.Struct, forbid_unknown_fields=True):
+class LibraryHead(msgspec.Struct, forbid_unknown_fields=True):
     """What a file says of itself.
 
     unit : mm of a hand unit as it was written.
@@ -160,14 +160,14 @@ def extract_channels(pose: Array, names: Iterable[str]) -> dict[str, Array]:
 
 
 @dataclass(frozen=True)
-class Learned:
+class LearnedLibrary:
     """A library, and what of the recordings is not in it, in words."""
 
     library: PoseLibrary
     notes: tuple[str, ...]
 
 
-def learn(drawings: Sequence[Drawing], title: str = "", notices: Sequence[str] = ()) -> Learned:
+def learn(drawings: Sequence[Drawing], title: str = "", notices: Sequence[str] = ()) -> LearnedLibrary:
     """A pose library of recorded drawings of one writer.
 
     The size of the writing is found in each, so that a library serves writing of any size.  A channel that fewer than
@@ -192,7 +192,7 @@ def learn(drawings: Sequence[Drawing], title: str = "", notices: Sequence[str] =
     units = float(np.median([unit for _, unit in kept]))
     parts = [_sample_stroke(stroke, unit, names) for stroke, unit in kept]
     empty = PoseLibrary(np.zeros((0, 2)), dict.fromkeys(names, np.zeros(0)), np.zeros(0, np.intp), units)
-    return Learned(join_strokes(parts, replace(empty, title=title, notices=tuple(notices))), tuple(notes))
+    return LearnedLibrary(join_strokes(parts, replace(empty, title=title, notices=tuple(notices))), tuple(notes))
 
 
 def _measured_channels(strokes: Sequence[Stroke]) -> tuple[list[str], list[str]]:
@@ -255,7 +255,7 @@ def level_pose(library: PoseLibrary) -> PoseLibrary:
 
 def to_bytes(library: PoseLibrary) -> bytes:
     """A ``.pose`` file."""
-    head = Head(_FORMAT, _VERSION, library.title, library.unit, list(library.channels), list(library.notices))
+    head = LibraryHead(_FORMAT, _VERSION, library.title, library.unit, list(library.channels), list(library.notices))
     members: dict[str, archive.Content] = {"pose.json": head, "lengths.npy": library.lengths.astype(np.int32)}
     members["path.npy"] = _differences(library.xy * _FINE)
     for name, values in library.channels.items():
@@ -276,7 +276,7 @@ def load(path: Path, data: bytes | None = None) -> PoseLibrary:
         It cannot be read, is damaged, or is of a later version.
     """
     with archive.Archive(path, data) as file:
-        head = file.json("pose.json", Head)
+        head = file.json("pose.json", LibraryHead)
         archive.check_version(path, (head.format, head.version), (_FORMAT, _VERSION))
         lengths = file.array("lengths.npy", "int32", None).astype(np.intp)
         n = int(lengths.sum())

@@ -32,7 +32,7 @@ _APART = 3  # numbers left free between strokes, so that no step of a segment le
 
 
 @dataclass(frozen=True)
-class Costs:
+class PoseCosts:
     """What a sequence of library samples costs; the source's figures, but for `feature` and `jump`.
 
     feature : of a distance of 1 in the space of features.
@@ -52,7 +52,7 @@ class Costs:
     end: float = 3.0
 
 
-class Neighbours(NamedTuple):
+class PoseNeighbours(NamedTuple):
     """The samples of a library that are nearest to each of a stroke's in their features, the nearest first.
 
     distance : (n, k) float; number : (n, k) int.
@@ -73,7 +73,7 @@ class PoseModel:
     library: PoseLibrary
     features: str = "velocities"
     neighbours: int = 20
-    costs: Costs = Costs()
+    costs: PoseCosts = PoseCosts()
 
     @cached_property
     def _axes(self) -> Features:
@@ -100,11 +100,11 @@ class PoseModel:
         """(n, 2): the library's velocities, hand units a sample."""
         return np.concatenate([velocities(xy) for xy, _ in self.library.strokes()])
 
-    def nearest(self, xy: Array) -> Neighbours:
+    def nearest(self, xy: Array) -> PoseNeighbours:
         """For a stroke (n, 2) in hand units, evenly sampled."""
         k = min(self.neighbours, len(self.library.xy))
         distance, number = self._tree.query(FEATURES[self.features](xy) @ self._axes, k)
-        return Neighbours(distance.reshape(len(xy), k), number.reshape(len(xy), k))
+        return PoseNeighbours(distance.reshape(len(xy), k), number.reshape(len(xy), k))
 
     def pose(self, xy: Array, method: str = "optimal") -> Array:
         """(n, c): the pose, as a point (`library.embed_channels`), along a stroke (n, 2) in hand units."""
@@ -127,7 +127,7 @@ class PoseModel:
             return np.asarray(np.einsum("nk,nkc->nc", weight, values[near.number]))
         return blend_segments(self.sequence(self.nearest(xy), turning=turning), values, self.library)
 
-    def sequence(self, near: Neighbours, *, turning: bool = False) -> Indices:
+    def sequence(self, near: PoseNeighbours, *, turning: bool = False) -> Indices:
         """(n,) int: the cheapest sequence of library samples.
 
         turning : jumps are dear by how much the direction changes, for a trajectory; else by how much the pose does.
@@ -166,7 +166,7 @@ def _distances(values: Array) -> Array:
 
 
 class _Segments:
-    """A `chains.Step`: from the states of one sample to those of the next.
+    """A `chains.ChainStep`: from the states of one sample to those of the next.
 
     A state is (whether the library sample is a repetition, how long the segment is, which candidate), raveled from
     (2, least, k); segments of `least` samples and more are alike.

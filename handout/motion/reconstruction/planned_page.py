@@ -16,7 +16,7 @@ from handout.summary import one_line
 from handout.values import Array, Drawing, Page, Stroke
 
 if TYPE_CHECKING:
-    from handout.motion.learned.training import Variation
+    from handout.motion.learned.training import PlanVariation
 
 _DOT = 0.2  # mm: a stroke of this extent or less is a dot
 _RATE = 200.0  # samples a second of a drawing made of plans
@@ -25,7 +25,7 @@ _LIFT = 0.1  # s between strokes whose plan has no times of its own
 
 
 @dataclass(frozen=True)
-class Fit:
+class PlannedStroke:
     """A stroke and its plan.
 
     plan : LognormalPlan; a dot is a plan of one target.
@@ -44,7 +44,7 @@ class Fit:
 class PlannedPage:
     """The plans of a page, in the order of writing; `timed`: whether they keep the times of a recording."""
 
-    fits: tuple[Fit, ...]
+    fits: tuple[PlannedStroke, ...]
     page: Page
     timed: bool
     about: Mapping[str, Any] = field(default_factory=dict)
@@ -77,14 +77,14 @@ def _sparse(stroke: Stroke) -> bool:
     return lasted > recording_fit.SHORTEST and (len(stroke.t) - 1) / lasted < _SPARSE
 
 
-def _dot(stroke: Stroke, start: float) -> Fit:
+def _dot(stroke: Stroke, start: float) -> PlannedStroke:
     lasts = max(float(stroke.t[-1] - stroke.t[0]), 0.05)
     none = np.zeros(0)
     plan = LognormalPlan(stroke.xy.mean(axis=0)[None], none, none, none, none, start, start + lasts)
-    return Fit(plan, np.inf, None, stroke.word)
+    return PlannedStroke(plan, np.inf, None, stroke.word)
 
 
-def _fit_timed(stroke: Stroke) -> Fit:
+def _fit_timed(stroke: Stroke) -> PlannedStroke:
     start = float(stroke.t[0])
     if extent(stroke.xy) <= _DOT or len(stroke.t) < 3 or stroke.t[-1] - start < recording_fit.SHORTEST:
         return _dot(stroke, start)
@@ -93,15 +93,15 @@ def _fit_timed(stroke: Stroke) -> Fit:
     place = np.column_stack([recording.place.real, recording.place.imag])
     velocity = np.column_stack([recording.velocity.real, recording.velocity.imag])
     speed = snr(velocity, plan.velocity(recording.t), about_mean=False)
-    return Fit(plan, snr(place, plan.at(recording.t)), speed, stroke.word)
+    return PlannedStroke(plan, snr(place, plan.at(recording.t)), speed, stroke.word)
 
 
-def _fit_shape(stroke: Stroke, start: float) -> Fit:
+def _fit_shape(stroke: Stroke, start: float) -> PlannedStroke:
     if extent(stroke.xy) <= _DOT or len(stroke.xy) < 2:
         return _dot(stroke, start)
     plan = _shift_plan(shape_fit.from_shape(stroke.xy), start)
     count = 400
-    return Fit(
+    return PlannedStroke(
         plan, snr(resample_path(stroke.xy, count), resample_path(plan.at(sample_times(plan)), count)), None, stroke.word
     )
 
@@ -113,7 +113,7 @@ def _shift_plan(plan: LognormalPlan, start: float) -> LognormalPlan:
     return replace(plan, onset=plan.onset + shift, start=start, end=end + shift)
 
 
-def vary_page(page: PlannedPage, variation: Variation, rng: np.random.Generator) -> PlannedPage:
+def vary_page(page: PlannedPage, variation: PlanVariation, rng: np.random.Generator) -> PlannedPage:
     """The same page, made a little differently: targets, overlaps and bends of its plans are perturbed.
 
     Source: seed 002, §3.3 and fig. 7.

@@ -38,7 +38,7 @@ _TINY = 1e-4  # step of the numerical derivatives
 
 
 @dataclass(frozen=True, eq=False)
-class Recording:
+class SampledMovement:
     """An evenly sampled movement: times (n,) s, places and velocities (n,) complex, mm and mm/s."""
 
     t: Array
@@ -46,7 +46,7 @@ class Recording:
     velocity: Complex
 
 
-def prepare_recording(t: Array, xy: Array) -> Recording:
+def prepare_recording(t: Array, xy: Array) -> SampledMovement:
     """Sample a recorded movement evenly and smooth it a little.
 
     Parameters
@@ -71,7 +71,7 @@ def prepare_recording(t: Array, xy: Array) -> Recording:
     longer = np.concatenate([2 * z[0] - z[pad:0:-1], z, 2 * z[-1] - z[-2 : -pad - 2 : -1]])
     smooth = gaussian_filter1d(longer.real, width) + 1j * gaussian_filter1d(longer.imag, width)
     place = smooth[pad : pad + len(z)]
-    return Recording(even, place, np.gradient(place, even))
+    return SampledMovement(even, place, np.gradient(place, even))
 
 
 def from_recording(t: Array, xy: Array) -> LognormalPlan:
@@ -96,7 +96,7 @@ def from_recording(t: Array, xy: Array) -> LognormalPlan:
     return from_pulses(_pulses(x), origin, chords, float(recording.t[0]), float(recording.t[-1]))
 
 
-def _explain_recording(recording: Recording, x: Array, most: int) -> Array:
+def _explain_recording(recording: SampledMovement, x: Array, most: int) -> Array:
     """Fit the strokes (rows), and add more until the fit is good enough or there are `most`."""
     x = _fit_strokes(recording, x)
     had = quality(recording, x)
@@ -109,7 +109,7 @@ def _explain_recording(recording: Recording, x: Array, most: int) -> Array:
     return x
 
 
-def _fit_windows(recording: Recording, x: Array) -> Array:
+def _fit_windows(recording: SampledMovement, x: Array) -> Array:
     """Fit a long movement a few strokes at a time, the others held fixed, in two sweeps."""
     for _ in range(_SWEEPS):
         done, x = -np.inf, x[np.argsort(x[:, 2], kind="stable")]
@@ -123,7 +123,7 @@ def _fit_windows(recording: Recording, x: Array) -> Array:
             near = slice(min(int(y), len(t) - _LEAST), max(int(z), _LEAST))
             _, chords = _chords(recording, x)
             moving, gone = _moving(_pulses(x[~chosen]), t[near])
-            left = Recording(
+            left = SampledMovement(
                 t[near],
                 recording.place[near] - chords[~chosen] @ gone,
                 recording.velocity[near] - chords[~chosen] @ moving,
@@ -133,7 +133,7 @@ def _fit_windows(recording: Recording, x: Array) -> Array:
     return x
 
 
-def quality(recording: Recording, x: Array) -> float:
+def quality(recording: SampledMovement, x: Array) -> float:
     """Signal to noise of the velocities, dB."""
     _, chords = _chords(recording, x)
     off = chords @ _moving(_pulses(x), recording.t)[0] - recording.velocity
@@ -153,7 +153,7 @@ def _moving(pulses: Pulses, t: Array) -> tuple[Complex, Complex]:
     return np.asarray(lognormal.rate(pulses, t) * turn), lognormal.arc(share, theta)
 
 
-def _guess_stroke(recording: Recording, a: int, b: int) -> Array:
+def _guess_stroke(recording: SampledMovement, a: int, b: int) -> Array:
     """A stroke between two samples: ln sigma, mu, time of the median, theta."""
     t, v = recording.t, recording.velocity[a : b + 1]
     moving = v[np.abs(v) > 0.05 * np.abs(v).max()]
@@ -168,7 +168,7 @@ def _stroke(peak: float, lasts: float, half: float) -> Array:
     return np.array([np.log(sigma), mu, median, np.clip(half, -1.5, 1.5)])
 
 
-def _missing(recording: Recording, x: Array) -> Array:
+def _missing(recording: SampledMovement, x: Array) -> Array:
     """A stroke where the residual of the fit is largest: (1, 4)."""
     from scipy.ndimage import gaussian_filter1d
 
@@ -184,7 +184,7 @@ def _missing(recording: Recording, x: Array) -> Array:
     return _stroke(float(recording.t[peak]), float(recording.t[b] - recording.t[a]), 0.0)[None]
 
 
-def _system(recording: Recording, x: Array) -> tuple[Complex, Complex, tuple[float, float]]:
+def _system(recording: SampledMovement, x: Array) -> tuple[Complex, Complex, tuple[float, float]]:
     """Matrix and right side of the displacements; and the scales of velocities and places."""
     v, z = recording.velocity, recording.place - recording.place[0]
     scales = 1 / float(np.sqrt(np.mean(np.abs(v) ** 2))), _PLACES / float(np.sqrt(np.mean(np.abs(z - z.mean()) ** 2)))
@@ -197,13 +197,13 @@ def _system(recording: Recording, x: Array) -> tuple[Complex, Complex, tuple[flo
     return matrix, np.concatenate([scales[0] * v, scales[1] * z, np.zeros(k)]), scales
 
 
-def _chords(recording: Recording, x: Array) -> tuple[complex, Complex]:
+def _chords(recording: SampledMovement, x: Array) -> tuple[complex, Complex]:
     matrix, wanted, _ = _system(recording, x)
     solution = np.linalg.lstsq(matrix, wanted, rcond=None)[0]
     return complex(solution[0] + recording.place[0]), np.asarray(solution[1:], dtype=np.complex128)
 
 
-def _fit_strokes(recording: Recording, x: Array) -> Array:
+def _fit_strokes(recording: SampledMovement, x: Array) -> Array:
     """Levenberg–Marquardt on the rows with eliminated displacements (Kaufman's approximation of the derivatives)."""
     prior, damping = x.copy(), 1e-2
     now = _project_strokes(recording, x, prior)
@@ -224,7 +224,7 @@ def _fit_strokes(recording: Recording, x: Array) -> Array:
     return x
 
 
-def _bound_strokes(recording: Recording, x: Array) -> Array:
+def _bound_strokes(recording: SampledMovement, x: Array) -> Array:
     x = x.copy()
     x[:, 0] = np.clip(x[:, 0], _LOW[0], _HIGH[0])
     x[:, 1] = np.clip(x[:, 1], _LOW[1], _HIGH[1])
@@ -233,7 +233,7 @@ def _bound_strokes(recording: Recording, x: Array) -> Array:
     return x
 
 
-def _project_strokes(recording: Recording, x: Array, prior: Array) -> tuple[Array, Array, float]:
+def _project_strokes(recording: SampledMovement, x: Array, prior: Array) -> tuple[Array, Array, float]:
     """Residuals with the best displacements, their derivatives by the rows, and the cost."""
     matrix, wanted, scales = _system(recording, x)
     q, r = np.linalg.qr(matrix)

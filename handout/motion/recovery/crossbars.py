@@ -15,7 +15,7 @@ import numpy as np
 
 from handout.hand.letter_classes import CROSSED
 from handout.hand.scanned import NOBODY, ScannedHand
-from handout.motion.recovery.network import SHORT, Network, build_network, chain_vertices
+from handout.motion.recovery.network import SHORT, BranchNetwork, build_network, chain_vertices
 from handout.values import Array, Indices
 
 DELAYED = frozenset("t")  # letters whose bar waits in a hand that joins letters; that of an f often joins it
@@ -51,7 +51,7 @@ class CrossbarSettings:
 _SETTINGS = CrossbarSettings()
 
 
-def straight_continuation(net: Network, end: int) -> list[int]:
+def straight_continuation(net: BranchNetwork, end: int) -> list[int]:
     """The ends by which a pen leaves that goes straight on from an end, up to where nothing lies ahead."""
     chain, passed = [end], {end >> 1}
     while True:
@@ -71,7 +71,7 @@ def straight_continuation(net: Network, end: int) -> list[int]:
         passed |= {e >> 1 for e in (*best[1], best[2])}
 
 
-def _ends_ahead(net: Network, arrived: int, passed: set[int]) -> list[tuple[tuple[int, ...], int]]:
+def _ends_ahead(net: BranchNetwork, arrived: int, passed: set[int]) -> list[tuple[tuple[int, ...], int]]:
     """Ends by which the pen may go on, at the node or over a short branch, which comes first."""
     here = [e for e in net.ends_at[int(net.node[arrived])] if e != arrived and e >> 1 not in passed]
     ends: list[tuple[tuple[int, ...], int]] = []
@@ -83,12 +83,14 @@ def _ends_ahead(net: Network, arrived: int, passed: set[int]) -> list[tuple[tupl
     return ends
 
 
-def _positions(net: Network, chain: Sequence[int]) -> Array:
+def _positions(net: BranchNetwork, chain: Sequence[int]) -> Array:
     """Places along a chain of ends, each node between two of its branches twice."""
     return np.concatenate([net.xy[net.vertices_from(e)] for e in chain])
 
 
-def find_crossbar(net: Network, loose: Sequence[int], x_height: float, *, aslant: bool = False) -> tuple[int, ...]:
+def find_crossbar(
+    net: BranchNetwork, loose: Sequence[int], x_height: float, *, aslant: bool = False
+) -> tuple[int, ...]:
     """The ends along a letter's own crossbar, from left to right, or from above; () if there is none.
 
     Parameters
@@ -120,7 +122,7 @@ def find_crossbar(net: Network, loose: Sequence[int], x_height: float, *, aslant
     return best
 
 
-def branches_beside(net: Network, chain: Sequence[int]) -> list[int]:
+def branches_beside(net: BranchNetwork, chain: Sequence[int]) -> list[int]:
     """The branches that are left without a crossbar; those that are no more than a crossing stay."""
     gone = {e >> 1 for e in chain if net.length[e >> 1] >= SHORT or net.is_loose(e ^ 1) or net.is_loose(e)}
     return [b for b in range(len(net.branches)) if b not in gone]
@@ -132,7 +134,7 @@ def lies_on(path: Indices, vertices: Container[int]) -> bool:
     return sum(v in vertices for v in inner.tolist()) >= SHARED * len(inner)
 
 
-def crossbar_chains(net: Network, bar: Indices, entries: Sequence[int]) -> list[tuple[int, ...]]:
+def crossbar_chains(net: BranchNetwork, bar: Indices, entries: Sequence[int]) -> list[tuple[int, ...]]:
     """The ends along a known crossbar, from left to right; a branch by which the pen comes in is no part of it."""
     place = {int(v): i for i, v in enumerate(bar)}
     along: list[tuple[float, int]] = []
@@ -217,7 +219,7 @@ class WordCrossbars:
         return tuple(bars)
 
 
-def _level_chains(net: Network, x_height: float) -> Iterator[tuple[tuple[int, ...], float]]:
+def _level_chains(net: BranchNetwork, x_height: float) -> Iterator[tuple[tuple[int, ...], float]]:
     """Level, straight ways over the branches of a word, as ends from left to right, with their worth."""
     rightwards = [end for end in range(2 * len(net.branches)) if _goes_right(net, end, x_height)]
     beyond: dict[int, list[int]] = {}
@@ -236,7 +238,7 @@ def _level_chains(net: Network, x_height: float) -> Iterator[tuple[tuple[int, ..
             chains += [(*chain, e) for e in beyond.get(int(net.node[chain[-1] ^ 1]), ()) if e >> 1 not in passed]
 
 
-def _goes_right(net: Network, end: int, x_height: float) -> bool:
+def _goes_right(net: BranchNetwork, end: int, x_height: float) -> bool:
     """Whether a crossbar may leave a node by an end: to the right, or over a crossing drawn out."""
     xy = net.xy[net.vertices_from(end)]
     along = xy[-1] - xy[0]
@@ -245,7 +247,7 @@ def _goes_right(net: Network, end: int, x_height: float) -> bool:
     return bool(xy[:, 1].mean() >= 0.6 * x_height)
 
 
-def _worth(net: Network, chain: tuple[int, ...], x_height: float) -> float | None:
+def _worth(net: BranchNetwork, chain: tuple[int, ...], x_height: float) -> float | None:
     """How good a crossbar a chain makes, in the network's unit; ≤ 0 for none, None where no longer chain makes one."""
     of = _SETTINGS
     way = net.xy[chain_vertices(net, chain)]
@@ -278,7 +280,7 @@ def _worth(net: Network, chain: tuple[int, ...], x_height: float) -> float | Non
 
 
 def _best_chain(
-    net: Network, chains: Sequence[tuple[tuple[int, ...], float]], letter_vertices: set[int], later: set[int]
+    net: BranchNetwork, chains: Sequence[tuple[tuple[int, ...], float]], letter_vertices: set[int], later: set[int]
 ) -> tuple[int, ...]:
     """The best crossbar of a letter, given its vertices with those of its ligatures, and those of later letters."""
     most, best = 0.0, tuple[int, ...]()
@@ -291,7 +293,7 @@ def _best_chain(
     return best
 
 
-def _hidden_part(net: Network, chain: Sequence[int], *, right: bool) -> Indices:
+def _hidden_part(net: BranchNetwork, chain: Sequence[int], *, right: bool) -> Indices:
     """Vertices, outwards, of other strokes over which a crossbar runs straight on at one side; without its node."""
     last = chain[-1] ^ 1 if right else chain[0]
     farthest, hidden = _SETTINGS.least_hidden * net.half_width, np.zeros(0, dtype=np.intp)
@@ -314,7 +316,7 @@ def _hidden_part(net: Network, chain: Sequence[int], *, right: bool) -> Indices:
     return hidden
 
 
-def _chains_beyond(net: Network, last: int, passed: set[int]) -> list[tuple[int, ...]]:
+def _chains_beyond(net: BranchNetwork, last: int, passed: set[int]) -> list[tuple[int, ...]]:
     """Ends that leave a node over other branches than those passed, alone and with those beyond a crossing."""
     firsts = [e for e in net.ends_at[int(net.node[last])] if e >> 1 not in passed]
     crossings = [e for e in firsts if net.is_crossing(e)]

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from handout.hand.drawn import Hand
 from handout.hand.library import load
-from handout.motion.recovery.network import Network
+from handout.motion.recovery.network import BranchNetwork
 from handout.tables import loaded
 from handout.values import Array, Glyph, Indices
 
@@ -259,7 +259,9 @@ def _curve(points: Array) -> Array:
     return np.concatenate([way.reshape(-1, 2), points[-1:]])
 
 
-def turning_points(net: Network, body: Sequence[int], vertices: Indices, laid: Array, forms: LetterForms) -> list[int]:
+def turning_points(
+    net: BranchNetwork, body: Sequence[int], vertices: Indices, laid: Array, forms: LetterForms
+) -> list[int]:
     """Vertices in the middle of branches where the nearest forms of the letter begin, cease or turn back.
 
     Parameters
@@ -287,7 +289,9 @@ def turning_points(net: Network, body: Sequence[int], vertices: Indices, laid: A
     return points
 
 
-def _sharpest_near(net: Network, vertex: int, place: dict[int, tuple[int, int]], runs: dict[int, Array]) -> int | None:
+def _sharpest_near(
+    net: BranchNetwork, vertex: int, place: dict[int, tuple[int, int]], runs: dict[int, Array]
+) -> int | None:
     """The sharpest bend near a vertex of a branch, if that is far enough from both its nodes.
 
     runs : for branches how far along them their vertices are, half widths; more are added.
@@ -310,7 +314,7 @@ def _sharpest_near(net: Network, vertex: int, place: dict[int, tuple[int, int]],
     return int(path[near[int(bend.argmin())]])
 
 
-def _is_clear(net: Network, vertex: int, points: Sequence[int], place: dict[int, tuple[int, int]]) -> bool:
+def _is_clear(net: BranchNetwork, vertex: int, points: Sequence[int], place: dict[int, tuple[int, int]]) -> bool:
     """Whether no other turning point is near on the same branch."""
     b, _ = place[vertex]
     same = [v for v in points if place[v][0] == b]

@@ -11,7 +11,7 @@ import numpy as np
 
 from handout.hand.letter_classes import BOWLED, LOOPED_ABOVE, LOOPED_BELOW
 from handout.motion.recovery import letter_forms
-from handout.motion.recovery.network import Network
+from handout.motion.recovery.network import BranchNetwork
 from handout.values import Array, Indices
 
 POINTED = frozenset(".:…")  # marks that are points, and nothing else
@@ -112,7 +112,7 @@ def has_dots(letter: str) -> bool:
     return letter in ("i", "j") or len(unicodedata.normalize("NFD", letter)) > 1
 
 
-def find_points(net: Network) -> tuple[Indices, ...]:
+def find_points(net: BranchNetwork) -> tuple[Indices, ...]:
     """The points of a mark that has nothing else, from above or from left to right; none if it has."""
     if any(len(ends) > 1 for ends in net.ends_at.values()):
         return ()
@@ -122,7 +122,7 @@ def find_points(net: Network) -> tuple[Indices, ...]:
     return tuple(_rightwards(net, net.branches[b]) for b in order.tolist())
 
 
-def find_dots(net: Network, x_height: float, baseline: float | None, joints: set[int]) -> dict[int, Indices]:
+def find_dots(net: BranchNetwork, x_height: float, baseline: float | None, joints: set[int]) -> dict[int, Indices]:
     """Branch → vertices, from left to right, of pieces that are dots or accents.
 
     Where there is nothing else, only what is known to be over the x-height is one.
@@ -139,18 +139,18 @@ def find_dots(net: Network, x_height: float, baseline: float | None, joints: set
     return {b: _rightwards(net, net.branches[b]) for b in dots}
 
 
-def _is_apart(net: Network, branch: int) -> bool:
+def _is_apart(net: BranchNetwork, branch: int) -> bool:
     """Whether a branch meets no other."""
     return len(net.branches[branch]) == 1 or (net.is_loose(2 * branch) and net.is_loose(2 * branch + 1))
 
 
-def _rightwards(net: Network, path: Indices) -> Indices:
+def _rightwards(net: BranchNetwork, path: Indices) -> Indices:
     """A path from its left to its right end."""
     return path if net.xy[path[0], 0] <= net.xy[path[-1], 0] else path[::-1]
 
 
 def loop_direction_errors(
-    net: Network, strokes: Sequence[Sequence[int]], letter: str, baseline: float | None, x_height: float
+    net: BranchNetwork, strokes: Sequence[Sequence[int]], letter: str, baseline: float | None, x_height: float
 ) -> int:
     """How many loops of a traversal run the wrong way round.
 
@@ -181,7 +181,7 @@ def loop_direction_errors(
     return errors
 
 
-def _stem_height(net: Network, letter: str, baseline: float | None, x_height: float) -> float:
+def _stem_height(net: BranchNetwork, letter: str, baseline: float | None, x_height: float) -> float:
     """y over which the middle of a loop is that of a stem."""
     weights = letter_forms.WEIGHTS
     if baseline is not None:

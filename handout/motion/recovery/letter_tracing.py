@@ -39,9 +39,9 @@ from handout.motion.recovery.letter_line import (
 )
 from handout.motion.recovery.network import (
     WEIGHTS,
+    BranchNetwork,
     CostWeights,
     Ends,
-    Network,
     build_network,
     chain_vertices,
     ring_seams,
@@ -117,7 +117,7 @@ class _Search:
 
     line: LetterLine
     letter: str
-    net: Network
+    net: BranchNetwork
     traversals: Sequence[Traversal]
     foreign: _Chains
     laid: _Laid | None
@@ -159,7 +159,7 @@ class _Search:
 
 
 def _search(
-    net: Network,
+    net: BranchNetwork,
     rest: Sequence[int],
     line: LetterLine,
     letter: str,
@@ -181,7 +181,7 @@ def _search(
     return _Search(line, letter, net, cheap, foreign, laid)
 
 
-def _cuts(net: Network, rest: Sequence[int], line: LetterLine, turns: Sequence[int]) -> list[int]:
+def _cuts(net: BranchNetwork, rest: Sequence[int], line: LetterLine, turns: Sequence[int]) -> list[int]:
     """Vertices at which branches are cut: where forms turn, rings were closed, and bars end."""
     seams = ring_seams(net, rest)
     rings = set[int]().union(*seams.values())
@@ -189,12 +189,12 @@ def _cuts(net: Network, rest: Sequence[int], line: LetterLine, turns: Sequence[i
     return [*(v for v in turns if v not in rings), *seams, *bar_ends]
 
 
-def _foreign_bars(net: Network, line: LetterLine) -> list[tuple[int, ...]]:
+def _foreign_bars(net: BranchNetwork, line: LetterLine) -> list[tuple[int, ...]]:
     """Crossbars of other letters, as the word tells them."""
     return [chain for bar in line.foreign_bars for chain in crossbar_chains(net, bar, line.entries)]
 
 
-def _guided(net: Network, x_height: float, ends: Ends, laid: _Laid, weights: CostWeights) -> list[Traversal]:
+def _guided(net: BranchNetwork, x_height: float, ends: Ends, laid: _Laid, weights: CostWeights) -> list[Traversal]:
     """The traversals that forms would take which are not a built-in hand's; none where there are no such forms."""
     taught = np.flatnonzero(~laid.forms.drawn)
     if not len(taught):
@@ -203,7 +203,7 @@ def _guided(net: Network, x_height: float, ends: Ends, laid: _Laid, weights: Cos
     return guided_search(net, x_height, guides, Ends(ends.entries, ends.exits), weights=weights)
 
 
-def _bridged_network(line: LetterLine, letter: str) -> Network:
+def _bridged_network(line: LetterLine, letter: str) -> BranchNetwork:
     """The branches of a letter's line, gaps bridged where its ink failed."""
     half_width = float(np.median(line.radius))
     least = DOT * line.x_height if has_dots(letter) else 0.0
@@ -212,7 +212,7 @@ def _bridged_network(line: LetterLine, letter: str) -> Network:
 
 
 def _nearest(
-    net: Network, rest: Sequence[int], line: LetterLine, letter: str, hands: tuple[str, ...]
+    net: BranchNetwork, rest: Sequence[int], line: LetterLine, letter: str, hands: tuple[str, ...]
 ) -> tuple[_Laid | None, list[int]]:
     """The forms that lie nearest to a letter, laid over it; and vertices where they begin, cease or turn."""
     every = forms_of(letter, bool(line.entries), bool(line.exits), hands)
@@ -229,7 +229,7 @@ def _nearest(
 
 
 def _with_crossbars(
-    net: Network, line: LetterLine, letter: str, ends: Ends, foreign: _Chains, weights: CostWeights
+    net: BranchNetwork, line: LetterLine, letter: str, ends: Ends, foreign: _Chains, weights: CostWeights
 ) -> list[Traversal]:
     """Traversals of a letter whose crossbars are found beforehand and come last, and, where there are none, others."""
     bar_chains = [chain for bar in line.own_bars for chain in crossbar_chains(net, bar, line.entries)]
@@ -244,14 +244,16 @@ def _with_crossbars(
     return barred or beam_search(net, line.x_height, ends, weights=weights, most=_TRAVERSALS)
 
 
-def _bar_starts(net: Network, ends: Ends, foreign: _Chains) -> list[int]:
+def _bar_starts(net: BranchNetwork, ends: Ends, foreign: _Chains) -> list[int]:
     """Loose ends where a letter's own crossbar may begin."""
     passed = {e >> 1 for chain in foreign for e in chain}
     loose = (e for e in range(len(net.node)) if net.is_loose(e))
     return [e for e in loose if e >> 1 not in passed and e not in ends.entries]
 
 
-def _beside_bars(net: Network, x_height: float, bars: _Chains, ends: Ends, weights: CostWeights) -> list[Traversal]:
+def _beside_bars(
+    net: BranchNetwork, x_height: float, bars: _Chains, ends: Ends, weights: CostWeights
+) -> list[Traversal]:
     """Traversals of a letter beside its crossbars, which come last; none if there is nothing else."""
     if not bars:
         return beam_search(net, x_height, ends, weights=weights, most=_TRAVERSALS)
@@ -271,7 +273,7 @@ def _beside_bars(net: Network, x_height: float, bars: _Chains, ends: Ends, weigh
     ]
 
 
-def _ends_at(net: Network, vertices: Sequence[int]) -> list[int]:
+def _ends_at(net: BranchNetwork, vertices: Sequence[int]) -> list[int]:
     """The ends at some nodes."""
     return [end for end, node in enumerate(net.node.tolist()) if node in vertices]
 

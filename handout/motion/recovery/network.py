@@ -58,7 +58,7 @@ _INK = InkWeights()
 
 
 @dataclass(frozen=True, eq=False)
-class Network:
+class BranchNetwork:
     """Branches between nodes.
 
     xy : (n, 2) float, vertices, y up, in any unit.
@@ -150,24 +150,26 @@ def build_network(
     edges: Indices,
     half_width: float | None = None,
     usual: tuple[float, float] | None = None,
-) -> Network:
+) -> BranchNetwork:
     """The branches of a line graph.
 
     Parameters
     ----------
     xy, radius, density, edges : as in `values.LineGraph`, y up.
     half_width : half the usual width of the line; default: the median radius.
-    usual : as in `Network`; default: the medians.
+    usual : as in `BranchNetwork`; default: the medians.
     """
     usual = usual or (float(np.median(radius)), float(np.median(density)))
     half = half_width if half_width is not None else float(np.median(radius))
     paths = branches(edges, len(xy))
     places = as_complex(xy)
-    whole = Network(xy, radius, density, half, (), np.zeros(0, dtype=np.intp), np.zeros(0), np.zeros((0, 2)), usual)
+    whole = BranchNetwork(
+        xy, radius, density, half, (), np.zeros(0, dtype=np.intp), np.zeros(0), np.zeros((0, 2)), usual
+    )
     return _with_branches(whole, paths, [_measure(places[path], half) for path in paths])
 
 
-def subnetwork(net: Network, keep: Sequence[int], cuts: Sequence[int] = ()) -> Network:
+def subnetwork(net: BranchNetwork, keep: Sequence[int], cuts: Sequence[int] = ()) -> BranchNetwork:
     """Some branches of a network, with further nodes at the vertices `cuts`."""
     if not cuts:
         ends = np.array([e for b in keep for e in (2 * b, 2 * b + 1)], dtype=np.intp)
@@ -187,7 +189,9 @@ def subnetwork(net: Network, keep: Sequence[int], cuts: Sequence[int] = ()) -> N
     return _with_branches(net, paths, measures)
 
 
-def _with_branches(net: Network, paths: Sequence[Indices], measures: Sequence[tuple[float, Array]]) -> Network:
+def _with_branches(
+    net: BranchNetwork, paths: Sequence[Indices], measures: Sequence[tuple[float, Array]]
+) -> BranchNetwork:
     """A network with other branches, measured."""
     nodes = np.array([path[side] for path in paths for side in (0, -1)], dtype=np.intp)
     length = np.array([length for length, _ in measures])
@@ -195,7 +199,7 @@ def _with_branches(net: Network, paths: Sequence[Indices], measures: Sequence[tu
     return replace(net, branches=tuple(paths), node=nodes, length=length, leaving=leaving)
 
 
-def ring_seams(net: Network, among: Sequence[int]) -> dict[int, set[int]]:
+def ring_seams(net: BranchNetwork, among: Sequence[int]) -> dict[int, set[int]]:
     """Where rings that meet no other branch were begun and ended: vertex → all of its ring.
 
     A pen that closes an o goes a little over its own beginning: the ink is wider and darker there than elsewhere.
@@ -226,7 +230,7 @@ def as_complex(xy: Array) -> Complexes:
     return np.ascontiguousarray(xy, dtype=np.float64).view(np.complex128)[:, 0]
 
 
-def chain_vertices(net: Network, chain: Sequence[int]) -> Indices:
+def chain_vertices(net: BranchNetwork, chain: Sequence[int]) -> Indices:
     """Vertices along some ends, by which the pen leaves one node after the other; over gaps, too."""
     paths = [net.vertices_from(end) for end in chain]
     return np.concatenate([paths[0], *(b[1:] if b[0] == a[-1] else b for a, b in pairwise(paths))])
@@ -343,7 +347,7 @@ class EdgeCosts:
     exits: frozenset[int]
 
 
-def edge_costs(net: Network, x_height: float, ends: Ends, weights: CostWeights) -> EdgeCosts:
+def edge_costs(net: BranchNetwork, x_height: float, ends: Ends, weights: CostWeights) -> EdgeCosts:
     """What movements over a network cost, see `traversal.beam_search`."""
     count = 2 * len(net.branches)
     run = net.length * (net.half_width / x_height)
@@ -368,7 +372,7 @@ def edge_costs(net: Network, x_height: float, ends: Ends, weights: CostWeights) 
     return EdgeCosts(turning, passing, again, third, once, landing, leaving, air, crossings, frozenset(ends.exits))
 
 
-def _turning(net: Network, cut_off: set[int], weights: CostWeights) -> list[list[tuple[int, float]]]:
+def _turning(net: BranchNetwork, cut_off: set[int], weights: CostWeights) -> list[list[tuple[int, float]]]:
     """`EdgeCosts.turning`; at the ends `cut_off` the pen does not turn back."""
     # cosines of the turns from each end to each other
     straight = np.negative(net.leaving @ np.ascontiguousarray(net.leaving.T)).tolist()
@@ -384,7 +388,7 @@ def _turning(net: Network, cut_off: set[int], weights: CostWeights) -> list[list
     return turning
 
 
-def _stroke_ends(net: Network, passing: float, meeting: float) -> list[float]:
+def _stroke_ends(net: BranchNetwork, passing: float, meeting: float) -> list[float]:
     """What beginning or ending a stroke costs at each end: nothing at a loose one, `passing` where only its own line
     goes on, else `meeting`."""
     nodes, costs = net.node.tolist(), []
@@ -395,7 +399,7 @@ def _stroke_ends(net: Network, passing: float, meeting: float) -> list[float]:
 
 
 def _air_moves(
-    net: Network, x_height: float, weights: CostWeights, landing: Sequence[float]
+    net: BranchNetwork, x_height: float, weights: CostWeights, landing: Sequence[float]
 ) -> list[list[tuple[float, int]]]:
     """`EdgeCosts.air`."""
     places = net.xy[net.node]
@@ -408,7 +412,7 @@ def _air_moves(
     return [list(zip(row, ends, strict=True)) for row, ends in ranked]
 
 
-def _gap_costs(net: Network, loose: Sequence[int], weights: CostWeights) -> Iterator[tuple[int, int, float]]:
+def _gap_costs(net: BranchNetwork, loose: Sequence[int], weights: CostWeights) -> Iterator[tuple[int, int, float]]:
     """Loose ends that a pen may go on between though it left no ink there: (arrived, end, cost), either way."""
     for a in loose:
         for b in loose:
@@ -446,7 +450,7 @@ def _not_straight_on(
     return [0.0 if end == ahead else cost for end in ends]
 
 
-def _against_habit(net: Network, x_height: float, weights: CostWeights) -> list[float]:
+def _against_habit(net: BranchNetwork, x_height: float, weights: CostWeights) -> list[float]:
     """Of passing each branch, left by each of its ends, in another direction than the habitual one."""
     costs: list[float] = []
     for path in net.branches:

@@ -20,7 +20,7 @@ from handout.motion.recovery.ink_gaps import endpoint_of, gap_bridges, log_odds,
 from handout.motion.recovery.network import as_complex
 from handout.motion.recovery.stroke_order import StrokeOrderModel, outwards
 from handout.values import Array, Indices, LineGraph, Placed
-from handout.writing.forms import Form
+from handout.writing.forms import GlyphLine
 
 _SAME = 1e-6  # mm between two places that are one
 _GRAIN = 1e-5  # mm: vertices of a word nearer to one another are one
@@ -126,7 +126,7 @@ def _part_of_chain(vertices: Indices, section: Indices, chain: Indices) -> Indic
     return run if at[0] <= at[1] else run[::-1]
 
 
-def _chains(graph: LineGraph, form: Form) -> list[Indices | None]:
+def _chains(graph: LineGraph, form: GlyphLine) -> list[Indices | None]:
     """For each ligature of a form its vertices in a placed graph, anchor first; told by where their ink is from."""
     ways = [way for way, _ in outwards(form)]
     if not ways:

@@ -30,7 +30,7 @@ from handout.motion.recovery.writer_habits import (
     learn_habit,
 )
 from handout.values import POSE, Array, Indices, LineGraph
-from handout.writing.forms import Connector, Form, Forms
+from handout.writing.forms import Connector, Forms, GlyphLine
 
 _ALONG = 0.6  # of a ligature that lies in a crossbar
 _TOUCHED = 8  # vertices of a body that a crossbar may share where it only ends there
@@ -348,7 +348,7 @@ class _BarEnds:
         )
 
 
-def _letter_line(form: Form, x_height: float) -> tuple[LetterLine, tuple[Indices, ...]]:
+def _letter_line(form: GlyphLine, x_height: float) -> tuple[LetterLine, tuple[Indices, ...]]:
     """A form with its ligatures as one line, and the vertices of each ligature."""
     parts = [(form.xy, form.radius, form.density)]
     edges, sections = [form.edges], []
@@ -367,7 +367,7 @@ def _letter_line(form: Form, x_height: float) -> tuple[LetterLine, tuple[Indices
     return LetterLine(xy, radius, density, np.concatenate(edges), x_height, entries, exits), tuple(sections)
 
 
-def outwards(form: Form) -> Iterator[tuple[Connector, int]]:
+def outwards(form: GlyphLine) -> Iterator[tuple[Connector, int]]:
     """A form's ligatures, entries first, and the step with which their vertices go away from its body."""
     yield from ((way, -1) for way in form.entries)
     yield from ((way, 1) for way in form.exits)

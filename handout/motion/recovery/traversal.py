@@ -20,7 +20,16 @@ from numpy.typing import NDArray
 
 from handout.motion.recovery import letter_forms
 from handout.motion.recovery.form_matching import directions
-from handout.motion.recovery.network import NO_ENDS, SHORT, WEIGHTS, CostWeights, EdgeCosts, Ends, Network, edge_costs
+from handout.motion.recovery.network import (
+    NO_ENDS,
+    SHORT,
+    WEIGHTS,
+    BranchNetwork,
+    CostWeights,
+    EdgeCosts,
+    Ends,
+    edge_costs,
+)
 from handout.values import Array
 
 _WIDTH = 32  # traversals that are followed
@@ -49,7 +58,7 @@ class Traversal:
 
 
 def beam_search(
-    net: Network,
+    net: BranchNetwork,
     x_height: float,
     ends: Ends = NO_ENDS,
     *,
@@ -72,7 +81,7 @@ def beam_search(
 
 
 def guided_search(
-    net: Network,
+    net: BranchNetwork,
     x_height: float,
     guides: Iterable[FormGuide],
     ends: Ends = NO_ENDS,
@@ -92,7 +101,7 @@ def guided_search(
     return [Traversal(strokes, _cost(strokes, costs, first, weights)) for strokes in sorted(guided)]
 
 
-def _first_costs(net: Network, ends: Ends, weights: CostWeights) -> list[float]:
+def _first_costs(net: BranchNetwork, ends: Ends, weights: CostWeights) -> list[float]:
     """What beginning by each end costs, besides landing there."""
     elsewhere = ((ends.entries and e not in ends.entries) or e in ends.bar_entries for e in range(len(net.node)))
     return [weights.first if other else 0.0 for other in elsewhere]
@@ -260,7 +269,7 @@ class FormGuide:
     air: Array
 
 
-def form_guides(net: Network, laid: Array, stroke_of: NDArray[np.intp]) -> Iterator[FormGuide]:
+def form_guides(net: BranchNetwork, laid: Array, stroke_of: NDArray[np.intp]) -> Iterator[FormGuide]:
     """A guide for each of some forms.
 
     Parameters

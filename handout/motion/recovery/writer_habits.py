@@ -23,7 +23,7 @@ MARGIN = 6.0  # one that costs so much more than the cheapest is not made good b
 
 
 @dataclass(frozen=True)
-class HabitSettings:
+class WriterHabitSettings:
     """The model of habits; the share of words all right is measured by `benchmarks.order_recovery`."""
 
     sharp: float = 12.0  # of form distance 1: how much less likely it makes that two instances were written alike
@@ -36,7 +36,7 @@ class HabitSettings:
     least: float = 0.05  # a candidate less likely tells nothing of the other instances
 
 
-_SETTINGS = HabitSettings()
+_SETTINGS = WriterHabitSettings()
 
 
 @dataclass(frozen=True, eq=False)

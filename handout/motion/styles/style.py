@@ -22,7 +22,7 @@ from handout.motion.styles import style_file
 from handout.tables import Angle, Table, Time
 
 
-class Form(Table, frozen=True):
+class FormStyle(Table, frozen=True):
     """What is done to the letter before it is moved through.
 
     shear: of the upright; stretch: widths times this; overshoot: how far targets lie beyond the curve's own, 1 for a
@@ -34,7 +34,7 @@ class Form(Table, frozen=True):
     overshoot: float = 1.0
 
 
-class Movement(Table, frozen=True):
+class MovementStyle(Table, frozen=True):
     """How the pen moves.
 
     smooth: smoothing time over the interval; drawn_at: the smoothing at which targets are sought that lead through
@@ -90,7 +90,7 @@ class Flick(Table, frozen=True):
     exit: float = 0.0
 
 
-class Ligature(Table, frozen=True):
+class LigatureStyle(Table, frozen=True):
     """Strokes that are joined.
 
     reach: greatest distance from the end of one to the start of the next that is joined, 0 for none; turn: a target
@@ -101,7 +101,7 @@ class Ligature(Table, frozen=True):
     turn: Angle = Angle(math.radians(100))
 
 
-class Brush(Table, frozen=True):
+class BrushStyle(Table, frozen=True):
     """The pen's mark.
 
     kind: "round", an even line; "speed", wider where it is slower; "nib", the edge of a flat nib at `angle`;
@@ -124,7 +124,7 @@ class Jitter(Table, frozen=True):
     size: float = 0.0
 
 
-class Learned(Table, frozen=True):
+class LearnedStyle(Table, frozen=True):
     """How a learned manner is moved in; for `.style` archives.
 
     temperature: chance in it, 1 as in the examples; hold: how far the path is led through the places that a drawing
@@ -143,16 +143,16 @@ class Style(Table, frozen=True):
     """A handstyle; `name` is that of its file, without its suffix; `model` is what a ``.style`` has learned."""
 
     title: str
-    form: Form = Form()
-    movement: Movement = Movement()
+    form: FormStyle = FormStyle()
+    movement: MovementStyle = MovementStyle()
     covariance: Covariance = Covariance()
     guide: Guides = Guides()
     breaking: Breaking = Breaking()
     flick: Flick = Flick()
-    ligature: Ligature = Ligature()
-    brush: Brush = Brush()
+    ligature: LigatureStyle = LigatureStyle()
+    brush: BrushStyle = BrushStyle()
     jitter: Jitter = Jitter()
-    learned: Learned = Learned()
+    learned: LearnedStyle = LearnedStyle()
     notes: str = ""
     name: str = ""
     model: LearnedMovement | None = None
@@ -196,7 +196,7 @@ def read(path: Path) -> Style:
         values, model = style_file.load(path)
         return _check_file(msgspec.structs.replace(of_table(values, path), model=model), path)
     style = of_table(tables.loaded(path, "a style"), path)
-    if style.learned != Learned():
+    if style.learned != LearnedStyle():
         raise InputError(f"{path}: [learned] is for .style archives, which handout style learn makes.")
     return style
 

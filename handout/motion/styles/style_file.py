@@ -1,6 +1,6 @@
 """A learned style in one file: its TOML, the weights of its networks, and the examples that prime them.
 
-A ``.style`` file is an archive of ``style.toml``, ``learned.json`` (`Head`), the arrays of the networks in half
+A ``.style`` file is an archive of ``style.toml``, ``learned.json`` (`NetworkHead`), the arrays of the networks in half
 precision, and of each primer the targets, the ways in the air and the dynamics: nothing but numbers and text.
 """
 
@@ -30,7 +30,7 @@ _MOST_LAYERS, _MOST_UNITS, _MOST_GAUSSIANS = 4, 1024, 64  # of a network: more a
 _MOST_WAYS = 4096  # of a primer, and of what is invented
 
 
-class Head(msgspec.Struct, forbid_unknown_fields=True):
+class NetworkHead(msgspec.Struct, forbid_unknown_fields=True):
     """What a file says of its networks.
 
     inputs : what the dynamics are told; hidden, gaussians : of both networks; longest : ways of the longest example, 0
@@ -51,7 +51,7 @@ def to_bytes(toml: str, movement: LearnedMovement) -> bytes:
     dynamics, structure = movement.dynamics, movement.structure
     hidden = [layer.shape[1] // 4 for layer in dynamics.parameters[:-1]]
     longest = 0 if structure is None else structure.longest
-    head = Head(_FORMAT, _VERSION, dynamics.inputs, hidden, dynamics.gaussians, longest, list(movement.primers))
+    head = NetworkHead(_FORMAT, _VERSION, dynamics.inputs, hidden, dynamics.gaussians, longest, list(movement.primers))
     members: dict[str, archive.Content] = {"style.toml": toml.encode(), "learned.json": head}
     scales = np.concatenate([dynamics.mean, dynamics.spread, dynamics.told_mean, dynamics.told_spread])
     members |= _pack_layers("dynamics", dynamics.parameters) | {"dynamics/scales.npy": scales.astype(np.float32)}
@@ -92,7 +92,7 @@ def load(path: Path, data: bytes | None = None) -> tuple[dict[str, Any], Learned
         It cannot be read, is damaged, holds something else, or is of a later version.
     """
     with Archive(path, data) as file:
-        head = file.json("learned.json", Head)
+        head = file.json("learned.json", NetworkHead)
         archive.check_version(path, (head.format, head.version), (_FORMAT, _VERSION))
         sizes = 1 <= len(head.hidden) <= _MOST_LAYERS and all(1 <= units <= _MOST_UNITS for units in head.hidden)
         names = len(set(head.primers)) == len(head.primers) <= PRIMERS
@@ -127,7 +127,7 @@ def _tables(text: bytes, path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: cannot be read as a style: {error}.") from error
 
 
-def _parameters(file: Archive, name: str, inputs: int, head: Head, outputs: int) -> tuple[Floats, ...]:
+def _parameters(file: Archive, name: str, inputs: int, head: NetworkHead, outputs: int) -> tuple[Floats, ...]:
     before, layers = inputs, []
     for k, units in enumerate(head.hidden):
         layers.append(file.array(f"{name}/{k}.npy", "float16", before + units + 1, 4 * units).astype(np.float32))

@@ -21,7 +21,7 @@ _LOOSE = 0.05  # of the extent: standard deviation of targets that have no ellip
 
 
 @dataclass(frozen=True, eq=False)
-class Reference:
+class TargetReference:
     """Where targets are wanted, and how exactly, in a frame of its own.
 
     targets : (m, 2) float.
@@ -52,7 +52,7 @@ class Reference:
         return self.targets @ axes.T + origin, axes @ spreads @ axes.T
 
 
-def fuse_references(references: Sequence[Reference]) -> tuple[Array, Array]:
+def fuse_references(references: Sequence[TargetReference]) -> tuple[Array, Array]:
     """Targets (m, 2) and covariances (m, 2, 2) that several references want together: their product as Gaussians.
 
     Tracking each with a cost of its own, added up, is tracking their product: the costs are quadratic in the places.
@@ -80,7 +80,7 @@ class TargetPlan:
     references : of all targets; lifted : numbers of the targets after which the pen is lifted, from 0.
     """
 
-    references: tuple[Reference, ...]
+    references: tuple[TargetReference, ...]
     page: Page
     lifted: tuple[int, ...] = ()
 

@@ -10,9 +10,9 @@ from typing import ClassVar
 from handout import units
 from handout.plotting import pen_lift
 from handout.plotting.dialect import Command
-from handout.plotting.planning.blocks import Block, Lines, Move, Pause, Pen
+from handout.plotting.planning.blocks import Block, MoveBlock, Pause, PenBlock, UserLines
 from handout.plotting.planning.plan import Plan
-from handout.profiles import Pen as PenProfile
+from handout.profiles import PenLift as PenProfile
 from handout.profiles import Plotter
 
 _LONGEST = 69  # characters of a line; some senders and controllers count those of comments too
@@ -83,16 +83,16 @@ class Program(ABC):
         yield from (Command(line, 0) for line in self.open())
         down: bool | None = None
         for index, block in enumerate(self.blocks):
-            if isinstance(block, Pen):
+            if isinstance(block, PenBlock):
                 lowered = pen_lift.lowered(self.profile.pen, block.value)
                 told = self.move_pen(block.down, lowered) if block.down != down else []
                 down = block.down
             elif isinstance(block, Pause):
                 told = [self.pause(block.seconds)]
-            elif isinstance(block, Lines):
+            elif isinstance(block, UserLines):
                 told = self.obey(block)
             else:
-                assert isinstance(block, Move)  # timed moves are for machines that keep time
+                assert isinstance(block, MoveBlock)  # timed moves are for machines that keep time
                 told = self.move(block, index)
             yield from (Command(line, index + (at == len(told))) for at, line in enumerate(told, 1))
         yield from (Command(line, len(self.blocks)) for line in self.close())
@@ -109,16 +109,16 @@ class Program(ABC):
         """Stand still when all motion is done."""
         return pause_ms(seconds)
 
-    def obey(self, block: Lines) -> list[bytes]:
+    def obey(self, block: UserLines) -> list[bytes]:
         """Lines of the user's own, which wait until it stands and may change all that it remembers."""
         self.words.clear()
         return [self.standing, *(f"{line}\n".encode("ascii") for line in block.lines), *self.modes]
 
-    def move(self, block: Move, index: int) -> list[bytes]:
+    def move(self, block: MoveBlock, index: int) -> list[bytes]:
         """A straight move to a place."""
         return [self.line(block)]
 
-    def line(self, block: Move) -> bytes:
+    def line(self, block: MoveBlock) -> bytes:
         """The line of a move, with only the words that change something."""
         words = {"X": number(block.x), "Y": number(block.y)}
         words |= {} if block.z is None else {"Z": number(block.z)}

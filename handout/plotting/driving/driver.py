@@ -33,7 +33,7 @@ _OFTEN = 0.2  # s of plotting between two calls of `progress`; a terminal is red
 
 
 @dataclass(frozen=True)
-class Report:
+class PlotReport:
     """How a plot went.
 
     executed_s : s, of the machine's clock if it is simulated, else measured here.
@@ -97,7 +97,7 @@ def run(
     secure: Secure | None = None,
     overlap: float = OVERLAP,
     log: Callable[[str], None] = lambda _: None,
-) -> Report:
+) -> PlotReport:
     """Plot a plan from the machine's zero, on a fresh sheet; see `draw`, and `Monitor` for the other parameters."""
     controller = connect(port, profile, log)
     bed.check(plan.toolpath.points[:, :2], controller.profile)
@@ -152,7 +152,7 @@ def draw(
     monitor: Monitor | None = None,
     *,
     fresh: bool = True,
-) -> Report:
+) -> PlotReport:
     """Plot a plan with a machine that is connected and stands at its zero.
 
     Parameters
@@ -297,7 +297,7 @@ def _strokes(plan: Plan) -> Array:
     return np.array([-1, *(drawn[row] if block is None else -1 for block, row in plan.toolpath.instructions)])
 
 
-def _report(stream: _Stream, instrumented: InstrumentedPort | None, before: float, fresh: bool) -> Report:
+def _report(stream: _Stream, instrumented: InstrumentedPort | None, before: float, fresh: bool) -> PlotReport:
     plan, stretched = stream.plan, stream.plan.stretched
     observation = stream.observer.observation(stream.controller.silent)
     if instrumented is not None:
@@ -307,7 +307,7 @@ def _report(stream: _Stream, instrumented: InstrumentedPort | None, before: floa
     else:
         executed_s = time.monotonic() - before
         stretched = stretched if observation.unknown else observation.stretched
-    return Report(
+    return PlotReport(
         executed_s=executed_s,
         announced_s=plan.duration,
         stretched=stretched,

@@ -19,7 +19,7 @@ import numpy as np
 
 from handout.plotting.dialect import Command
 from handout.plotting.dialects import dialect
-from handout.plotting.planning.blocks import Pen
+from handout.plotting.planning.blocks import PenBlock
 from handout.plotting.planning.lookahead import Flags
 from handout.plotting.planning.plan import Plan
 from handout.profiles import Plotter
@@ -201,7 +201,7 @@ def _lowering(plan: Plan, done: Array) -> Flags:
 
     done : (commands + 1,) int: blocks that are done when so many commands have been executed.
     """
-    pens = [block.down if isinstance(block, Pen) else None for block in plan.blocks]
+    pens = [block.down if isinstance(block, PenBlock) else None for block in plan.blocks]
     down, lowering = False, []
     for block, change in enumerate(pens):
         if change and not down:

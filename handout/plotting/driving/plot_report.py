@@ -11,7 +11,7 @@ import numpy as np
 
 from handout import atomic
 from handout.plotting.driving import fidelity
-from handout.plotting.driving.driver import Report
+from handout.plotting.driving.driver import PlotReport
 from handout.plotting.driving.observation import Observation
 from handout.plotting.planning import feed_segments, hooking
 from handout.plotting.planning.plan import Plan
@@ -100,7 +100,7 @@ def _likeness(intended: Drawing, executed: Drawing) -> Row:
     }
 
 
-def plotted(report: Report, port: Port, page: int) -> Row:
+def plotted(report: PlotReport, port: Port, page: int) -> Row:
     """What is to be said of a page that has just been plotted.
 
     What a simulated plotter drew is known; what a real one did, as far as its answers tell; of one that says nothing,
@@ -115,7 +115,7 @@ def plotted(report: Report, port: Port, page: int) -> Row:
     return row(report.plan, page, executed=executed, min_queue=report.min_queue, observation=report.observation)
 
 
-def facts(reports: Sequence[Report]) -> Row:
+def facts(reports: Sequence[PlotReport]) -> Row:
     """What is known of how parts were executed, for machines to read.
 
     Returns
@@ -139,7 +139,7 @@ def facts(reports: Sequence[Report]) -> Row:
     }
 
 
-def sentence(reports: Sequence[Report]) -> str:
+def sentence(reports: Sequence[PlotReport]) -> str:
     """How faithful a plot was, in one sentence; "" if nothing was plotted."""
     figures = facts(reports)
     if not reports:
@@ -158,7 +158,7 @@ def sentence(reports: Sequence[Report]) -> str:
     return f"{measured} the pen rested {times}, {figures['rested_s']:.2f} s in all{where}."
 
 
-def _speeds(reports: Sequence[Report]) -> str:
+def _speeds(reports: Sequence[PlotReport]) -> str:
     """How well the speeds were kept; with its bounds where answers were heard too late to tell it exactly."""
     seen = [report.observation for report in reports]
     r = [one.correlation for one in seen if one.correlation is not None]

@@ -1,7 +1,7 @@
 """A stored plot: its facts, how it is drawn, and which of its pages exist.
 
 ``job.json`` in a job's folder is written when the job begins, and once more when all of its pages are made.  Until then
-it holds what the pages are made from (`Job.inputs`), and the parts are those of the pages that exist.
+it holds what the pages are made from (`PlotJob.inputs`), and the parts are those of the pages that exist.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from handout import atomic
 from handout.errors import InputError
 from handout.plotting.driving.overlap import OVERLAP
 from handout.plotting.jobs import journal, pages
-from handout.plotting.jobs.journal import JobProgress, Journal
+from handout.plotting.jobs.journal import JobProgress, PlotJournal
 from handout.plotting.jobs.pages import Record
-from handout.plotting.jobs.parts import Layers, Part, parts
+from handout.plotting.jobs.parts import Layers, PlotPart, parts
 from handout.plotting.planning.plan import Order
 from handout.profiles import Plotter
 from handout.values import Drawing
@@ -27,7 +27,7 @@ from handout.values import Drawing
 FACTS, JOURNAL = "job.json", "journal"
 
 
-class Options(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+class JobOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """How a job is drawn.
 
     speed, order : as `planning.plan` takes them.
@@ -53,15 +53,15 @@ class _Facts(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
     port: str
     pages: int
     layers: tuple[str, ...]
-    options: Options
-    parts: tuple[Part, ...]
+    options: JobOptions
+    parts: tuple[PlotPart, ...]
     device: dict[str, Any]
     told: tuple[dict[str, Any], ...] = ()
     inputs: dict[str, Any] | None = None
 
 
 @dataclass(frozen=True)
-class Job:
+class PlotJob:
     """A stored plot.
 
     folder : named like the job.
@@ -80,8 +80,8 @@ class Job:
     profile: Plotter
     pages: int
     layers: tuple[str, ...]
-    options: Options
-    parts: tuple[Part, ...]
+    options: JobOptions
+    parts: tuple[PlotPart, ...]
     told: tuple[dict[str, Any], ...] = ()
     inputs: dict[str, Any] | None = None
     share: float = 1.0
@@ -106,9 +106,9 @@ class Job:
         """How far it has come."""
         return journal.read(self.folder / JOURNAL)
 
-    def open(self) -> Journal:
+    def open(self) -> PlotJournal:
         """Its journal, locked against other programs."""
-        return Journal(self.folder / JOURNAL)
+        return PlotJournal(self.folder / JOURNAL)
 
     def drawing(self, number: int) -> Drawing:
         """What a part draws, read from the disk."""
@@ -123,7 +123,7 @@ class Job:
         """Delete its drawings: all of them are on paper, and have been for a while."""
         pages.drop(self.folder)
 
-    def with_pages(self, records: list[Record]) -> Job:
+    def with_pages(self, records: list[Record]) -> PlotJob:
         """The job with these pages, and if it is `whole` with all copies of them."""
         layers = [record.layers for record in records]
         return dataclasses.replace(
@@ -152,7 +152,7 @@ class Job:
         atomic.write(self.folder / FACTS, msgspec.json.encode(facts))
 
 
-def load(path: Path) -> Job:
+def load(path: Path) -> PlotJob:
     """A job from its folder.
 
     Raises
@@ -164,7 +164,7 @@ def load(path: Path) -> Job:
         facts = msgspec.json.decode((path / FACTS).read_bytes(), type=_Facts)
         profile = msgspec.convert(facts.device, Plotter, dec_hook=lambda kind, value: kind(value))
         named = {name: getattr(facts, name) for name in ("title", "begun", "port", "pages", "layers", "parts", "told")}
-        job = Job(folder=path, profile=profile, options=facts.options, inputs=facts.inputs, **named)
+        job = PlotJob(folder=path, profile=profile, options=facts.options, inputs=facts.inputs, **named)
         return job if job.whole else job.with_pages(pages.records(path))
     except (OSError, msgspec.MsgspecError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or str(error)

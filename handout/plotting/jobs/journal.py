@@ -44,7 +44,7 @@ from types import TracebackType
 from handout import journal_lines
 from handout.errors import reason
 from handout.journal_lines import Damage, JournalFile, seal
-from handout.plotting.jobs.places import START, Place
+from handout.plotting.jobs.places import START, DrawnPlace
 
 _DRAWN, _UNPROVEN = "drawn", "unproven"
 _PLACES = {"part", _DRAWN, "complete", "finished"}  # lines that say where a job stands, whatever was before them
@@ -66,8 +66,8 @@ class JobProgress:
     part: int = 0
     begun: bool = False
     opened: bool = False
-    place: Place = START
-    proven: Place = START
+    place: DrawnPlace = START
+    proven: DrawnPlace = START
     doubtful: bool = False
     finished: bool = False
     stopped: str = ""
@@ -104,7 +104,7 @@ def _after(standing: JobProgress, line: str | Damage) -> JobProgress:
         number, stroke, time, *unproven = rest.split()
         if int(number) != standing.part:  # that it began was said in a line that is damaged
             standing = replace(standing, opened=False, place=START, proven=START)
-        place = Place(int(stroke), float(time))
+        place = DrawnPlace(int(stroke), float(time))
         proven, place = (standing.proven, place) if unproven else (place, max(place, standing.place))
         return replace(standing, part=int(number), begun=True, place=place, proven=proven, doubtful=False)
     if word == "doubtful":
@@ -121,7 +121,7 @@ def disk() -> Executor:
     return ThreadPoolExecutor(1, "journal")
 
 
-class Journal:
+class PlotJournal:
     """The journal of a job, locked against other programs while it is open.
 
     Attributes
@@ -163,7 +163,7 @@ class Journal:
         if not self.standing.opened:
             self._write("opened")
 
-    def drawn(self, place: Place, proven: bool = True) -> None:
+    def drawn(self, place: DrawnPlace, proven: bool = True) -> None:
         """The part under way is certainly drawn up to a place, and whether that is proven right."""
         if place != (self.standing.proven if proven else self.standing.place):
             more = "" if proven else f" {_UNPROVEN}"
@@ -226,7 +226,7 @@ class Journal:
             self._failed = error
             self._check()
 
-    def __enter__(self) -> Journal:
+    def __enter__(self) -> PlotJournal:
         return self
 
     def __exit__(

@@ -18,7 +18,7 @@ import numpy as np
 from handout import atomic
 from handout.errors import InputError
 from handout.plotting import bed
-from handout.plotting.jobs.parts import Layer, Layers, arranged, survey
+from handout.plotting.jobs.parts import Layers, PageLayer, arranged, survey
 from handout.plotting.planning.hooking import part_strokes
 from handout.plotting.planning.order import shorten_travel
 from handout.plotting.planning.plan import Order
@@ -45,7 +45,7 @@ class NewPage(NamedTuple):
 class Record(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The record of a stored page; `share` and `told` as in `NewPage`."""
 
-    layers: tuple[Layer, ...]
+    layers: tuple[PageLayer, ...]
     share: float
     told: dict[str, Any]
 

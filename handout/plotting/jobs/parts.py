@@ -15,7 +15,7 @@ from handout.values import Drawing, Stroke
 Layers = Literal["none", "name", "colour"]
 
 
-class Part(msgspec.Struct, frozen=True, array_like=True):
+class PlotPart(msgspec.Struct, frozen=True, array_like=True):
     """Strokes that are drawn without help from a person.
 
     page : its number, from 0; copy : from 0; layer : name or colour of the layer.
@@ -32,7 +32,7 @@ class Part(msgspec.Struct, frozen=True, array_like=True):
     checked: float = 0.0
 
 
-class Layer(msgspec.Struct, frozen=True, array_like=True):
+class PageLayer(msgspec.Struct, frozen=True, array_like=True):
     """One layer of a page as `arranged`.
 
     ends : where each of its words ends, as an index of the page's strokes; ink : mm that each word draws.
@@ -58,7 +58,7 @@ def arranged(drawing: Drawing, layers: Layers) -> Drawing:
     return dataclasses.replace(drawing, strokes=strokes)
 
 
-def survey(drawing: Drawing, layers: Layers) -> tuple[Layer, ...]:
+def survey(drawing: Drawing, layers: Layers) -> tuple[PageLayer, ...]:
     """The layers of an `arranged` page with their words, as `parts` takes them."""
     surveyed, at = [], 0
     for name, group in itertools.groupby(drawing.strokes, lambda stroke: layer_of(stroke, layers)):
@@ -67,7 +67,7 @@ def survey(drawing: Drawing, layers: Layers) -> tuple[Layer, ...]:
             at += len(word)
             ends.append(at)
             ink.append(sum(stroke.length for stroke in word))
-        surveyed.append(Layer(name, first, tuple(ends), tuple(ink)))
+        surveyed.append(PageLayer(name, first, tuple(ends), tuple(ink)))
     return tuple(surveyed)
 
 
@@ -83,7 +83,7 @@ def words_of(strokes: Sequence[Stroke]) -> Iterator[list[Stroke]]:
         yield run
 
 
-def parts(pages: Sequence[Sequence[Layer]], copies: int = 1, every: float | None = None) -> list[Part]:
+def parts(pages: Sequence[Sequence[PageLayer]], copies: int = 1, every: float | None = None) -> list[PlotPart]:
     """All parts of a job in order: copy after copy, page after page, layer after layer.
 
     Parameters
@@ -99,17 +99,17 @@ def parts(pages: Sequence[Sequence[Layer]], copies: int = 1, every: float | None
     if every is not None and not every >= 10.0:
         raise InputError(f"pause every: {every:g} mm of ink is less than 10 mm; give a length such as 20m.")
     used: dict[str, float] = {}  # mm a pen has drawn since it was last looked at
-    in_order: list[Part] = []
+    in_order: list[PlotPart] = []
     for copy, (page, layers) in itertools.product(range(copies), enumerate(pages)):
         for layer in layers:
             if every is None:
-                in_order.append(Part(page, copy, layer.name, layer.first, layer.ends[-1], sum(layer.ink)))
+                in_order.append(PlotPart(page, copy, layer.name, layer.first, layer.ends[-1], sum(layer.ink)))
             else:
                 in_order += _divided(page, copy, layer, every, used)
     return in_order
 
 
-def _divided(page: int, copy: int, layer: Layer, every: float, used: dict[str, float]) -> Iterator[Part]:
+def _divided(page: int, copy: int, layer: PageLayer, every: float, used: dict[str, float]) -> Iterator[PlotPart]:
     """One layer, cut where its pen has drawn enough."""
     first, ink, checked = layer.first, 0.0, 0.0
     before = used.get(layer.name, 0.0)
@@ -117,14 +117,14 @@ def _divided(page: int, copy: int, layer: Layer, every: float, used: dict[str, f
     for end, more in zip(layer.ends, layer.ink, strict=True):
         if before > 0 and before + more > every:
             if begin > first:
-                yield Part(page, copy, layer.name, first, begin, ink, checked)
+                yield PlotPart(page, copy, layer.name, first, begin, ink, checked)
             first, ink, checked, before = begin, 0.0, before, 0.0
         before, ink, begin = before + more, ink + more, end
     used[layer.name] = before
-    yield Part(page, copy, layer.name, first, begin, ink, checked)
+    yield PlotPart(page, copy, layer.name, first, begin, ink, checked)
 
 
-def asked(before: Part | None, part: Part, pages: int, layers: Sequence[str]) -> list[str]:
+def asked(before: PlotPart | None, part: PlotPart, pages: int, layers: Sequence[str]) -> list[str]:
     """What a person has to do before a part, each as one request.
 
     Parameters

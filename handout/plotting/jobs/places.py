@@ -14,13 +14,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.plotting.planning.blocks import Pen
+from handout.plotting.planning.blocks import PenBlock
 from handout.plotting.planning.hooking import piece
 from handout.plotting.planning.plan import Plan
 from handout.values import Array, Drawing
 
 
-class Place(NamedTuple):
+class DrawnPlace(NamedTuple):
     """How far a drawing is drawn: all strokes before `stroke`, and this one up to `time` (s, drawing's clock).
 
     A time before the stroke's first means that nothing of it is drawn; a stroke after the last, that all are.
@@ -30,7 +30,7 @@ class Place(NamedTuple):
     time: float = -np.inf
 
 
-START = Place(0)
+START = DrawnPlace(0)
 
 
 class Milestones:
@@ -38,7 +38,7 @@ class Milestones:
 
     Attributes
     ----------
-    stroke : (blocks + 1,) int; time : (blocks + 1,) float, s: the `Place` for every number of blocks done.
+    stroke : (blocks + 1,) int; time : (blocks + 1,) float, s: the `DrawnPlace` for every number of blocks done.
     ink : (blocks + 1,) float, mm: the length that is drawn by then.
     """
 
@@ -51,7 +51,9 @@ class Milestones:
         at = np.arange(len(instructions))
         rows = np.array([row if block is None else -1 for block, row in instructions], dtype=np.intp)
         drawn = (rows >= 0) & toolpath.draws[rows]
-        pens = [(at, block.down) for at, (block, _) in enumerate(instructions) if isinstance(block, Pen) and block.inks]
+        pens = [
+            (at, block.down) for at, (block, _) in enumerate(instructions) if isinstance(block, PenBlock) and block.inks
+        ]
         # a stroke is done with what comes last before the pen is lifted from it: a move, or the rest of a dot
         complete = np.array([lift - 1 for (_, down), (lift, _) in itertools.pairwise(pens) if down], dtype=int)
         stroke = np.searchsorted(complete, at, side="right")
@@ -62,12 +64,12 @@ class Milestones:
         self.stroke, self.time = np.append(0, stroke), np.append(-np.inf, time)
         self.ink = np.append(0.0, np.cumsum(length))
 
-    def place(self, done: int) -> Place:
+    def place(self, done: int) -> DrawnPlace:
         """The place reached after `done` blocks."""
-        return Place(int(self.stroke[done]), float(self.time[done]))
+        return DrawnPlace(int(self.stroke[done]), float(self.time[done]))
 
 
-def place(plan: Plan, done: int) -> Place:
+def place(plan: Plan, done: int) -> DrawnPlace:
     """The place reached after `done` blocks of a plan; for many numbers use `Milestones`."""
     return Milestones(plan).place(done)
 
@@ -85,7 +87,7 @@ def _reached(plan: Plan) -> Array:
     return np.asarray(np.where(share > 1.0 - 1e-9, ends[stroke], begins[stroke] + share * (ends - begins)[stroke]))
 
 
-def drawn(drawing: Drawing, place: Place) -> Drawing:
+def drawn(drawing: Drawing, place: DrawnPlace) -> Drawing:
     """The part of a drawing that lies before a place."""
     whole, time = drawing.strokes[: place.stroke], place.time
     for stroke in drawing.strokes[place.stroke : place.stroke + 1]:
@@ -94,7 +96,7 @@ def drawn(drawing: Drawing, place: Place) -> Drawing:
     return dataclasses.replace(drawing, strokes=whole)
 
 
-def remaining(drawing: Drawing, place: Place) -> Drawing:
+def remaining(drawing: Drawing, place: DrawnPlace) -> Drawing:
     """The rest of a drawing after a place, where the broken stroke begins; times, words and layers stay."""
     if place.stroke >= len(drawing.strokes):
         return dataclasses.replace(drawing, strokes=())
@@ -106,9 +108,9 @@ def remaining(drawing: Drawing, place: Place) -> Drawing:
     return dataclasses.replace(drawing, strokes=whole)
 
 
-def onward(before: Place, left: Drawing, whole: Drawing, after: Place) -> Place:
+def onward(before: DrawnPlace, left: Drawing, whole: Drawing, after: DrawnPlace) -> DrawnPlace:
     """A place on the rest of a drawing, as a place on the whole drawing."""
-    return max(before, Place(after.stroke + len(whole.strokes) - len(left.strokes), after.time))
+    return max(before, DrawnPlace(after.stroke + len(whole.strokes) - len(left.strokes), after.time))
 
 
 # mm that a machine may stand beside what it was told to draw: segments, steps, a bed that is not quite 1:1
@@ -119,12 +121,12 @@ _PAST = 0.03  # mm by which the line has left a place when that is behind it
 
 def found(
     drawing: Drawing,
-    certain: Place,
+    certain: DrawnPlace,
     at: Array,
     reach: float,
     zero: Array | None = None,
     detours: Sequence[Array] = (),
-) -> Place | None:
+) -> DrawnPlace | None:
     """The place on the drawing at which a machine stopped that stands at `at`; None if it is on no line.
 
     Parameters
@@ -149,15 +151,15 @@ def found(
         if off < (distance if best_place is None else distance - _CLEARLY):
             draws = bool(np.isfinite(until))
             time = place.time + share * (until - place.time) if draws else place.time
-            best_place, distance = Place(place.stroke, time), off
+            best_place, distance = DrawnPlace(place.stroke, time), off
         elif draws and off > distance + _PAST:
             break
     return best_place
 
 
 def _ways(
-    drawing: Drawing, certain: Place, reach: float, zero: Array | None, detours: Sequence[Array]
-) -> Iterator[tuple[Place, Array, Array, float]]:
+    drawing: Drawing, certain: DrawnPlace, reach: float, zero: Array | None, detours: Sequence[Array]
+) -> Iterator[tuple[DrawnPlace, Array, Array, float]]:
     """The straight pieces the pen takes from a place on: the place before each, its ends, the time at its end.
 
     Travels have an infinite time: wherever the pen stands on one, the next stroke has not begun.
@@ -169,31 +171,31 @@ def _ways(
         yield from _travels(certain, start, left.strokes[0].xy[0], detours)
     for number, stroke in enumerate(left.strokes, skipped):
         if before is not None:
-            yield from _travels(Place(number), before, stroke.xy[0], detours)
+            yield from _travels(DrawnPlace(number), before, stroke.xy[0], detours)
         for at in range(len(stroke.t) - 1):
-            yield Place(number, float(stroke.t[at])), stroke.xy[at], stroke.xy[at + 1], float(stroke.t[at + 1])
+            yield DrawnPlace(number, float(stroke.t[at])), stroke.xy[at], stroke.xy[at + 1], float(stroke.t[at + 1])
             reach -= float(np.hypot(*(stroke.xy[at + 1] - stroke.xy[at])))
             if reach < 0:
                 break
         if reach < 0:
             break
         if len(stroke.t) == 1:
-            yield Place(number), stroke.xy[0], stroke.xy[0], np.inf
+            yield DrawnPlace(number), stroke.xy[0], stroke.xy[0], np.inf
         before = stroke.xy[-1]
     if zero is not None and (done := drawn(drawing, certain).strokes):  # it may have been on its way back
         yield from _travels(certain, done[-1].xy[-1], zero, detours)
 
 
 def _travels(
-    place: Place, begin: Array, end: Array, detours: Sequence[Array]
-) -> Iterator[tuple[Place, Array, Array, float]]:
+    place: DrawnPlace, begin: Array, end: Array, detours: Sequence[Array]
+) -> Iterator[tuple[DrawnPlace, Array, Array, float]]:
     """The ways of the lifted pen from one place to another: straight, or by a detour."""
     for detour in (np.zeros((0, 2)), *detours):
         for a, b in itertools.pairwise([begin, *detour, end]):
             yield place, a, b, np.inf
 
 
-def _starts(drawing: Drawing, certain: Place, zero: Array | None) -> Iterator[Array]:
+def _starts(drawing: Drawing, certain: DrawnPlace, zero: Array | None) -> Iterator[Array]:
     """Where the lifted pen starts towards a place: at zero, or at the end of the stroke before."""
     if zero is not None:
         yield zero

@@ -23,13 +23,13 @@ from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, InputError
 from handout.plotting import bed
 from handout.plotting.dialect import BUTTON_LOOK, ButtonPressed, Controller
 from handout.plotting.dialects import dialect
-from handout.plotting.driving.driver import Monitor, Progress, Report, connect, draw, halting, park
+from handout.plotting.driving.driver import Monitor, PlotReport, Progress, connect, draw, halting, park
 from handout.plotting.jobs import store
-from handout.plotting.jobs.job import Job, load
-from handout.plotting.jobs.journal import Journal
+from handout.plotting.jobs.job import PlotJob, load
+from handout.plotting.jobs.journal import PlotJournal
 from handout.plotting.jobs.page_producer import PageProducer
-from handout.plotting.jobs.parts import Part, asked
-from handout.plotting.jobs.places import START, Milestones, Place, found, onward, remaining
+from handout.plotting.jobs.parts import PlotPart, asked
+from handout.plotting.jobs.places import START, DrawnPlace, Milestones, found, onward, remaining
 from handout.plotting.planning import hooking
 from handout.plotting.planning.plan import Plan
 from handout.plotting.planning.planner import plan
@@ -75,20 +75,20 @@ class RunOptions:
     at_zero: bool = False
     home_after: bool = False
     patience: float = math.inf
-    reached: Callable[[int, Place], None] | None = None
+    reached: Callable[[int, DrawnPlace], None] | None = None
 
 
 def run_job(
-    job: Job,
+    job: PlotJob,
     open_port: Callable[[], Port],
     person: Person,
     options: RunOptions = RunOptions(),
     *,
     supply: PageProducer | None = None,
     progress: Progress | None = None,
-    plotted: Callable[[Report, Port], None] | None = None,
+    plotted: Callable[[PlotReport, Port], None] | None = None,
     log: Callable[[str], None] | None = None,
-) -> list[Report]:
+) -> list[PlotReport]:
     """Plot what is left of a job.
 
     Parameters
@@ -128,7 +128,7 @@ def run_job(
     return run.reports
 
 
-def doubt(job: Job) -> str:
+def doubt(job: PlotJob) -> str:
     """What a damaged journal leaves open, and the ways out, in a sentence; "" where it says all."""
     standing = job.standing()
     if not standing.uncertain:
@@ -149,18 +149,18 @@ class _Run:
 
     def __init__(
         self,
-        job: Job,
-        journal: Journal,
+        job: PlotJob,
+        journal: PlotJournal,
         supply: PageProducer | None,
         person: Person,
         progress: Progress | None,
-        plotted: Callable[[Report, Port], None] | None,
+        plotted: Callable[[PlotReport, Port], None] | None,
         log: Callable[[str], None],
-        reached: Callable[[int, Place], None] | None,
+        reached: Callable[[int, DrawnPlace], None] | None,
     ) -> None:
         self.job, self.journal, self.supply, self.person, self.log = job, journal, supply, person, log
         self.progress, self.plotted, self.reached = progress, plotted, reached
-        self.reports: list[Report] = []
+        self.reports: list[PlotReport] = []
         self.controller: Controller
         self._warned = False
 
@@ -194,7 +194,7 @@ class _Run:
         begins = pages[0] != pages[1] and not self.journal.standing.opened
         return begins and self.journal.standing.place == START, pages[1] != pages[2]
 
-    def _next(self) -> Part | None:
+    def _next(self) -> PlotPart | None:
         """The part under way or the next one, waiting until its page is made; None after the last."""
         number, waited = self.journal.standing.part, False
         if number >= len(self.job.parts) and not self.job.whole:
@@ -307,7 +307,7 @@ class _Run:
         detours = [to_page(way) for way in hooking.detours(self.job.profile)]
         held = dialect(self.job.profile.dialect).in_hand * float(self.job.profile.limits.draw_speed)
         reach = _REACH * max(self.job.options.overlap, held) + _WRITTEN
-        drawn = standing.place if begun else Place(len(whole.strokes))
+        drawn = standing.place if begun else DrawnPlace(len(whole.strokes))
         place = found(whole, drawn, xy, reach, zero, detours)
         if place is not None and standing.begun:
             self.journal.drawn(place)
@@ -400,7 +400,7 @@ def _for_a_while(pressed: Callable[[], bool], patience: float) -> Callable[[], b
 class _Keeper:
     """Writes the progress of a part that the driver reports into the journal."""
 
-    def __init__(self, journal: Journal, whole: Drawing, left: Drawing, plan: Plan) -> None:
+    def __init__(self, journal: PlotJournal, whole: Drawing, left: Drawing, plan: Plan) -> None:
         self.journal, self.whole, self.left = journal, whole, left
         self.start, self.reached = journal.standing.place, Milestones(plan)
         self._done = self._written = self._proven = self._sure = 0
@@ -421,7 +421,7 @@ class _Keeper:
             self.write()
 
     @property
-    def place(self) -> Place:
+    def place(self) -> DrawnPlace:
         """What was noted last."""
         return self._place(self._done)
 
@@ -432,7 +432,7 @@ class _Keeper:
         if self._proven < self._done:
             self.journal.drawn(self._place(self._done), proven=False)
 
-    def _place(self, done: int) -> Place:
+    def _place(self, done: int) -> DrawnPlace:
         return onward(self.start, self.left, self.whole, self.reached.place(done))
 
     def secure(self) -> Future[None]:

@@ -24,7 +24,7 @@ from typing import Any
 from handout import atomic, shipped
 from handout.errors import InputError
 from handout.plotting.jobs import pages
-from handout.plotting.jobs.job import JOURNAL, Job, Options, load
+from handout.plotting.jobs.job import JOURNAL, JobOptions, PlotJob, load
 from handout.plotting.jobs.pages import NewPage
 from handout.profiles import Plotter
 from handout.values import Drawing
@@ -44,12 +44,12 @@ def folder() -> Path:
 def create(
     drawings: Iterable[Drawing],
     profile: Plotter,
-    options: Options,
+    options: JobOptions,
     *,
     title: str = "",
     port: str = "",
     place: Path | None = None,
-) -> Job:
+) -> PlotJob:
     """Store a new job: all of it is on the disk when this returns, nothing if it fails.
 
     Parameters
@@ -72,13 +72,13 @@ def create(
 def begin(
     new_pages: Iterable[NewPage],
     profile: Plotter,
-    options: Options,
+    options: JobOptions,
     inputs: dict[str, Any] | None,
     *,
     title: str = "",
     port: str = "",
     place: Path | None = None,
-) -> Job:
+) -> PlotJob:
     """Store a new job with its first pages, or all; they are on the disk when this returns.
 
     Parameters
@@ -89,7 +89,7 @@ def begin(
     base = place or folder()
     with _new_folder(base) as work:
         begun = datetime.now().isoformat(timespec="seconds")
-        job = Job(work, title, begun, port, profile, 0, (), options, (), inputs=inputs)
+        job = PlotJob(work, title, begun, port, profile, 0, (), options, (), inputs=inputs)
         records = []
         for number, page in enumerate(new_pages):
             records.append(pages.keep(page, work, number, profile, options.layers, options.order))
@@ -104,7 +104,7 @@ def begin(
         return dataclasses.replace(job, folder=free_name(work, base))
 
 
-def add(job: Job, number: int, page: NewPage) -> None:
+def add(job: PlotJob, number: int, page: NewPage) -> None:
     """Add a page to a job that is not whole; page 0 is the first.
 
     Raises
@@ -118,7 +118,7 @@ def add(job: Job, number: int, page: NewPage) -> None:
     pages.enter(record, job.folder, number)  # after the drawing is on the disk: it never outlives that
 
 
-def complete(job: Job) -> None:
+def complete(job: PlotJob) -> None:
     """Complete a job whose pages are all made: drop what they were made from."""
     records = pages.records(job.folder)
     dataclasses.replace(job, inputs=None).with_pages(records).write()
@@ -157,7 +157,7 @@ def free_name(work: Path, base: Path) -> Path:
     raise InputError(f"{base} is full of jobs: delete some.")
 
 
-def find(name: str | None = None, place: Path | None = None, *, unfinished: bool = False) -> Job:
+def find(name: str | None = None, place: Path | None = None, *, unfinished: bool = False) -> PlotJob:
     """The job of that name; without a name, or as "last", the one that was drawn last, of all or the unfinished ones.
 
     Raises
@@ -179,7 +179,7 @@ def find(name: str | None = None, place: Path | None = None, *, unfinished: bool
     raise InputError(f"There is no job {name!r}; {hint}.")
 
 
-def every(place: Path | None = None) -> list[Job]:
+def every(place: Path | None = None) -> list[PlotJob]:
     """All jobs that can be read, the oldest first."""
     base, jobs = place or folder(), []
     for path in base.iterdir() if base.is_dir() else []:
@@ -204,7 +204,7 @@ def drop_drawings(place: Path | None = None, keep: int = _DRAWABLE) -> None:
         job.drop_drawings()
 
 
-def drawn_before(name: str | None = None, place: Path | None = None) -> Job:
+def drawn_before(name: str | None = None, place: Path | None = None) -> PlotJob:
     """As `find`, of the jobs whose drawings are still kept.
 
     Raises
@@ -223,7 +223,7 @@ def drawn_before(name: str | None = None, place: Path | None = None) -> Job:
     return job
 
 
-def _by_use(place: Path | None) -> list[Job]:
+def _by_use(place: Path | None) -> list[PlotJob]:
     """All jobs, the one that was drawn last at the end; one that another program deletes meanwhile is none."""
     used = []
     for job in every(place):
@@ -232,7 +232,7 @@ def _by_use(place: Path | None) -> list[Job]:
     return [job for _, job in sorted(used, key=lambda each: each[0])]
 
 
-def _is_finished(job: Job) -> bool:
+def _is_finished(job: PlotJob) -> bool:
     try:
         standing = job.standing()
         return standing.finished and not standing.damaged
@@ -240,7 +240,7 @@ def _is_finished(job: Job) -> bool:
         return False
 
 
-def forget(job: Job) -> None:
+def forget(job: PlotJob) -> None:
     """Delete a job, finished or not.
 
     Raises

@@ -27,7 +27,7 @@ _SHARE = re.compile(r"(\d+(?:\.\d+)?)\s*%")
 _SHEETS = re.compile(r"(\d+)(-)?(\d+)?")
 
 
-class Piece(NamedTuple):
+class SheetStretch(NamedTuple):
     """Strokes of a sheet: its number, from 0, the first of them and the one after the last."""
 
     sheet: int
@@ -36,7 +36,7 @@ class Piece(NamedTuple):
 
 
 class _Word(NamedTuple):
-    """A run of strokes of one word: `Piece`, the word's number on its sheet (−1: unknown), its text, mm of ink."""
+    """Strokes of one word: `SheetStretch`, the word's number on its sheet (−1: unknown), its text, mm of ink."""
 
     sheet: int
     first: int
@@ -56,7 +56,7 @@ def pieces(
     from_word: str | None = None,
     to_word: str | None = None,
     sheets: str = "",
-) -> list[Piece]:
+) -> list[SheetStretch]:
     """What is drawn of the pages, whose strokes are in the order in which they are drawn.
 
     Parameters
@@ -87,7 +87,7 @@ def pieces(
         places = f"{begin or from_word or 'the beginning'} and {end or to_word or 'the end'}"
         raise InputError(f"Nothing lies between {places}: is one before the other?")
     chosen = itertools.groupby(words[first : last + 1], lambda word: word.sheet)
-    return [Piece(sheet, (run := list(group))[0].first, run[-1].stop) for sheet, group in chosen]
+    return [SheetStretch(sheet, (run := list(group))[0].first, run[-1].stop) for sheet, group in chosen]
 
 
 def _find_first(
@@ -100,7 +100,7 @@ def _find_first(
     return _find(word, words, 0, "--from-word")[0] if word else 0
 
 
-def named(part: Sequence[Piece], pages: Sequence[Drawing]) -> str:
+def named(part: Sequence[SheetStretch], pages: Sequence[Drawing]) -> str:
     """A part as it is called in a sentence."""
     first, last, many = part[0], part[-1], len(part)
     begin, end = (

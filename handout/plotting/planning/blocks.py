@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 
-class Move(NamedTuple):
+class MoveBlock(NamedTuple):
     """A straight move to x, y (mm, machine coordinates) at a feed in mm/min; z: height of the pen, if it changes."""
 
     x: float
@@ -26,7 +26,7 @@ class Timed(NamedTuple):
     servo: float | None = None
 
 
-class Pen(NamedTuple):
+class PenBlock(NamedTuple):
     """The pen is lowered or lifted, and waited for.
 
     value : to which it is lowered, of its servo or its Z axis; None: the profile's own; inks : it is for a stroke, and
@@ -44,10 +44,10 @@ class Pause(NamedTuple):
     seconds: float
 
 
-class Lines(NamedTuple):
+class UserLines(NamedTuple):
     """Lines of the user's own, begun when the machine stands; what they may have changed is told anew."""
 
     lines: tuple[str, ...]
 
 
-Block = Move | Timed | Pen | Pause | Lines
+Block = MoveBlock | Timed | PenBlock | Pause | UserLines

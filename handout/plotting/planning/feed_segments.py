@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from handout.plotting import pen_lift
 from handout.plotting.dialects import dialect
 from handout.plotting.planning import feeds, lookahead, pace, segments
-from handout.plotting.planning.blocks import Move
+from handout.plotting.planning.blocks import MoveBlock
 from handout.plotting.planning.lookahead import Motion
-from handout.plotting.planning.plan import Plan, Request
+from handout.plotting.planning.plan import Plan, PlanRequest
 from handout.plotting.planning.segments import Trajectory
 from handout.plotting.planning.toolpath import (
     Toolpath,
@@ -40,7 +40,7 @@ _BUSY = 0.8  # share of what the controller can read that is asked of it
 _LINE = 22.0  # bytes of a line at most
 
 
-def plan(request: Request) -> Plan:
+def plan(request: PlanRequest) -> Plan:
     """A plan of moves with feeds; see `planner.plan`."""
     profile, asked = request.profile, pace.pace(request)
     cuts = cut(asked.path, profile)
@@ -53,7 +53,7 @@ def plan(request: Request) -> Plan:
     xyz, feeds_ = toolpath.points[1:].tolist(), feed.tolist()
     height = (toolpath.draws & toolpath.follows_pressure).tolist()
     blocks = toolpath.blocks(
-        lambda row: Move(xyz[row][0], xyz[row][1], feeds_[row], xyz[row][2] if height[row] else None)
+        lambda row: MoveBlock(xyz[row][0], xyz[row][1], feeds_[row], xyz[row][2] if height[row] else None)
     )
     return Plan.of(request, toolpath, motion, starts, blocks, target)
 

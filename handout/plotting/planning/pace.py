@@ -9,7 +9,7 @@ import numpy as np
 from handout.plotting.dialects import dialect
 from handout.plotting.planning import feeds, lookahead
 from handout.plotting.planning.lookahead import Blocks, Flags
-from handout.plotting.planning.plan import Request
+from handout.plotting.planning.plan import PlanRequest
 from handout.plotting.planning.segments import Trajectory, cut
 from handout.plotting.planning.toolpath import machine_of
 from handout.profiles import Plotter
@@ -21,7 +21,7 @@ _LONGEST_DOT = 1.0  # s the pen rests on the paper, however long it rested in th
 
 
 @dataclass(frozen=True, eq=False)
-class Pace:
+class AskedPace:
     """The times that are asked for.
 
     path : the strokes on the clock asked for; drawn : (n,) float, s, the times of its samples in the drawing.
@@ -35,17 +35,17 @@ class Pace:
     dots: Array
 
 
-def pace(request: Request) -> Pace:
+def pace(request: PlanRequest) -> AskedPace:
     """The times that a request asks for: of the drawing, scaled; or the least, where it is to be fast."""
     path = request.path
     if request.speed == "fast":
         path, drawn = _fastest(path, request.profile)
-        return Pace(path, drawn, drawn if request.drawing.timed else path.t, _dots(request))
+        return AskedPace(path, drawn, drawn if request.drawing.timed else path.t, _dots(request))
     scaled = Trajectory(path.t / request.factor, path.xy, path.stroke)
-    return Pace(scaled, scaled.t, scaled.t, _dots(request))
+    return AskedPace(scaled, scaled.t, scaled.t, _dots(request))
 
 
-def _dots(request: Request) -> Array:
+def _dots(request: PlanRequest) -> Array:
     strokes = request.drawing.strokes
     if not request.drawing.timed:
         return np.zeros(len(strokes))

@@ -1,4 +1,4 @@
-"""What is asked of planning, a `Request`, and what comes of it: a `Plan`, motion within a machine's limits."""
+"""What is asked of planning, a `PlanRequest`, and what comes of it: a `Plan`, motion within a machine's limits."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import Any, Literal
 
 import numpy as np
 
-from handout.plotting.bed import Placement
-from handout.plotting.planning.blocks import Block, Pen
+from handout.plotting.bed import BedPlacement
+from handout.plotting.planning.blocks import Block, PenBlock
 from handout.plotting.planning.hooking import NONE, Hooking
 from handout.plotting.planning.lookahead import Motion
 from handout.plotting.planning.segments import Trajectory
-from handout.plotting.planning.toolpath import TRAVEL, Span, Toolpath
+from handout.plotting.planning.toolpath import TRAVEL, HookSpan, Toolpath
 from handout.profiles import Plotter
 from handout.summary import one_line
 from handout.values import Array, Drawing, Stroke, readonly
@@ -25,7 +25,7 @@ _EVERY = 0.0025  # s between the samples of a predicted stroke
 
 
 @dataclass(frozen=True, eq=False)
-class Request:
+class PlanRequest:
     """A drawing that is to be planned.
 
     drawing : its strokes in the order in which they are drawn; profile : the machine; speed, order : as asked for.
@@ -37,7 +37,7 @@ class Request:
     profile: Plotter
     speed: Speed
     order: Order
-    placement: Placement
+    placement: BedPlacement
     path: Trajectory
     whole: tuple[bool, bool] = (True, True)
     hooked: Hooking = NONE
@@ -52,7 +52,7 @@ class Request:
 class Plan:
     """What a machine will do to draw a drawing; previews, time estimates and drivers read the same object.
 
-    drawing, profile, speed, order, placement, whole : as in the `Request`.
+    drawing, profile, speed, order, placement, whole : as in the `PlanRequest`.
     blocks : what the machine is told; begins : (blocks,) float, s, when it begins each.
     starts : (n + 1,) float, s, when each move of the toolpath begins, and when all is done.
     target_time : (n,) float, s, what drawn moves take in the drawing (at the best, if it has no time); else 0.
@@ -62,7 +62,7 @@ class Plan:
     profile: Plotter
     speed: Speed
     order: Order
-    placement: Placement
+    placement: BedPlacement
     toolpath: Toolpath
     motion: Motion
     starts: Array
@@ -76,7 +76,7 @@ class Plan:
     @classmethod
     def of(
         cls,
-        request: Request,
+        request: PlanRequest,
         toolpath: Toolpath,
         motion: Motion,
         starts: Array,
@@ -114,7 +114,7 @@ class Plan:
         for name, first, stop in path.hooks:
             told = path.instructions[first:stop]
             rows = [row for block, row in told if block is None]
-            down = [xy[row].tolist() for block, row in told if isinstance(block, Pen) and block.down]
+            down = [xy[row].tolist() for block, row in told if isinstance(block, PenBlock) and block.down]
             way = xy[rows[0] : rows[-1] + 2] if rows else xy[told[0][1] : told[0][1] + 1]
             stroke = int(np.searchsorted(path.first, told[-1][1]))
             ways.append({"name": name, "stroke": stroke, "way": _turns(way).tolist(), "down": down})
@@ -143,7 +143,7 @@ class Plan:
             pause=path.pause[moves],
             first=path.first[:0],
             instructions=tuple((block, at - row) for block, at in told),
-            hooks=(Span("after_page", 0, len(told)),),
+            hooks=(HookSpan("after_page", 0, len(told)),),
         )
         motion = Motion(*(getattr(self.motion, field.name)[moves] for field in dataclasses.fields(Motion)))
         blocks, starts = self.blocks[span.first :], self.starts[moves] - self.starts[row]

@@ -2,7 +2,7 @@
 
 1. `hooking`: strokes longer than the pen has ink for are parted; `order`: in which order they are drawn.
 2. `bed`: where the page lies on the machine; what lies outside is refused.
-3. `Request.path`: all strokes as one trajectory, on the clock of the drawing.
+3. `PlanRequest.path`: all strokes as one trajectory, on the clock of the drawing.
 4. `_PLANNERS`, by who makes the speeds of the machine (`Dialect.motion`):
    `feed_segments` for controllers with a planner of their own, which are given feeds (GRBL, Marlin);
    `time_slices` for boards that do each move in the time they are told (EBB);
@@ -22,7 +22,7 @@ from handout.plotting.dialects import dialect
 from handout.plotting.planning import feed_segments, time_slices, vectors
 from handout.plotting.planning.hooking import hooking, part_strokes
 from handout.plotting.planning.order import shorten_travel
-from handout.plotting.planning.plan import Order, Plan, Request, Speed
+from handout.plotting.planning.plan import Order, Plan, PlanRequest, Speed
 from handout.plotting.planning.segments import on_one_clock
 from handout.profiles import Plotter
 from handout.values import Drawing, Stroke
@@ -64,7 +64,7 @@ def plan(
     bed.check(np.concatenate(paths), profile)
     path = on_one_clock([stroke.t for stroke in drawing.strokes], paths)
     hooked = hooking(drawing, profile, whole)
-    request = Request(drawing, profile, speed, order, placement, path, whole, hooked)
+    request = PlanRequest(drawing, profile, speed, order, placement, path, whole, hooked)
     return _PLANNERS[dialect(profile.dialect).motion](request)
 
 

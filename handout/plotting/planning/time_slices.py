@@ -20,11 +20,11 @@ from handout.plotting.planning import time_scaling
 from handout.plotting.planning.blocks import Timed
 from handout.plotting.planning.lookahead import Motion
 from handout.plotting.planning.pace import pace
-from handout.plotting.planning.plan import Plan, Request
+from handout.plotting.planning.plan import Plan, PlanRequest
 from handout.plotting.planning.segments import Trajectory, stroke_ends
 from handout.plotting.planning.time_scaling import MotionLimits, TimedCurve
-from handout.plotting.planning.toolpath import FREE, TRAVEL, WIPE, Instruction, Span, Toolpath, lay_out, start_times
-from handout.profiles import Pen as PenProfile
+from handout.plotting.planning.toolpath import FREE, TRAVEL, WIPE, HookSpan, Instruction, Toolpath, lay_out, start_times
+from handout.profiles import PenLift as PenProfile
 from handout.profiles import Plotter, Time
 from handout.values import Array, readonly
 
@@ -37,7 +37,7 @@ _VALUES = 16  # that the servo is told between no pressure and full
 _CORNER = np.radians(30.0)  # a turn by more is the end of a slice
 
 
-def plan(request: Request) -> Plan:
+def plan(request: PlanRequest) -> Plan:
     """A plan of timed moves; see `planner.plan`."""
     profile, asked = request.profile, pace(request)
     path = time_scaling.smooth_trajectory(asked.path)
@@ -240,5 +240,5 @@ def _sliced(toolpath: Toolpath, runs: dict[int, _Run]) -> Toolpath:
         pause=pause,
         first=begin[toolpath.first],
         instructions=tuple(instructions),
-        hooks=tuple(Span(name, begins[first], begins[stop]) for name, first, stop in toolpath.hooks),
+        hooks=tuple(HookSpan(name, begins[first], begins[stop]) for name, first, stop in toolpath.hooks),
     )

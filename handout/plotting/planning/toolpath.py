@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from handout.hooks import Go, Lower, Send, Steps, Wait, goes
 from handout.plotting import pen_lift
 from handout.plotting.dialects import dialect
-from handout.plotting.planning.blocks import Block, Lines, Pause, Pen
+from handout.plotting.planning.blocks import Block, Pause, PenBlock, UserLines
 from handout.plotting.planning.hooking import NONE, Hooking
 from handout.plotting.planning.lookahead import Flags, Machine, Motion, to_steps
 from handout.plotting.planning.segments import Trajectory
@@ -23,10 +23,10 @@ from handout.values import Array, readonly
 
 TRAVEL, LIFT, LOWER, DRAW, WIPE = range(5)
 FREE = (TRAVEL, WIPE)  # moves over the bed that no time is asked for
-Instruction = tuple[Pen | Pause | Lines | None, int]
+Instruction = tuple[PenBlock | Pause | UserLines | None, int]
 
 
-class Span(NamedTuple):
+class HookSpan(NamedTuple):
     """Instructions with a hook among them, and the ways to and from it: from `first` to before `stop`.
 
     name : "before_page", "after_page", "dip", or "stroke": between two strokes without a dip.
@@ -61,7 +61,7 @@ class Toolpath:
     pause: Array
     first: NDArray[np.intp]
     instructions: tuple[Instruction, ...]
-    hooks: tuple[Span, ...] = ()
+    hooks: tuple[HookSpan, ...] = ()
 
     __repr__ = one_line
 
@@ -126,7 +126,7 @@ class _Builder:
         self.stands: list[int] = [0]
         self.pauses: list[tuple[int, float]] = []
         self.instructions: list[Instruction] = []
-        self.hooks: list[Span] = []
+        self.hooks: list[HookSpan] = []
         self.count = 0
 
     def rest(self, seconds: float) -> None:
@@ -152,12 +152,12 @@ class _Builder:
             self.go(kind, there)
 
     def move_pen(self, down: bool, value: float | None = None, inks: bool = True) -> None:
-        """Lift or lower the pen and wait for it; see `Pen`."""
+        """Lift or lower the pen and wait for it; see `PenBlock`."""
         pen = pen_lift.lowered(self.pen, value)
         wait = pen_lift.wait(pen, down, float(self.profile.port.line_time))
         if down:
             wait += dialect(self.profile.dialect).lowering_bytes * 10.0 / self.profile.port.baud
-        self.instructions.append((Pen(down, value, inks), self.count))
+        self.instructions.append((PenBlock(down, value, inks), self.count))
         if self.on_z:
             height = pen.down if down else pen.up
             self.go(LOWER if down else LIFT, np.array([[self.at[0], self.at[1], height]]))
@@ -174,7 +174,7 @@ class _Builder:
                 self.instructions.append((Pause(step.seconds), self.count))
                 self.rest(step.seconds)
             elif isinstance(step, Send):
-                self.instructions.append((Lines(step.lines), self.count))
+                self.instructions.append((UserLines(step.lines), self.count))
                 self.rest(len(step.lines) * float(self.profile.port.line_time))
             elif isinstance(step, Lower) or down:
                 down = isinstance(step, Lower)
@@ -207,7 +207,7 @@ class _Builder:
     def span(self, name: str, first: int) -> None:
         """Instructions from `first` on are a hook; one without any, such as to go where the pen is, is none."""
         if len(self.instructions) > first:
-            self.hooks.append(Span(name, first, len(self.instructions)))
+            self.hooks.append(HookSpan(name, first, len(self.instructions)))
 
 
 def lay_out(
@@ -222,7 +222,7 @@ def lay_out(
     heights : (n,) float, mm: of the pen at the cuts, where it follows the pressure.
     """
     build = _Builder(profile)
-    build.instructions.append((Pen(down=False), 0))
+    build.instructions.append((PenBlock(down=False), 0))
     build.rest((0.0 if build.on_z else profile.pen.up_time) + profile.port.line_time)
     starts = np.append(np.flatnonzero(np.diff(cuts.stroke, prepend=-1)), len(cuts.t))
     if hooked.before_page:

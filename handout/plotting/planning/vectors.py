@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.plotting.planning import lookahead, segments
-from handout.plotting.planning.blocks import Block, Move
+from handout.plotting.planning.blocks import Block, MoveBlock
 from handout.plotting.planning.lookahead import Blocks
-from handout.plotting.planning.plan import Plan, Request
+from handout.plotting.planning.plan import Plan, PlanRequest
 from handout.plotting.planning.segments import Trajectory
 from handout.plotting.planning.toolpath import WIPE, Toolpath, lay_out, machine_of, start_times
 from handout.profiles import Plotter
@@ -48,7 +48,7 @@ class VectorSettings:
 SETTINGS = VectorSettings()
 
 
-def plan(request: Request) -> Plan:
+def plan(request: PlanRequest) -> Plan:
     """A plan of vectors; see `planner.plan`."""
     profile, per_mm = request.profile, request.profile.limits.steps_per_mm
     cuts = _shorter(segments.cut(request.path, SETTINGS.rate, SETTINGS.shortest / per_mm, SETTINGS.deviation))
@@ -61,7 +61,7 @@ def plan(request: Request) -> Plan:
     feed = _feeds(toolpath, lines, np.zeros_like(target) if request.speed == "fast" else target, profile)
     motion = lookahead.run(lines, feed * lines.rate / _fastest(profile), profile.port.queue)
     xy, feeds = toolpath.points[1:, :2].tolist(), (feed * 60.0).tolist()
-    blocks = toolpath.blocks(lambda row: Move(xy[row][0], xy[row][1], feeds[row]))
+    blocks = toolpath.blocks(lambda row: MoveBlock(xy[row][0], xy[row][1], feeds[row]))
     fetching = float(profile.hpgl.pen_time)
     starts = start_times(toolpath, motion, profile) + fetching - profile.pen.up_time  # it is up already
     starts = starts + _starved(blocks, toolpath, starts, profile)

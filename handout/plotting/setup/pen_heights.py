@@ -23,7 +23,7 @@ from handout.plotting.driving.driver import Monitor, draw, halting
 from handout.plotting.planning.planner import plan
 from handout.plotting.ports import Port
 from handout.plotting.setup.panels import line
-from handout.profiles import Pen, Plotter
+from handout.profiles import PenLift, Plotter
 from handout.values import Array, Drawing, Page, Stroke
 
 ROWS = 5  # that are drawn to choose from: as many as fit on `_PAGE`
@@ -36,7 +36,7 @@ _ROW_Z, _ROW_SHARE = 0.1, 1 / 25  # from one row to the next
 _ANY_HEIGHT = (-1000.0, 1000.0)  # mm
 
 
-class Person(Protocol):
+class PenSetter(Protocol):
     """Whoever stands at the plotter."""
 
     def do(self, request: str) -> None:
@@ -95,7 +95,7 @@ def in_words(value: float, profile: Plotter) -> str:
     return f"{value:g}" if values is None else values.written(value)
 
 
-def begin(controller: Controller, port: Port, person: Person, log: Log) -> Bench:
+def begin(controller: Controller, port: Port, person: PenSetter, log: Log) -> Bench:
     """Have the machine made ready; it moves only after that."""
     profile = controller.profile
     finds = "It looks for its zero first, then" if profile.homing else "Then"
@@ -110,13 +110,13 @@ def begin(controller: Controller, port: Port, person: Person, log: Log) -> Bench
 class Bench:
     """A machine that is being set up."""
 
-    def __init__(self, controller: Controller, port: Port, person: Person, log: Log) -> None:
+    def __init__(self, controller: Controller, port: Port, person: PenSetter, log: Log) -> None:
         self.controller, self.port, self.person, self.log = controller, port, person, log
         self.at = controller.profile.pen.up
         self._drawn = 0
 
     @property
-    def pen(self) -> Pen:
+    def pen(self) -> PenLift:
         return self.controller.profile.pen
 
     @contextlib.contextmanager

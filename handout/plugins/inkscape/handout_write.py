@@ -49,7 +49,7 @@ _MARGIN = "2mm"  # within a selection, for letters lean out; set by eye
 _OWN = ("PYTHONHOME", "PYTHONPATH", "LD_LIBRARY_PATH", "LD_PRELOAD")
 
 
-class Refused(Exception):
+class WriteRefused(Exception):
     """What cannot be done, in a sentence for the user."""
 
 
@@ -63,7 +63,7 @@ def main(arguments: Sequence[str]) -> int:
         place = _place(root, asked.id)
         drawing, told = _written(asked, place)
         _put(root, drawing, place, told, asked)
-    except Refused as error:
+    except WriteRefused as error:
         print(error, file=sys.stderr)
         return 1
     for note in told.get("notes", []):
@@ -92,7 +92,7 @@ def _read(path: str | Path) -> tuple[list[tuple[str, str]], Element]:
         # names that ElementTree gives itself cannot be given to it
         return [name for name in names if not re.match(r"ns\d+$", name[0])], xml.fromstring(data, parser)
     except (OSError, xml.ParseError) as error:
-        raise Refused(f"The document cannot be read: {error}.") from error
+        raise WriteRefused(f"The document cannot be read: {error}.") from error
 
 
 # Where it is written
@@ -110,7 +110,7 @@ def _place(root: Element, selected: Iterable[str]) -> Place:
     if right - left < least or bottom - top < least:  # it says where to begin: from there to the edges of the page
         right, bottom = width, height
     if right - left < least or bottom - top < least:
-        raise Refused(
+        raise WriteRefused(
             f"There is no room: select an object of {_LEAST:g} mm, or one further from the edges of the page."
         )
     return left, top, right - left, bottom - top, _MARGIN
@@ -122,7 +122,7 @@ def _page(root: Element) -> Point:
     given = [_length(root.get(name)) for name in ("width", "height")]
     width, height = (size or (box[2 + i] if box else 0.0) for i, size in enumerate(given))
     if not min(width, height) > 0:
-        raise Refused("The document has no size: set one in File, Document Properties.")
+        raise WriteRefused("The document has no size: set one in File, Document Properties.")
     return width, height
 
 
@@ -286,7 +286,7 @@ def _back(one: Map) -> Map:
     a, b, c, d, e, f = one
     size = a * d - b * c
     if abs(size) < 1e-12:
-        raise Refused("The layer is scaled to nothing: choose another layer.")
+        raise WriteRefused("The layer is scaled to nothing: choose another layer.")
     return d / size, -b / size, -c / size, a / size, (c * f - d * e) / size, (b * e - a * f) / size
 
 
@@ -308,7 +308,7 @@ def _command(given: str) -> str:
         if found:
             return found
     named = f" as {given}" if given != "handout" else ""
-    raise Refused(
+    raise WriteRefused(
         f"handout was not found{named}. Install it (pip install handout-driver), or give its path on the page Program: "
         "in an environment it is bin/handout, on Windows Scripts\\handout.exe. An Inkscape from Flatpak or Snap may "
         "not start other programs: take another of its packages."
@@ -319,7 +319,7 @@ def _written(asked: Any, place: Place) -> tuple[Element, dict[str, Any]]:
     """The drawing that handout makes for a place, and what it tells of it."""
     text = asked.text.replace("\\n", "\n").replace("\\t", " ")  # so Inkscape hands on line breaks
     if not text.strip():
-        raise Refused("There is no text to write.")
+        raise WriteRefused("There is no text to write.")
     call = [_command(asked.command), "write", "--file", "-", "--json", "--quiet", "--pages", "1"]
     call += ["--page", f"{place[2] / _MM:.3f}x{place[3] / _MM:.3f}mm", "--hand", asked.hand.strip() or "house-joined"]
     call += [] if place[4] is None else ["--margin", place[4]]
@@ -345,14 +345,14 @@ def _run(call: list[str], text: str) -> dict[str, Any]:
             call, input=text.encode("utf-8"), capture_output=True, env=surroundings, creationflags=hidden, check=False
         )
     except OSError as error:
-        raise Refused(f"{call[0]} cannot be started: {error}.") from error
+        raise WriteRefused(f"{call[0]} cannot be started: {error}.") from error
     if done.returncode:
         said = done.stderr.decode("utf-8", "replace").strip()
-        raise Refused(said or f"{call[0]} failed and said nothing (exit code {done.returncode}).")
+        raise WriteRefused(said or f"{call[0]} failed and said nothing (exit code {done.returncode}).")
     try:
         told: dict[str, Any] = json.loads(done.stdout.decode("utf-8"))
     except ValueError:
-        raise Refused(f"{call[0]} does not answer as handout does: is it another program?") from None
+        raise WriteRefused(f"{call[0]} does not answer as handout does: is it another program?") from None
     return told
 
 

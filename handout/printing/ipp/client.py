@@ -13,9 +13,18 @@ from enum import IntEnum
 from typing import NamedTuple
 
 from handout.errors import PrinterError
-from handout.printing.ipp.message import Attribute, AttributeGroup, Message, Tag, Value, attribute, decode, encode
+from handout.printing.ipp.message import (
+    Attribute,
+    AttributeGroup,
+    Message,
+    MessageTag,
+    Value,
+    attribute,
+    decode,
+    encode,
+)
 from handout.printing.ipp.request import Capabilities, job_attributes
-from handout.printing.ipp.status import DOUBTFUL, RETRYABLE, JobState, Status, phrase
+from handout.printing.ipp.status import DOUBTFUL, RETRYABLE, IppStatus, JobState, phrase
 from handout.printing.ipp.transport import Transport, TransportError
 from handout.printing.queue import Ticket
 
@@ -75,7 +84,7 @@ class Backoff:
         return True
 
 
-class Refused(PrinterError):
+class PrinterRefused(PrinterError):
     """The printer answered that it will not do it; `code` is its status."""
 
     def __init__(self, message: str, code: int) -> None:
@@ -170,7 +179,7 @@ class Client:
         PrinterError
             It cannot be reached or refuses.
         """
-        wanted = attribute("requested-attributes", Tag.KEYWORD, "all")
+        wanted = attribute("requested-attributes", MessageTag.KEYWORD, "all")
         return Capabilities(self._ask(Operation.GET_PRINTER_ATTRIBUTES, (wanted,)))
 
     def validate(self, ticket: Ticket, capabilities: Capabilities) -> None:
@@ -207,8 +216,8 @@ class Client:
         """Give a job that has been begun its only document (Send-Document); raises as `print` does."""
         about = (
             _number(number),
-            attribute("document-format", Tag.MIME_TYPE, ticket.format),
-            attribute("last-document", Tag.BOOLEAN, True),
+            attribute("document-format", MessageTag.MIME_TYPE, ticket.format),
+            attribute("last-document", MessageTag.BOOLEAN, True),
         )
         self._ask(Operation.SEND_DOCUMENT, about, document=document)
 
@@ -217,7 +226,7 @@ class Client:
         return Backoff(self._wait, self._say)
 
     def _job_number(self, answer: Message) -> int:
-        number = answer.all("job-id", Tag.JOB)
+        number = answer.all("job-id", MessageTag.JOB)
         if not number or not isinstance(number[0].value, int):
             raise TransportError(f"{self.uri} took a page without giving its job a number.", handed_over=True)
         return number[0].value
@@ -227,11 +236,11 @@ class Client:
 
         sure : whether it has to be told by its name or time that it is this one, not only nothing else.
         """
-        wanted = attribute("requested-attributes", Tag.KEYWORD, *_JOB_ATTRIBUTES)
+        wanted = attribute("requested-attributes", MessageTag.KEYWORD, *_JOB_ATTRIBUTES)
         try:
             answer = self._ask(Operation.GET_JOB_ATTRIBUTES, (_number(job.number), wanted))
-        except Refused as error:
-            if error.code in (Status.NOT_FOUND, Status.GONE):
+        except PrinterRefused as error:
+            if error.code in (IppStatus.NOT_FOUND, IppStatus.GONE):
                 return None
             raise
         return next((status for status in _jobs(answer) if status.is_of(job, sure)), None)
@@ -248,8 +257,8 @@ class Client:
         over: frozenset[str] = frozenset()
         for which in ("not-completed", "completed"):
             asked = (
-                attribute("requested-attributes", Tag.KEYWORD, *_JOB_ATTRIBUTES),
-                attribute("which-jobs", Tag.KEYWORD, which),
+                attribute("requested-attributes", MessageTag.KEYWORD, *_JOB_ATTRIBUTES),
+                attribute("which-jobs", MessageTag.KEYWORD, which),
             )
             listed = _jobs(self._ask(Operation.GET_JOBS, asked))
             named += [job for job in listed if job.name == name]
@@ -260,8 +269,8 @@ class Client:
         """Stop a job (Cancel-Job); one that is over already stays as it is."""
         try:
             self._ask(Operation.CANCEL_JOB, (_number(number),))
-        except Refused as error:
-            if error.code not in (Status.NOT_POSSIBLE, Status.NOT_FOUND):
+        except PrinterRefused as error:
+            if error.code not in (IppStatus.NOT_POSSIBLE, IppStatus.NOT_FOUND):
                 raise
 
     def cancel_and_wait(self, job: JobReference) -> JobStatus | None:
@@ -299,29 +308,29 @@ class Client:
                     continue
                 raise
             retryable = answer.code in RETRYABLE and (operation not in _PAGE_OPERATIONS or answer.code not in DOUBTFUL)
-            if answer.code == Status.VERSION_NOT_SUPPORTED and self._version > (1, 1):
+            if answer.code == IppStatus.VERSION_NOT_SUPPORTED and self._version > (1, 1):
                 self._version = (1, 1)
             elif not (
                 retryable and backoff.pause(f"{self.uri} {phrase(answer.code).removeprefix('it ')}; waiting for it.")
             ):
                 break
         if answer.code >= 0x0100:
-            raise Refused(f"{self.uri} refused: {_why(answer)}.", answer.code)
+            raise PrinterRefused(f"{self.uri} refused: {_why(answer)}.", answer.code)
         return answer
 
     def _request(
         self, operation: Operation, about: tuple[Attribute, ...], job: tuple[Attribute, ...], document: bytes
     ) -> Message:
         head = (
-            attribute("attributes-charset", Tag.CHARSET, "utf-8"),
-            attribute("attributes-natural-language", Tag.LANGUAGE, "en"),
-            attribute("printer-uri", Tag.URI, self.uri),
+            attribute("attributes-charset", MessageTag.CHARSET, "utf-8"),
+            attribute("attributes-natural-language", MessageTag.LANGUAGE, "en"),
+            attribute("printer-uri", MessageTag.URI, self.uri),
             # RFC 8011 §4.1.5: the number of a job follows the printer's address at once
             *(entry for entry in about if entry.name == "job-id"),
-            attribute("requesting-user-name", Tag.NAME, self._user),
+            attribute("requesting-user-name", MessageTag.NAME, self._user),
             *(entry for entry in about if entry.name != "job-id"),
         )
-        groups = (AttributeGroup(Tag.OPERATION, head), *([AttributeGroup(Tag.JOB, job)] if job else []))
+        groups = (AttributeGroup(MessageTag.OPERATION, head), *([AttributeGroup(MessageTag.JOB, job)] if job else []))
         request = next(self._numbers)
         data = self._transport.post(encode(Message(operation, groups, request, self._version)), document)
         try:
@@ -336,21 +345,21 @@ class Client:
 def _about(ticket: Ticket) -> tuple[Attribute, ...]:
     """The attributes of a document and of its job."""
     return (
-        attribute("job-name", Tag.NAME, ticket.title),
-        attribute("document-format", Tag.MIME_TYPE, ticket.format),
+        attribute("job-name", MessageTag.NAME, ticket.title),
+        attribute("document-format", MessageTag.MIME_TYPE, ticket.format),
         # without this a printer may take another sheet than was asked for, and say so only afterwards
-        attribute("ipp-attribute-fidelity", Tag.BOOLEAN, True),
+        attribute("ipp-attribute-fidelity", MessageTag.BOOLEAN, True),
     )
 
 
 def _number(job: int) -> Attribute:
-    return attribute("job-id", Tag.INTEGER, job)
+    return attribute("job-id", MessageTag.INTEGER, job)
 
 
 def _jobs(answer: Message) -> list[JobStatus]:
     jobs = []
     for group in answer.groups:
-        if group.tag == Tag.JOB:
+        if group.tag == MessageTag.JOB:
             job = Message(0, (group,))
             code = _int(job.all("job-state"))
             state = JobState(code) if code in set(JobState) else JobState.PENDING
@@ -369,7 +378,7 @@ def text(values: tuple[Value, ...]) -> str:
     if not values:
         return ""
     value = values[0].value
-    if isinstance(value, bytes) and values[0].tag in (Tag.NAME_WITH_LANGUAGE, Tag.TEXT_WITH_LANGUAGE):
+    if isinstance(value, bytes) and values[0].tag in (MessageTag.NAME_WITH_LANGUAGE, MessageTag.TEXT_WITH_LANGUAGE):
         start = 2 + int.from_bytes(value[:2], "big") + 2
         return value[start:].decode("utf-8", "replace")
     return str(value)
@@ -378,10 +387,12 @@ def text(values: tuple[Value, ...]) -> str:
 def _why(answer: Message) -> str:
     """The status in words, what exactly was not supported, and the printer's own sentence."""
     reasons = [phrase(answer.code)]
-    names = [entry.name for group in answer.groups if group.tag == Tag.UNSUPPORTED_GROUP for entry in group.attributes]
+    names = [
+        entry.name for group in answer.groups if group.tag == MessageTag.UNSUPPORTED_GROUP for entry in group.attributes
+    ]
     if names:
         reasons.append(f"it does not support what was asked for as {', '.join(names)}")
-    message = text(answer.all("status-message", Tag.OPERATION)).strip().rstrip(".")
+    message = text(answer.all("status-message", MessageTag.OPERATION)).strip().rstrip(".")
     if message and not message.startswith("successful"):
         reasons.append(f"in its words: {message}")
     return "; ".join(reasons)

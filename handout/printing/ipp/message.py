@@ -16,7 +16,7 @@ _LONGEST = 0x7FFF  # bytes of one name or value, RFC 8010 §3.1: lengths are sig
 _DEEPEST = 16  # collections in collections; real printers nest two
 
 
-class Tag(IntEnum):
+class MessageTag(IntEnum):
     """What follows in a message: a group of attributes (below 0x10), or a value of that type."""
 
     OPERATION = 0x01
@@ -49,7 +49,7 @@ class Tag(IntEnum):
     MEMBER_NAME = 0x4A
 
 
-_NUMBERS = (Tag.INTEGER, Tag.ENUM)
+_NUMBERS = (MessageTag.INTEGER, MessageTag.ENUM)
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,7 @@ def encode(message: Message) -> bytes:
     for group in message.groups:
         parts.append(bytes([group.tag]))
         parts += [part for attribute in group.attributes for part in _attribute(attribute)]
-    parts.append(bytes([Tag.END]))
+    parts.append(bytes([MessageTag.END]))
     return b"".join(parts)
 
 
@@ -153,16 +153,16 @@ def _attribute(attribute: Attribute) -> Iterator[bytes]:
 
 
 def _value(name: bytes, value: Value) -> Iterator[bytes]:
-    if value.tag != Tag.COLLECTION:
+    if value.tag != MessageTag.COLLECTION:
         yield _item(value.tag, name, _body(value))
         return
-    yield _item(Tag.COLLECTION, name, b"")
+    yield _item(MessageTag.COLLECTION, name, b"")
     assert isinstance(value.value, tuple)
     for member in value.value:
-        yield _item(Tag.MEMBER_NAME, b"", member.name.encode())
+        yield _item(MessageTag.MEMBER_NAME, b"", member.name.encode())
         for item in member.values:
             yield from _value(b"", item)
-    yield _item(Tag.END_COLLECTION, b"", b"")
+    yield _item(MessageTag.END_COLLECTION, b"", b"")
 
 
 def _item(tag: int, name: bytes, body: bytes) -> bytes:
@@ -183,7 +183,7 @@ def _body(value: Value) -> bytes:
         return struct.pack(">ii", held.least, held.greatest)
     if isinstance(held, tuple):
         raise ValueError("a collection needs the tag of a collection")
-    return struct.pack(">?", held) if value.tag == Tag.BOOLEAN else struct.pack(">i", held)
+    return struct.pack(">?", held) if value.tag == MessageTag.BOOLEAN else struct.pack(">i", held)
 
 
 def decode(data: bytes) -> tuple[Message, int]:
@@ -198,7 +198,7 @@ def decode(data: bytes) -> tuple[Message, int]:
     major, minor, code, request = struct.unpack(">BBHI", reader.take(8))
     groups: list[AttributeGroup] = []
     tag = reader.tag()
-    while tag != Tag.END:
+    while tag != MessageTag.END:
         if tag >= 0x10:
             raise PrinterError(f"An IPP message has a value (tag {tag:#x}) before its first group.")
         attributes, following = _attributes(reader)
@@ -247,14 +247,14 @@ def _attributes(reader: _Reader) -> tuple[tuple[Attribute, ...], int]:
 
 def _read_value(reader: _Reader, tag: int, depth: int) -> Value:
     body = reader.field()
-    if tag != Tag.COLLECTION:
+    if tag != MessageTag.COLLECTION:
         return Value(tag, _held(tag, body))
     if depth == 0:
         raise PrinterError(f"An IPP message has collections in more than {_DEEPEST} collections.")
     members: list[tuple[str, list[Value]]] = []
-    while (inner := reader.tag()) != Tag.END_COLLECTION:
+    while (inner := reader.tag()) != MessageTag.END_COLLECTION:
         reader.field()  # within a collection names are empty: a member's name is the value of an item of its own
-        if inner == Tag.MEMBER_NAME:
+        if inner == MessageTag.MEMBER_NAME:
             members.append((_text(reader.field()), []))
         elif members and inner >= 0x10:
             members[-1][1].append(_read_value(reader, inner, depth - 1))
@@ -270,11 +270,11 @@ def _held(tag: int, body: bytes) -> int | str | bytes | Resolution | Range:
         return _text(body)
     if tag in _NUMBERS and len(body) == 4:
         return int.from_bytes(body, "big", signed=True)
-    if tag == Tag.BOOLEAN and len(body) == 1:
+    if tag == MessageTag.BOOLEAN and len(body) == 1:
         return body != b"\0"
-    if tag == Tag.RESOLUTION and len(body) == 9:
+    if tag == MessageTag.RESOLUTION and len(body) == 9:
         return Resolution(*struct.unpack(">iib", body))
-    if tag == Tag.RANGE and len(body) == 8:
+    if tag == MessageTag.RANGE and len(body) == 8:
         return Range(*struct.unpack(">ii", body))
     return body
 

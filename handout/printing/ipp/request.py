@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from handout.errors import ProfileError
-from handout.printing.ipp.message import Attribute, Message, Range, Resolution, Tag, attribute
+from handout.printing.ipp.message import Attribute, Message, MessageTag, Range, Resolution, attribute
 from handout.printing.queue import Ticket
 
 _DOTS_AN_INCH = 3  # the unit of a resolution, see `message.Resolution`
 _HUNDREDTHS = 100  # PWG 5100.7: media-col has its lengths in 1/100 mm
-_PLAIN = (Tag.KEYWORD, Tag.ENUM, Tag.INTEGER, Tag.BOOLEAN, Tag.NAME)
+_PLAIN = (MessageTag.KEYWORD, MessageTag.ENUM, MessageTag.INTEGER, MessageTag.BOOLEAN, MessageTag.NAME)
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,9 @@ class Capabilities:
 
     def texts(self, name: str) -> tuple[str, ...]:
         """The values of an attribute that are text; none if the printer does not have it."""
-        return tuple(value.value for value in self.message.all(name, Tag.PRINTER) if isinstance(value.value, str))
+        return tuple(
+            value.value for value in self.message.all(name, MessageTag.PRINTER) if isinstance(value.value, str)
+        )
 
     @property
     def formats(self) -> tuple[str, ...]:
@@ -31,7 +33,7 @@ class Capabilities:
     @property
     def operations(self) -> frozenset[int]:
         """The operations that it knows."""
-        values = self.message.all("operations-supported", Tag.PRINTER)
+        values = self.message.all("operations-supported", MessageTag.PRINTER)
         return frozenset(value.value for value in values if isinstance(value.value, int))
 
     @property
@@ -41,7 +43,7 @@ class Capabilities:
 
     def raster_dpi(self, wanted: int) -> int:
         """The resolution for PWG raster that is nearest to `wanted`: the least of those above it, else the greatest."""
-        values = self.message.all("pwg-raster-document-resolution-supported", Tag.PRINTER)
+        values = self.message.all("pwg-raster-document-resolution-supported", MessageTag.PRINTER)
         square = sorted(
             value.value.across
             for value in values
@@ -68,11 +70,11 @@ def job_attributes(ticket: Ticket, capabilities: Capabilities) -> tuple[Attribut
     """
     attributes = [_sheet(ticket, capabilities)]
     if "none" in capabilities.texts("print-scaling-supported"):
-        attributes.append(attribute("print-scaling", Tag.KEYWORD, "none"))
-    if capabilities.message.all("copies-supported", Tag.PRINTER):
-        attributes.append(attribute("copies", Tag.INTEGER, ticket.copies))
+        attributes.append(attribute("print-scaling", MessageTag.KEYWORD, "none"))
+    if capabilities.message.all("copies-supported", MessageTag.PRINTER):
+        attributes.append(attribute("copies", MessageTag.INTEGER, ticket.copies))
     if "one-sided" in capabilities.texts("sides-supported"):
-        attributes.append(attribute("sides", Tag.KEYWORD, "one-sided"))
+        attributes.append(attribute("sides", MessageTag.KEYWORD, "one-sided"))
     options = {name: _option(name, value, capabilities) for name, value in ticket.options.items()}
     return (*(item for item in attributes if item.name not in options), *options.values())
 
@@ -80,42 +82,42 @@ def job_attributes(ticket: Ticket, capabilities: Capabilities) -> tuple[Attribut
 def _sheet(ticket: Ticket, capabilities: Capabilities) -> Attribute:
     """The sheet by size, tray and kind; by name alone for an old printer that has no media-col."""
     if capabilities.texts("media-col-supported") or not capabilities.texts("media-supported"):
-        return attribute("media-col", Tag.COLLECTION, _media_col(ticket, capabilities))
+        return attribute("media-col", MessageTag.COLLECTION, _media_col(ticket, capabilities))
     if ticket.source:
         raise ProfileError("The printer lets nobody choose a tray: leave the tray out.")
-    return attribute("media", Tag.KEYWORD, ticket.media)
+    return attribute("media", MessageTag.KEYWORD, ticket.media)
 
 
 def _media_col(ticket: Ticket, capabilities: Capabilities) -> tuple[Attribute, ...]:
     across, along = (round(side * _HUNDREDTHS) for side in (ticket.sheet.width, ticket.sheet.height))
-    size = (attribute("x-dimension", Tag.INTEGER, across), attribute("y-dimension", Tag.INTEGER, along))
-    members = [attribute("media-size", Tag.COLLECTION, size)]
+    size = (attribute("x-dimension", MessageTag.INTEGER, across), attribute("y-dimension", MessageTag.INTEGER, along))
+    members = [attribute("media-size", MessageTag.COLLECTION, size)]
     trays = capabilities.texts("media-source-supported")
     if ticket.source:
         if ticket.source not in trays:
             raise ProfileError(f"The printer has no tray {ticket.source!r}; {_listed('trays', trays)}.")
-        members.append(attribute("media-source", Tag.KEYWORD, ticket.source))
+        members.append(attribute("media-source", MessageTag.KEYWORD, ticket.source))
     if ticket.type and ticket.type in capabilities.texts("media-type-supported"):
-        members.append(attribute("media-type", Tag.KEYWORD, ticket.type))
+        members.append(attribute("media-type", MessageTag.KEYWORD, ticket.type))
     return tuple(members)
 
 
 def _option(name: str, value: str, capabilities: Capabilities) -> Attribute:
     """An option with the type that the printer's list of its values has."""
-    listed = capabilities.message.all(f"{name}-supported", Tag.PRINTER)
+    listed = capabilities.message.all(f"{name}-supported", MessageTag.PRINTER)
     if not listed:
         raise ProfileError(f"The printer has no option {name!r}: leave it out of the profile's options.")
     ranged = any(isinstance(allowed.value, Range) for allowed in listed)
-    tag = Tag.INTEGER if ranged else listed[0].tag
+    tag = MessageTag.INTEGER if ranged else listed[0].tag
     if tag not in _PLAIN:
         raise ProfileError(f"The option {name!r} is no number and no word: leave it out of the profile's options.")
-    if tag in (Tag.KEYWORD, Tag.NAME):
+    if tag in (MessageTag.KEYWORD, MessageTag.NAME):
         if value not in capabilities.texts(f"{name}-supported"):
             raise ProfileError(
                 f"{name} = {value!r} is not among {_listed('the values', tuple(str(each.value) for each in listed))}."
             )
         return attribute(name, tag, value)
-    if tag == Tag.BOOLEAN:
+    if tag == MessageTag.BOOLEAN:
         return attribute(name, tag, value.lower() in ("true", "yes", "1"))
     try:
         return attribute(name, tag, int(value))

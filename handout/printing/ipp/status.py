@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from enum import IntEnum
 
 
-class Status(IntEnum):
+class IppStatus(IntEnum):
     """Status codes after which something particular is done."""
 
     OK = 0x0000
@@ -32,9 +32,9 @@ class Status(IntEnum):
 
 
 # after these the printer can be asked again a little later
-RETRYABLE = frozenset({Status.UNAVAILABLE, Status.TEMPORARY_ERROR, Status.BUSY, Status.TOO_MANY_JOBS})
+RETRYABLE = frozenset({IppStatus.UNAVAILABLE, IppStatus.TEMPORARY_ERROR, IppStatus.BUSY, IppStatus.TOO_MANY_JOBS})
 # after these a page may have been taken all the same
-DOUBTFUL = frozenset({Status.INTERNAL_ERROR, Status.DEVICE_ERROR, Status.TEMPORARY_ERROR})
+DOUBTFUL = frozenset({IppStatus.INTERNAL_ERROR, IppStatus.DEVICE_ERROR, IppStatus.TEMPORARY_ERROR})
 
 
 class JobState(IntEnum):

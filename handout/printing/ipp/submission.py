@@ -14,9 +14,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from handout.errors import PrinterError
-from handout.printing.ipp.client import Client, JobReference, Operation, Refused, Search
+from handout.printing.ipp.client import Client, JobReference, Operation, PrinterRefused, Search
 from handout.printing.ipp.request import Capabilities
-from handout.printing.ipp.status import DOUBTFUL, JobState, Status
+from handout.printing.ipp.status import DOUBTFUL, IppStatus, JobState
 from handout.printing.ipp.transport import TransportError
 from handout.printing.queue import OutcomeUnknown, Say, Ticket
 
@@ -61,7 +61,7 @@ class Submission:
                 self.gone = True
                 self._client.send(self._job.number, self._ticket, document)
                 return self._job
-            except (TransportError, Refused) as failure:
+            except (TransportError, PrinterRefused) as failure:
                 error = _as_doubtful(failure)
             waited = error.retryable and backoff.pause(f"{error} Waiting for it.", error.after)
             job = self._job_if_taken(error)
@@ -127,10 +127,10 @@ class Submission:
         return any(name.split()[:1] == [ours] for name in search.over)
 
 
-def _as_doubtful(failure: TransportError | Refused) -> TransportError:
+def _as_doubtful(failure: TransportError | PrinterRefused) -> TransportError:
     """A failure after which the page may have been taken; one after which it certainly was not is raised again."""
     if isinstance(failure, TransportError):
         return failure
     if failure.code not in DOUBTFUL:
         raise failure
-    return TransportError(str(failure), handed_over=True, retryable=failure.code == Status.TEMPORARY_ERROR)
+    return TransportError(str(failure), handed_over=True, retryable=failure.code == IppStatus.TEMPORARY_ERROR)

@@ -12,8 +12,8 @@ from typing import Protocol, cast
 
 from handout.plotting.dialects import dialect
 from handout.profiles import Plotter
-from handout.simulated.plotter.options import Options
-from handout.simulated.plotter.paper import Paper
+from handout.simulated.plotter.options import SimulatorOptions
+from handout.simulated.plotter.paper import DrawnPaper
 from handout.simulated.plotter.wire import Framing, Wire
 
 Wait = float | str  # s of being busy, or what is waited for: a word that the firmware's `ready` understands
@@ -41,7 +41,9 @@ class Firmware(Protocol):
     acknowledgement: bytes = b"ok"
     obeys: frozenset[str] = frozenset()
 
-    def __init__(self, profile: Plotter, options: Options, wire: Wire, paper: Paper, say: Say) -> None: ...
+    def __init__(
+        self, profile: Plotter, options: SimulatorOptions, wire: Wire, paper: DrawnPaper, say: Say
+    ) -> None: ...
 
     @staticmethod
     def framing() -> Framing:

@@ -20,7 +20,7 @@ from handout.plotting.moonraker_ports import open_moonraker
 from handout.plotting.network_ports import open_network
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
-from handout.simulated.plotter.options import Options
+from handout.simulated.plotter.options import SimulatorOptions
 from handout.simulated.plotter.port import Clock, SimulatedPlotter
 
 _HERE = "127.0.0.1"
@@ -140,7 +140,7 @@ class NetworkedPlotter(SimulatedPlotter):
 
     greets = True
 
-    def __init__(self, profile: Plotter, options: Options | None = None, clock: Clock | None = None) -> None:
+    def __init__(self, profile: Plotter, options: SimulatorOptions | None = None, clock: Clock | None = None) -> None:
         if (profile.dialect, options.network if options else "tcp") not in _REACHED:
             raise InputError(
                 "sim: only GRBL machines (network=tcp, network=ws) and Klipper (network=ws) are simulated on a network."

@@ -50,7 +50,7 @@ _NUMBERS = {
 _QUANTITIES = {"late": "time", "disk": "time", "latency": "time", "acceleration": "acceleration", "speed": "speed"}
 
 
-class Options(msgspec.Struct, frozen=True, kw_only=True):
+class SimulatorOptions(msgspec.Struct, frozen=True, kw_only=True):
     """How a simulated plotter differs from its profile.
 
     fault : what goes wrong, one of `FAULTS`; after : how many instructions of the plot are read before that.
@@ -92,7 +92,7 @@ class Options(msgspec.Struct, frozen=True, kw_only=True):
     network: str = ""
 
 
-def parse(query: str) -> Options:
+def parse(query: str) -> SimulatorOptions:
     """Options from what follows ``sim:?``.
 
     Raises
@@ -121,7 +121,7 @@ def parse(query: str) -> Options:
             _one_of(name, names, "option")
     for name, usual in (("realtime", False), ("blank", False), ("motors", True)):
         values[name] = bool(values.get(name, usual))
-    return msgspec.convert(values, Options)
+    return msgspec.convert(values, SimulatorOptions)
 
 
 def _whole(name: str, text: str) -> int:
@@ -159,7 +159,7 @@ class Faults:
     written, said : bytes of the host and of the plotter so far.
     """
 
-    def __init__(self, options: Options) -> None:
+    def __init__(self, options: SimulatorOptions) -> None:
         self.options = options
         self.lines = 0
         self.written = self.said = 0

@@ -6,15 +6,15 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from handout.plotting.bed import Placement
-from handout.profiles import Pen, Plotter
+from handout.plotting.bed import BedPlacement
+from handout.profiles import PenLift, Plotter
 from handout.simulated.plotter.queue import Steps
 from handout.values import Array, Stroke
 
 _SLIP = 40  # steps lost in a dead stop; set by eye, half a millimetre at 80 steps/mm
 
 
-class Paper:
+class DrawnPaper:
     """Remembers where the carriage was when, and what the pen was told when.
 
     Parameters
@@ -94,7 +94,7 @@ class Paper:
             return abs(height - pen.down) < abs(height - pen.up)
         return bool(self.power) and _is_down(self.power[-1][1], pen)
 
-    def drawn(self, placement: Placement) -> list[Stroke]:
+    def drawn(self, placement: BedPlacement) -> list[Stroke]:
         """Strokes on the page, with the times at which they were executed."""
         return strokes(self.trace, self.power, self.steps, self.profile.pen, placement)
 
@@ -106,8 +106,8 @@ def strokes(
     trace: list[tuple[float, Steps]],
     power: list[tuple[float, float]],
     steps: list[float],
-    pen: Pen,
-    placement: Placement,
+    pen: PenLift,
+    placement: BedPlacement,
 ) -> list[Stroke]:
     """Strokes from where the machine was when.
 
@@ -129,7 +129,7 @@ def strokes(
     return [stroke for stroke in drawn if stroke is not None]
 
 
-def _by_height(t: Array, z: Array, pen: Pen) -> Iterator[tuple[float, float]]:
+def _by_height(t: Array, z: Array, pen: PenLift) -> Iterator[tuple[float, float]]:
     share = (z - pen.down) / (pen.up - pen.down)  # of the way from the paper to where the pen is lifted
     low = np.concatenate([[False], share <= 0.1, [False]])
     change = np.flatnonzero(np.diff(low.astype(int)))
@@ -137,12 +137,12 @@ def _by_height(t: Array, z: Array, pen: Pen) -> Iterator[tuple[float, float]]:
         yield float(t[begin]), float(t[end - 1])
 
 
-def _is_down(value: float, pen: Pen) -> bool:
+def _is_down(value: float, pen: PenLift) -> bool:
     """Whether a value brings the pen down; a servo with none is let go, a stepper stands where it is told to."""
     return (value > 0 or pen.lift == "stepper") and abs(value - pen.down) < abs(value - pen.up)
 
 
-def _by_power(power: list[tuple[float, float]], pen: Pen) -> Iterator[tuple[float, float]]:
+def _by_power(power: list[tuple[float, float]], pen: PenLift) -> Iterator[tuple[float, float]]:
     begin: float | None = None
     for time, value in power:
         down = _is_down(value, pen)
@@ -155,7 +155,7 @@ def _by_power(power: list[tuple[float, float]], pen: Pen) -> Iterator[tuple[floa
         yield begin - _GRACE, np.inf
 
 
-def _stroke(t: Array, at: Array, begin: float, end: float, placement: Placement, pen: Pen) -> Stroke | None:
+def _stroke(t: Array, at: Array, begin: float, end: float, placement: BedPlacement, pen: PenLift) -> Stroke | None:
     """The samples from begin to end without the rests before and after; one sample if the pen did not move."""
     a, b = int(np.searchsorted(t, begin)), int(np.searchsorted(t, end, side="right"))
     if a == b:

@@ -15,12 +15,12 @@ from typing import Any, Protocol
 
 from handout import signals
 from handout.errors import PortError
-from handout.plotting.bed import Placement, place
+from handout.plotting.bed import BedPlacement, place
 from handout.plotting.ports import InstrumentedPort
 from handout.profiles import Plotter
 from handout.simulated.plotter.firmware import Wait, firmware_of
-from handout.simulated.plotter.options import Faults, Options
-from handout.simulated.plotter.paper import Paper
+from handout.simulated.plotter.options import Faults, SimulatorOptions
+from handout.simulated.plotter.paper import DrawnPaper
 from handout.simulated.plotter.wire import Wire
 from handout.values import Drawing, Page
 
@@ -46,7 +46,7 @@ class SimulatedPlotter(InstrumentedPort):
     ----------
     profile : the machine it is.
     options : what is different, what goes wrong, and when.
-    clock : the real clock, if it is to live by one; the computer's with `Options.realtime`.
+    clock : the real clock, if it is to live by one; the computer's with `SimulatorOptions.realtime`.
 
     Attributes
     ----------
@@ -57,10 +57,10 @@ class SimulatedPlotter(InstrumentedPort):
     now : s, its clock.
     """
 
-    def __init__(self, profile: Plotter, options: Options | None = None, clock: Clock | None = None) -> None:
-        self.profile, self.options = profile, options or Options()
+    def __init__(self, profile: Plotter, options: SimulatorOptions | None = None, clock: Clock | None = None) -> None:
+        self.profile, self.options = profile, options or SimulatorOptions()
         self.page = Page(profile.bed.width, profile.bed.height)
-        self.placement: Placement = place(self.page, profile)
+        self.placement: BedPlacement = place(self.page, profile)
         self.now = 0.0
         self._closed = self._gone = self._silent = False
         self._out: deque[tuple[float, bytes]] = deque()  # when it can be read, and what
@@ -73,7 +73,7 @@ class SimulatedPlotter(InstrumentedPort):
         self.faults = Faults(self.options)
         kind = firmware_of(profile)
         self._wire = Wire(self.options.buffer or profile.port.buffer, 10.0 / profile.port.baud, kind.framing())
-        self.paper = Paper(profile, [profile.limits.steps_per_mm, profile.limits.steps_per_mm, _Z_STEPS])
+        self.paper = DrawnPaper(profile, [profile.limits.steps_per_mm, profile.limits.steps_per_mm, _Z_STEPS])
         # of the dialect's own kind, which tests and tools of that dialect look into
         self.firmware: Any = kind(profile, self.options, self._wire, self.paper, self._say)
         self._program: Iterator[Wait] = self._main()
@@ -101,7 +101,7 @@ class SimulatedPlotter(InstrumentedPort):
         """Bytes that found the receive buffer full."""
         return self._wire.lost
 
-    def lay(self, page: Page, placement: Placement) -> None:
+    def lay(self, page: Page, placement: BedPlacement) -> None:
         """Lay a fresh sheet on the bed: what was drawn before is gone with the last one, and the time starts anew."""
         self.page, self.placement = page, placement
         self._began, self._ended = None, self.now

@@ -27,7 +27,7 @@ class Axes:
 
 
 @dataclass(slots=True)
-class Line:
+class StepLine:
     """One move: whole steps from `start`, `count` of them on the longest axis, `mm` long (what is left of it)."""
 
     start: Steps
@@ -42,14 +42,14 @@ class Line:
     entry: float = 0.0  # square of the planned entry speed
 
 
-class Queue:
+class MoveQueue:
     """Moves that have been read and not yet handed to the steppers."""
 
     least = 1  # steps of a move that is queued
 
     def __init__(self, axes: Axes, size: int) -> None:
         self.axes, self.size = axes, size
-        self.lines: deque[Line] = deque()
+        self.lines: deque[StepLine] = deque()
         self.position: Steps = (0, 0, 0)
         self._unit: Vector = (0.0, 0.0, 0.0)
         self._nominal = 0.0
@@ -73,7 +73,7 @@ class Queue:
         way = (dx / steps[0], dy / steps[1], dz / steps[2])
         mm = math.sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2])
         unit = (way[0] / mm, way[1] / mm, way[2] / mm)
-        line = Line(self.position, (dx, dy, dz), count, mm, mm, unit, 0.0, 0.0, 0.0)
+        line = StepLine(self.position, (dx, dy, dz), count, mm, mm, unit, 0.0, 0.0, 0.0)
         self.limit(line, feed)
         self.lines.append(line)
         self._unit, self._nominal = unit, line.nominal
@@ -81,7 +81,7 @@ class Queue:
         self.plan()
         return True
 
-    def limit(self, line: Line, feed: float) -> None:
+    def limit(self, line: StepLine, feed: float) -> None:
         """Set how fast a new line may be run at a feed, how fast begun, and its acceleration."""
         axes = self.axes
         line.nominal = max(min(feed, axes.along(line.unit, axes.speed)), 1 / 60)

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-from handout.simulated.plotter.queue import Line, Steps
+from handout.simulated.plotter.queue import StepLine, Steps
 
 _SLICE = 0.010  # s of a step segment, ACCELERATION_TICKS_PER_SECOND of GRBL 1.1
 _AHEAD = 6  # step segments prepared, SEGMENT_BUFFER_SIZE of GRBL 1.1
@@ -17,7 +17,7 @@ _AHEAD = 6  # step segments prepared, SEGMENT_BUFFER_SIZE of GRBL 1.1
 class Planned(Protocol):
     """Where the stepper takes its lines from; see `queue.Queue`."""
 
-    lines: deque[Line]
+    lines: deque[StepLine]
     position: Steps
 
     @property
@@ -149,7 +149,7 @@ class Stepper:
             if self.holding and self._speed <= 0.0:
                 return
 
-    def _make_ramp(self, line: Line) -> None:
+    def _make_ramp(self, line: StepLine) -> None:
         """From the present speed over what is left of the line; to a stop on the way if the machine is to hold."""
         stop = self._speed**2 / (2.0 * line.acceleration)
         if self.holding:
@@ -190,7 +190,7 @@ class Stepper:
         elif end >= ramp.time:  # held on the way
             self._speed = 0.0
 
-    def _emit(self, line: Line, left: int, time: float) -> None:
+    def _emit(self, line: StepLine, left: int, time: float) -> None:
         if left < self._steps_left:
             done = line.count - left
             there = tuple(

@@ -18,6 +18,6 @@ from handout.simulated.printer.faults import FAULTS
 from handout.simulated.printer.inkjet import PAPERS, Inkjet
 from handout.simulated.printer.press import Press
 from handout.simulated.scanner import SETTINGS, Flatbed
-from handout.simulated.sheet import Sheet
+from handout.simulated.sheet import SimulatedSheet
 
-__all__ = ["FAULTS", "PAPERS", "SETTINGS", "Flatbed", "Inkjet", "Press", "Sheet", "job_reader"]
+__all__ = ["FAULTS", "PAPERS", "SETTINGS", "Flatbed", "Inkjet", "Press", "SimulatedSheet", "job_reader"]

@@ -31,7 +31,7 @@ _LOBES: tuple[tuple[tuple[float, float, float, float], ...], ...] = (
 
 
 @dataclass(frozen=True)
-class Paper:
+class PrintedPaper:
     """What is printed on.
 
     lab : L*a*b* of the bare sheet under D50.
@@ -51,14 +51,14 @@ class Paper:
 
 
 PAPERS = {
-    "white": Paper((95.0, 0.0, -2.0), 0.17, 0.022),
-    "cream": Paper((92.0, 1.5, 11.0), 0.17, 0.022),
-    "recycled": Paper((84.0, 0.5, 5.0), 0.20, 0.025),
-    "photo": Paper((94.0, 0.5, -4.0), 0.12, 0.004),
+    "white": PrintedPaper((95.0, 0.0, -2.0), 0.17, 0.022),
+    "cream": PrintedPaper((92.0, 1.5, 11.0), 0.17, 0.022),
+    "recycled": PrintedPaper((84.0, 0.5, 5.0), 0.20, 0.025),
+    "photo": PrintedPaper((94.0, 0.5, -4.0), 0.12, 0.004),
 }
 
 
-def find_paper(name: str) -> Paper:
+def find_paper(name: str) -> PrintedPaper:
     """The paper of that name.
 
     Raises

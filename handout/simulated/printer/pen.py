@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.simulated.scanner import Flatbed
-from handout.simulated.sheet import Sheet, Written
+from handout.simulated.sheet import SimulatedSheet, WrittenSheet
 from handout.simulated.spectra import WAVELENGTHS
 from handout.values import Array
 
@@ -35,15 +35,15 @@ def ink_of(colour: Array, paper: Array, flatbed: Flatbed) -> Array:
     return np.interp(WAVELENGTHS, WAVELENGTHS[at[order]], density[order])
 
 
-def written(sheet: Sheet, field: tuple[float, float, float, float], amount: NDArray[Any], dpi: float,
-            density: Array, sharpened: float = 0.0) -> Sheet:  # fmt: skip
+def written(sheet: SimulatedSheet, field: tuple[float, float, float, float], amount: NDArray[Any], dpi: float,
+            density: Array, sharpened: float = 0.0) -> SimulatedSheet:  # fmt: skip
     """A sheet on which somebody wrote.
 
     Parameters
     ----------
     field : left, top, right, bottom, mm, of the frame; what does not fit into it is left out.
     amount : (h, w), how much ink, 1 where it is usual, at `dpi`.
-    density : (31,) of the ink, see `Written`.
+    density : (31,) of the ink, see `WrittenSheet`.
     sharpened : how much is put back of what an earlier scan of the writing has blurred.
     """
     import cv2
@@ -55,4 +55,4 @@ def written(sheet: Sheet, field: tuple[float, float, float, float], amount: NDAr
     if sharpened:
         ink = ink + sharpened * (ink - cv2.GaussianBlur(ink, (0, 0), max(0.3, _BLUR * scale)))
     inked = np.clip(ink[: bottom - top, : right - left], 0, _MOST).astype(np.float32)
-    return replace(sheet, written=(*sheet.written, Written((top, left), inked, np.asarray(density))))
+    return replace(sheet, written=(*sheet.written, WrittenSheet((top, left), inked, np.asarray(density))))

@@ -13,7 +13,7 @@ from handout.profiles import Margins
 from handout.simulated import spectra
 from handout.simulated.printer import faults
 from handout.simulated.scanner import Flatbed
-from handout.simulated.sheet import Sheet
+from handout.simulated.sheet import SimulatedSheet
 from handout.values import Array
 
 _CODES = 1 << 24  # colours of 8 bits a channel
@@ -70,7 +70,7 @@ class Press(ABC):
         dpi: float,
         margins: Margins | None = None,
         rng: np.random.Generator | None = None,
-    ) -> Sheet:
+    ) -> SimulatedSheet:
         """Print a page.
 
         Parameters
@@ -94,7 +94,7 @@ class Press(ABC):
             coverage = np.concatenate([coverage, coverage * [0.0, 1.0, 1.0, 1.0]])
         # the last mixture is bare paper
         coverage = np.concatenate([coverage, np.zeros((1, 4))])
-        return Sheet(coverage, index, self.spectra, dpi, self._ink(index.shape, dpi, rng))
+        return SimulatedSheet(coverage, index, self.spectra, dpi, self._ink(index.shape, dpi, rng))
 
     def _coverage(self, device: Array) -> Array:
         asked = self.separate(faults.managed(device) if "managed" in self.faults else device)

@@ -23,7 +23,7 @@ _CLEAR = (0.35, 0.9)  # light that a speck lets pass
 
 
 @dataclass(frozen=True, eq=False)
-class Placement:
+class GlassPlacement:
     """A sheet on the glass.
 
     sheet : the sheet; glass : what is scanned, whose top left corner is the picture's.
@@ -78,7 +78,7 @@ class Placement:
         return across.astype(np.float32), down.astype(np.float32)
 
 
-def lay(page: Page, dpi: float, flatbed: FlatbedSettings, rng: np.random.Generator) -> Placement:
+def lay(page: Page, dpi: float, flatbed: FlatbedSettings, rng: np.random.Generator) -> GlassPlacement:
     """Lay a sheet on the glass.  The same state of `rng` gives the same place at any resolution."""
     turned, aside = rng.normal(0.0, flatbed.skew), rng.normal(0.0, flatbed.slack, 2)
     angle = turned if flatbed.rotation is None else flatbed.rotation
@@ -94,7 +94,7 @@ def lay(page: Page, dpi: float, flatbed: FlatbedSettings, rng: np.random.Generat
     shift = size / 2 - there @ (size / 2) + move + flatbed.border + (room - size) / 2
     return_shift = size / 2 - back @ (np.array([glass.width, glass.height]) / 2 + move)
     to_glass, to_sheet = np.column_stack([there, shift]), np.column_stack([back, return_shift])
-    return Placement(page, glass, to_glass, to_sheet, bends(flatbed.warp, rng), dpi)
+    return GlassPlacement(page, glass, to_glass, to_sheet, bends(flatbed.warp, rng), dpi)
 
 
 def bends(most: float, rng: np.random.Generator) -> Array:
@@ -112,7 +112,7 @@ def smooth_field(cosines: Array, u: Array, v: Array) -> Array:
     return np.asarray(np.cos(np.pi * np.outer(v, order)) @ cosines @ np.cos(np.pi * np.outer(order, u)))
 
 
-def dust(place: Placement, flatbed: FlatbedSettings, rng: np.random.Generator) -> Floats | None:
+def dust(place: GlassPlacement, flatbed: FlatbedSettings, rng: np.random.Generator) -> Floats | None:
     """(h, w) float32 in 0–1: light that specks and short hairs on the glass let pass; None where it is clean."""
     import cv2
 

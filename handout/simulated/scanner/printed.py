@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from handout.errors import InputError
 from handout.simulated.scanner import optics
 from handout.simulated.scanner.flatbed import FlatbedSettings
-from handout.simulated.scanner.placement import Placement, dust, lay, smooth_field
-from handout.simulated.sheet import Sheet
+from handout.simulated.scanner.placement import GlassPlacement, dust, lay, smooth_field
+from handout.simulated.sheet import SimulatedSheet
 from handout.values import Array, Page
 
 Floats = NDArray[np.float32]
@@ -33,12 +33,12 @@ _MIDDLE = 0.55  # to which automatic gamma brings the mean
 class Flatbed(FlatbedSettings):
     """A simulated flatbed, which scans printed sheets; what it is like: see `FlatbedSettings`."""
 
-    def scan(self, sheet: Sheet, dpi: float, rng: np.random.Generator) -> Picture:
+    def scan(self, sheet: SimulatedSheet, dpi: float, rng: np.random.Generator) -> Picture:
         """The picture of a printed sheet: see `scan` of this file."""
         return scan(sheet, dpi, self, rng)
 
 
-def scan(sheet: Sheet, dpi: float, flatbed: FlatbedSettings, rng: np.random.Generator) -> Picture:
+def scan(sheet: SimulatedSheet, dpi: float, flatbed: FlatbedSettings, rng: np.random.Generator) -> Picture:
     """(h, w, 3) uint8, or uint16 with 16 bits: the picture of a printed sheet at `dpi` pixels an inch.
 
     The same state of `rng` lays the sheet, its warp, its dust and the lamp alike at any resolution.
@@ -85,7 +85,7 @@ def _lamp(flatbed: FlatbedSettings, rng: np.random.Generator) -> optics.Lamp:
     return optics.lamp(flatbed.shading, field, field(u, u))
 
 
-def _glare(place: Placement, flatbed: FlatbedSettings, rng: np.random.Generator) -> Callable[[Array], Floats]:
+def _glare(place: GlassPlacement, flatbed: FlatbedSettings, rng: np.random.Generator) -> Callable[[Array], Floats]:
     """What (n, w) a bright streak adds in rows (n,)."""
     angle, at = rng.uniform(0, math.pi), rng.uniform((0.25, 0.25), (0.75, 0.75))
     unit = 25.4 / place.dpi
@@ -123,7 +123,7 @@ def _flare(light: Floats, page: Page, flatbed: FlatbedSettings) -> Floats | None
 
 
 def _see_rows(
-    light: Floats, flare: Floats | None, place: Placement, rows: Array, page: Page, flatbed: FlatbedSettings
+    light: Floats, flare: Floats | None, place: GlassPlacement, rows: Array, page: Page, flatbed: FlatbedSettings
 ) -> Floats:
     """(n, w, 3) what lies under the pixels of `rows`."""
     import cv2

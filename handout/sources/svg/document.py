@@ -14,7 +14,7 @@ import numpy as np
 from handout import pathdata
 from handout.errors import InputError
 from handout.sources.svg import frames
-from handout.sources.svg.styles import Sheet, Style
+from handout.sources.svg.styles import StyleRules, SvgStyle
 from handout.values import Array
 
 _MOST_USED = 50_000  # elements drawn by use
@@ -28,7 +28,7 @@ _LEAST = 1e-9  # a shape or a scale that is smaller is nothing
 
 
 @dataclass(frozen=True, eq=False)
-class Line:
+class Subpath:
     """A stroked subpath.
 
     path : (3 k + 1, 2) mm, cubics, see `pathdata`.
@@ -68,7 +68,7 @@ class _Frame:
     """What holds where an element stands: the map into mm, the style, the layer, the size of the viewport in px."""
 
     to_mm: Array
-    style: Style
+    style: SvgStyle
     layer: str
     size: tuple[float, float]
     depth: int
@@ -87,11 +87,11 @@ class Walk:
 
     def __post_init__(self) -> None:
         self._named = {name: element for element in self.root.iter() if (name := element.get("id"))}
-        self._sheet = Sheet([element.text or "" for element in self.root.iter("style")])
+        self._sheet = StyleRules([element.text or "" for element in self.root.iter("style")])
         self._used = self._lines = 0
         self._using: list[Element] = []
 
-    def lines(self) -> Iterator[Line]:
+    def lines(self) -> Iterator[Subpath]:
         """All stroked lines in the order of painting.
 
         Raises
@@ -103,17 +103,17 @@ class Walk:
         to_mm = frames.after(np.eye(2, 3) * frames.PX, frames.viewport(self.root.attrib, width, height))
         box = frames.view_box(self.root.get("viewBox"))
         inside = (box[2], box[3]) if box else (width, height)
-        style = Style().inside(self._sheet.of("svg", self.root.attrib))
+        style = SvgStyle().inside(self._sheet.of("svg", self.root.attrib))
         if style.shown:
             yield from self._children(self.root, _Frame(to_mm, style, "", inside, 0))
 
-    def _children(self, parent: Element, frame: _Frame) -> Iterator[Line]:
+    def _children(self, parent: Element, frame: _Frame) -> Iterator[Subpath]:
         for child in parent:
             yield from self._element(child, frame)
             if parent.tag == "switch" and child.tag in _GROUPS | _SHAPES | {"use"}:
                 break
 
-    def _element(self, element: Element, frame: _Frame) -> Iterator[Line]:
+    def _element(self, element: Element, frame: _Frame) -> Iterator[Subpath]:
         tag = element.tag
         if tag not in _DRAWN or (tag == "symbol" and element not in self._using):
             return
@@ -131,7 +131,7 @@ class Walk:
         layer = _layer(element) or frame.layer
         yield from self._content(element, _Frame(to_mm, style, layer, frame.size, frame.depth + 1))
 
-    def _content(self, element: Element, frame: _Frame) -> Iterator[Line]:
+    def _content(self, element: Element, frame: _Frame) -> Iterator[Subpath]:
         """What an element draws, given what holds inside it."""
         tag = element.tag
         if tag == "text" and self.texts is not None and frame.style.visible:
@@ -152,7 +152,7 @@ class Walk:
         except InputError as error:
             raise InputError(f"<{element.tag}{_id(element)}>: {error}.") from None
 
-    def _use(self, element: Element, frame: _Frame) -> Iterator[Line]:
+    def _use(self, element: Element, frame: _Frame) -> Iterator[Subpath]:
         target = self._named.get((element.get("href") or "").removeprefix("#"))
         if target is None:
             return
@@ -179,7 +179,7 @@ class Walk:
         except InputError as error:
             raise InputError(f"<{element.tag}{_id(element)}>: {name}: {error}.") from None
 
-    def _shape(self, element: Element, frame: _Frame) -> Iterator[Line]:
+    def _shape(self, element: Element, frame: _Frame) -> Iterator[Subpath]:
         style = frame.style
         if not style.stroked:
             self.left_out["filled outline without a stroke"] += style.filled
@@ -193,7 +193,7 @@ class Walk:
             if not np.isfinite(placed).all():
                 raise InputError(f"<{element.tag}{_id(element)}> has a point that is infinitely far away.")
             self._lines += 1
-            yield Line(placed, frame.layer, style.colour, element.attrib)
+            yield Subpath(placed, frame.layer, style.colour, element.attrib)
 
     def _text(self, element: Element, frame: _Frame) -> None:
         """Take a text apart where its place, size or colour changes; runs of blanks are one, as SVG has them."""
@@ -212,8 +212,8 @@ class Walk:
             self.texts += found
 
     def _strings(
-        self, element: Element, frame: _Frame, style: Style, moves: dict[str, float]
-    ) -> Iterator[tuple[str, Style, dict[str, float]]]:
+        self, element: Element, frame: _Frame, style: SvgStyle, moves: dict[str, float]
+    ) -> Iterator[tuple[str, SvgStyle, dict[str, float]]]:
         """The strings of a text in order, each with its style and where those elements put it that begin with it."""
         moves = moves | self._moves(element, frame.size, style.size)
         pieces: list[str | Element | None] = [element.text]

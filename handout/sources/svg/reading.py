@@ -15,7 +15,7 @@ from handout import markup, pathdata
 from handout.errors import InputError
 from handout.sources.drawing_json import JsonPage
 from handout.sources.recorded import MOST, refuse_far, refuse_many
-from handout.sources.svg.document import Line, Walk, size
+from handout.sources.svg.document import Subpath, Walk, size
 from handout.sources.svg.frames import PX
 from handout.values import Array, Drawing, Indices, Page, Stroke
 
@@ -93,7 +93,7 @@ def _title(root: Element) -> str:
     return "" if title is None else " ".join((title.text or "").split())[:60]
 
 
-def _strokes(lines: Sequence[Line]) -> Iterator[Stroke]:
+def _strokes(lines: Sequence[Subpath]) -> Iterator[Stroke]:
     """Strokes at an even pace."""
     clock = 0.0
     for line in lines:
@@ -122,7 +122,7 @@ def _page(root: Element, strokes: Sequence[Stroke]) -> Page:
     return JsonPage(width, height).page()
 
 
-def _own(root: Element, lines: Sequence[Line]) -> Drawing | None:
+def _own(root: Element, lines: Sequence[Subpath]) -> Drawing | None:
     """The drawing of a preview that this program wrote; None for any other file, or one that was changed since."""
     note = next((element for element in root.findall("metadata") if element.get("id") == "about"), None)
     if note is None:
@@ -140,7 +140,7 @@ def _own(root: Element, lines: Sequence[Line]) -> Drawing | None:
     return Drawing(strokes, page, about if isinstance(about, dict) else {})
 
 
-def _timed(line: Line) -> Stroke:
+def _timed(line: Subpath) -> Stroke:
     """A stroke with the times that its path carries: what each of its cubics takes."""
     attributes = line.attributes
     begin, end = float(attributes["data-t0"]), float(attributes["data-t1"])

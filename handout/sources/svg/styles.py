@@ -20,7 +20,7 @@ _NONE = {"none", "transparent"}
 
 
 @dataclass(frozen=True)
-class Style:
+class SvgStyle:
     """What of a style matters for lines.
 
     stroke, fill, color : as they are written; visible : neither hidden nor transparent; line : the stroke has a width
@@ -59,7 +59,7 @@ class Style:
         paint = self.fill if self.filled else self.stroke
         return hexadecimal(self.color if paint.lower() == "currentcolor" else paint)
 
-    def inside(self, properties: Mapping[str, str]) -> Style:
+    def inside(self, properties: Mapping[str, str]) -> SvgStyle:
         """The style of an element with these properties inside one of this style."""
         style = self
         for name, value in properties.items():
@@ -75,7 +75,7 @@ def _invisible(value: str) -> dict[str, Any]:
     return {"shown": False} if _nothing(value) else {}
 
 
-# property → what its value says of a `Style`; a property that matters for lines is added here
+# property → what its value says of a `SvgStyle`; a property that matters for lines is added here
 _PROPERTIES: dict[str, Callable[[str], dict[str, Any]]] = {
     "stroke": lambda value: {"stroke": value},
     "fill": lambda value: {"fill": value},
@@ -117,7 +117,7 @@ def hexadecimal(colour: str) -> str:
         return ""
 
 
-class Sheet:
+class StyleRules:
     """The rules of the style sheets of a file, in order of their weight."""
 
     def __init__(self, texts: list[str]) -> None:

@@ -14,7 +14,7 @@ from handout.motion.styles.restyling import restyle
 from handout.motion.styles.style import find
 from handout.values import Drawing, Page, Stroke
 
-QUICK = model.Lesson(recipe=training.Recipe(steps=25))
+QUICK = model.Lesson(recipe=training.NetworkRecipe(steps=25))
 HEAD = '{"format":"handout-style","version":%d,"inputs":"ahead","hidden":[%d],"gaussians":1,"longest":0,"primers":[]}'
 TOML = 'title = "t"\n[learned]\nduration = "90ms"\n[brush]\nwidth = 0.06\n'
 

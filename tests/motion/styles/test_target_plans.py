@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from handout.motion.styles.target_plans import Reference, TargetPlan, fuse_references
+from handout.motion.styles.target_plans import TargetPlan, TargetReference, fuse_references
 from handout.motion.tracker import mean
 from handout.values import Page
 
@@ -14,7 +14,10 @@ def test_tracking_two_references_is_tracking_their_product():
     roots = rng.normal(size=(2, 6, 2, 2))
     spreads = roots @ np.swapaxes(roots, 2, 3) + 0.3 * np.eye(2)
     turn = np.array([[0.8, -0.6], [0.6, 0.8]])
-    one, two = Reference(places, spreads[0]), Reference(places + 3, spreads[1], 1.5 * turn, np.array([4.0, -2.0]))
+    one, two = (
+        TargetReference(places, spreads[0]),
+        TargetReference(places + 3, spreads[1], 1.5 * turn, np.array([4.0, -2.0])),
+    )
     together, ellipses = fuse_references([one, two])
 
     def cost(xy):
@@ -34,7 +37,7 @@ def test_tracking_two_references_is_tracking_their_product():
 
 
 def test_targets_are_parted_where_the_pen_is_lifted():
-    plan = TargetPlan((Reference(np.arange(10.0).reshape(5, 2)),), Page(10.0, 10.0), (1, 1, 4))
+    plan = TargetPlan((TargetReference(np.arange(10.0).reshape(5, 2)),), Page(10.0, 10.0), (1, 1, 4))
     assert [len(xy) for xy, _ in plan.parts()] == [2, 3] and not plan.has_ellipses
     with pytest.raises(ValueError, match="same number"):
         fuse_references([])

@@ -14,7 +14,7 @@ from handout.plotting.dialects.ebb import protocol
 from handout.plotting.dialects.ebb.conversation import EbbConversation
 from handout.plotting.dialects.ebb.protocol import About, Error, Note, Ok, Values
 from handout.plotting.dialects.ebb.stepping import UNKNOWN, Version
-from handout.plotting.planning.blocks import Move, Pause, Pen, Timed
+from handout.plotting.planning.blocks import MoveBlock, Pause, PenBlock, Timed
 
 PROFILE = profiles.find("axidraw-v3", "plotter")
 
@@ -89,14 +89,14 @@ def test_a_pen_comes_down_as_slowly_as_it_is_told_to():
 
 
 def test_pens_are_not_repeated_and_rests_are_delays():
-    blocks = [Pen(False), Pen(False), Pen(True), Pause(0.25), Pause(0.0), Pen(False)]
+    blocks = [PenBlock(False), PenBlock(False), PenBlock(True), Pause(0.25), Pause(0.0), PenBlock(False)]
     commands, done = told(blocks, PROFILE)
     assert commands == ["SP,0,180\r", "SM,250,0,0\r", "SP,1,130\r"] and done == [3, 4, 6]  # the opening lifts it
 
 
 def test_moves_that_keep_no_time_are_refused():
     with pytest.raises(InputError, match="another machine"):
-        list(protocol.program([Move(1, 1, 1000)], PROFILE))
+        list(protocol.program([MoveBlock(1, 1, 1000)], PROFILE))
 
 
 RUN = [Timed(1.0, 0.0, 0.010), Timed(2.5, 0.5, 0.010), Timed(3.0, 1.0, 0.0204), Timed(3.0, 1.0, 0.0206)]

@@ -17,7 +17,7 @@ from handout.plotting import open_port, plan, run
 from handout.plotting.dialects import dialect
 from handout.plotting.dialects.grbl.controller import GrblController
 from handout.plotting.driving import fidelity
-from handout.plotting.planning.blocks import Move
+from handout.plotting.planning.blocks import MoveBlock
 
 SERVO, ON_Z = profiles.find("simulated", "plotter"), profiles.find("grbl-z", "plotter")
 DRAWING = page(words=4)
@@ -47,7 +47,7 @@ def ends(made, port, profile):
     scale = np.array([port.paper.steps[0], port.paper.steps[1]])
     trace = [(t, np.array(steps[:2]) / scale) for t, steps in port.paper.trace]
     for block in made.blocks:
-        if isinstance(block, Move):
+        if isinstance(block, MoveBlock):
             there = np.array([block.x, block.y])
             while row < len(trace) and np.abs(trace[row][1] - there).max() > 0.51 / scale[0] + 1e-6:
                 row += 1

@@ -8,11 +8,12 @@ from hypothesis import strategies as st
 
 from handout import profiles
 from handout.plotting.dialects.grbl import protocol
-from handout.plotting.planning.blocks import Move, Pause, Pen
+from handout.plotting.planning.blocks import MoveBlock, Pause, PenBlock
 
 SERVO, ON_Z = profiles.find("grbl-servo", "plotter"), profiles.find("grbl-z", "plotter")
 BLOCKS = [
-    Pen(False), Move(10, 20, 6000), Pen(True), Pause(0.05), Move(10.5, 20, 900), Move(10.5, 20.25, 900), Pen(False),
+    PenBlock(False), MoveBlock(10, 20, 6000), PenBlock(True), Pause(0.05), MoveBlock(10.5, 20, 900),
+    MoveBlock(10.5, 20.25, 900), PenBlock(False),
 ]  # fmt: skip
 
 
@@ -42,7 +43,12 @@ def test_a_z_axis_moves_at_its_own_feed():
 
 
 def test_the_pen_is_told_only_when_it_changes():
-    assert written([Pen(True), Pen(True), Pen(False), Pen(False)], SERVO) == ["M3S90", "G4P0.2", "M3S40", "G4P0.15"]
+    assert written([PenBlock(True), PenBlock(True), PenBlock(False), PenBlock(False)], SERVO) == [
+        "M3S90",
+        "G4P0.2",
+        "M3S40",
+        "G4P0.15",
+    ]
 
 
 def test_commands_know_how_many_blocks_are_done():
@@ -52,7 +58,7 @@ def test_commands_know_how_many_blocks_are_done():
 @given(st.lists(st.tuples(st.floats(-500, 500), st.floats(-500, 500), st.floats(1, 60000)), max_size=30))
 def test_moves_are_read_back_as_they_were_meant(moves):
     state = {"X": None, "Y": None, "F": None}
-    blocks = [Move(*move) for move in moves]
+    blocks = [MoveBlock(*move) for move in moves]
     lines = [command.data for command in commands(blocks, SERVO)]
     assert len(lines) == len(blocks)
     for line, block in zip(lines, blocks, strict=True):
@@ -76,7 +82,7 @@ def test_on_the_wire_every_place_but_the_first_is_told_from_the_one_before():
 @given(st.lists(st.tuples(st.floats(-500, 500), st.floats(-500, 500)), min_size=1, max_size=40))
 def test_relative_places_add_up_to_the_last_digit(points):
     relative, at = False, {"X": 0, "Y": 0}
-    for line in (c.data.decode() for c in protocol.program([Move(*point, 600.0) for point in points], SERVO)):
+    for line in (c.data.decode() for c in protocol.program([MoveBlock(*point, 600.0) for point in points], SERVO)):
         relative = (relative or "G91" in line) and "G90" not in line
         for letter, number in re.findall(r"([XY])(-?[\d.]+)", line):
             at[letter] = at[letter] * relative + round(1000 * float(number))

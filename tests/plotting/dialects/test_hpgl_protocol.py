@@ -17,7 +17,7 @@ from handout.plotting import plan
 from handout.plotting.dialects import dialect
 from handout.plotting.dialects.hpgl import protocol
 from handout.plotting.dialects.hpgl.controller import PenPosition
-from handout.plotting.planning.blocks import Move, Pause, Pen
+from handout.plotting.planning.blocks import MoveBlock, Pause, PenBlock
 
 PROFILE = profiles.find("hp-7475a", "plotter")
 ONE_PEN = profiles.find("hpgl", "plotter")
@@ -31,10 +31,15 @@ strokes = st.lists(
 
 def blocks(drawn):
     """What planning tells of strokes, each a velocity (mm/s) and its places."""
-    told = [Pen(False)]
+    told = [PenBlock(False)]
     for speed, points in drawn:
-        told += [Move(*points[0], FAST), Pen(True), *(Move(*point, speed * 60) for point in points[1:]), Pen(False)]
-    return [*told, Move(0.0, 0.0, FAST)]
+        told += [
+            MoveBlock(*points[0], FAST),
+            PenBlock(True),
+            *(MoveBlock(*point, speed * 60) for point in points[1:]),
+            PenBlock(False),
+        ]
+    return [*told, MoveBlock(0.0, 0.0, FAST)]
 
 
 def drawn(instructions):
@@ -77,12 +82,19 @@ def test_every_block_is_done_by_one_command(meant):
     moves = 0
     for command in protocol.program(told, PROFILE):
         moves += sum(len(instruction.points) for instruction in protocol.read(command.data))
-        assert moves == sum(isinstance(block, Move) for block in told[: command.done])
+        assert moves == sum(isinstance(block, MoveBlock) for block in told[: command.done])
 
 
 def test_a_program_word_by_word():
-    told = [Pen(False), Move(10, 20, FAST), Pen(True), Move(11, 20, 2280), Move(11, 21.5, 2280), Move(12, 22, 4560)]
-    told += [Pause(1.0), Pen(False), Move(0, 0, FAST)]
+    told = [
+        PenBlock(False),
+        MoveBlock(10, 20, FAST),
+        PenBlock(True),
+        MoveBlock(11, 20, 2280),
+        MoveBlock(11, 21.5, 2280),
+        MoveBlock(12, 22, 4560),
+    ]
+    told += [Pause(1.0), PenBlock(False), MoveBlock(0, 0, FAST)]
     data = [command.data for command in protocol.program(told, PROFILE, absolute=True)]
     assert data[:3] == [b"IN;", b"SP1;", b"PU;"]
     assert data[3:8] == [b"PU;", b"PU402,804;", b"PD;", b"VS3.8;", b"PD442,804,442,864;"]
@@ -90,8 +102,15 @@ def test_a_program_word_by_word():
 
 
 def test_on_the_wire_places_are_told_from_one_to_the_next_and_the_pen_twice():
-    told = [Pen(False), Move(10, 20, FAST), Pen(True), Move(11, 20, 2280), Move(11, 21.5, 2280), Pen(False)]
-    data = [command.data for command in protocol.program([*told, Move(0, 0, FAST)], PROFILE)]
+    told = [
+        PenBlock(False),
+        MoveBlock(10, 20, FAST),
+        PenBlock(True),
+        MoveBlock(11, 20, 2280),
+        MoveBlock(11, 21.5, 2280),
+        PenBlock(False),
+    ]
+    data = [command.data for command in protocol.program([*told, MoveBlock(0, 0, FAST)], PROFILE)]
     assert data[3:] == [
         b"PU;PU;", b"PA402,804;", b"PD;PD;", b"VS3.8;", b"PR40,0,0,60;", b"PU;PU;", b"PR-442,-864;", b"PU;", b"SP0;"
     ]  # fmt: skip
@@ -110,7 +129,7 @@ def test_what_is_told_from_one_to_the_next_leads_to_the_same_places(meant):
 
 def test_pens_and_rotation_are_those_of_the_profile():
     turned = msgspec.structs.replace(ONE_PEN, hpgl=msgspec.structs.replace(ONE_PEN.hpgl, rotation=90, pen=3))
-    data = [command.data for command in protocol.program([Pen(False)], turned, absolute=True)]
+    data = [command.data for command in protocol.program([PenBlock(False)], turned, absolute=True)]
     assert data == [b"IN;", b"RO90;", b"IP;", b"IW;", b"SP3;", b"PU;", b"PU;", b"PU;"]
 
 

@@ -17,12 +17,12 @@ from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceSilent
 from handout.plotting import connections, open_port, plan, run
 from handout.plotting.dialects.klipper import DIALECT as klipper
 from handout.plotting.dialects.klipper import protocol
-from handout.plotting.dialects.klipper.controller import Proof
+from handout.plotting.dialects.klipper.controller import Executed
 from handout.plotting.driving import fidelity
 from handout.plotting.jobs import runner, store
-from handout.plotting.jobs.store import Options
+from handout.plotting.jobs.store import JobOptions
 from handout.plotting.moonraker_ports import MoonrakerPort
-from handout.plotting.planning.blocks import Move, Pause, Pen
+from handout.plotting.planning.blocks import MoveBlock, Pause, PenBlock
 from handout_lab.ink_comparison import compare
 
 replace = msgspec.structs.replace
@@ -30,7 +30,7 @@ SERVO, STEPPER, Z = (profiles.find(f"klipper-{pen}", "plotter") for pen in ("ser
 MACRO = replace(SERVO, pen=replace(SERVO.pen, lift="command", up_command=("PEN_UP",), down_command=("PEN_DOWN Z=1",)))
 HERE = replace(SERVO, homing=False, bed=replace(SERVO.bed, zero="here"))
 DRAWING = page(words=1)
-BLOCKS = [Pen(False), Move(2, 5, 6000), Pen(True), Move(3, 5, 1200), Pause(0.02), Pen(False)]
+BLOCKS = [PenBlock(False), MoveBlock(2, 5, 6000), PenBlock(True), MoveBlock(3, 5, 1200), Pause(0.02), PenBlock(False)]
 
 
 def lines(profile):
@@ -71,7 +71,7 @@ def test_messages(said, means):
 
 
 def test_the_board_has_done_what_was_due_before_it_was_counted_and_heard_again():
-    proof, proven = Proof(), []
+    proof, proven = Executed(), []
     for executed, heard in ((2, 100), (4, 100), (6, 140), (8, 140), (10, 180), (12, 180), (14, 180), (16, 220)):
         proof.note(executed, heard)
         proven.append(proof.proven)
@@ -124,7 +124,7 @@ class Nobody:
 def test_what_breaks_off_is_gone_on_with(profile, way, error, said, tmp_path, monkeypatch):
     monkeypatch.setattr("os.fsync", lambda handle: None)
     port, told = open_port(f"sim:?{way}", profile), []
-    job = store.create((DRAWING,), profile, Options(overlap=6.0), place=tmp_path)
+    job = store.create((DRAWING,), profile, JobOptions(overlap=6.0), place=tmp_path)
     with pytest.raises(error, match=said):
         runner.run_job(job, lambda: port, Nobody(), log=told.append)
     port.power_on() if error is DeviceSilent else port.replug()

@@ -8,9 +8,9 @@ import pytest
 from handout import profiles
 from handout.errors import DeviceAlarm, DeviceSilent, PortError
 from handout.plotting.dialects.marlin import DIALECT as marlin
-from handout.plotting.planning.blocks import Move, Pause, Pen
+from handout.plotting.planning.blocks import MoveBlock, Pause, PenBlock
 from handout.simulated.plotter import SimulatedPlotter
-from handout.simulated.plotter.options import Options
+from handout.simulated.plotter.options import SimulatorOptions
 
 replace = msgspec.structs.replace
 SLOW = profiles.find("marlin-servo", "plotter")
@@ -21,17 +21,33 @@ QUICK = replace(  # so that a short job is over soon
     pen=replace(SLOW.pen, up_time=0.01, down_time=0.01),
     port=replace(SLOW.port, start_up=0.3, timeout=3.0, line_time=0.001),
 )
-ROUND = [Move(round(6 - 4 * math.cos(k / 2), 1), round(5 + 4 * math.sin(k / 2), 1), 60000) for k in range(1, 8)]
-JOB = [Pen(False), Move(2, 5, 60000), Pen(True), *ROUND, Pen(False), Move(12, 9, 60000), Pen(True), Pause(0.02)]
-JOB += [Pen(False), Move(0, 0, 60000)]
-SHORT = [Pen(False), Move(2, 5, 60000), Pen(True), Move(4, 5, 60000), Pause(0.02), Pen(False)]  # every kind of line
+ROUND = [MoveBlock(round(6 - 4 * math.cos(k / 2), 1), round(5 + 4 * math.sin(k / 2), 1), 60000) for k in range(1, 8)]
+JOB = [
+    PenBlock(False),
+    MoveBlock(2, 5, 60000),
+    PenBlock(True),
+    *ROUND,
+    PenBlock(False),
+    MoveBlock(12, 9, 60000),
+    PenBlock(True),
+    Pause(0.02),
+]
+JOB += [PenBlock(False), MoveBlock(0, 0, 60000)]
+SHORT = [
+    PenBlock(False),
+    MoveBlock(2, 5, 60000),
+    PenBlock(True),
+    MoveBlock(4, 5, 60000),
+    Pause(0.02),
+    PenBlock(False),
+]  # every kind of line
 
 
 class Watched:
     """A simulated plotter that notes every move that is queued and everything its pen is told, in order."""
 
     def __init__(self, options=None, profile=QUICK, **switches):
-        self.port = SimulatedPlotter(profile, options or Options())
+        self.port = SimulatedPlotter(profile, options or SimulatorOptions())
         self.profile, self.did, self.said = profile, [], []
         firmware = self.port.firmware
         for name, value in switches.items():
@@ -76,7 +92,7 @@ def test_a_fault_at_every_byte_changes_nothing_on_the_paper(fault):
     """From the first greeting to the last line: moves and pen are exactly those of a run without a fault."""
     meant, size = intended(SHORT, 15)
     for at in range(size):
-        watched = Watched(Options(fault=fault, at=at, bit=at % 8))
+        watched = Watched(SimulatorOptions(fault=fault, at=at, bit=at % 8))
         controller = watched.run(SHORT)
         assert watched.did == meant, f"byte {at}"
         assert controller.executed == controller.sent
@@ -90,11 +106,11 @@ def test_all_kinds_of_marlin_survive_a_noisy_cable(echoes, advanced, latency):
     meant, size = intended()
     for at in range(7, size, 60):
         watched = Watched(
-            Options(fault="flipped-byte", at=at, bit=at % 7, latency=0.001), echoes=echoes, advanced=advanced
+            SimulatorOptions(fault="flipped-byte", at=at, bit=at % 7, latency=0.001), echoes=echoes, advanced=advanced
         )
         watched.run()
         assert watched.did == meant, f"byte {at}"
-    watched = Watched(Options(latency=latency), echoes=echoes, advanced=advanced)
+    watched = Watched(SimulatorOptions(latency=latency), echoes=echoes, advanced=advanced)
     controller = watched.run()
     assert watched.did == meant and controller.conversation.window == (1 if latency < 0.01 else 4)
     assert controller.conversation.echoes == echoes
@@ -103,26 +119,26 @@ def test_all_kinds_of_marlin_survive_a_noisy_cable(echoes, advanced, latency):
 def test_an_ok_that_is_lost_is_not_missed():
     meant, _ = intended()
     for after in range(0, 20, 4):
-        watched = Watched(Options(fault="lost-ok", after=after))
+        watched = Watched(SimulatorOptions(fault="lost-ok", after=after))
         assert watched.run().executed == watched.connect().sent + len(list(marlin.program(JOB, QUICK)))
         assert watched.did == meant
 
 
 def test_a_late_ok_is_waited_for():
     meant, _ = intended()
-    watched = Watched(Options(fault="late", after=4, late=1.5))
+    watched = Watched(SimulatorOptions(fault="late", after=4, late=1.5))
     watched.run()
     assert watched.did == meant
 
 
 def test_a_long_move_is_waited_for_and_its_signs_of_life_are_heard():
     watched = Watched()
-    controller = watched.run([Move(100, 0, 120)])  # 50 s
+    controller = watched.run([MoveBlock(100, 0, 120)])  # 50 s
     assert controller.executed == controller.sent and watched.port.now > 50 and controller.conversation.again == 0
 
 
 def test_a_loop_of_requests_ends_with_one_sentence():
-    watched = Watched(Options(fault="resend-loop", after=5))
+    watched = Watched(SimulatorOptions(fault="resend-loop", after=5))
     with pytest.raises(DeviceSilent, match=r"in a row for the same line: .* cable"):
         watched.run()
     assert any("sent again" in said for said in watched.said)
@@ -141,7 +157,7 @@ def test_a_loop_of_requests_ends_with_one_sentence():
 )
 def test_trouble_is_told_in_words(fault, error, said):
     with pytest.raises(error, match=said):
-        Watched(Options(fault=fault, after=6)).run()
+        Watched(SimulatorOptions(fault=fault, after=6)).run()
 
 
 @pytest.mark.parametrize("fault", ["reset", "jam", "unplugged", "alarm"])
@@ -149,9 +165,9 @@ def test_trouble_is_told_in_words(fault, error, said):
 def test_no_command_is_called_executed_before_it_was(fault, advanced):
     """The moves of all commands that are said to be executed have been made when the machine breaks off."""
     slow = replace(QUICK, limits=replace(QUICK.limits, acceleration=500, draw_speed=20))
-    program = list(marlin.program([Pen(False), Move(2, 5, 6000), Pen(True), *ROUND], slow))
+    program = list(marlin.program([PenBlock(False), MoveBlock(2, 5, 6000), PenBlock(True), *ROUND], slow))
     for after in range(2, 14):
-        watched = Watched(Options(fault=fault, after=after), slow, advanced=advanced)
+        watched = Watched(SimulatorOptions(fault=fault, after=after), slow, advanced=advanced)
         controller = watched.connect()
         with pytest.raises((DeviceAlarm, DeviceSilent, PortError)):
             for command in program:
@@ -159,7 +175,9 @@ def test_no_command_is_called_executed_before_it_was(fault, advanced):
             controller.finish()
         certain = program[controller.executed - 1].done if controller.executed else 0
         moves = [
-            block for block in [Pen(False), Move(2, 5, 6000), Pen(True), *ROUND][:certain] if isinstance(block, Move)
+            block
+            for block in [PenBlock(False), MoveBlock(2, 5, 6000), PenBlock(True), *ROUND][:certain]
+            if isinstance(block, MoveBlock)
         ]
         reached = {position[:2] for _, position in watched.port.paper.trace}
         assert all((round(move.x * 80), round(move.y * 80)) in reached for move in moves)
@@ -182,7 +200,7 @@ def test_halting_finishes_what_is_in_hand_and_lifts_the_pen():
     slow = replace(QUICK, limits=replace(QUICK.limits, draw_speed=10))
     watched = Watched(profile=slow)
     controller = watched.connect()
-    for command in list(marlin.program([Pen(True), Move(40, 0, 600), Move(40, 10, 600)], slow))[:-1]:
+    for command in list(marlin.program([PenBlock(True), MoveBlock(40, 0, 600), MoveBlock(40, 10, 600)], slow))[:-1]:
         controller.send(command.data)
     controller.halt()
     assert not watched.port.pen_is_down and watched.port.at_rest
@@ -195,7 +213,7 @@ def test_a_second_interrupt_stops_it_dead(emergency):
     slow = replace(QUICK, limits=replace(QUICK.limits, draw_speed=10))
     watched = Watched(profile=slow, emergency=emergency)
     controller = watched.connect()
-    for command in list(marlin.program([Pen(True), Move(100, 0, 600)], slow))[:-1]:
+    for command in list(marlin.program([PenBlock(True), MoveBlock(100, 0, 600)], slow))[:-1]:
         controller.send(command.data)
     watched.port.read(1.0)
     before, read = controller.executed, watched.port.read
@@ -212,14 +230,14 @@ def test_a_second_interrupt_stops_it_dead(emergency):
 
 
 def test_the_machines_own_limits_win():
-    watched = Watched(Options(acceleration=700, speed=80))
+    watched = Watched(SimulatorOptions(acceleration=700, speed=80))
     controller = watched.connect()
     limits = controller.profile.limits
     assert (limits.acceleration, limits.draw_speed, limits.travel_speed) == (700, 80, 80)
     assert any("acceleration: the plotter's own 700" in said for said in watched.said)
     jerky = replace(QUICK, limits=replace(QUICK.limits, jerk=10.0))
     assert Watched(profile=jerky).connect().profile.limits.jerk == 10
-    watched = Watched(Options(queue=7), advanced=True)
+    watched = Watched(SimulatorOptions(queue=7), advanced=True)
     assert watched.connect().profile.port.queue == 7
 
 

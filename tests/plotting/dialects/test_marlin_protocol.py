@@ -12,12 +12,13 @@ from handout.plotting import plan
 from handout.plotting.dialects.marlin import DIALECT as marlin
 from handout.plotting.dialects.marlin import protocol
 from handout.plotting.dialects.marlin.controller import PlannerQueue
-from handout.plotting.planning.blocks import Move, Pause, Pen
+from handout.plotting.planning.blocks import MoveBlock, Pause, PenBlock
 
 SERVO, ON_Z = profiles.find("marlin-servo", "plotter"), profiles.find("creality-ender-3", "plotter")
 BLOCKS = [
-    Pen(False), Move(10, 20, 6000), Pen(True), Pause(0.05), Move(10.5, 20, 900), Move(10.5, 20.25, 900), Pen(False),
-    Move(40, 20, 6000), Pen(True),
+    PenBlock(False), MoveBlock(10, 20, 6000), PenBlock(True), Pause(0.05), MoveBlock(10.5, 20, 900),
+    MoveBlock(10.5, 20.25, 900), PenBlock(False),
+    MoveBlock(40, 20, 6000), PenBlock(True),
 ]  # fmt: skip
 
 
@@ -39,13 +40,15 @@ def test_a_z_axis_moves_in_its_turn():
 
 
 def test_a_pen_follows_the_pressure():
-    pressed = [Pen(True), Move(1, 1, 600, -0.1), Move(2, 1, 600, -0.1), Move(3, 1, 600, -0.2)]
+    pressed = [PenBlock(True), MoveBlock(1, 1, 600, -0.1), MoveBlock(2, 1, 600, -0.1), MoveBlock(3, 1, 600, -0.2)]
     assert written(pressed, ON_Z)[1:] == ["G1X1Y1Z-0.1F600", "G1X2", "G1X3Z-0.2"]
 
 
 def test_own_commands_lift_the_pen_and_are_not_trusted_to_keep_anything():
     pen = msgspec.structs.replace(SERVO.pen, lift="command", up_command=("M42 P4 S0",), down_command=("M42 P4 S255",))
-    lines = written([Move(5, 5, 600), Pen(True), Move(5, 6, 600)], msgspec.structs.replace(SERVO, pen=pen))
+    lines = written(
+        [MoveBlock(5, 5, 600), PenBlock(True), MoveBlock(5, 6, 600)], msgspec.structs.replace(SERVO, pen=pen)
+    )
     assert lines == ["G1X5Y5F600", "M400", "M42", "P4", "S255", "G4P200", "G1X5Y6F600"]
 
 
@@ -74,8 +77,8 @@ def test_a_known_line():
 @given(st.lists(st.tuples(st.floats(-500, 500), st.floats(-500, 500), st.floats(1, 60000)), max_size=30))
 def test_moves_are_read_back_as_they_were_meant(moves):
     state = {"X": None, "Y": None, "F": None}
-    lines = [command.data for command in protocol.program([Move(*move) for move in moves], ON_Z)]
-    blocks = [Move(*move) for move in moves]
+    lines = [command.data for command in protocol.program([MoveBlock(*move) for move in moves], ON_Z)]
+    blocks = [MoveBlock(*move) for move in moves]
     for line, block in zip(lines[:-1][-len(blocks) :] if moves else [], blocks, strict=True):
         assert line.startswith(b"G1") and len(protocol.framed(10**6, line)) <= 70
         state |= {letter: float(number) for letter, number in re.findall(r"([XYF])(-?[\d.]+)", line.decode())}
@@ -113,10 +116,10 @@ def test_moves_are_read_back_as_they_were_meant(moves):
             b"FIRMWARE_NAME:Marlin 2.1.2 (Jan 1 2023) SOURCE_CODE_URL:x PROTOCOL_VERSION:1.0",
             protocol.Identity("Marlin 2.1.2 (Jan 1 2023)"),
         ),
-        (b"echo:  M201 X500.00 Y500.00 Z100.00", protocol.Settings("M201", {"X": 500.0, "Y": 500.0, "Z": 100.0})),
+        (b"echo:  M201 X500.00 Y500.00 Z100.00", protocol.SettingsLine("M201", {"X": 500.0, "Y": 500.0, "Z": 100.0})),
         (
             b"echo:  M205 B20000.00 S0.00 T0.00 J0.08",
-            protocol.Settings("M205", {"B": 20000, "S": 0, "T": 0, "J": 0.08}),
+            protocol.SettingsLine("M205", {"B": 20000, "S": 0, "T": 0, "J": 0.08}),
         ),
         (b"X:10.00 Y:-2.50 Z:5.00 E:0.00 Count X:800 Y:-200 Z:2000", protocol.Position(10.0, -2.5, 5.0)),
         (b'echo:Unknown command: "M205 B0"', protocol.Unknown("M205 B0")),

@@ -14,8 +14,8 @@ from handout.errors import InputError
 from handout.plotting import pen_lift
 from handout.plotting.dialect import Command
 from handout.plotting.dialects.ebb.stepping import HOME, Motors, Version
-from handout.plotting.planning.blocks import Block, Lines, Move, Pause, Pen, Timed
-from handout.profiles import Pen as PenProfile
+from handout.plotting.planning.blocks import Block, MoveBlock, Pause, PenBlock, Timed, UserLines
+from handout.profiles import PenLift as PenProfile
 from handout.profiles import Plotter
 
 SERVO_PERIOD = 0.024  # s between two pulses to the servo, of which each may change its place by the rate (SC,11 SC,12)
@@ -198,13 +198,13 @@ def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
             index += len(run)
             continue
         index += 1
-        if isinstance(block, Pen):
+        if isinstance(block, PenBlock):
             yield from _ending(lift.move(block), index)
-        elif isinstance(block, Lines):
+        elif isinstance(block, UserLines):
             yield from _ending([f"{line}\r".encode("ascii") for line in block.lines], index)
         elif isinstance(block, Pause):
             yield from (Command(data, index) for data in pause(block.seconds))
-        elif isinstance(block, Move):
+        elif isinstance(block, MoveBlock):
             raise InputError("This plan was made for another machine: plan the drawing for the EBB that will draw it.")
 
 
@@ -214,7 +214,7 @@ class _Lift:
     def __init__(self, profile: PenProfile) -> None:
         self.profile, self.down, self.low = profile, False, profile.down
 
-    def move(self, block: Pen) -> list[bytes]:
+    def move(self, block: PenBlock) -> list[bytes]:
         """Commands that lift or lower it, to a value of a hook's too; none if it is there."""
         told, low = [], self.profile.down if block.value is None else block.value
         if block.down and low != self.low:

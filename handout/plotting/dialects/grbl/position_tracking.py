@@ -29,7 +29,7 @@ _REMEMBERED = 200  # looks
 _WORD = re.compile(rb"([GMXYZS])(-?\d*\.?\d+)")
 
 
-class Way(NamedTuple):
+class TrackedMove(NamedTuple):
     """A command: its number, the straight way it leads, and the spindle's value before and after it; and whether it
     certainly takes a place in the machine's queue."""
 
@@ -56,7 +56,7 @@ class PositionTracking:
     def __init__(self, at: Place, span: tuple[float, float] = (0.0, 1000.0)) -> None:
         self.at, self._span = at, span
         self._power, self._on, self._relative = 0.0, False, False
-        self._ways: deque[Way] = deque()
+        self._ways: deque[TrackedMove] = deque()
         self._power_is_told = False
         self.proven = 0
         self._seen: deque[tuple[int, float, float]] = deque(maxlen=_REMEMBERED)  # commands executed; direction
@@ -76,7 +76,7 @@ class PositionTracking:
         self._on = (self._on or b"M3" in codes) and b"M5" not in codes
         self._power = letters.get(b"S", self._power)
         moves = max(abs(a - b) for a, b in zip(before, self.at, strict=True)) > _NEAR
-        self._ways.append(Way(number, before, self.at, (power, self._shown()), moves))
+        self._ways.append(TrackedMove(number, before, self.at, (power, self._shown()), moves))
         return power != self._shown() or before[2] != self.at[2]
 
     def _shown(self) -> float:
@@ -124,7 +124,7 @@ class PositionTracking:
         self._prove(executed, first)
         return executed
 
-    def _prove(self, executed: int, way: Way) -> None:
+    def _prove(self, executed: int, way: TrackedMove) -> None:
         """It was seen on a way when so many commands were executed."""
         x, y = way.end[0] - way.begin[0], way.end[1] - way.begin[1]
         length = math.hypot(x, y)

@@ -14,8 +14,8 @@ from handout.plotting import pen_lift
 from handout.plotting.dialect import Command
 from handout.plotting.dialects import gcode
 from handout.plotting.dialects.gcode import number
-from handout.plotting.planning.blocks import Block, Lines, Move
-from handout.profiles import Pen as PenProfile
+from handout.plotting.planning.blocks import Block, MoveBlock, UserLines
+from handout.profiles import PenLift as PenProfile
 from handout.profiles import Plotter
 
 RESET, HOLD, STATUS = b"\x18", b"!", b"?"
@@ -238,7 +238,7 @@ class _Program(gcode.Program):
         self.feed = self.feed if profile.lift == "servo" else ""
         return lines if profile.lift == "servo" else [*self._back(), *lines]
 
-    def obey(self, block: Lines) -> list[bytes]:
+    def obey(self, block: UserLines) -> list[bytes]:
         self.at, self.motion, self.feed = {}, "", ""
         return [*self._back(), *super().obey(block)]
 
@@ -251,7 +251,7 @@ class _Program(gcode.Program):
         relative, self.relative = self.relative, False
         return [b"G90\n"] if relative else []
 
-    def line(self, block: Move) -> bytes:
+    def line(self, block: MoveBlock) -> bytes:
         there = {"X": round(1000 * block.x), "Y": round(1000 * block.y)}
         there |= {} if block.z is None else {"Z": round(1000 * block.z)}
         changed = {axis: to for axis, to in there.items() if to != self.at.get(axis)}

@@ -9,7 +9,7 @@ from handout.plotting.dialect import Dialect, Question
 from handout.plotting.dialects.hpgl.controller import HpglController
 from handout.plotting.dialects.hpgl.protocol import program
 from handout.plotting.planning.plan import Plan
-from handout.profiles import Pen, Plotter
+from handout.profiles import PenLift, Plotter
 
 
 def file(plan: Plan, profile: Plotter) -> bytes:
@@ -17,7 +17,7 @@ def file(plan: Plan, profile: Plotter) -> bytes:
     return b"".join(command.data + b"\n" for command in program(plan.blocks, profile, absolute=True))
 
 
-def set_pen(pen: Pen, value: float) -> list[bytes]:
+def set_pen(pen: PenLift, value: float) -> list[bytes]:
     """There are no heights: InputError."""
     pen_lift.at(pen, value)
     return []

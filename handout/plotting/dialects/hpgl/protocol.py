@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from handout.plotting.dialect import Command
-from handout.plotting.planning.blocks import Block, Lines, Move, Pause, Pen
+from handout.plotting.planning.blocks import Block, MoveBlock, Pause, PenBlock, UserLines
 from handout.profiles import Plotter
 
 SPACE, SIZE, LINE_ERROR, STATE = b"\x1b.B", b"\x1b.L", b"\x1b.E", b"\x1b.O"  # asked and answered at once
@@ -91,7 +91,7 @@ def travel(x: float, y: float, profile: Plotter) -> bytes:
     return f"PU{units(x, profile)},{units(y, profile)};".encode()
 
 
-def velocity(block: Move) -> str:
+def velocity(block: MoveBlock) -> str:
     """A speed as VS takes it, cm/s."""
     return f"{block.feed / 600.0:.2f}".rstrip("0").rstrip(".")
 
@@ -134,11 +134,11 @@ def program(blocks: Sequence[Block], profile: Plotter, *, absolute: bool = False
             continue
         if stroke.ends_before(block):
             yield Command(stroke.instruction(), done)
-        if isinstance(block, Pen):
+        if isinstance(block, PenBlock):
             yield Command(stroke.turn(block.down), index + 1)
-        elif isinstance(block, Lines):
+        elif isinstance(block, UserLines):
             yield Command(stroke.told(block), index + 1)
-        elif isinstance(block, Move):
+        elif isinstance(block, MoveBlock):
             if not stroke.down:
                 yield Command(stroke.travel(block), index + 1)
             else:
@@ -168,30 +168,30 @@ class _Stroke:
         """Whether the instruction must be sent before a block: it is full, or the block is no drawn move."""
         if not self.points:
             return False
-        return not isinstance(block, Move) or velocity(block) != self._speed or not self.fits(block)
+        return not isinstance(block, MoveBlock) or velocity(block) != self._speed or not self.fits(block)
 
     def turn(self, down: bool) -> bytes:
         """The pen is lowered or lifted."""
         self.down = down
         return (PEN_DOWN if down else PEN_UP) * (1 if self.absolute else 2)
 
-    def told(self, block: Lines) -> bytes:
+    def told(self, block: UserLines) -> bytes:
         """Instructions of the user's own, which may change velocity and place; and back to where it stood."""
         self._speed = ""
         there = [] if self._unit is None else ["PA{},{}".format(*self._unit)]
         return "".join(f"{line.rstrip(';')};" for line in (*block.lines, *there)).encode("ascii")
 
-    def change_speed(self, block: Move) -> list[bytes]:
+    def change_speed(self, block: MoveBlock) -> list[bytes]:
         """The instruction for a velocity that differs from the last one told, if it does."""
         before, self._speed = self._speed, velocity(block)
         return [] if before == self._speed else [f"VS{self._speed};".encode()]
 
-    def fits(self, block: Move) -> bool:
+    def fits(self, block: MoveBlock) -> bool:
         """Whether the instruction can hold one more place."""
         more = math.dist(self._at, block[:2])
         return len(self.points) + len(self._point(block)) + 4 <= _LONGEST and self._ink + more <= _INK
 
-    def add(self, block: Move) -> None:
+    def add(self, block: MoveBlock) -> None:
         """Add a place to the instruction."""
         self.points = f"{self.points},{self._point(block)}".lstrip(",")
         self._ink += math.dist(self._at, block[:2])
@@ -202,7 +202,7 @@ class _Stroke:
         points, self.points, self._ink = self.points, "", 0.0
         return f"{'PD' if self.absolute else 'PR'}{points};".encode()
 
-    def travel(self, block: Move) -> bytes:
+    def travel(self, block: MoveBlock) -> bytes:
         """The pen goes to a place, lifted."""
         first, point = self._unit is None, self._point(block)
         self._go(block)
@@ -210,10 +210,10 @@ class _Stroke:
             return f"PU{point};".encode()
         return f"{'PA' if first else 'PR'}{point};".encode()
 
-    def _point(self, block: Move) -> str:
+    def _point(self, block: MoveBlock) -> str:
         x, y = units(block.x, self.profile), units(block.y, self.profile)
         before = (0, 0) if self.absolute or self._unit is None else self._unit
         return f"{x - before[0]},{y - before[1]}"
 
-    def _go(self, block: Move) -> None:
+    def _go(self, block: MoveBlock) -> None:
         self._at, self._unit = block[:2], (units(block.x, self.profile), units(block.y, self.profile))

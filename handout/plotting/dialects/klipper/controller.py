@@ -2,7 +2,7 @@
 
 What is drawn is known by `live_position`, where the carriage is by Klipper's own reckoning, and by ``M400``, which is
 answered when all motion is done.  Both are worked out by its host program, which notices only after some five seconds
-that its board is gone: so what was executed counts as proven when the board has been heard later (`Proof`).  Klipper
+that its board is gone: so what was executed counts as proven when the board has been heard later (`Executed`).  Klipper
 has two seconds of motion in hand that nothing short of an emergency stop takes back; after one, or after any other
 shutdown, its place is lost.
 """
@@ -51,7 +51,7 @@ class _Way(NamedTuple):
     free: bool
 
 
-class Proof:
+class Executed:
     """Of how many commands it is certain that the board has executed them: it has been heard of since.
 
     Klipper counts about once a second how many bytes its board has said.  A board that has said something after a
@@ -91,7 +91,7 @@ class KlipperController(BaseController):
         self._at: Place = (0.0, 0.0)  # where the last command leads to
         self._idle = self._astray = False
         self._asked = False
-        self._proof = Proof()
+        self._proof = Executed()
 
     def send(self, data: bytes) -> None:
         """Add a line to the next script, which is sent when the one before is answered."""

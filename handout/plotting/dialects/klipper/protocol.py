@@ -15,7 +15,7 @@ from handout.plotting.dialect import Command
 from handout.plotting.dialects import gcode
 from handout.plotting.dialects.gcode import number
 from handout.plotting.planning.blocks import Block
-from handout.profiles import Pen as PenProfile
+from handout.profiles import PenLift as PenProfile
 from handout.profiles import Plotter
 
 STANDING = b"M400\n"  # answered when all motion is done

@@ -128,7 +128,7 @@ def with_settings(profile: Plotter, replies: list[Reply], log: Log) -> Plotter:
     """
     settings: dict[str, float] = {}
     for reply in replies:
-        if isinstance(reply, protocol.Settings):
+        if isinstance(reply, protocol.SettingsLine):
             settings |= {reply.code + letter: value for letter, value in reply.values.items()}
     limits = with_limits(profile, _own_limits(profile, settings), log)
     pen, port = profile.pen, profile.port

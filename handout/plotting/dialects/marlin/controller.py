@@ -12,9 +12,9 @@ from handout.errors import DeviceSilent
 from handout.plotting.dialect import Log, StateReport
 from handout.plotting.dialects.base import BaseController
 from handout.plotting.dialects.marlin import connection, protocol
-from handout.plotting.dialects.marlin.conversation import Line, MarlinConversation
+from handout.plotting.dialects.marlin.conversation import MarlinConversation, ProtocolLine
 from handout.plotting.dialects.marlin.protocol import Ok, Position
-from handout.plotting.planning.blocks import Move, Pen
+from handout.plotting.planning.blocks import MoveBlock, PenBlock
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
 
@@ -131,7 +131,7 @@ class MarlinController(BaseController):
         self.conversation.send(data, self.sent + 1)
         self.sent += 1
 
-    def _worked(self, line: Line, reply: Ok) -> None:
+    def _worked(self, line: ProtocolLine, reply: Ok) -> None:
         self.taken = max(self.taken, line.command)
         self.sent = max(self.sent, self.taken)  # an interrupt may have come between sending and counting
         self._planner_queue.worked(line.data, line.command)
@@ -227,7 +227,7 @@ class MarlinController(BaseController):
 
     def go(self, x: float, y: float) -> None:
         """Travel as at the beginning of a program."""
-        way = (Pen(down=False), Move(x, y, float(self.profile.limits.travel_speed) * 60))
+        way = (PenBlock(down=False), MoveBlock(x, y, float(self.profile.limits.travel_speed) * 60))
         for command in protocol.program(way, self.profile):
             if command.data != protocol.HERE:  # where it stands is no zero
                 self.conversation.ask(command.data)

@@ -35,7 +35,7 @@ _MANY = 20  # lines sent again after which the user is told
 _OPTIONAL = (b"M205", b"M220", b"M84", b"M503", b"M115", b"G21")  # commands that a controller may do without
 
 
-class Line(NamedTuple):
+class ProtocolLine(NamedTuple):
     """A line of the program or of the conversation; `command` program commands are executed when it is."""
 
     number: int
@@ -44,7 +44,7 @@ class Line(NamedTuple):
     framed: bytes
 
 
-Worked = Callable[[Line, Ok], None]
+Worked = Callable[[ProtocolLine, Ok], None]
 
 
 class MarlinConversation(Conversation[Reply]):
@@ -81,7 +81,7 @@ class MarlinConversation(Conversation[Reply]):
 
     def start(self, number: int) -> None:
         """Count from here: the last line the controller knows is `number`."""
-        self._lines: deque[Line] = deque()
+        self._lines: deque[ProtocolLine] = deque()
         self._last = self._done = self._reported = number  # written; worked through; told to `worked`
         self._next = number + 1  # the next to write; at most _last + 1, less when lines are sent again
         self._placed = False  # whether a question for its place was answered since anything else was written
@@ -97,7 +97,7 @@ class MarlinConversation(Conversation[Reply]):
     def send(self, data: bytes, command: int) -> None:
         """Write a line as soon as the controller has room for it, after those that it wants again."""
         while True:
-            line = Line(self._last + 1, data, command, protocol.framed(self._last + 1, data))
+            line = ProtocolLine(self._last + 1, data, command, protocol.framed(self._last + 1, data))
             if self._next > self._last and self._room(line):
                 self._append(line)
                 return
@@ -132,22 +132,22 @@ class MarlinConversation(Conversation[Reply]):
         else:
             self.hear()
 
-    def _append(self, line: Line) -> None:
+    def _append(self, line: ProtocolLine) -> None:
         self._last = line.number
         self._lines.append(line)
         self._write(line)
         while self._lines[0].number < self._done - _KEPT:
             self._lines.popleft()
 
-    def _write(self, line: Line) -> None:
+    def _write(self, line: ProtocolLine) -> None:
         self._next = line.number + 1
         self._placed &= line.data == protocol.WHERE
         self.port.write(line.framed)
 
-    def _line(self, number: int) -> Line:
+    def _line(self, number: int) -> ProtocolLine:
         return self._lines[number - self._lines[0].number]
 
-    def _room(self, line: Line) -> bool:
+    def _room(self, line: ProtocolLine) -> bool:
         """Whether the controller surely has room for a line."""
         before = range(self._done + 1, line.number)
         if len(before) >= self.window:
@@ -227,7 +227,7 @@ class MarlinConversation(Conversation[Reply]):
             self._write(self._lines[-1])
         else:
             number, command = self._last + 1, self._lines[-1].command if self._lines else 0
-            self._append(Line(number, protocol.WHERE, command, protocol.framed(number, protocol.WHERE)))
+            self._append(ProtocolLine(number, protocol.WHERE, command, protocol.framed(number, protocol.WHERE)))
 
     def take(self, reply: Reply) -> None:
         """Act on a reply: count what was worked through, go back to a line that is wanted again, stop at trouble."""

@@ -18,8 +18,8 @@ from handout.plotting import pen_lift
 from handout.plotting.dialect import Command
 from handout.plotting.dialects import gcode
 from handout.plotting.dialects.gcode import number
-from handout.plotting.planning.blocks import Block, Lines, Move, Pause, Pen
-from handout.profiles import Pen as PenProfile
+from handout.plotting.planning.blocks import Block, MoveBlock, Pause, PenBlock, UserLines
+from handout.profiles import PenLift as PenProfile
 from handout.profiles import Plotter
 
 STANDING = b"M400\n"  # answered when all motion is done
@@ -121,7 +121,7 @@ class Capability(NamedTuple):
     able: bool
 
 
-class Settings(NamedTuple):
+class SettingsLine(NamedTuple):
     """A line of ``M503``: its command, such as M201, and the values by letter."""
 
     code: str
@@ -149,7 +149,7 @@ class Note(NamedTuple):
 
 
 Reply = (
-    Ok | Resend | Fault | Error | Unhomed | Struck | Busy | Start | Identity | Capability | Settings | Position
+    Ok | Resend | Fault | Error | Unhomed | Struck | Busy | Start | Identity | Capability | SettingsLine | Position
     | Unknown | Note
 )  # fmt: skip
 
@@ -188,7 +188,7 @@ def _information(text: str, plain: str) -> Reply:
         return Capability(match.group(1), match.group(2) == "1")
     if match := _SETTINGS.fullmatch(text):
         values = {word[0]: float(word[1:]) for word in match.group(2).split()}
-        return Settings(match.group(1), values)
+        return SettingsLine(match.group(1), values)
     if match := _POSITION.match(text):
         return Position(*(float(part) for part in match.groups()))
     if match := _UNKNOWN.match(text):
@@ -242,7 +242,7 @@ class _Program(gcode.Program):
         self.forget_pen()
         return pen(down, profile)
 
-    def move(self, block: Move, index: int) -> list[bytes]:
+    def move(self, block: MoveBlock, index: int) -> list[bytes]:
         """A move between two rests is cut into pieces, since Marlin would wait for more before it begins."""
         lone = self._rests(index - 1) and self._rests(index + 1)
         start = tuple(float(self.words[axis]) for axis in "XY" if axis in self.words)
@@ -251,7 +251,7 @@ class _Program(gcode.Program):
         pieces = []
         for share in (piece / _AT_ONCE for piece in range(1, _AT_ONCE)):
             x, y = (a + share * (b - a) for a, b in zip(start, (block.x, block.y), strict=True))
-            pieces.append(self.line(Move(x, y, block.feed)))
+            pieces.append(self.line(MoveBlock(x, y, block.feed)))
         return [*pieces, self.line(block)]
 
     def _rests(self, index: int) -> bool:
@@ -259,6 +259,6 @@ class _Program(gcode.Program):
         if not 0 <= index < len(self.blocks):
             return True
         block, lift = self.blocks[index], self.profile.pen
-        if isinstance(block, Pen):
+        if isinstance(block, PenBlock):
             return lift.lift != "z" or pen_lift.wait(lift, block.down, 0.0) > 0
-        return isinstance(block, Pause | Lines)
+        return isinstance(block, Pause | UserLines)

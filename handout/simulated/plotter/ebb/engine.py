@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.profiles import Plotter
-from handout.simulated.plotter.paper import Paper
+from handout.simulated.plotter.paper import DrawnPaper
 
 TICK = 4e-5  # s
 FULL = 2**31
@@ -128,7 +128,7 @@ Make = Callable[[Accumulators], Move]
 
 
 @dataclass(frozen=True)
-class Job:
+class QueuedCommand:
     """A command of the queue.
 
     motion : works out what it moves from the accumulators as they are when it begins; None: it does not move.
@@ -154,12 +154,12 @@ class Engine:
     powered : whether the motors have power; without, steps are counted and nothing moves.
     """
 
-    def __init__(self, profile: Plotter, paper: Paper, depth: int, pause: int, powered: bool) -> None:
+    def __init__(self, profile: Plotter, paper: DrawnPaper, depth: int, pause: int, powered: bool) -> None:
         self.profile, self.paper, self.depth, self.pause, self.powered = profile, paper, depth, pause, powered
         self.mixed = profile.bed.gantry == "corexy"
         self.accumulators = Accumulators()
-        self.queue: deque[Job] = deque()
-        self.job: Job | None = None
+        self.queue: deque[QueuedCommand] = deque()
+        self.job: QueuedCommand | None = None
         self.ends = math.inf
         self.finished = 0  # jobs, ever
         self.steps = [0, 0]  # since the counters were cleared
@@ -187,7 +187,7 @@ class Engine:
         self._motors = (0, 0)
         self.paper.believe((0, 0, self.paper.at[2]))
 
-    def add(self, job: Job, now: float) -> None:
+    def add(self, job: QueuedCommand, now: float) -> None:
         """Queue a job; it begins at once if nothing is under way."""
         self.queue.append(job)
         if self.job is None:

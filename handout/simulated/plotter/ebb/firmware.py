@@ -5,10 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from handout.profiles import Plotter
-from handout.simulated.plotter.ebb.engine import Accumulators, Engine, Job, Move, by_steps, by_time, constant_rate
+from handout.simulated.plotter.ebb.engine import (
+    Accumulators,
+    Engine,
+    Move,
+    QueuedCommand,
+    by_steps,
+    by_time,
+    constant_rate,
+)
 from handout.simulated.plotter.firmware import Firmware, Say, Wait
-from handout.simulated.plotter.options import Options
-from handout.simulated.plotter.paper import Paper
+from handout.simulated.plotter.options import SimulatorOptions
+from handout.simulated.plotter.paper import DrawnPaper
 from handout.simulated.plotter.wire import Framing, Wire
 
 _DEFAULT = (2, 8, 1)  # if no other version is asked for
@@ -42,7 +50,7 @@ class EbbFirmware(Firmware):
         """Commands end with CR; USB makes the sender wait while the board does not read."""
         return Framing(b"\r", blocks=True)
 
-    def __init__(self, profile: Plotter, options: Options, wire: Wire, paper: Paper, say: Say) -> None:
+    def __init__(self, profile: Plotter, options: SimulatorOptions, wire: Wire, paper: DrawnPaper, say: Say) -> None:
         self.profile, self._say = profile, say
         self.version = _version(options.firmware)
         paper.steps[0] *= 2  # motors that are mixed stand in half steps
@@ -56,7 +64,7 @@ class EbbFirmware(Firmware):
         self._presses: list[float] = []  # when its button is pressed and nobody has heard of it yet
         self._settings: dict[int, int] = {}
         self._mode = 1
-        self._moves: dict[str, Callable[[list[int]], Job]] = {
+        self._moves: dict[str, Callable[[list[int]], QueuedCommand]] = {
             "SM": self._sm, "XM": self._xm, "LM": self._lm, "LT": self._lt, "HM": self._hm
         }  # fmt: skip
         self._answers: dict[str, Callable[[list[int]], str]] = {
@@ -162,7 +170,7 @@ class EbbFirmware(Firmware):
             self.engine.depth = min(max(numbers[1], 1), _LONGEST_FIFO)
         elif name == "EM" and self.version >= (2, 8, 0):
             yield "room"
-            self.engine.add(Job(enable=self._em(numbers)), self.now)
+            self.engine.add(QueuedCommand(enable=self._em(numbers)), self.now)
         else:
             self._at_once(name, numbers)
             return
@@ -253,32 +261,34 @@ class EbbFirmware(Firmware):
             self.engine.accumulators.clear(3)
         return mode, two
 
-    def _sp(self, numbers: list[int]) -> Job:
+    def _sp(self, numbers: list[int]) -> QueuedCommand:
         if not numbers:
             raise Refused("!4 Err: Missing parameter(s)")
         up = numbers[0] != 0
         place, rate = self._settings[4 if up else 5], self._settings[11 if up else 12]
         port = numbers[2] if len(numbers) > 2 else 1
         moves = port == (2 if self.profile.pen.servo == "brushless" else 1)
-        return Job(ticks=25 * (numbers[1] if len(numbers) > 1 else 0), servo=(place, rate) if moves else None, lifts=up)
+        return QueuedCommand(
+            ticks=25 * (numbers[1] if len(numbers) > 1 else 0), servo=(place, rate) if moves else None, lifts=up
+        )
 
-    def _s2(self, numbers: list[int]) -> Job:
+    def _s2(self, numbers: list[int]) -> QueuedCommand:
         if len(numbers) < 2:
             raise Refused("!4 Err: Missing parameter(s)")
         place, pin, rate, delay = (*numbers, 0, 0)[:4]
         if not 0 <= pin <= 24:
             raise Refused("!6 Err: Invalid parameter value")
         pen = 5 if self.profile.pen.servo == "brushless" else 4  # another servo than the pen's moves nothing here
-        return Job(ticks=25 * delay, servo=(place, rate) if pin == pen else None, lifts=self.engine.told_up)
+        return QueuedCommand(ticks=25 * delay, servo=(place, rate) if pin == pen else None, lifts=self.engine.told_up)
 
-    def _sm(self, numbers: list[int]) -> Job:
+    def _sm(self, numbers: list[int]) -> QueuedCommand:
         if len(numbers) < 2:
             raise Refused("!4 Err: Missing parameter(s)")
         ms, first, second = (*numbers, 0)[:3]
         if ms <= 0:
             raise Refused("!6 Err: Invalid parameter value")
         if first == second == 0:
-            return Job(ticks=25 * ms)
+            return QueuedCommand(ticks=25 * ms)
         if self.version < (3, 0, 0):
             for axis, steps in (("axis1", abs(first)), ("axis2", abs(second))):
                 if steps // ms > 25:
@@ -290,35 +300,37 @@ class EbbFirmware(Firmware):
         clear = numbers[3] if len(numbers) > 3 and exact else 0
         return self._steps((first, second), rates, (0, 0), clear)
 
-    def _xm(self, numbers: list[int]) -> Job:
+    def _xm(self, numbers: list[int]) -> QueuedCommand:
         if len(numbers) < 3:
             raise Refused("!4 Err: Missing parameter(s)")
         ms, a, b = numbers[:3]
         return self._sm([ms, a + b, a - b])
 
-    def _hm(self, numbers: list[int]) -> Job:
+    def _hm(self, numbers: list[int]) -> QueuedCommand:
         if not numbers or not 2 <= numbers[0] <= 25000:
             raise Refused("!6 Err: Invalid parameter value")
         there = numbers[1:3] if len(numbers) >= 3 else [0, 0]
         first, second = (goal - at for goal, at in zip(there, self.engine.counted(self.now), strict=True))
         ms = max(10, 1000 * max(abs(first), abs(second)) // numbers[0])
-        return self._sm([ms, first, second]) if first or second else Job()
+        return self._sm([ms, first, second]) if first or second else QueuedCommand()
 
-    def _lm(self, numbers: list[int]) -> Job:
+    def _lm(self, numbers: list[int]) -> QueuedCommand:
         if len(numbers) < 6:
             raise Refused("!4 Err: Missing parameter(s)")
         r1, s1, a1, r2, s2, a2 = numbers[:6]
         clear = numbers[6] if len(numbers) > 6 and self.version >= (2, 7, 0) else 0
         return self._steps((s1, s2), (r1, r2), (a1, a2), clear)
 
-    def _steps(self, steps: tuple[int, int], rates: tuple[int, int], gains: tuple[int, int], clear: int) -> Job:
+    def _steps(
+        self, steps: tuple[int, int], rates: tuple[int, int], gains: tuple[int, int], clear: int
+    ) -> QueuedCommand:
         def motion(accumulators: Accumulators) -> Move:
             accumulators.clear(clear)
             return by_steps(steps, rates, gains, accumulators.left, self.version >= (2, 7, 0))
 
-        return Job(motion)
+        return QueuedCommand(motion)
 
-    def _lt(self, numbers: list[int]) -> Job:
+    def _lt(self, numbers: list[int]) -> QueuedCommand:
         if len(numbers) < 5:
             raise Refused("!4 Err: Missing parameter(s)")
         ticks, r1, a1, r2, a2 = numbers[:5]
@@ -329,7 +341,7 @@ class EbbFirmware(Firmware):
             accumulators.clear(clear, falling)
             return by_time(ticks, (r1, r2), (a1, a2), accumulators.left, signed)
 
-        return Job(motion) if ticks else Job()
+        return QueuedCommand(motion) if ticks else QueuedCommand()
 
 
 def _falls(rate: int, gain: int) -> bool:

@@ -10,9 +10,9 @@ from handout.profiles import Plotter
 from handout.simulated.plotter.firmware import Firmware, Say, Wait
 from handout.simulated.plotter.grbl import parser
 from handout.simulated.plotter.grbl.parser import Modes, Refused, Settings
-from handout.simulated.plotter.options import Options
-from handout.simulated.plotter.paper import Paper
-from handout.simulated.plotter.queue import Queue, Steps
+from handout.simulated.plotter.options import SimulatorOptions
+from handout.simulated.plotter.paper import DrawnPaper
+from handout.simulated.plotter.queue import MoveQueue, Steps
 from handout.simulated.plotter.stepper import Stepper
 from handout.simulated.plotter.wire import Framing, Wire
 
@@ -41,12 +41,12 @@ class GrblFirmware(Firmware):
         """Lines end with LF or CR; all that is beyond ASCII acts on reception, or is dropped."""
         return Framing(b"\n\r", b"?!~\x18" + bytes(range(128, 256)))
 
-    def __init__(self, profile: Plotter, options: Options, wire: Wire, paper: Paper, say: Say) -> None:
+    def __init__(self, profile: Plotter, options: SimulatorOptions, wire: Wire, paper: DrawnPaper, say: Say) -> None:
         self.profile, self.wire, self.paper, self._out = profile, wire, paper, say
         self.settings = Settings(profile, options)
         self.axes = self.settings.axes
         paper.steps[:2] = self.axes.steps[:2]
-        self.queue = Queue(self.axes, options.queue or profile.port.queue)
+        self.queue = MoveQueue(self.axes, options.queue or profile.port.queue)
         self.read_time = float(profile.port.line_time)
         self._own = {parser.strip(line) for line in (*profile.pen.up_command, *profile.pen.down_command)}
         self.variant, self.blank = options.variant, options.blank

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass, field
 
 from handout.profiles import Plotter
-from handout.simulated.plotter.options import Options
+from handout.simulated.plotter.options import SimulatorOptions
 from handout.simulated.plotter.queue import Axes
 
 _WORD = re.compile(r"([A-Z])([-+]?(?:\d+\.?\d*|\.\d+))")
@@ -214,7 +214,7 @@ class Settings:
     axes : what the planner goes by.
     """
 
-    def __init__(self, profile: Plotter, options: Options) -> None:
+    def __init__(self, profile: Plotter, options: SimulatorOptions) -> None:
         self.table = _table(profile, options) | {number: f"{value:.3f}" for number, value in options.settings}
         self.axes = Axes([1.0] * 3, [1.0] * 3, [1.0] * 3, 0.0)
         self._obey()
@@ -259,7 +259,7 @@ class Settings:
         axes.acceleration[:] = [self.value(120 + axis) for axis in range(3)]
 
 
-def _table(profile: Plotter, options: Options) -> dict[int, str]:
+def _table(profile: Plotter, options: SimulatorOptions) -> dict[int, str]:
     limits, pen, bed = profile.limits, profile.pen, profile.bed
     fastest = options.speed or max(limits.draw_speed, limits.travel_speed)
     acceleration = options.acceleration or limits.acceleration

@@ -143,7 +143,7 @@ class Carriage:
         self.ahead.append((now + whole, vector.b))
 
 
-class Limits:
+class CarriageLimits:
     """How far the pen reaches, in plotter units.
 
     `bare` coordinates are those of the machine as its profile describes it; RO turns what instructions mean.

@@ -12,10 +12,10 @@ from collections.abc import Callable, Iterator
 from handout.profiles import Plotter
 from handout.simulated.plotter.firmware import Firmware, Say, Wait
 from handout.simulated.plotter.hpgl import parser
-from handout.simulated.plotter.hpgl.carriage import Carriage, Limits, Point
+from handout.simulated.plotter.hpgl.carriage import Carriage, CarriageLimits, Point
 from handout.simulated.plotter.hpgl.parser import Escapes, Wrong
-from handout.simulated.plotter.options import Options
-from handout.simulated.plotter.paper import Paper
+from handout.simulated.plotter.options import SimulatorOptions
+from handout.simulated.plotter.paper import DrawnPaper
 from handout.simulated.plotter.wire import Framing, Wire
 
 _MODEL = "7475A"
@@ -41,14 +41,14 @@ class HpglFirmware(Firmware):
         """How it cuts what it receives into instructions."""
         return Escapes()
 
-    def __init__(self, profile: Plotter, options: Options, wire: Wire, paper: Paper, say: Say) -> None:
+    def __init__(self, profile: Plotter, options: SimulatorOptions, wire: Wire, paper: DrawnPaper, say: Say) -> None:
         self.profile, self.wire, self.paper, self._out = profile, wire, paper, say
         per_mm = paper.steps[0]
         push = (options.acceleration or profile.limits.acceleration) * per_mm
         cut = profile.limits.junction_deviation * per_mm
         queue = options.queue or profile.port.queue
         self.carriage = Carriage(push, cut, queue)
-        self.limits = Limits(profile, per_mm)
+        self.limits = CarriageLimits(profile, per_mm)
         self.read_time = float(profile.port.line_time)
         self.error = self.line_error = 0
         self.lever = False

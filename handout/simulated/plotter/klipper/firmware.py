@@ -19,9 +19,9 @@ from typing import Any
 
 from handout.profiles import Plotter
 from handout.simulated.plotter.firmware import Firmware, Say, Wait
-from handout.simulated.plotter.klipper.toolhead import Limits, Toolhead
-from handout.simulated.plotter.options import Options
-from handout.simulated.plotter.paper import Paper
+from handout.simulated.plotter.klipper.toolhead import Toolhead, ToolheadLimits
+from handout.simulated.plotter.options import SimulatorOptions
+from handout.simulated.plotter.paper import DrawnPaper
 from handout.simulated.plotter.wire import Framing, Wire
 
 _HOMING = 0.5  # s; how long the simulated machine looks for its switches
@@ -63,13 +63,13 @@ class KlipperFirmware(Firmware):
         """A message is a line (a text frame of its WebSocket)."""
         return Framing(b"\n")
 
-    def __init__(self, profile: Plotter, options: Options, wire: Wire, paper: Paper, say: Say) -> None:
+    def __init__(self, profile: Plotter, options: SimulatorOptions, wire: Wire, paper: DrawnPaper, say: Say) -> None:
         self.profile, self.options, self.paper, self._say = profile, options, paper, say
         limits, pen = profile.limits, profile.pen
         speed = options.speed or max(limits.draw_speed, limits.travel_speed)
         acceleration = options.acceleration or float(limits.acceleration)
         corner = (limits.junction_deviation * acceleration / (2.0**0.5 - 1.0)) ** 0.5
-        self._limits = Limits(speed, acceleration, float(pen.z_speed), float(pen.z_acceleration), corner)
+        self._limits = ToolheadLimits(speed, acceleration, float(pen.z_speed), float(pen.z_acceleration), corner)
         self.toolhead = Toolhead(self._limits, paper.steps, lambda now, at: self._board(paper.moved, now, at))
         self.read_time = float(profile.port.line_time)
         self.state, self.message = "ready", "Printer is ready"

@@ -27,7 +27,7 @@ Event = Callable[[float], None]
 
 
 @dataclass
-class Limits:
+class ToolheadLimits:
     """Speeds mm/s and accelerations mm/s² of the carriage and of z; square corner velocity, mm/s."""
 
     speed: float
@@ -93,7 +93,7 @@ class Toolhead:
     now : s; print_time : when all that is settled is done; at : where the last move that was taken leads to, mm.
     """
 
-    def __init__(self, limits: Limits, steps: list[float], moved: Callable[[float, Steps], None]) -> None:
+    def __init__(self, limits: ToolheadLimits, steps: list[float], moved: Callable[[float, Steps], None]) -> None:
         self.limits, self.steps, self._moved = limits, steps, moved
         self.now = self.print_time = 0.0
         self._looked = -1.0

@@ -9,9 +9,9 @@ from collections.abc import Iterator
 from handout.profiles import Plotter
 from handout.simulated.plotter.firmware import Firmware, Say, Wait
 from handout.simulated.plotter.marlin.planner import MarlinAxes, Planner
-from handout.simulated.plotter.marlin.reception import Framing, Reception
-from handout.simulated.plotter.options import Options
-from handout.simulated.plotter.paper import Paper
+from handout.simulated.plotter.marlin.reception import MarlinFraming, Reception
+from handout.simulated.plotter.options import SimulatorOptions
+from handout.simulated.plotter.paper import DrawnPaper
 from handout.simulated.plotter.queue import Steps
 from handout.simulated.plotter.stepper import Stepper
 from handout.simulated.plotter.wire import Wire
@@ -35,11 +35,11 @@ class MarlinFirmware(Firmware):
     """
 
     @staticmethod
-    def framing() -> Framing:
+    def framing() -> MarlinFraming:
         """Lines end with a line feed or a carriage return."""
-        return Framing(b"\n\r")
+        return MarlinFraming(b"\n\r")
 
-    def __init__(self, profile: Plotter, options: Options, wire: Wire, paper: Paper, say: Say) -> None:
+    def __init__(self, profile: Plotter, options: SimulatorOptions, wire: Wire, paper: DrawnPaper, say: Say) -> None:
         self.profile, self.options, self.wire, self.paper, self._out = profile, options, wire, paper, say
         limits, pen = profile.limits, profile.pen
         fastest = options.speed or max(limits.draw_speed, limits.travel_speed)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from handout.simulated.plotter.queue import Axes, Line, Queue, Steps, Vector
+from handout.simulated.plotter.queue import Axes, MoveQueue, StepLine, Steps, Vector
 
 _STRAIGHT = 0.999999  # cosine of a junction that counts as straight
 _OCTAGON = -math.sqrt(0.5)  # cosine of the junction from which on short segments are taken for a curve
@@ -25,7 +25,7 @@ class MarlinAxes(Axes):
     least_time: float = 0.02
 
 
-class Planner(Queue):
+class Planner(MoveQueue):
     """Blocks that have been read and not yet been run; a move of a few steps waits for the next one."""
 
     least = 6
@@ -33,14 +33,14 @@ class Planner(Queue):
     def __init__(self, axes: MarlinAxes, size: int) -> None:
         super().__init__(axes, size)
         self.settings = axes
-        self._running: Line | None = None
+        self._running: StepLine | None = None
 
     @property
     def waiting(self) -> int:
         """Blocks that are not under way."""
         return len(self.lines) - bool(self.lines and self.lines[0] is self._running)
 
-    def limit(self, line: Line, feed: float) -> None:
+    def limit(self, line: StepLine, feed: float) -> None:
         """Longer if few blocks are left in the queue; no slower at its beginning than half its first step allows."""
         axes, mm, time = self.settings, line.mm, line.mm / max(feed, 0.01)
         missing = axes.least_time - time
@@ -51,7 +51,7 @@ class Planner(Queue):
         line.entry = min(0.5 * line.acceleration * mm / line.count, line.nominal * line.nominal)
         line.most = max(min(self._begin(line), line.nominal * line.nominal), line.entry)
 
-    def _begin(self, line: Line) -> float:
+    def _begin(self, line: StepLine) -> float:
         """Square of the greatest speed at the beginning of a block."""
         alone, unit, nominal = not self.waiting, line.unit, line.nominal
         if self.settings.jerk:

@@ -16,7 +16,7 @@ _KEPT = 95  # bytes of a line; the rest is lost silently
 _URGENT = re.compile(rb"\s*(M108|M112|M410)\s*")
 
 
-class Framing(wire.Framing):
+class MarlinFraming(wire.Framing):
     """Lines; three of them may act on reception besides (EMERGENCY_PARSER), and are read later as all others."""
 
     def cut(self, data: bytes) -> Iterator[tuple[bytes, bool]]:
