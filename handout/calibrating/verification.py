@@ -120,7 +120,7 @@ def verify(calibration: Calibration, scans: Sequence[Path | ChartScan]) -> Verif
 
     Raises
     ------
-    Refused
+    ScanRefused
         Not the strip, or not all of it.
     InputError
         A file that cannot be read, or no strip was printed.

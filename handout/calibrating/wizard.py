@@ -289,7 +289,7 @@ class Wizard:
 
         Raises
         ------
-        Refused
+        ScanRefused
             It is not the strip, or not all of it.
         InputError
             A file that cannot be read.

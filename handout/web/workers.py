@@ -254,7 +254,7 @@ class Lane:
 
         Raises
         ------
-        Busy
+        LaneFull
             Too many wait.
         """
         try:

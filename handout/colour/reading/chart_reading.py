@@ -117,7 +117,7 @@ def read(
 
     Returns
     -------
-    Reading
+    ChartReading
         Also of bad scans, with what could be read of them; `usable` is False then, and `findings` say why.
 
     Raises

@@ -89,7 +89,7 @@ def place(
 
     Raises
     ------
-    Refused
+    ScanRefused
         No marks, too few, or those of another chart or of several pages.
     """
     grey = in_grey(scan.pixels)

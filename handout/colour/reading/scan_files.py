@@ -70,7 +70,7 @@ def open_scans(path: Path) -> list[ChartScan]:
     ------
     InputError
         Unreadable.
-    Refused
+    ScanRefused
         Of a kind that has no colours to read: CMYK, palette.
     """
     if not path.is_file():

@@ -187,7 +187,7 @@ class Client:
 
         Raises
         ------
-        Refused
+        PrinterRefused
             It would not; the message says what it does not do.
         """
         if Operation.VALIDATE_JOB not in capabilities.operations:
@@ -199,7 +199,7 @@ class Client:
 
         Raises
         ------
-        Refused
+        PrinterRefused
             The printer does not take it: nothing is printed, unless the status is one of `DOUBTFUL`.
         TransportError
             The connection broke, or what answers HTTP has failed: what became of the page is not known.
