@@ -28,9 +28,7 @@ def options():
 
 
 def keys():
-    tables = {
-        kind.__name__.lower(): kind for kind in (profiles.Bed, profiles.Limits, profiles.PenLift, profiles.PortSettings)
-    }
+    tables = {"bed": profiles.Bed, "limits": profiles.Limits, "pen": profiles.PenLift, "port": profiles.PortSettings}
     tables["hpgl"] = profiles.Hpgl
     return {f"{name}.{key}" for name, kind in tables.items() for key in kind.__struct_fields__}
 
