@@ -358,9 +358,8 @@ def _unpack_known(kept: Array) -> Iterator[Known]:
 
 
 _ENOUGH = 8  # glyphs that vary, from which on their spread is told
-_USUAL = LetterSpread(
-    0.06, 0.06, 0.05, 0.04, 0.03
-)  # of a hand with too few letters to tell, and the most: fits err, too
+# of a hand with too few letters to tell, and the most: fits err, too
+_USUAL = LetterSpread(0.06, 0.06, 0.05, 0.04, 0.03)
 
 
 def _spread(varying: Sequence[tuple[Array, Array]]) -> Array:

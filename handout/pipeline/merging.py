@@ -39,6 +39,7 @@ from handout.printing.journal import BACK, ENVELOPE, Batch, Journal
 from handout.printing.prepared import BatchPage
 from handout.printing.queue import Say
 from handout.printing.rows import TableRow, named, select
+from handout.reading import second_reader
 from handout.sinks import drawing_file
 from handout.values import Drawing, Manuscript, Page
 from handout.writing.layout import Layout
@@ -217,6 +218,8 @@ def _batch(merge: MailMerge, hand: str, facts: dict[str, object]) -> Batch:
     there were letters.
     """
     usual = _named(MergeOptions())
+    if second_reader.find():  # with it other glyphs may be chosen
+        facts['content of the extra "reader"'] = "there"
     facts |= {name: value for name, value in _named(merge.options).items() if value != usual[name]}
     cells = merge.with_letters or any(merge.fields.says(setting) for setting in ("hand", "pen"))
     if cells:

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 
 from handout import page_sizes, shipped, units
@@ -68,16 +68,10 @@ def _named(what: str) -> Callable[[str], object]:
         choices = KNOWN[what]()
         if not text.endswith(_ENDINGS[what]) and text not in choices:
             near = difflib.get_close_matches(text, choices, 3, 0.5) or choices
-            raise InputError(
-                f"no {what} is called {text!r}: use {', '.join(near)}, or a {_listed(_ENDINGS[what])} file."
-            )
+            endings = " or ".join(", ".join(_ENDINGS[what]).rsplit(", ", 1))
+            raise InputError(f"no {what} is called {text!r}: use {', '.join(near)}, or a {endings} file.")
 
     return check
-
-
-def _listed(endings: Iterable[str]) -> str:
-    *others, last = endings
-    return f"{', '.join(others)} or {last}" if others else last
 
 
 def _paper(text: str) -> None:

@@ -41,7 +41,7 @@ from handout.pipeline.texts import STROKES
 from handout.plotting import bed
 from handout.plotting.driving.driver import PlotReport, connect
 from handout.plotting.jobs import store
-from handout.plotting.jobs.job import JobOptions, PlotJob
+from handout.plotting.jobs.job import JobOptions
 from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
 from handout.printing.journal import BACK, ENVELOPE, Piece
@@ -377,7 +377,8 @@ class PlotterQueue:
 
     def outcome(self, job: str, title: str, earlier: Collection[str] = ()) -> Outcome:
         """What became of a job, of which its name or its title is known."""
-        kept = _kept(job, title)
+        # of that name if it is known, which may have been given again to another
+        kept = next((plot for plot in store.every() if plot.title == title and job in ("", plot.name)), None)
         if kept is None:
             if job:
                 return Outcome("unknown", "that plot is not kept any more")
@@ -387,8 +388,3 @@ class PlotterQueue:
     def cancel(self, job: str, title: str) -> Outcome:
         """Nothing: what has been begun is kept."""
         return self.outcome(job, title)
-
-
-def _kept(name: str, title: str) -> PlotJob | None:
-    """The job of that title, and if it is known of that name, which may have been given again to another."""
-    return next((job for job in store.every() if job.title == title and name in ("", job.name)), None)

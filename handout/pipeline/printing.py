@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -116,7 +116,7 @@ def print_(
     sheet = SheetOptions(printing.page, merge.margin, merge.pages, "A4" if merged.with_letters else "DL")
     pages = RowPages(merged, writing_options, sheet, picture)
     fed = partial(_fed, profile, apart[0] if apart else profile, printing, merged.with_letters)
-    pages.seed, pages.margins = seed_of(writing_options.seed), partial(_margins, fed)
+    pages.seed, pages.margins = seed_of(writing_options.seed), lambda page: media.page_margins(page, fed(page))
     task = pages.look()
     notes = not_followed(task, ink_shown=True)
     attendant.note(*notes)
@@ -220,11 +220,6 @@ def _fed(profile: Printer, apart: Printer, printing: PrintOptions, with_letters:
         changes["nudge"] = Nudge(x=Length(x), y=Length(y))
     fed = media.printer_for(page, apart if with_letters and envelope_page else profile)
     return msgspec.structs.replace(fed, **{name: value for name, value in changes.items() if value})
-
-
-def _margins(fed: Callable[[Page], Printer], page: Page) -> tuple[float, float, float, float]:
-    """What of a page the printer, as it is fed with that, does not reach."""
-    return media.page_margins(page, fed(page))
 
 
 def _prints_into(out: Path, printing: PrintOptions) -> bool:

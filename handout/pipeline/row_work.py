@@ -17,6 +17,7 @@ import signal
 import socket
 import threading
 import time
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future, ProcessPoolExecutor, wait
@@ -125,28 +126,28 @@ def _digest(name: str) -> str:
         return ""
 
 
-class Remote:
+class Remote(ABC):
     """Rows that other processes make, a few ahead; those that are lost with their process are begun again."""
 
     def __init__(self, work: RowWork) -> None:
         self._work = pickle.dumps(work)
 
     @property
+    @abstractmethod
     def ahead(self) -> int:
         """How many rows are begun before the first of them is taken."""
-        raise NotImplementedError
 
+    @abstractmethod
     def submit(self, row: TableRow, check: bool) -> Any:
         """Begin a row; a future."""
-        raise NotImplementedError
 
+    @abstractmethod
     def result(self, future: Any) -> MadeRow | None:
         """Wait for a row; None where it was lost with its process."""
-        raise NotImplementedError
 
+    @abstractmethod
     def recover(self, waiting: deque[tuple[TableRow, Any]]) -> Iterable[bool]:
         """After a loss, which of the rows that are begun have to be begun again."""
-        raise NotImplementedError
 
     def each(self, rows: Iterable[TableRow], check: bool = False) -> Iterator[MadeRow]:
         """See `RowWork`."""

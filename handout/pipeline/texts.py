@@ -430,7 +430,10 @@ def words(page: Manuscript) -> Facts:
 
 def program() -> str:
     """What decides about every stroke besides what is asked for."""
-    return f"handout {__version__} with numpy {np.__version__}"
+    from handout.reading import second_reader
+
+    beside = " and a second reader" if second_reader.find() else ""  # with it other glyphs may be chosen
+    return f"handout {__version__} with numpy {np.__version__}{beside}"
 
 
 def draw(

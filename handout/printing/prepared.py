@@ -7,6 +7,7 @@ plotter) depends on the row and the destination's settings alone; it is made by 
 from __future__ import annotations
 
 import tempfile
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
@@ -75,7 +76,7 @@ class PreparedRow:
     problem: str = ""
 
 
-class Destination:
+class Destination(ABC):
     """Takes the prepared pages of rows, in their order; a context manager, so that no half-done file stays.
 
     prepare : makes what it takes; any process may call it.
@@ -108,11 +109,11 @@ class Destination:
             raise InputError(f"Cannot keep a page in {self._folder}: {error.strerror or error}.") from error
         return path
 
+    @abstractmethod
     def take(self, number: int, pages: Sequence[PreparedPage], copies: int) -> None:
         """Take what `prepare` made of row `number`."""
-        raise NotImplementedError
 
-    def finish(self) -> None:
+    def finish(self) -> None:  # noqa: B027 - nothing is left to do by itself
         """All rows are taken, and what had to be sent is sent."""
 
     def files(self) -> tuple[Path, ...]:

@@ -7,6 +7,7 @@ Other ways to a printer are `cups` and `ipp.queue`; a new one is a class that in
 from __future__ import annotations
 
 import json
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -94,7 +95,7 @@ class Device(Protocol):
         ...
 
 
-class Queue:
+class Queue(ABC):
     """A `Device` that takes pages, one job each; by itself it takes every sheet, and has made it at once.
 
     format : of the documents it takes, a key of `documents.WRITERS`.
@@ -108,9 +109,10 @@ class Queue:
         """The dpi of its pages, where the profile asks for `wanted`."""
         return wanted
 
-    def check(self, ticket: Ticket) -> None:
+    def check(self, ticket: Ticket) -> None:  # noqa: B027 - by itself it takes every sheet
         """Refuse an impossible sheet or tray before any work; raises HandoutError."""
 
+    @abstractmethod
     def send(self, page: Path, ticket: Ticket) -> str:
         """Queue one page and return the job's name.
 
@@ -121,15 +123,14 @@ class Queue:
         PrinterError
             It was certainly not.
         """
-        raise NotImplementedError
 
     def follow(self, job: str, title: str) -> Outcome:
         """See `Device`."""
         return Outcome("completed")
 
+    @abstractmethod
     def outcome(self, job: str, title: str, earlier: Collection[str] = ()) -> Outcome:
         """See `Device`."""
-        raise NotImplementedError
 
     def cancel(self, job: str, title: str) -> Outcome:
         """See `Device`."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 import re
 import threading
+from abc import abstractmethod
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -152,17 +153,17 @@ class Spool(Destination):
         """The only one."""
         return [self.queue]
 
+    @abstractmethod
     def sheets(self, pieces: Iterable[Piece]) -> Iterator[Sequence[Piece]]:
         """The pieces as they are made, in order and as soon as they can be: those that share a sheet are one job."""
-        raise NotImplementedError
 
+    @abstractmethod
     def ready(self, sheet: Sequence[Piece]) -> None:
         """Have the paper for a sheet put in, where it is not that of the sheet before; nothing has been sent yet."""
-        raise NotImplementedError
 
+    @abstractmethod
     def send(self, sheet: Sequence[Piece], title: str) -> str:
         """Hand a sheet to the queue as a job of that title; the job's name there."""
-        raise NotImplementedError
 
     def send_rows(self, taken: Iterable[Sequence[Piece]], run: BatchRun, tell: Tell) -> tuple[Job, ...]:
         """Wait for jobs at the device, then send pages as they are taken; a failure says what was sent, how to resume.
@@ -208,17 +209,20 @@ def remaining(
     for row in rows:
         if row not in journal.parts:
             continue
-        outcomes = {
-            piece: _find_outcome(journal, devices, piece) for piece in pieces(row, copies[row], journal.parts[row])
-        }
-        for piece, outcome in outcomes.items():
+        outcomes = []
+        for piece in pieces(row, copies[row], journal.parts[row]):
+            outcome = _ask_outcome(journal, devices, piece)
+            if outcome.state == "failed" and journal.lost:  # or begun, or once more, in a line that is damaged
+                journal.note(piece, "doubtful", why=journal.why)
+                outcome = Outcome("unknown", journal.why)
+            outcomes.append(outcome)
             if outcome.state == "waiting":
                 todo.wait.append(piece)
             elif outcome.state == "failed" or row in again:
                 todo.send.append(piece)
             elif outcome.state == "unknown":
                 todo.unknown.append(Failed(row, f"{piece.part}: {outcome.why}" if piece.part else outcome.why))
-        if all(outcome.state == "completed" for outcome in outcomes.values()) and row not in again:
+        if all(outcome.state == "completed" for outcome in outcomes) and row not in again:
             todo.done.append(row)
     return todo
 
@@ -248,15 +252,6 @@ def device_of(step: PieceStep, devices: Sequence[Device]) -> Device | None:
     """The device that has a page: the only one, whatever it is called now; None if it is not among several."""
     named = (device for device in devices if step.device in ("", device.name))
     return devices[0] if len(devices) == 1 else next(named, None)
-
-
-def _find_outcome(journal: Journal, devices: Sequence[Device], piece: Piece) -> Outcome:
-    """Find out what became of a piece, asking the device if need be; "failed" if it was never sent."""
-    outcome = _ask_outcome(journal, devices, piece)
-    if outcome.state == "failed" and journal.lost:  # or begun, or once more, in a line that is damaged
-        journal.note(piece, "doubtful", why=journal.why)
-        return Outcome("unknown", journal.why)
-    return outcome
 
 
 def _ask_outcome(journal: Journal, devices: Sequence[Device], piece: Piece) -> Outcome:

@@ -56,9 +56,11 @@ class SecondReader:
         shown = _shown(normalised(picture))
         self.network.setInput(np.broadcast_to(2 * (1 - shown) - 1, (1, 3, *shown.shape)).astype(np.float32))
         threads = cv2.getNumThreads()
-        cv2.setNumThreads(1)
-        seen = self.network.forward()[0].astype(np.float64)
-        cv2.setNumThreads(threads)
+        cv2.setNumThreads(1)  # sums depend on how they are parted
+        try:
+            seen = self.network.forward()[0].astype(np.float64)
+        finally:
+            cv2.setNumThreads(threads)
         likely = np.add.reduceat(seen[:, self.order], self.starts, axis=1)
         return PictureReading(np.log(likely + _FLOOR), self.letters, 1.0)
 
@@ -75,14 +77,20 @@ def _shown(picture: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.asarray(cv2.resize(around, (width, _HEIGHT), interpolation=cv2.INTER_LINEAR))
 
 
+def find() -> Path | None:
+    """The file of the network, where its package is installed."""
+    found = importlib.util.find_spec("rapidocr")
+    path = Path(found.submodule_search_locations[0]) / _NETWORK if found and found.submodule_search_locations else None
+    return path if path is not None and path.is_file() else None
+
+
 @lru_cache(maxsize=1)
 def load() -> SecondReader | None:
     """The reader, or None where it is not installed, or OpenCV does not know its network."""
     import cv2
 
-    found = importlib.util.find_spec("rapidocr")
-    path = Path(found.submodule_search_locations[0]) / _NETWORK if found and found.submodule_search_locations else None
-    if path is None or not path.is_file():
+    path = find()
+    if path is None:
         return None
     data = path.read_bytes()
     try:

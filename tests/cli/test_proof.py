@@ -19,7 +19,7 @@ def files():
 
 
 @pytest.mark.slow
-def test_a_proof_shows_every_page_and_approves_what_it_shows(call):
+def test_a_proof_shows_every_page_and_approves_what_it_shows(call, monkeypatch):
     out, _ = call(
         "proof", *LETTER, "--with-envelopes", *QUICK, "--margin", "2mm", "--seed", 4, "-o", "proof.html", "-o",
         "proof.pdf", "--json",
@@ -43,6 +43,10 @@ def test_a_proof_shows_every_page_and_approves_what_it_shows(call):
     ):
         _, err = call(*print_, "--approved", "proof.json", *change, code=2)
         assert "does not hold any more" in err and words in err, err
+    with monkeypatch.context() as patch:
+        patch.setattr("handout.reading.second_reader.find", lambda: Path("network"))
+        _, err = call(*print_, "--approved", "proof.json", code=2)
+        assert 'the content of the extra "reader" has changed since' in err
     Path("letter.txt").write_text("Dear {{ first_name }}", encoding="utf-8")
     _, err = call(*print_, "--approved", "proof.json", code=2)
     assert "the content of the letter has changed since" in err
