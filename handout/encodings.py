@@ -137,7 +137,7 @@ def decode(data: bytes) -> DecodedText:
     """
     for bom, codec, name in _BOMS:
         if data.startswith(bom):
-            return DecodedText(_marked(data, codec, name).removeprefix("\ufeff"), name)
+            return DecodedText(_decode_marked(data, codec, name).removeprefix("\ufeff"), name)
     utf16 = _utf16(data)
     if utf16 is not None:
         return utf16
@@ -149,7 +149,7 @@ def decode(data: bytes) -> DecodedText:
         return _eight_bit(data)
 
 
-def _marked(data: bytes, codec: str, name: str) -> str:
+def _decode_marked(data: bytes, codec: str, name: str) -> str:
     try:
         return data.decode(codec)
     except UnicodeError as error:
@@ -240,7 +240,7 @@ def _position_score(word: str, i: int) -> float:
     neighbours = [letter for letter in (before, after) if letter.isalpha()]
     score = sum(_INSIDE for letter in neighbours if _script(letter) != _script(char))
     score += _case_score(char, before, after)
-    if _script(char) == "LATIN" and len(neighbours) == 2 and _alike(before, char, after):
+    if _script(char) == "LATIN" and len(neighbours) == 2 and _are_alike(before, char, after):
         score += _CROWD
     return score if neighbours else score + _ALONE
 
@@ -253,7 +253,7 @@ def _case_score(char: str, before: str, after: str) -> float:
     return _INSIDE / 2 if char.islower() and char != "ß" and among_capitals else 0.0
 
 
-def _alike(*letters: str) -> bool:
+def _are_alike(*letters: str) -> bool:
     """Whether all letters are vowels, or all consonants."""
     return len({_is_vowel(letter) for letter in letters}) == 1
 

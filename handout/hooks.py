@@ -54,7 +54,7 @@ Step = Go | Lower | Lift | Wait | Send
 Steps = tuple[Step, ...]
 
 
-def read(texts: Sequence[str], places: Mapping[str, str], what: str) -> Steps:
+def read_steps(texts: Sequence[str], places: Mapping[str, str], what: str) -> Steps:
     """Steps as they are written, one a text; `places` : name → "X Y"; `what` : whose steps, for messages.
 
     Raises

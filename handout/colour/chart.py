@@ -58,7 +58,7 @@ class _Sheet:
     top: float
 
     @property
-    def left(self) -> float:
+    def left_edge(self) -> float:
         return (self.paper.width - self.columns * self.pitch) / 2
 
 
@@ -258,7 +258,7 @@ def letters(column: int) -> str:
 def _chart(version: int, index: int) -> Chart:
     sheet = _SHEETS[index]
     cube = itertools.product(_LEVELS.tolist(), repeat=3)
-    unique = _shuffled([*cube, *((grey, grey, grey) for grey in range(256))], f"{version}")
+    unique = _shuffle_by_salt([*cube, *((grey, grey, grey) for grey in range(256))], f"{version}")
     share = [unique[i :: sheet.pages] for i in range(sheet.pages)]
     pages = [_page(version, index, number, share[number - 1]) for number in range(1, sheet.pages + 1)]
     return Chart(version, sheet.paper, tuple(pages))
@@ -268,14 +268,14 @@ def _page(version: int, index: int, number: int, unique: list[tuple[int, int, in
     sheet = _SHEETS[index]
     free, marks = grid_cells(sheet.columns, sheet.rows)
     repeats = list(itertools.islice(itertools.cycle(_REPEATS), len(free) - len(unique)))
-    placed = _scattered(repeats, free, sheet)
-    rest = _shuffled([cell for cell in free if cell not in placed], f"{version} {index} {number}")
+    placed = _scatter_repeats(repeats, free, sheet)
+    rest = _shuffle_by_salt([cell for cell in free if cell not in placed], f"{version} {index} {number}")
     placed |= dict(zip(rest, unique, strict=True))
     cells = [cell for cell in free if cell in placed]
     first = (version - 1) * _PER_VERSION + (_FIRST[index] + number - 1) * MARKS
     return ChartPage(
         version, sheet.paper, number, sheet.pages, sheet.pitch,
-        (sheet.left, sheet.top + _GRID_TOP - _TOP), sheet.columns, sheet.rows,
+        (sheet.left_edge, sheet.top + _GRID_TOP - _TOP), sheet.columns, sheet.rows,
         np.array([placed[cell] for cell in cells]) / 255, np.array(cells), first + np.arange(MARKS), np.array(marks),
     )  # fmt: skip
 
@@ -289,7 +289,7 @@ def grid_cells(columns: int, rows: int) -> tuple[list[tuple[int, int]], list[tup
     return [(x, y) for y in range(rows) for x in range(columns) if (x, y) not in covered], marks
 
 
-def _shuffled(items: list[_T], salt: str) -> list[_T]:
+def _shuffle_by_salt(items: list[_T], salt: str) -> list[_T]:
     """The items in an order that only the salt decides: no random generator promises the same numbers for ever."""
 
     def key(i: int) -> bytes:
@@ -298,14 +298,14 @@ def _shuffled(items: list[_T], salt: str) -> list[_T]:
     return [items[i] for i in sorted(range(len(items)), key=key)]
 
 
-def _scattered(
+def _scatter_repeats(
     repeats: list[tuple[int, int, int]], free: list[tuple[int, int]], sheet: _Sheet
 ) -> dict[tuple[int, int], tuple[int, int, int]]:
     """A cell for each repeat; the repeats of one colour are spread evenly over the page."""
     left = set(free)
     placed = {}
     for colour in sorted(set(repeats), key=lambda c: (-repeats.count(c), c)):
-        spots = _even(sum(map(int, colour)))
+        spots = _spread_points(sum(map(int, colour)))
         for _ in range(repeats.count(colour)):
             u, v = next(spots)
             x, y = u * (sheet.columns - 1), v * (sheet.rows - 1)
@@ -315,7 +315,7 @@ def _scattered(
     return placed
 
 
-def _even(start: int) -> Iterator[tuple[float, float]]:
+def _spread_points(start: int) -> Iterator[tuple[float, float]]:
     """Points in the unit square, any first few of them evenly spread: Roberts' additive recurrence R2 (2018)."""
     golden = 1.32471795724474602596  # the root of x³ = x + 1
     for i in itertools.count(start + 1):

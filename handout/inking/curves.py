@@ -36,7 +36,7 @@ class Curve:
     t: Array
     points: Array
 
-    def at(self, t: Array) -> Array:
+    def places_at(self, t: Array) -> Array:
         """(n, 2) float, mm: where the pen is at the times `t` (n,), held at both ends."""
         if len(self.t) < 2:
             return np.repeat(self.points[:1], len(t), axis=0)
@@ -79,7 +79,7 @@ def fit(strokes: Sequence[Stroke], tolerance: float = TOLERANCE) -> list[Curve]:
     if not strokes:
         return []
     row = _Row(strokes)
-    knots = _merge(row, _split(row, tolerance), tolerance)
+    knots = _merge(row, _split_pieces(row, tolerance), tolerance)
     places = np.searchsorted(knots, row.ends)
     return [_curve(row, knots[a:b]) for a, b in zip([0, *places[:-1]], places, strict=True)]
 
@@ -149,7 +149,7 @@ def _interleave(at: NDArray[_Number], half_step: NDArray[_Number]) -> NDArray[_N
     return both
 
 
-def _split(row: _Row, tolerance: float) -> _Index:
+def _split_pieces(row: _Row, tolerance: float) -> _Index:
     """Knots by halving every piece that is not within the tolerance."""
     # longer pieces are hardly ever within it, so trying them would only take time
     last = np.repeat(row.ends - 1, row.ends - row.starts)

@@ -163,7 +163,7 @@ def _way(stroke: Stroke, curve: curves.Curve) -> tuple[Any, ...]:
     """The channels of `_Way` for one stroke; a dot becomes a piece hardly longer than nothing."""
     n = len(stroke.t)
     t = np.interp(np.arange(_FINER * (n - 1) + 1) / _FINER, np.arange(n), stroke.t)
-    z = curve.at(t) @ np.array([1, 1j])
+    z = curve.places_at(t) @ np.array([1, 1j])
     far = np.r_[0.0, np.cumsum(np.abs(np.diff(z)))]
     # the length must grow even where the pen rests, so that time can be interpolated over it
     far = far + np.arange(len(far)) * 1e-9

@@ -66,9 +66,9 @@ def reach(stroke: Stroke) -> float:
 def pieces(stroke: Stroke, curve: Curve) -> list[Array]:
     """Closed polygons (k, 2), mm, all turning the same way; the mark of the stroke is their union."""
     if stroke.nib > 0:
-        return _swept(stroke, curve)
+        return _sweep_nib(stroke, curve)
     t = _times(curve)
-    place = curve.at(t)
+    place = curve.places_at(t)
     moved = np.concatenate([[True], np.hypot(*np.diff(place, axis=0).T) > _STILL])
     t, place = t[moved], place[moved]
     if len(t) < 2:  # a dot is as wide as the pen ever was on it
@@ -119,13 +119,13 @@ def _ribbons(place: Array, radius: Array, ends: Indices) -> list[Array]:
     return [_orient(np.concatenate([left[part], right[part][::-1]])) for part in parts]
 
 
-def _swept(stroke: Stroke, curve: Curve) -> list[Array]:
+def _sweep_nib(stroke: Stroke, curve: Curve) -> list[Array]:
     """The ways of a flat nib's edge along the chords of a curve."""
     from scipy.spatial import ConvexHull
 
     t = _times(curve)
     edges = np.column_stack([np.interp(t, stroke.t, side) for side in edge(stroke).T])
-    place = curve.at(t)
+    place = curve.places_at(t)
     if len(t) == 1:
         t, edges, place = np.repeat(t, 2), np.repeat(edges, 2, axis=0), np.repeat(place, 2, axis=0)
     along = edges / np.maximum(np.linalg.norm(edges, axis=1, keepdims=True), 1e-12)

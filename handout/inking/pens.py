@@ -248,4 +248,4 @@ def _heights(
     part = (np.arange(fine) + 0.5) / fine
     y = (row[:, None, None] + part[:, None]) * unit
     x = (column[:, None, None] + part) * unit
-    return surface.at(*np.broadcast_arrays(x, y)).reshape(len(row), fine * fine)
+    return surface.heights_at(*np.broadcast_arrays(x, y)).reshape(len(row), fine * fine)

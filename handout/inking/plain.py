@@ -200,7 +200,7 @@ def _pieces(drawing: Drawing, scale: float, width: float, variation: float) -> _
         v = 1 - u
         t = np.repeat(beziers.t[0], m) * v + np.repeat(beziers.t[1], m) * u
         ends += [v * v * (v * a + 3 * u * b) + u * u * (3 * v * c + u * d)]
-        ends += [line.at(np.repeat(beziers.stroke, m), t) * (scale / 2)]
+        ends += [line.width_at(np.repeat(beziers.stroke, m), t) * (scale / 2)]
     return _Pieces(ends[0], ends[2], ends[1], ends[3])
 
 
@@ -216,7 +216,7 @@ class _Line:
         self._clock = np.concatenate([s.t + shift for s, shift in zip(strokes, self._shift, strict=True)])
         self._width = np.concatenate([widths(s, width, variation, pace) for s in strokes])
 
-    def at(self, stroke: NDArray[np.intp], t: Array) -> Array:
+    def width_at(self, stroke: NDArray[np.intp], t: Array) -> Array:
         """Width, mm, of the strokes of these indices at these times."""
         return np.asarray(np.interp(t + self._shift[stroke], self._clock, self._width))
 

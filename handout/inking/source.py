@@ -63,7 +63,7 @@ class InkSource:
         return last[1:]
 
     @cached_property
-    def premultiplied(self) -> NDArray[np.uint8]:
+    def premultiplied_ink(self) -> NDArray[np.uint8]:
         """(h, w, 4) uint8: all ink of the page, from the corner of its texture."""
         ink = self.page.texture.rgba.copy()
         alpha = ink[:, :, 3].astype(np.uint16)
@@ -85,14 +85,14 @@ class InkSource:
         box : (left, top, right, bottom), pixels; outside the picture there is no ink.
         uv : (n, 2) float: vertices of the line; ink nearer to another line of the page is left out; None: none is.
         """
-        ink = self._cut(box)
+        ink = self._cut_box(box)
         if uv is not None:
             mine, others = self._vertices(box, uv)
             if len(others):
-                ink *= self._kept(box, mine, others)[:, :, None]
+                ink *= self._find_own_share(box, mine, others)[:, :, None]
         return ink
 
-    def _cut(self, box: Box) -> _Pixels:
+    def _cut_box(self, box: Box) -> _Pixels:
         left, top, right, bottom = box
         x, y = self.page.texture.corner
         h, w = self.page.texture.shape
@@ -115,7 +115,7 @@ class InkSource:
         y = self.page.graph.uv[near, 1]
         return mine, np.setdiff1d(near[(y > top) & (y < bottom - 1)], mine, assume_unique=True)
 
-    def _kept(self, box: Box, mine: NDArray[np.intp], others: NDArray[np.intp]) -> _Pixels:
+    def _find_own_share(self, box: Box, mine: NDArray[np.intp], others: NDArray[np.intp]) -> _Pixels:
         """(h, w) 0–1: 1 at pixels nearer to the glyph's line than to other lines, with a soft edge around them.
 
         Where the line goes on into another letter it is cut off round, as a pen's line ends.

@@ -128,7 +128,7 @@ class Swatches:
         return cKDTree(self.features)
 
     @cached_property
-    def _same(self) -> Indices:
+    def _piece_numbers(self) -> Indices:
         """(k,) int: one number for pieces that overlap, which are one and the same to the eye."""
         place = np.floor(self.start / (self.length / 2)).astype(np.intp)
         first = np.concatenate([[True], (np.diff(self.track) != 0) | (np.diff(place) != 0)])
@@ -141,7 +141,7 @@ class Swatches:
         """
         near, at = self._tree.query(wanted, k=min(_LIKE, len(self.features)))
         near, at = near.reshape(len(wanted), -1), at.reshape(len(wanted), -1)
-        same = self._same
+        same = self._piece_numbers
         used = np.full(int(same.max()) + 1, -_AFTER)
         chosen = np.zeros(len(wanted), dtype=np.intp)
         last, on = -1, _STARTS // 2

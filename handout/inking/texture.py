@@ -134,7 +134,7 @@ def _layers(
             raise InputError(f"A glyph is written with ink of page {ink.source} of a hand of {len(sources)} pages.")
         source = sources[ink.source]
         layer = (
-            _kept_layer(_Line.of(ink), ref(source), dpi, shape, margin)
+            _kept_layer(_Line.from_ink(ink), ref(source), dpi, shape, margin)
             if dpi <= _SCREEN
             else warp(ink, source, dpi, shape, margin=margin)
         )
@@ -150,7 +150,7 @@ class _Line:
     ink: Ink = field(compare=False)
 
     @staticmethod
-    def of(ink: Ink) -> _Line:
+    def from_ink(ink: Ink) -> _Line:
         graph, digest = ink.graph, blake2b(bytes([ink.number < 0]))
         for values in (graph.xy, graph.radius, graph.density, graph.uv, graph.edges):
             digest.update(values.tobytes())

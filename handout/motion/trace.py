@@ -164,7 +164,7 @@ def _strokes(placed: Sequence[Placed]) -> Iterator[tuple[Array, NDArray[np.intp]
     of: list[int] = []
     delayed: list[tuple[Array, int]] = []
     for unit in placed:
-        main, after_word = unit.glyph.parted(unit.strokes)
+        main, after_word = unit.glyph.part_strokes(unit.strokes)
         delayed += [(stroke, unit.at) for stroke in after_word]
         if unit.joined and current:
             current.append(main.pop(0))

@@ -113,11 +113,11 @@ def lines(strokes: list[Stroke]) -> Any:
         z = stroke.xy @ np.array([1, 1j]) / _PX
         dot = np.abs(z - z[0]).max() < _DOT
         # vpype drops what has no length; a dot of the pen is a very short line there
-        found.append(np.array([z[0], z[0] + _DOT]) if dot else _simplified(z))
+        found.append(np.array([z[0], z[0] + _DOT]) if dot else _simplify_line(z))
     return found
 
 
-def _simplified(line: Any) -> Any:
+def _simplify_line(line: Any) -> Any:
     from shapely.geometry import LineString
 
     kept = np.array(LineString(np.column_stack([line.real, line.imag])).simplify(_TOLERANCE / _PX).coords)
@@ -153,7 +153,7 @@ def _strokes(document: Any) -> Iterator[Stroke]:
         for line in layer:
             xy = np.column_stack([line.real, line.imag]) * _PX
             step = np.hypot(*np.diff(xy, axis=0).T)
-            kept = pathdata.anchored(xy[np.concatenate([[True], step > 1e-4])])
+            kept = pathdata.anchor_ends(xy[np.concatenate([[True], step > 1e-4])])
             t = clock + np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(kept, axis=0).T)) / _PACE])
             yield Stroke(t, kept, layer=name, colour=shade)
             clock = float(t[-1]) + _LIFT

@@ -100,7 +100,7 @@ def outlines_dxf(drawing: Drawing, areas: Sequence[tuple[str, Sequence[Array]]])
 def _centre_line(curve: curves.Curve) -> Array:
     if not np.ptp(curve.points, axis=0).any():
         return np.asarray(curve.points[:1] + np.array([[0.0, 0.0], [_DOT, 0.0]]))
-    return pathdata.flattened(curve.points, _FLAT)[0]
+    return pathdata.flatten_path(curve.points, _FLAT)[0]
 
 
 def _file(lines: Sequence[tuple[str, str, Array, bool]], drawing: Drawing) -> bytes:

@@ -38,11 +38,11 @@ def to_eps(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1a1a2e",
     # corners of boxes that the marks fill together
     corners = []
     for stroke, curve in zip(drawing.strokes, curves.fit(drawing.strokes), strict=True):
-        if not stroke.even:
+        if not stroke.is_even:
             corners += outline.pieces(stroke, curve)
             continue
         half = paths.stroke_width(stroke, pen_width) / 2
-        along = curve.at(np.linspace(curve.t[0], curve.t[-1], 8 * len(curve.t)))
+        along = curve.places_at(np.linspace(curve.t[0], curve.t[-1], 8 * len(curve.t)))
         corners += [along.min(axis=0, keepdims=True) - half, along.max(axis=0, keepdims=True) + half]
     inked = [*corners, *moves]
     return _file(content, np.concatenate(inked) if inked else None, drawing)

@@ -65,14 +65,14 @@ class _Text:
 
     def names(self, by: By, alone: bool) -> list[str]:
         """The name of every stroke's line or word."""
-        name = self._line if by == "line" else self._numbered if alone else self._word
+        name = self._line if by == "line" else self._number_word if alone else self._word
         known = {word: name(word) if word >= 0 else "" for word in {stroke.word for stroke in self._strokes}}
         return [known[stroke.word] or ("Page 1" if alone else "") for stroke in self._strokes]
 
     def _word(self, word: int) -> str:
         return (self._words[word] if word < len(self._words) else "") or f"word {word + 1}"
 
-    def _numbered(self, word: int) -> str:
+    def _number_word(self, word: int) -> str:
         """Words come more than once, and layers are sorted by their names."""
         return f"{word + 1:03d} {self._word(word)}".removesuffix(f" word {word + 1}")
 

@@ -203,7 +203,7 @@ def _layer(name: str) -> str:
 
 
 def _label(name: str) -> str:
-    return f"inkscape:label={about.quoted(about.xml_safe(name))}"
+    return f"inkscape:label={about.quote_attribute(about.xml_safe(name))}"
 
 
 def _look(strokes: Sequence[Stroke], pen_width: float, colour: str) -> str:
@@ -223,14 +223,14 @@ def _strokes(drawing: Drawing, pen_width: float, key: str = "") -> list[str]:
 
 def _stroke(stroke: Stroke, curve: Curve, pen_width: float, name: str) -> str:
     mark, line = "", paths.stroke_width(stroke, pen_width)
-    if not stroke.even:
+    if not stroke.is_even:
         from handout.inking import outline
 
         mark, line = name, outline.reach(stroke)
     width = _mm(line)
     attributes = "" if width == _mm(pen_width) else f' stroke-width="{width}"'
     word = "" if stroke.word < 0 else f' data-word="{stroke.word}"'
-    layer = f" data-layer={about.quoted(about.xml_safe(stroke.layer))}" if stroke.layer else ""
+    layer = f" data-layer={about.quote_attribute(about.xml_safe(stroke.layer))}" if stroke.layer else ""
     attributes += f' stroke="{stroke.colour}"' if stroke.colour else ""
     clock = np.rint((curve.t - curve.t[0]) * 1000).astype(np.int64)
     spans = f' data-k="{" ".join(map(str, np.diff(clock).tolist()))}"' if len(clock) > 1 else ""

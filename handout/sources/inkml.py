@@ -122,7 +122,7 @@ class _Formats:
         nib = (_number(width.get("value")) or 0.0) * _LENGTHS.get(width.get("units", ""), self.unit)
         return nib if 0 < nib < np.inf else 0.0
 
-    def of(self, element: Element, current: tuple[_Channel, ...], depth: int = 0) -> tuple[_Channel, ...]:
+    def find_channels(self, element: Element, current: tuple[_Channel, ...], depth: int = 0) -> tuple[_Channel, ...]:
         """The channels that `element` (trace, group, context, source or format) names, else `current`."""
         if element.tag == "traceFormat":
             return self._channels(element, None)
@@ -134,9 +134,9 @@ class _Formats:
         for key in ("traceFormatRef", "inkSourceRef", "contextRef"):
             target = self._named.get((element.get(key) or "").partition("#")[2])
             if target is not None:
-                return self.of(target, current, depth + 1)
+                return self.find_channels(target, current, depth + 1)
         source = element.find("inkSource")
-        return current if source is None else self.of(source, current, depth + 1)
+        return current if source is None else self.find_channels(source, current, depth + 1)
 
     def _channels(self, form: Element, source: Element | None) -> tuple[_Channel, ...]:
         properties = [] if source is None else list(source.iter("channelProperty"))
@@ -180,17 +180,19 @@ def _traces(root: Element, formats: _Formats) -> Iterator[_Trace]:
         nonlocal count
         for element in parent:
             if element.tag in ("context", "inkSource", "traceFormat"):
-                current = formats.of(element, current)
+                current = formats.find_channels(element, current)
             elif element.tag == "traceGroup":
-                yield from walk(element, formats.of(element, current), _notes(element, notes, formats.nib(element)))
+                yield from walk(
+                    element, formats.find_channels(element, current), _notes(element, notes, formats.nib(element))
+                )
             elif element.tag == "trace":
                 count += 1
-                values = _values((element.text or "").strip(), formats.of(element, current), count)
+                values = _values((element.text or "").strip(), formats.find_channels(element, current), count)
                 if element.get("type") != "penUp" and values:
                     start = _number(element.get("timeOffset"))
                     yield _Trace(values, None if start is None else start / 1000, notes)
 
-    yield from walk(root, formats.of(root, tuple(_Channel(c.name, formats.unit) for c in _PLAIN)), _Notes())
+    yield from walk(root, formats.find_channels(root, tuple(_Channel(c.name, formats.unit) for c in _PLAIN)), _Notes())
 
 
 def _notes(group: Element, outer: _Notes, nib: float | None) -> _Notes:
@@ -239,7 +241,7 @@ def _decode(rows: list[str], width: int, number: int) -> Array:
         for i, (qualifier, text) in enumerate(tokens[:width]):
             if text == "?":
                 raise InputError(f"Trace {number}, sample {at + 1}: the value of channel {i + 1} is unknown.")
-            table[at, i] = state[i].next(qualifier, text)
+            table[at, i] = state[i].decode_next(qualifier, text)
     return table
 
 
@@ -248,7 +250,7 @@ class _Decoder:
 
     mode, value, step = "!", 0.0, 0.0
 
-    def next(self, qualifier: str, text: str) -> float:
+    def decode_next(self, qualifier: str, text: str) -> float:
         self.mode = qualifier or self.mode
         if self.mode == "!":
             if text != "*":

@@ -28,7 +28,7 @@ def draft(name, **changed):
 def test_every_style_is_the_same_after_it_was_opened_and_kept(name, tmp_path):
     output = tmp_path / f"{name}{'.style' if name == 'learned' else '.toml'}"
     desk.keep_movement(PLAN, draft(name), 1, output)
-    again, before = style.read(output), style.find(name)
+    again, before = style.read_style(output), style.find(name)
     assert again.title == before.title
     for key, value in desk.plain_values(before).items():
         assert desk.plain_values(again)[key] == value, key

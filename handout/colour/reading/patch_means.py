@@ -123,7 +123,7 @@ class Shading:
     def __post_init__(self) -> None:
         object.__setattr__(self, "coefficients", readonly(self.coefficients, None, 3))
 
-    def at(self, mm: Array) -> Array:
+    def factors_at(self, mm: Array) -> Array:
         """(n, 3) factors at points (n, 2) in mm."""
         return np.asarray(np.exp(_terms((mm - self.middle) / self.half, self.degree) @ self.coefficients))
 
@@ -166,7 +166,7 @@ def shading_of(values: Array, device: Array, mm: Array, usable: NDArray[np.bool_
         # a higher degree has to be clearly better: each one more bends more between the patches
         if left_out < 0.98 * score:
             score, best = left_out, Shading(fitted[levels.shape[1] :], degree, middle, half)
-    shift = np.log(best.at(mm)).mean(axis=0)
+    shift = np.log(best.factors_at(mm)).mean(axis=0)
     # the constant is the last of the terms: it is subtracted from the logarithm
     if best.degree == 0:
         return best

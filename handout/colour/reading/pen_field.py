@@ -77,7 +77,7 @@ def scribble_of(
     # nearest, not between: what is between two pixels would be neither's colour
     picture = cv2.remap(scan.pixels, at[..., 0], at[..., 1], cv2.INTER_NEAREST).astype(np.float32) / scan.full
     if shading is not None:
-        factor = shading.at(nodes.reshape(-1, 2)).reshape((*nodes.shape[:2], 3))
+        factor = shading.factors_at(nodes.reshape(-1, 2)).reshape((*nodes.shape[:2], 3))
         picture /= _interpolate(factor, height, width).astype(np.float32)
     scribble = Scribble(np.asarray(picture, dtype=np.float32), paper, placement.dpi)
     lines = strokes_in(scribble.density, scribble.dpi)

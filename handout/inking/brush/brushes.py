@@ -50,7 +50,7 @@ class Brush:
     @cached_property
     def library(self) -> Library:
         """All segments."""
-        return Library.of(self.ribbons)
+        return Library.from_ribbons(self.ribbons)
 
     @cached_property
     def colour(self) -> str:
@@ -62,7 +62,7 @@ class Brush:
     def _sizes(self) -> dict[int, Sized]:
         return {}
 
-    def sized(self, width: float) -> Sized:
+    def fit_width(self, width: float) -> Sized:
         """The segments for a line of so many pixels."""
         new = Sized.fitting(self.library, width)
         return self._sizes.setdefault(new.columns, new)

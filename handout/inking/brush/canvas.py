@@ -44,10 +44,10 @@ def pass_brush(
     chooser = SegmentChooser(brush.library, rng)
     for stroke, curve in zip(drawing.strokes, curves.fit(drawing.strokes), strict=True):
         line, width = way(stroke, curve, pen.width)
-        sized = brush.sized(float(width.mean()) * dpi / 25.4)
+        sized = brush.fit_width(float(width.mean()) * dpi / 25.4)
         pressed = USUAL_PRESSURE if stroke.pressure is None else float(stroke.pressure.mean())
         row = chooser.row(bends(line), pressed - USUAL_PRESSURE)
-        ribbon = _recolour(sized.quilted(row), brush.colour, stroke.colour or pen.colour)
+        ribbon = _recolour(sized.quilt_segments(row), brush.colour, stroke.colour or pen.colour)
         lay(canvas, ribbon, line * (dpi / 25.4), width * (dpi / 50.8))
     pixels = canvas.reshape(-1, 4)
     for start in range(0, len(pixels), _BAND):
@@ -73,7 +73,7 @@ def way(stroke: Stroke, curve: curves.Curve, width: float) -> tuple[Array, Array
     usual = max(float(wide.mean()), 1e-3)
     t = np.linspace(stroke.t[0], stroke.t[-1], int(np.clip(_FINE * SEGMENTS * stroke.length / usual, 2, 1 << 16)))
     step = usual / (_FINE * SEGMENTS)
-    line = _evenly(np.column_stack([curve.at(t), np.interp(t, stroke.t, wide)]), step)
+    line = _evenly(np.column_stack([curve.places_at(t), np.interp(t, stroke.t, wide)]), step)
     lacking = usual * (_SHORTEST - 2 * _BEYOND) - step * (len(line) - 1)
     if lacking > 0:
         chord = line[-1, :2] - line[0, :2]

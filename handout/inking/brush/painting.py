@@ -54,16 +54,16 @@ class Sized:
     @cached_property
     def ribbons(self) -> tuple[_Pixels, ...]:
         """(rows, columns, 4) premultiplied, with `_OVERLAP` segments of nothing before and after each."""
-        return tuple(self._resized(ribbon) for ribbon in self.library.ribbons)
+        return tuple(self._resize_ribbon(ribbon) for ribbon in self.library.ribbons)
 
-    def _resized(self, ribbon: Ribbon) -> _Pixels:
+    def _resize_ribbon(self, ribbon: Ribbon) -> _Pixels:
         import cv2
 
         rows = round(self.columns * SEGMENTS * SPAN)
         shape = (len(ribbon) * self.columns, rows)
         smaller = ribbon.columns > _SMALLER * self.columns
         way = cv2.INTER_AREA if smaller else cv2.INTER_CUBIC
-        ink = cv2.resize(ribbon.premultiplied, shape, interpolation=way)
+        ink = cv2.resize(ribbon.premultiplied_ink, shape, interpolation=way)
         return np.pad(ink, ((0, 0), (_OVERLAP * self.columns,) * 2, (0, 0)))
 
     def hard(self, row: Indices) -> _Pixels:
@@ -79,7 +79,7 @@ class Sized:
         ribbon, place = self.library.ribbon[row], self.library.place[row]
         return np.flatnonzero((np.diff(place) != 1) | (np.diff(ribbon) != 0)) + 1
 
-    def quilted(self, row: Indices) -> _Pixels:
+    def quilt_segments(self, row: Indices) -> _Pixels:
         """(rows, m · columns, 4): the segments with cuts between them that are seen least.
 
         Source: seed 004, §3.4.
@@ -194,7 +194,7 @@ class _Part:
                 else:
                     self.line, self.half = np.concatenate([self.line, ahead]), np.concatenate([self.half, wide])
 
-    def within(self, u: _Pixels, v: _Pixels) -> NDArray[np.bool_]:
+    def contains(self, u: _Pixels, v: _Pixels) -> NDArray[np.bool_]:
         """Which of some places, along the whole line and −1 to 1 across it, are the part's."""
         inside = np.abs(v) <= 1
         for cut, end, beyond in (
@@ -241,7 +241,7 @@ def _lay_part(canvas: NDArray[np.uint8], ribbon: _Pixels, sides: Array, part: _P
     quad = number.reshape(-1)[at] - 1
     u, v = _places(at, quad, number.shape[1], part.line - low, own, SPAN * part.half)
     u += np.float32(part.offset)
-    inside = part.within(u, v)
+    inside = part.contains(u, v)
     at, u, v = at[inside], u[inside], v[inside]
     if not len(at):
         return
@@ -295,7 +295,7 @@ def _places(
     return u + quad.astype(np.float32), v
 
 
-def spread(line: Array, pieces: int) -> Array:
+def spread_places(line: Array, pieces: int) -> Array:
     """(pieces + 1, 2): places at even distances along a line (n, 2)."""
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
     at = np.linspace(0, along[-1], pieces + 1)

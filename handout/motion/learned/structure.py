@@ -81,7 +81,7 @@ class StructureModel:
         if example is not None:
             way = np.diff(sequences.cut_off(example).targets, axis=0) / (example.unit * self.spread)
             cut = sequences.cut_off(example)
-            for row in _input_rows(way, cut.up.astype(np.float64), cut.there.astype(np.float64)):
+            for row in _input_rows(way, cut.up.astype(np.float64), cut.ways_there.astype(np.float64)):
                 raw = self.runner.step(row.astype(np.float32))
         ways, up = [], []
         most = self.longest if example is None else longest([example])
@@ -100,7 +100,7 @@ class StructureModel:
 
 def longest(examples: Sequence[MovementSequence]) -> int:
     """Ways of the longest of examples that are strung together."""
-    bounds = [np.flatnonzero(np.concatenate([[True], ~example.there, [True]])) for example in examples]
+    bounds = [np.flatnonzero(np.concatenate([[True], ~example.ways_there, [True]])) for example in examples]
     return int(max(np.diff(each).max() for each in bounds)) - 1
 
 

@@ -75,17 +75,17 @@ class PoseLibrary:
         object.__setattr__(self, "channels", {name: readonly(v, len(self.xy)) for name, v in self.channels.items()})
 
     @cached_property
-    def first(self) -> Indices:
+    def first_samples(self) -> Indices:
         """(s,) int: the first sample of each stroke."""
         return np.asarray(np.cumsum(self.lengths) - self.lengths)
 
     @cached_property
     def place(self) -> Indices:
         """(n,) int: how many samples of its stroke lie before each."""
-        return np.arange(len(self.xy)) - np.repeat(self.first, self.lengths)
+        return np.arange(len(self.xy)) - np.repeat(self.first_samples, self.lengths)
 
     @cached_property
-    def left(self) -> Indices:
+    def samples_left(self) -> Indices:
         """(n,) int: how many samples of its stroke follow each."""
         return np.repeat(self.lengths, self.lengths) - 1 - self.place
 
@@ -101,10 +101,10 @@ class PoseLibrary:
 
     def strokes(self) -> list[tuple[Array, dict[str, Array]]]:
         """Each stroke: places (m, 2) in hand units, and its channels."""
-        parts = [slice(a, a + m) for a, m in zip(self.first.tolist(), self.lengths.tolist(), strict=True)]
+        parts = [slice(a, a + m) for a, m in zip(self.first_samples.tolist(), self.lengths.tolist(), strict=True)]
         return [(self.xy[p], {name: values[p] for name, values in self.channels.items()}) for p in parts]
 
-    def chosen(self, strokes: Sequence[int]) -> PoseLibrary:
+    def choose_strokes(self, strokes: Sequence[int]) -> PoseLibrary:
         """The library of some of its strokes, by their numbers."""
         parts = self.strokes()
         return join_strokes([parts[number] for number in strokes], self)

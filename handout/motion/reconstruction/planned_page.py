@@ -93,7 +93,7 @@ def _fit_timed(stroke: Stroke) -> PlannedStroke:
     place = np.column_stack([recording.place.real, recording.place.imag])
     velocity = np.column_stack([recording.velocity.real, recording.velocity.imag])
     speed = snr(velocity, plan.velocity(recording.t), about_mean=False)
-    return PlannedStroke(plan, snr(place, plan.at(recording.t)), speed, stroke.word)
+    return PlannedStroke(plan, snr(place, plan.position_at(recording.t)), speed, stroke.word)
 
 
 def _fit_shape(stroke: Stroke, start: float) -> PlannedStroke:
@@ -102,7 +102,10 @@ def _fit_shape(stroke: Stroke, start: float) -> PlannedStroke:
     plan = _shift_plan(shape_fit.from_shape(stroke.xy), start)
     count = 400
     return PlannedStroke(
-        plan, snr(resample_path(stroke.xy, count), resample_path(plan.at(sample_times(plan)), count)), None, stroke.word
+        plan,
+        snr(resample_path(stroke.xy, count), resample_path(plan.position_at(sample_times(plan)), count)),
+        None,
+        stroke.word,
     )
 
 
@@ -145,5 +148,5 @@ def drawing(page: PlannedPage) -> Drawing:
     strokes = []
     for fit in page.fits:
         t = sample_times(fit.plan)
-        strokes.append(Stroke(t, fit.plan.at(t), word=fit.word))
+        strokes.append(Stroke(t, fit.plan.position_at(t), word=fit.word))
     return Drawing(tuple(strokes), page.page, page.about)

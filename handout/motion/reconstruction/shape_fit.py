@@ -77,7 +77,7 @@ def _distances(even: Array, plan: LognormalPlan) -> Array:
     """(n,) mm: how far the path is from the trace, at equal shares of their lengths."""
     pulses = plan.pulses()
     t = np.linspace(*pulses.span, _DENSE)
-    path = resample_path(plan.at(t), len(even))
+    path = resample_path(plan.position_at(t), len(even))
     return np.asarray(np.hypot(*(path - even).T))
 
 

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from handout.hand.drawn import Hand
 from handout.hand.library import load
 from handout.motion.recovery.network import BranchNetwork
-from handout.tables import loaded
+from handout.tables import load_table
 from handout.values import Array, Glyph, Indices
 
 HANDS = ("house-joined", "house-quick", "house-print")
@@ -118,7 +118,7 @@ def forms_of(letter: str, entered: bool, left: bool, hands: tuple[str, ...] = HA
 
 @lru_cache(maxsize=512)
 def _forms(letter: str, entered: bool, left: bool, hands: tuple[str, ...]) -> LetterForms | None:
-    of_hands = [_fitting(hand.glyphs.get(letter, ()), entered, left) for hand in _loaded(hands)]
+    of_hands = [_fitting(hand.glyphs.get(letter, ()), entered, left) for hand in _load_hands(hands)]
     glyphs = [glyph for row in zip_longest(*of_hands) for glyph in row if glyph is not None]
     # letters that are joined to others are written as joined hands write them
     taught = ductus(letter) if hands and not entered and not left else ()
@@ -132,7 +132,7 @@ def _forms(letter: str, entered: bool, left: bool, hands: tuple[str, ...]) -> Le
 
 
 @lru_cache(maxsize=4)
-def _loaded(hands: tuple[str, ...]) -> tuple[Hand, ...]:
+def _load_hands(hands: tuple[str, ...]) -> tuple[Hand, ...]:
     return tuple(load(hand) for hand in hands)
 
 
@@ -232,7 +232,7 @@ def ductus(letter: str) -> tuple[Ductus, ...]:
 
 @lru_cache(maxsize=1)
 def _ductus_table() -> dict[str, dict[str, list[str]]]:
-    return loaded(Path(__file__).with_name("ductus.toml"), "ways of writing letters")
+    return load_table(Path(__file__).with_name("ductus.toml"), "ways of writing letters")
 
 
 def _ductus_strokes(text: str) -> tuple[Array, ...]:

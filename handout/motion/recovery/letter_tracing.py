@@ -176,7 +176,7 @@ def _search(
     cheap = [traversal for traversal in cheap if traversal.cost <= least + _MARGIN]
     if laid is not None and not foreign and not line.own_bars:
         there = {traversal.strokes for traversal in cheap}
-        guided = _guided(net, line.x_height, ends, laid, weights)
+        guided = _search_guided(net, line.x_height, ends, laid, weights)
         cheap += [traversal for traversal in guided if traversal.strokes not in there]
     return _Search(line, letter, net, cheap, foreign, laid)
 
@@ -194,7 +194,9 @@ def _foreign_bars(net: BranchNetwork, line: LetterLine) -> list[tuple[int, ...]]
     return [chain for bar in line.foreign_bars for chain in crossbar_chains(net, bar, line.entries)]
 
 
-def _guided(net: BranchNetwork, x_height: float, ends: Ends, laid: _Laid, weights: CostWeights) -> list[Traversal]:
+def _search_guided(
+    net: BranchNetwork, x_height: float, ends: Ends, laid: _Laid, weights: CostWeights
+) -> list[Traversal]:
     """The traversals that forms would take which are not a built-in hand's; none where there are no such forms."""
     taught = np.flatnonzero(~laid.forms.drawn)
     if not len(taught):

@@ -77,12 +77,12 @@ def pen_paths(
         units = list(word)
         if inked := [unit for unit in units if unit.ink is not None and unit.ink.number != NOBODY]:
             paths += _word_paths(inked, model, delayed_after == "word")
-        paths += [path for unit in units if unit.ink and unit.ink.number == NOBODY for path in _scribbled(unit)]
-        paths += [_drawn(points, unit, model) for unit in units for points in unit.strokes]
+        paths += [path for unit in units if unit.ink and unit.ink.number == NOBODY for path in _follow_scribble(unit)]
+        paths += [_make_drawn_path(points, unit, model) for unit in units for points in unit.strokes]
     return paths
 
 
-def _drawn(points: Array, placed: Placed, model: StrokeOrderModel) -> PenPath:
+def _make_drawn_path(points: Array, placed: Placed, model: StrokeOrderModel) -> PenPath:
     """What was drawn over ink, such as the line that strikes a word out."""
     _, xy = follow(ActionPlan(points, 1.0, _SMOOTH), baked_at=_SMOOTH)
     count = len(xy)
@@ -90,7 +90,7 @@ def _drawn(points: Array, placed: Placed, model: StrokeOrderModel) -> PenPath:
     return PenPath(xy, np.full(count, model.width), np.ones(count), placed.word, of)
 
 
-def _scribbled(placed: Placed) -> Iterator[PenPath]:
+def _follow_scribble(placed: Placed) -> Iterator[PenPath]:
     """The paths over ink of no letters, such as a signature: piece after piece from the left, then what is small."""
     assert placed.ink is not None
     graph = placed.ink.graph
@@ -170,10 +170,10 @@ class _Written:
 
     def delay(self, glyph: PlacedGlyph, strokes: Sequence[PlacedStroke], joins: dict[int, int]) -> None:
         """Let a glyph's strokes wait; one that comes over from the last glyph goes on in what waits of that."""
-        waiting, crossing = _split(self.delayed, None)
+        waiting, crossing = _split_by_ligature(self.delayed, None)
         for stroke in strokes:
             ligature = None if stroke.begin is None else joins.get(stroke.begin)
-            begun, crossing = _split(crossing, ligature)
+            begun, crossing = _split_by_ligature(crossing, ligature)
             over = (glyph, without_shared(glyph, stroke, joins))
             if begun:
                 waiting.append(_Movement([*begun[0].parts, over], stroke.end))
@@ -188,7 +188,7 @@ class _Written:
         yield from (_path(movement.parts, True) for movement in self.delayed if movement.parts)
 
 
-def _split(movements: Sequence[_Movement], ligature: int | None) -> tuple[list[_Movement], list[_Movement]]:
+def _split_by_ligature(movements: Sequence[_Movement], ligature: int | None) -> tuple[list[_Movement], list[_Movement]]:
     """The movements that leave by a ligature, and the others."""
     leaving = [movement.leaving == ligature for movement in movements]
     return list(compress(movements, leaving)), [m for m, left in zip(movements, leaving, strict=True) if not left]
@@ -254,10 +254,10 @@ def _path(parts: Sequence[Part], delayed: bool) -> PenPath:
     radius = np.concatenate([glyph.graph.radius[vertices] for glyph, vertices in parts])
     density = np.concatenate([glyph.graph.density[vertices] for glyph, vertices in parts])
     of = np.concatenate([np.full(len(vertices), glyph.placed.at, dtype=np.intp) for glyph, vertices in parts])
-    return PenPath(xy, 2 * radius, density, parts[0][0].placed.word, of, delayed, *_recorded(parts))
+    return PenPath(xy, 2 * radius, density, parts[0][0].placed.word, of, delayed, *_gather_recording(parts))
 
 
-def _recorded(parts: Sequence[Part]) -> tuple[Array | None, Array | None]:
+def _gather_recording(parts: Sequence[Part]) -> tuple[Array | None, Array | None]:
     """How long a recorded pen took for the steps of a path, and how it was held; None where no pen was recorded."""
     if all(glyph.clocks is None for glyph, _ in parts):
         return None, None

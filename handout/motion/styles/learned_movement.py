@@ -118,7 +118,7 @@ def _path(known: LognormalPlan, plan: LognormalPlan, hold: float) -> Array:
     if hold > 0:
         passing = _passing(plan)
         linear = path_matrix(lognormal.arc(lognormal.progress(plan.pulses(), passing), plan.theta[:, None]))
-        places = known.at(_passing(known)) @ np.array([1.0, 1j])
+        places = known.position_at(_passing(known)) @ np.array([1.0, 1j])
         rows = np.concatenate([linear, np.sqrt(_RIDGE) * np.eye(len(z))])
         led = np.linalg.lstsq(rows, np.concatenate([places, np.sqrt(_RIDGE) * z]), rcond=None)[0]
         z = z + hold * (led - z)

@@ -197,8 +197,8 @@ def pose_at_targets(stroke: Stroke, points: Array, *, ring: bool) -> dict[str, A
     there = stroke.pose
     if not there:
         return {}
-    along, whole = _run(stroke.xy)
-    at, length = _run(points)
+    along, whole = _measure_path(stroke.xy)
+    at, length = _measure_path(points)
     if ring:
         # the last of a ring's targets is not its first again
         length += float(np.linalg.norm(points[0] - points[-1]))
@@ -210,7 +210,7 @@ def pose_at_targets(stroke: Stroke, points: Array, *, ring: bool) -> dict[str, A
     return {name: np.interp(share * whole, along, values) for name, values in turned.items()}
 
 
-def _run(xy: Array) -> tuple[Array, float]:
+def _measure_path(xy: Array) -> tuple[Array, float]:
     """(n,) mm along a path, and all of it."""
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(xy, axis=0), axis=1))])
     return along, float(along[-1])

@@ -23,7 +23,7 @@ from handout.motion.learned.model import PRIMERS, LearnedMovement
 from handout.motion.learned.sequences import Inputs, MovementSequence
 from handout.motion.learned.structure import StructureModel
 from handout.networks import Floats
-from handout.tables import parsed
+from handout.tables import parse_table
 
 _FORMAT, _VERSION = "handout-style", 1
 _MOST_LAYERS, _MOST_UNITS, _MOST_GAUSSIANS = 4, 1024, 64  # of a network: more are not used
@@ -122,7 +122,7 @@ def load(path: Path, data: bytes | None = None) -> tuple[dict[str, Any], Learned
 
 def _tables(text: bytes, path: Path) -> dict[str, Any]:
     try:
-        return parsed(text.decode())
+        return parse_table(text.decode())
     except ValueError as error:
         raise InputError(f"{path}: cannot be read as a style: {error}.") from error
 

@@ -177,7 +177,7 @@ class Faults:
         self._struck = True
         return True
 
-    def damaged(self, data: bytes, ends: bytes) -> tuple[bytes, str]:
+    def damage_bytes(self, data: bytes, ends: bytes) -> tuple[bytes, str]:
         """What of the bytes the host writes sets off on the wire; and the fault that cuts the way short, if one does.
 
         A fault at the byte `at` of all that the host writes strikes there; without `at`, at the end of instruction
@@ -196,7 +196,7 @@ class Faults:
             return before, fault
         return before + self._instead(byte) + rest, ""
 
-    def answered(self, data: bytes) -> bytes:
+    def damage_answer(self, data: bytes) -> bytes:
         """What of an answer comes back to the host."""
         place, self.said = self.options.at - self.said, self.said + len(data)
         if self._struck or self.options.fault not in ANSWER_FAULTS or not 0 <= place < len(data):

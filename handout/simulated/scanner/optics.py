@@ -61,7 +61,7 @@ def _bell(sigma: float, shift: float) -> Array:
     return np.asarray(weight / weight.sum())
 
 
-def blurred(rows: Floats, blur: Kernels) -> Floats:
+def blur_rows(rows: Floats, blur: Kernels) -> Floats:
     """Rows (n, w, 3) after the optics."""
     import cv2
 

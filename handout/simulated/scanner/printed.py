@@ -67,7 +67,7 @@ def scan(sheet: SimulatedSheet, dpi: float, flatbed: FlatbedSettings, rng: np.ra
         if specks is not None:
             under *= specks[np.clip(rows, 0, height - 1).astype(int), :, None]
         inner = slice(halo, len(rows) - halo)
-        lit = optics.blurred(under, blur)[inner]
+        lit = optics.blur_rows(under, blur)[inner]
         lit = lit * lamp((np.arange(width) + 0.5) / width, (rows[inner] + 0.5) / height)[:, :, None]
         lit += glare(rows[inner])[:, :, None]
         picture[start : start + optics.ROWS] = _quantise(optics.noisy(lit, flatbed.noise, rng), tone, flatbed)
@@ -176,7 +176,7 @@ def _fit_automatic(light: Floats) -> _Tone:
 def _quantise(light: Floats, tone: _Tone, flatbed: FlatbedSettings) -> Floats:
     """(n, w, 3) numbers of the picture, rounded."""
     black, white, power = tone
-    shown = np.asarray(flatbed.toned(np.clip((light - black) / (white - black), 0, 1), power))
+    shown = np.asarray(flatbed.apply_tone(np.clip((light - black) / (white - black), 0, 1), power))
     shown *= np.float32(2**flatbed.bits - 1)
     return np.asarray(np.rint(shown, out=shown))
 

@@ -100,10 +100,10 @@ class Walk:
             An element that cannot be read; elements that use themselves, or so many others that there is no end.
         """
         width, height = size(self.root)
-        to_mm = frames.after(np.eye(2, 3) * frames.PX, frames.viewport(self.root.attrib, width, height))
+        to_mm = frames.compose_maps(np.eye(2, 3) * frames.PX, frames.viewport(self.root.attrib, width, height))
         box = frames.view_box(self.root.get("viewBox"))
         inside = (box[2], box[3]) if box else (width, height)
-        style = SvgStyle().inside(self._sheet.of("svg", self.root.attrib))
+        style = SvgStyle().inside(self._sheet.find_properties("svg", self.root.attrib))
         if style.shown:
             yield from self._children(self.root, _Frame(to_mm, style, "", inside, 0))
 
@@ -120,14 +120,14 @@ class Walk:
         self._used += bool(self._using)
         if self._used > _MOST_USED or frame.depth > _DEEPEST:
             raise InputError(f"More than {_MOST_USED} elements are drawn by <use>: simplify the drawing.")
-        properties = self._sheet.of(tag, element.attrib)
+        properties = self._sheet.find_properties(tag, element.attrib)
         style = frame.style.inside(properties)
         if not style.shown:
             return
         for name in ("clip-path", "mask"):
             if properties.get(name, "none") != "none":
                 self.left_out[f"{name.partition('-')[0]} (what it hides is drawn)"] += 1
-        to_mm = frames.after(frame.to_mm, self._transform(element, properties))
+        to_mm = frames.compose_maps(frame.to_mm, self._transform(element, properties))
         layer = _layer(element) or frame.layer
         yield from self._content(element, _Frame(to_mm, style, layer, frame.size, frame.depth + 1))
 
@@ -159,7 +159,7 @@ class Walk:
         if target in self._using:
             raise InputError(f"<use{_id(element)}> uses what it is part of, without end: remove it.")
         at = frames.shift(self._length(element, "x", frame.size[0]), self._length(element, "y", frame.size[1]))
-        to_mm = frames.after(frame.to_mm, at)
+        to_mm = frames.compose_maps(frame.to_mm, at)
         self._using.append(target)
         yield from self._element(target, _Frame(to_mm, frame.style, frame.layer, frame.size, frame.depth))
         self._using.pop()
@@ -168,10 +168,10 @@ class Walk:
         width = self._length(element, "width", frame.size[0], frame.size[0])
         height = self._length(element, "height", frame.size[1], frame.size[1])
         x, y = self._length(element, "x", frame.size[0]), self._length(element, "y", frame.size[1])
-        inner = frames.after(frames.shift(x, y), frames.viewport(element.attrib, width, height))
+        inner = frames.compose_maps(frames.shift(x, y), frames.viewport(element.attrib, width, height))
         box = frames.view_box(element.get("viewBox"))
         inside = (box[2], box[3]) if box else (width, height)
-        return _Frame(frames.after(frame.to_mm, inner), frame.style, frame.layer, inside, frame.depth)
+        return _Frame(frames.compose_maps(frame.to_mm, inner), frame.style, frame.layer, inside, frame.depth)
 
     def _length(self, element: Element, name: str, whole: float, default: float = 0.0) -> float:
         try:
@@ -181,8 +181,8 @@ class Walk:
 
     def _shape(self, element: Element, frame: _Frame) -> Iterator[Subpath]:
         style = frame.style
-        if not style.stroked:
-            self.left_out["filled outline without a stroke"] += style.filled
+        if not style.is_stroked:
+            self.left_out["filled outline without a stroke"] += style.is_filled
             return
         paths = self._paths(element, frame.size)
         if style.dashed and paths:
@@ -221,7 +221,7 @@ class Walk:
             pieces += [child, child.tail]
         for piece in pieces:
             if isinstance(piece, Element):
-                inner = style.inside(self._sheet.of(piece.tag, piece.attrib))
+                inner = style.inside(self._sheet.find_properties(piece.tag, piece.attrib))
                 self.left_out["text on a path"] += piece.tag == "textPath" and inner.shown
                 drawn = piece.tag in ("tspan", "a") and inner.shown and inner.visible
                 strings = list(self._strings(piece, frame, inner, moves)) if drawn else []

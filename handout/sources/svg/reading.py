@@ -66,7 +66,7 @@ def from_svg(data: bytes, *, texts: bool = False) -> Drawing:
     about: dict[str, Any] = {}
     if walk.left_out:
         about["left_out"] = [f"{count} x {what}" for what, count in sorted(walk.left_out.items()) if count]
-    drawing = _own(root, lines)
+    drawing = _read_own_preview(root, lines)
     if drawing is not None:
         return drawing
     if walk.texts:
@@ -106,10 +106,10 @@ def _strokes(lines: Sequence[Subpath]) -> Iterator[Stroke]:
 
 def _points(path: Array) -> Array:
     """A path as points, each away from the one before; a path that goes nowhere is one point."""
-    xy = pathdata.flattened(path, _TOLERANCE)[0]
+    xy = pathdata.flatten_path(path, _TOLERANCE)[0]
     refuse_far("A line", xy)
     moved = np.hypot(*np.diff(xy, axis=0).T) > _NEAREST
-    return pathdata.anchored(xy[np.concatenate([[True], moved])])
+    return pathdata.anchor_ends(xy[np.concatenate([[True], moved])])
 
 
 def _page(root: Element, strokes: Sequence[Stroke]) -> Page:
@@ -122,7 +122,7 @@ def _page(root: Element, strokes: Sequence[Stroke]) -> Page:
     return JsonPage(width, height).page()
 
 
-def _own(root: Element, lines: Sequence[Subpath]) -> Drawing | None:
+def _read_own_preview(root: Element, lines: Sequence[Subpath]) -> Drawing | None:
     """The drawing of a preview that this program wrote; None for any other file, or one that was changed since."""
     note = next((element for element in root.findall("metadata") if element.get("id") == "about"), None)
     if note is None:
@@ -131,7 +131,7 @@ def _own(root: Element, lines: Sequence[Subpath]) -> Drawing | None:
         metadata = msgspec.json.decode(note.text or "")
         page = msgspec.convert(metadata["page"], JsonPage).page()
         # layers may part what was written one after the other
-        strokes = tuple(sorted((_timed(line) for line in lines), key=lambda stroke: float(stroke.t[0])))
+        strokes = tuple(sorted((_read_timed_stroke(line) for line in lines), key=lambda stroke: float(stroke.t[0])))
     except (ValueError, KeyError, TypeError, RecursionError):
         return None
     if any(b.t[0] < a.t[-1] - _MOMENT for a, b in pairwise(strokes)):  # parts of one stroke touch
@@ -140,7 +140,7 @@ def _own(root: Element, lines: Sequence[Subpath]) -> Drawing | None:
     return Drawing(strokes, page, about if isinstance(about, dict) else {})
 
 
-def _timed(line: Subpath) -> Stroke:
+def _read_timed_stroke(line: Subpath) -> Stroke:
     """A stroke with the times that its path carries: what each of its cubics takes."""
     attributes = line.attributes
     begin, end = float(attributes["data-t0"]), float(attributes["data-t1"])
@@ -162,7 +162,9 @@ def _timed(line: Subpath) -> Stroke:
     u = (np.arange(len(cubic)) - np.repeat(np.cumsum(pieces) - pieces, pieces) + 1) / pieces[cubic]
     knots = begin + np.concatenate([[0.0], np.cumsum(spans)])
     t = np.concatenate([[begin], knots[cubic] + u * spans[cubic]])
-    return Stroke(t, _at(line.path, cubic, u), word=word, layer=layer, colour=colour, **_mark(attributes, knots, t))
+    return Stroke(
+        t, _places_on_path(line.path, cubic, u), word=word, layer=layer, colour=colour, **_mark(attributes, knots, t)
+    )
 
 
 def _mark(attributes: Mapping[str, str], knots: Array, t: Array) -> dict[str, Any]:
@@ -177,7 +179,7 @@ def _mark(attributes: Mapping[str, str], knots: Array, t: Array) -> dict[str, An
     return mark
 
 
-def _at(path: Array, cubic: Indices, u: Array) -> Array:
+def _places_on_path(path: Array, cubic: Indices, u: Array) -> Array:
     a, b, c, d = (path[3 * cubic + j] for j in range(4))
     u = u[:, None]
     v = 1 - u

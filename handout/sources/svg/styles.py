@@ -39,12 +39,12 @@ class SvgStyle:
     anchor: str = "start"
 
     @property
-    def stroked(self) -> bool:
+    def is_stroked(self) -> bool:
         """Whether there is a line to draw."""
         return self.line and self.stroke not in _NONE
 
     @property
-    def filled(self) -> bool:
+    def is_filled(self) -> bool:
         """Whether there is an area without a line."""
         return self.filling and self.fill not in _NONE
 
@@ -56,7 +56,7 @@ class SvgStyle:
     @property
     def text_colour(self) -> str:
         """The colour of letters, which are filled, or stroked alone."""
-        paint = self.fill if self.filled else self.stroke
+        paint = self.fill if self.is_filled else self.stroke
         return hexadecimal(self.color if paint.lower() == "currentcolor" else paint)
 
     def inside(self, properties: Mapping[str, str]) -> SvgStyle:
@@ -124,7 +124,7 @@ class StyleRules:
         self._rules: list[tuple[str, frozenset[str], dict[str, str]]] = []
         weighed = []
         for text in texts:
-            rules = (rule.partition("{") for rule in _plain(_uncommented(text)).split("}"))
+            rules = (rule.partition("{") for rule in _plain(_strip_comments(text)).split("}"))
             for selectors, _, body in rules:
                 for selector in selectors.split(","):
                     match = _SIMPLE.match(selector.strip())
@@ -135,7 +135,7 @@ class StyleRules:
         weighed.sort(key=lambda rule: rule[0])
         self._rules = [rule[1:] for rule in weighed]
 
-    def of(self, tag: str, attributes: Mapping[str, str]) -> dict[str, str]:
+    def find_properties(self, tag: str, attributes: Mapping[str, str]) -> dict[str, str]:
         """The properties of an element: its attributes, what rules say of it, its own style."""
         properties = dict(attributes)
         if self._rules:
@@ -154,7 +154,7 @@ def declarations(text: str) -> dict[str, str]:
     return {name.strip(): value.replace("!important", "").strip() for name, colon, value in pairs if colon}
 
 
-def _uncommented(text: str) -> str:
+def _strip_comments(text: str) -> str:
     first, *rest = text.replace("<!--", " ").replace("-->", " ").split("/*")
     return " ".join([first, *(part.partition("*/")[2] for part in rest)])
 

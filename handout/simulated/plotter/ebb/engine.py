@@ -74,11 +74,11 @@ def by_steps(
     """
     tracks, after = [], []
     for count, rate, gain, begin in zip(steps, rates, gains, left, strict=True):
-        track, end = _until(abs(count), rate, gain, begin, half)
+        track, end = _step_until(abs(count), rate, gain, begin, half)
         tracks.append(track if count >= 0 else -track)
         after.append(end)
     longest = max(len(track) for track in tracks)
-    return Move(np.stack([_held(track, longest) for track in tracks], axis=1), (after[0], after[1]))
+    return Move(np.stack([_hold_last(track, longest) for track in tracks], axis=1), (after[0], after[1]))
 
 
 def constant_rate(steps: int, ms: int, exact: bool) -> int:
@@ -98,7 +98,7 @@ def _rates(rate: int, gain: int, first: int, ticks: int, signed: bool, half: boo
     return rates if signed else rates % FULL  # below zero it rolls over
 
 
-def _until(count: int, rate: int, gain: int, begin: int, half: bool) -> tuple[Counts, int]:
+def _step_until(count: int, rate: int, gain: int, begin: int, half: bool) -> tuple[Counts, int]:
     """Steps at each tick until there are `count`, and what the accumulator keeps."""
     parts: list[Counts] = []
     steps, first = 0, 0
@@ -114,7 +114,7 @@ def _until(count: int, rate: int, gain: int, begin: int, half: bool) -> tuple[Co
     return (np.concatenate(parts) if parts else np.zeros(0, dtype=np.int64)), left
 
 
-def _held(track: Counts, length: int) -> Counts:
+def _hold_last(track: Counts, length: int) -> Counts:
     last = track[-1] if len(track) else 0
     return np.concatenate([track, np.full(length - len(track), last, dtype=np.int64)])
 
@@ -185,13 +185,13 @@ class Engine:
         self.job, self._move, self.ends = None, None, math.inf
         self.accumulators, self.steps, self.enabled = Accumulators(), [0, 0], [False, False]
         self._motors = (0, 0)
-        self.paper.believe((0, 0, self.paper.at[2]))
+        self.paper.believe((0, 0, self.paper.place[2]))
 
     def add(self, job: QueuedCommand, now: float) -> None:
         """Queue a job; it begins at once if nothing is under way."""
         self.queue.append(job)
         if self.job is None:
-            self._next(now)
+            self._begin_next_job(now)
 
     def finish(self) -> None:
         """The job under way ends, the next begins."""
@@ -200,7 +200,7 @@ class Engine:
         self.finished += 1
         self.job, self.ends = None, math.inf
         if self.queue:
-            self._next(end + self.pause * TICK)
+            self._begin_next_job(end + self.pause * TICK)
 
     def stop(self, now: float, everything: bool) -> bool:
         """Drop what is under way and what waits (only motion, unless everything); whether any of it moves."""
@@ -211,16 +211,16 @@ class Engine:
             self._keep(now)
             self.job, self.ends = None, math.inf
             if self.queue:
-                self._next(now)
+                self._begin_next_job(now)
         return interrupted
 
     def slip(self) -> None:
         """The motors were stopped dead: some steps were counted and not made."""
         self.steps = [steps + _SLIP for steps in self.steps]
         self._motors = (self._motors[0] + _SLIP, self._motors[1] + _SLIP)
-        self.paper.believe((*self._halves(*self._motors), self.paper.at[2]))
+        self.paper.believe((*self._halves(*self._motors), self.paper.place[2]))
 
-    def counted(self, now: float) -> tuple[int, int]:
+    def count_steps(self, now: float) -> tuple[int, int]:
         """Steps of both motors so far."""
         first, second = self._so_far(now)
         return self.steps[0] + first, self.steps[1] + second
@@ -240,7 +240,7 @@ class Engine:
         """Switch the motors on or off."""
         self.enabled = [motor > 0 for motor in motors]
 
-    def _next(self, now: float) -> None:
+    def _begin_next_job(self, now: float) -> None:
         job = self.job = self.queue.popleft()
         self._began = now
         if job.enable is not None:
@@ -285,7 +285,7 @@ class Engine:
 
     def _show(self, now: float, first: int, second: int) -> None:
         if self.powered:
-            self.paper.moved(now, (*self._halves(first, second), self.paper.at[2]))
+            self.paper.move_to(now, (*self._halves(first, second), self.paper.place[2]))
 
     def _halves(self, first: int, second: int) -> tuple[int, int]:
         """Half steps of x and y from the steps of the motors."""
