@@ -239,17 +239,13 @@ def _parse_kind(words: _Words, before: CgatsTable | None) -> str:
     word = words.peek()
     assert word is not None
     line, text, quoted = word
-    alone = not quoted and re.fullmatch(r"[A-Z][A-Z0-9._]*", text) and _alone(words, line)
+    following = words._words[words._next + 1 : words._next + 2]
+    alone = not quoted and re.fullmatch(r"[A-Z][A-Z0-9._]*", text) and (not following or following[0][0] != line)
     if alone and text not in ("BEGIN_DATA_FORMAT", "BEGIN_DATA"):
         return words.take()
     if before is None:
         raise words.wrong(line, f"a table begins with a word such as CTI3 or CGATS.17, and this with {text[:40]!r}")
     return before.kind
-
-
-def _alone(words: _Words, line: int) -> bool:
-    following = words._words[words._next + 1 : words._next + 2]
-    return not following or following[0][0] != line
 
 
 def _parse_count(words: _Words, line: int, name: str, values: list[str]) -> int:
@@ -287,14 +283,13 @@ def _format_table(table: CgatsTable) -> str:
     ]
     lines += ["", f"NUMBER_OF_SETS {len(table.rows)}", "BEGIN_DATA"]
     # ArgyllCMS takes the quotation marks of a column for its type: words have them throughout, numbers never
-    columns = [list(map(_quote_value if _worded(column) else str, column)) for column in zip(*table.rows, strict=True)]
+    columns = [
+        list(map(str if all(map(_NUMBER.match, column)) else _quote_value, column))
+        for column in zip(*table.rows, strict=True)
+    ]
     lines += [" ".join(row) for row in zip(*columns, strict=True)]
     return "\n".join([*lines, "END_DATA", ""])
 
 
 def _quote_value(value: str) -> str:
     return '"' + value.replace('"', '""') + '"'
-
-
-def _worded(column: Sequence[str]) -> bool:
-    return not all(_NUMBER.match(value) for value in column)

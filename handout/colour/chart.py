@@ -11,7 +11,6 @@ Source: seed 000, Appendix K; shuffling, repeats and marks are this project's.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache, cached_property
 from hashlib import blake2b
@@ -34,6 +33,7 @@ CELLS = 7  # of a mark, along a side, its black edge included
 MARKS = 16  # a page, in four rows of four
 _PER_VERSION = 8 * MARKS  # numbers of marks kept for a version
 _LEVELS = np.rint(np.linspace(0, 255, 8)).astype(int)
+_ROOT = 1.32471795724474602596  # the root of x³ = x + 1: Roberts' additive recurrence R2 (2018)
 _TOP = 8.0  # mm from the upper edge to the first line of words
 _GRID_TOP = 17.9  # mm from there to the first patches, for charts that begin at _TOP
 _FIELD = (66.0, 1.6, 8.0)  # mm: of the field under the patches its left edge, its distance from them, its height
@@ -305,21 +305,14 @@ def _scatter_repeats(
     left = set(free)
     placed = {}
     for colour in sorted(set(repeats), key=lambda c: (-repeats.count(c), c)):
-        spots = _spread_points(sum(map(int, colour)))
-        for _ in range(repeats.count(colour)):
-            u, v = next(spots)
+        first = sum(map(int, colour)) + 1
+        for i in range(first, first + repeats.count(colour)):
+            u, v = (0.5 + i / _ROOT) % 1.0, (0.5 + i / _ROOT**2) % 1.0  # any first few of them evenly spread
             x, y = u * (sheet.columns - 1), v * (sheet.rows - 1)
             cell = min(left, key=lambda c: ((c[0] - x) ** 2 + (c[1] - y) ** 2, c))
             left.remove(cell)
             placed[cell] = colour
     return placed
-
-
-def _spread_points(start: int) -> Iterator[tuple[float, float]]:
-    """Points in the unit square, any first few of them evenly spread: Roberts' additive recurrence R2 (2018)."""
-    golden = 1.32471795724474602596  # the root of x³ = x + 1
-    for i in itertools.count(start + 1):
-        yield (0.5 + i / golden) % 1.0, (0.5 + i / golden**2) % 1.0
 
 
 @cache

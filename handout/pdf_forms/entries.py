@@ -8,7 +8,7 @@ Source: own method.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import groupby
@@ -123,7 +123,9 @@ class Filler:
         entries = [
             self._entry(fields[name], widget, value, rng)
             for name, value in values.items()
-            for widget in _pick_widgets(fields[name], value)
+            for widget in fields[name].widgets
+            # all places of a field, or the buttons that stand for the answer
+            if fields[name].kind not in ("check", "radio") or value in ("x", widget.state)
         ]
         # fields beside each other are filled in from left to right
         return sorted(entries, key=lambda e: (e.page, round((e.frame.box[1] + e.frame.box[3]) / 8), e.frame.box[0]))
@@ -138,9 +140,12 @@ class Filler:
             return self._comb_entry(FieldEntry(field.name, widget.page, frame, value), field.cells, usual, rng)
         frame = replace(frame, scale=max(1.0, SETTINGS.narrowest / frame.size[0]))
         entry = FieldEntry(field.name, widget.page, frame, value)
-        inner = _inner(printed, frame.size[1] / frame.scale)
-        if field.multiline and len(inner) > 1:
-            return self._on_rules(entry, inner, usual, field.align)
+        # of the lines printed at the field those to write on, where they are far enough apart
+        half = 0.5 * SETTINGS.least_pitch
+        inner = [at for at in printed if at > half and at <= frame.size[1] / frame.scale + half]
+        if field.multiline and len(inner) > 1 and all(np.diff(inner) >= SETTINGS.least_pitch):
+            size = _bound_size(SETTINGS.of_room * float(np.median(np.diff(inner))), usual)
+            return replace(entry, layout=self._layout(entry.frame, size, inner, field.align, 0.0))
         if field.multiline and frame.size[1] >= 2 * SETTINGS.pitch * SETTINGS.least_mm * frame.scale:
             return self._filling(entry, usual, field.align)
         return self._one_line(entry, printed, usual, field.align, rng)
@@ -161,11 +166,6 @@ class Filler:
             rule = height / 2 + SETTINGS.below_middle * size + FOOT_ABOVE_RULE + wanders
         spare = float(rng.uniform(0, 0.5 * self.jitter))
         return replace(entry, layout=self._layout(entry.frame, size, [rule], align, spare), free=not ruled)
-
-    def _on_rules(self, entry: FieldEntry, rules: Sequence[float], usual: float, align: Align) -> FieldEntry:
-        """On the rules that are printed in the field."""
-        size = _bound_size(SETTINGS.of_room * float(np.median(np.diff(rules))), usual)
-        return replace(entry, layout=self._layout(entry.frame, size, rules, align, 0.0))
 
     def _layout(self, frame: FieldFrame, size: float, rules: Sequence[float], align: Align, spare: float) -> Layout:
         """A text on lines at heights in the field, mm of the page."""
@@ -224,21 +224,8 @@ class Filler:
         return replace(entry, text=text, layout=layout, cells=(filled, cells), free=True)
 
 
-def _pick_widgets(field: Field, value: str) -> Iterator[Widget]:
-    """The places of a field that are written in: all, or the buttons that stand for the answer."""
-    for widget in field.widgets:
-        if field.kind not in ("check", "radio") or value in ("x", widget.state):
-            yield widget
-
-
 def _bound_size(size: float, usual: float) -> float:
     return max(SETTINGS.least_mm, min(size, usual))
-
-
-def _inner(printed: Sequence[float], height: float) -> list[float]:
-    """Of the lines printed at a field those to write on, where they are far enough apart."""
-    inner = [at for at in printed if at > 0.5 * SETTINGS.least_pitch and at <= height + 0.5 * SETTINGS.least_pitch]
-    return inner if all(np.diff(inner) >= SETTINGS.least_pitch) else []
 
 
 def page_manuscript(

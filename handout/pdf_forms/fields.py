@@ -172,12 +172,6 @@ def _without_fields(path: Path, pages: int, *, xfa: bool) -> str:
     )
 
 
-def _is_signed(root: Any) -> bool:
-    return bool(int(root.get("/SigFlags", 0)) & 1) and any(
-        find_inherited(each, "/V") is not None for each in root.get("/Fields", ()) if str(each.get("/FT", "")) == "/Sig"
-    )
-
-
 def _frame_page(page: Any) -> tuple[Page, Matrix]:
     """A page as it is shown, and the matrix from its mm (y down) to the file's coordinates."""
     left, bottom, right, top = _box(page)
@@ -267,7 +261,10 @@ class _Fields:
             return
         box = _on_page([float(value) for value in annotation["/Rect"]], matrix)
         characteristics = annotation.get("/MK", {})
-        turned = int(characteristics.get("/R", 0)) - _page_turn(matrix)
+        # by how many degrees the page is turned clockwise when it is shown
+        _, b, _, d, *_ = matrix
+        page_turn = (0 if d < 0 else 180) if b == 0 else (90 if b > 0 else 270)
+        turned = int(characteristics.get("/R", 0)) - page_turn
         place = Widget(page, box, turned // 90 % 4, _state(annotation))
         if min(box[2] - box[0], box[3] - box[1]) > 0:
             self.fields.setdefault(name, (annotation, kind, []))[2].append(place)
@@ -287,23 +284,21 @@ class _Fields:
             (sorted(self.hidden - set(self.fields)), "{} not shown on the pages, and left out"),
             (calculated, "{} calculated by viewers, and not here: the table has to hold the results"),
         ]
-        return [
-            *(phrase.format(_join_names(names)) for names, phrase in said if names),
-            *(
-                ["the form was signed, and its signature no longer holds once it is filled in"]
-                if _is_signed(form)
-                else []
-            ),
-            *(["its XFA part is left out"] if "/XFA" in form else []),
-        ]
+        sentences = []
+        for names, phrase in said:
+            if names:
+                more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
+                listed = ", ".join(names[:_MOST_NAMED]) + more
+                sentences.append(phrase.format(f"{listed} {'is' if len(names) == 1 else 'are'}"))
+        signatures = (each for each in form.get("/Fields", ()) if str(each.get("/FT", "")) == "/Sig")
+        if int(form.get("/SigFlags", 0)) & 1 and any(find_inherited(each, "/V") is not None for each in signatures):
+            sentences.append("the form was signed, and its signature no longer holds once it is filled in")
+        if "/XFA" in form:
+            sentences.append("its XFA part is left out")
+        return sentences
 
 
 _MOST_NAMED = 6  # fields that a note names
-
-
-def _join_names(names: list[str]) -> str:
-    more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
-    return f"{', '.join(names[:_MOST_NAMED])}{more} {'is' if len(names) == 1 else 'are'}"
 
 
 def _kind(kind: str, flags: int) -> Kind | None:
@@ -311,12 +306,6 @@ def _kind(kind: str, flags: int) -> Kind | None:
         return None if flags & _PUSH else "radio" if flags & _RADIO else "check"
     kinds: dict[str, Kind] = {"/Tx": "text", "/Ch": "choice", "/Sig": "signature"}
     return kinds.get(kind)
-
-
-def _page_turn(matrix: Matrix) -> int:
-    """By how many degrees a page is turned clockwise when it is shown."""
-    _, b, _, d, *_ = matrix
-    return (0 if d < 0 else 180) if b == 0 else (90 if b > 0 else 270)
 
 
 def _on_page(rectangle: list[float], matrix: Matrix) -> Box:
@@ -383,8 +372,4 @@ def _options(annotation: Any, kind: Kind, widgets: tuple[Widget, ...]) -> tuple[
         return ()
     states = dict.fromkeys(widget.state for widget in widgets if widget.state)
     # of buttons that are numbered, /Opt says what the numbers mean
-    return tuple((state, str(listed[int(state)]) if _numbers(state, len(listed)) else state) for state in states)
-
-
-def _numbers(state: str, count: int) -> bool:
-    return state.isdecimal() and int(state) < count
+    return tuple((s, str(listed[int(s)]) if s.isdecimal() and int(s) < len(listed) else s) for s in states)

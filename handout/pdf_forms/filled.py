@@ -83,7 +83,8 @@ def _save_bytes(document: Any) -> bytes:
 def _flatten(document: Any, page: Any, fields: Mapping[str, Field], answered: Collection[str]) -> None:
     """Draw the fields of a page on it, and take them away."""
     annotations = list(page.obj.get("/Annots", ()))
-    kinds: dict[int, Kind | None] = {n: _kind(each, fields) for n, each in enumerate(annotations) if is_widget(each)}
+    named = {n: fields.get(full_name(each)) for n, each in enumerate(annotations) if is_widget(each)}
+    kinds: dict[int, Kind | None] = {n: None if field is None else field.kind for n, field in named.items()}
     gone = [n for n, kind in kinds.items() if kind != "signature"]
     if not gone:
         return
@@ -91,11 +92,6 @@ def _flatten(document: Any, page: Any, fields: Mapping[str, Field], answered: Co
     page.contents_add(b"q\n", prepend=True)
     page.contents_add(b"\nQ\n" + b"".join(drawn))
     page.obj.Annots = _array([each for n, each in enumerate(annotations) if n not in gone])
-
-
-def _kind(annotation: Any, fields: Mapping[str, Field]) -> Kind | None:
-    field = fields.get(full_name(annotation))
-    return None if field is None else field.kind
 
 
 def _appearance(document: Any, page: Any, annotation: Any, answered: Collection[str]) -> bytes:

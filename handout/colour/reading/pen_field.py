@@ -112,14 +112,13 @@ def _read_levels(scan: ChartScan, placement: ChartPlacement, mm: Array) -> Array
 
 def _interpolate(nodes: Array, height: int, width: int) -> Array:
     """(height, width, k): what lies between nodes (r, c, k), at the middles of pixels."""
-    down, across = (_shares(count, size) for count, size in zip(nodes.shape[:2], (height, width), strict=True))
+    # (size, count) of each node in each pixel
+    middles = [(np.arange(size) + 0.5) / size for size in (height, width)]
+    down, across = (
+        np.clip(1 - np.abs(at[:, None] * (count - 1) - np.arange(count)), 0, 1)
+        for at, count in zip(middles, nodes.shape[:2], strict=True)
+    )
     return np.asarray(np.einsum("hr,rck,wc->hwk", down, nodes, across, optimize=True))
-
-
-def _shares(count: int, size: int) -> Array:
-    """(size, count) of each node in each pixel."""
-    at = (np.arange(size) + 0.5) / size * (count - 1)
-    return np.asarray(np.clip(1 - np.abs(at[:, None] - np.arange(count)), 0, 1))
 
 
 def file_beside(patches: Path) -> Path:

@@ -233,7 +233,11 @@ def check_stripes(sheet: ReadPage, ideal: Array) -> list[ScanFinding]:
     for axis, name in ((1, "across"), (0, "down")):
         line = sheet.page.cells[inked, axis]
         # within patches fine bands, between rows of them coarse ones
-        fine = _profile(within.mean(axis=2 if axis == 1 else 1), line)
+        parts = within.mean(axis=2 if axis == 1 else 1)
+        fine = np.zeros((int(line.max()) + 1, parts.shape[1]))
+        for index in range(len(fine)):
+            if (on_line := line == index).sum() >= 6:
+                fine[index] = np.median(parts[on_line], axis=0)
         expected = float(within.std()) / np.sqrt(BLOCKS * max(1, np.bincount(line).max()))
         worst = float(np.abs(fine).max())
         if worst > max(BOUNDS.stripe, 8 * expected):
@@ -246,15 +250,6 @@ def check_stripes(sheet: ReadPage, ideal: Array) -> list[ScanFinding]:
             )
             return [ScanFinding("banding", "warn", sentence, sheet.source)]
     return []
-
-
-def _profile(parts: Array, line: NDArray[np.intp]) -> Array:
-    """(lines, 6): medians over the patches (n, 6) of each line; 0 where there are few."""
-    medians = np.zeros((int(line.max()) + 1, parts.shape[1]))
-    for index in range(len(medians)):
-        if (on_line := line == index).sum() >= 6:
-            medians[index] = np.median(parts[on_line], axis=0)
-    return medians
 
 
 def ideal_of(device: Array, values: Array, usable: NDArray[np.bool_]) -> Array:

@@ -97,7 +97,9 @@ def place(
     try:
         page, mark_corners = _one_page(marks, scan.source, page_of)
     except ScanRefused as error:
-        if error.finding.code == "another-chart" or (dpi := _likely_dpi(scan)) >= _COARSE:
+        # what the file says, or as if the picture showed a sheet and little else
+        dpi = max(scan.dpi) if scan.dpi is not None else min(scan.pixels.shape[:2]) * _INCH / _SHEET
+        if error.finding.code == "another-chart" or dpi >= _COARSE:
             raise
         raise make_refusal(
             "low-dpi",
@@ -119,11 +121,6 @@ def place(
     if mirrored:
         corners = np.column_stack([width - 1 - corners[:, 0], corners[:, 1]])
     return _fit_placement(scan, page, mirrored, order, corners)
-
-
-def _likely_dpi(scan: ChartScan) -> float:
-    """Pixels an inch: what the file says, or as if the picture showed a sheet and little else."""
-    return max(scan.dpi) if scan.dpi is not None else min(scan.pixels.shape[:2]) * _INCH / _SHEET
 
 
 def in_grey(pixels: NDArray[Any]) -> NDArray[np.uint8]:
