@@ -176,7 +176,11 @@ def _way(stroke: Stroke, curve: curves.Curve) -> tuple[Any, ...]:
     speed = np.abs(np.diff(place)) / np.maximum(span, 1e-6)
     middle = (clock[:-1] + clock[1:]) / 2
     dwell = np.maximum(span - np.abs(np.diff(place)) / PACE, 0.0)
-    press = _pressure(stroke, middle, place, speed)
+    if stroke.pressure is not None:
+        press = np.interp(middle, stroke.t, stroke.pressure)
+    else:  # a usual one: higher downwards and where it is slow
+        down = np.diff(place).imag / np.maximum(np.abs(np.diff(place)), 1e-9)
+        press = np.asarray(PRESSURE + 0.1 * lean(speed) + 0.1 * down)
     width = np.full(count, np.nan) if stroke.width is None else np.interp(middle, stroke.t, stroke.width)
     length = np.full(count, np.abs(np.diff(place)).sum())
     nib = np.zeros(count, dtype=np.complex128)
@@ -193,15 +197,6 @@ def width_across(nib: NDArray[np.complex128], way: NDArray[np.complex128]) -> Ar
     """(m,): how wide a line a flat nib leaves along `way`, in the unit of `nib`, half its edge."""
     along = way * nib.conj() / np.maximum(np.abs(way * nib), 1e-12)
     return np.asarray(2 * np.abs(nib) * (np.abs(along.imag) + NIB_THICKNESS * np.abs(along.real)))
-
-
-def _pressure(stroke: Stroke, t: Array, place: NDArray[np.complex128], speed: Array) -> Array:
-    """(m,): the pressure recorded for the stroke, else a usual one: higher downwards and where it is slow."""
-    if stroke.pressure is not None:
-        return np.interp(t, stroke.t, stroke.pressure)
-    step = np.diff(place)
-    down = step.imag / np.maximum(np.abs(step), 1e-9)
-    return np.asarray(PRESSURE + 0.1 * lean(speed) + 0.1 * down)
 
 
 def _add_noise(way: _Way, radius: Array, load: Array, flow: Flow, rng: np.random.Generator) -> Pieces:

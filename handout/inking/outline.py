@@ -187,7 +187,9 @@ def areas(raster: Raster) -> list[tuple[str, list[Array]]]:
     edges = [edge for edge in contours(share, _HALF) if len(edge) > 3]
     # a pixel's middle lies half a pixel from its corner, and there is one pixel of padding
     places = [(edge[:, ::-1] - 0.5) / scale + raster.origin for edge in edges]
-    kept = [at for at, place in enumerate(places) if abs(_area(place)) >= _SMALLEST]
+    # mm² of each, below 0 where it turns the other way
+    areas = [float(x[:-1] @ y[1:] - y[:-1] @ x[1:]) / 2 for x, y in (place.T for place in places)]
+    kept = [at for at, area in enumerate(areas) if abs(area) >= _SMALLEST]
     if not kept:
         return []
     count, label = cv2.connectedComponents((share > _HALF).astype(np.uint8), connectivity=4)
@@ -219,9 +221,3 @@ def _inks(raster: Raster, label: Indices, count: int) -> tuple[Indices, list[str
         shade = 1 - sums[kind == number].sum(axis=0) / amount[number]
         colours[rank[number]] = "#{:02x}{:02x}{:02x}".format(*np.rint(255 * np.clip(shade, 0, 1)).astype(int))
     return np.concatenate([[0], rank[kind]]), colours
-
-
-def _area(polygon: Array) -> float:
-    """mm² of a closed polygon (n, 2), below 0 where it turns the other way."""
-    x, y = polygon.T
-    return float(x[:-1] @ y[1:] - y[:-1] @ x[1:]) / 2

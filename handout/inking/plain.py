@@ -265,18 +265,15 @@ def _cover(
     edge = np.abs(inside) < _CORNER
     normal = along / np.sqrt(square) * 1j + (along == 0)
     side = np.broadcast_to(normal[:, None, None], d.shape)[edge] * np.float32(1e-3)
-    cover[edge] = _strip(d[edge], r[edge], np.abs(dx[edge]) + np.abs(side.real), np.abs(dy[edge]) + np.abs(side.imag))
-    return (cover * 255 + np.float32(0.5)).astype(np.uint8)
-
-
-def _strip(d: _Pixels, r: _Pixels, x: _Pixels, y: _Pixels) -> _Pixels:
-    """Share of a pixel that lies within `r` of a line whose distance from its centre is `d`, towards (x, y)."""
+    # the share of a pixel that lies within `r` of a line whose distance from its centre is `d`, towards (x, y)
+    d, r, x, y = d[edge], r[edge], np.abs(dx[edge]) + np.abs(side.real), np.abs(dy[edge]) + np.abs(side.imag)
     norm = np.sqrt(x * x + y * y)
     long, short = np.maximum(x, y) / norm, np.maximum(np.minimum(x, y) / norm, np.float32(1e-3))
     share = _half(r - d, long, short)
     thin = r + d < _CORNER
     share[thin] -= _half(-r[thin] - d[thin], long[thin], short[thin])
-    return share
+    cover[edge] = share
+    return (cover * 255 + np.float32(0.5)).astype(np.uint8)
 
 
 def _half(s: _Pixels, long: _Pixels, short: _Pixels) -> _Pixels:

@@ -50,7 +50,11 @@ def warp(
     margin : float
         mm of the page around the line within which the picture is taken.
     """
-    finer = _oversampling(ink, source, dpi)
+    # how many times finer than the page the ink is drawn, so that no pixel of the picture is skipped
+    graph, finer = ink.graph, 1
+    if len(graph):
+        ratio = float(np.median(source.radius_at(graph.uv) / np.maximum(graph.radius * dpi / 25.4, 1e-9)))
+        finer = int(np.clip(np.ceil(ratio), 1, _MOST_FINER)) if ratio > _COARSE else 1
     line = course(ink, source, dpi / 25.4 * finer)
     lone = ink.number < 0
     reach = (min(margin, CLEAR) if lone else margin) * dpi / 25.4 * finer
@@ -70,31 +74,17 @@ def warp(
     return layer if finer == 1 else _downsample(layer, finer)
 
 
-def _oversampling(ink: Ink, source: InkSource, dpi: float) -> int:
-    """How many times finer than the page the ink is drawn, so that no pixel of the picture is skipped."""
-    graph = ink.graph
-    if not len(graph):
-        return 1
-    ratio = float(np.median(source.radius_at(graph.uv) / np.maximum(graph.radius * dpi / 25.4, 1e-9)))
-    return int(np.clip(np.ceil(ratio), 1, _MOST_FINER)) if ratio > _COARSE else 1
-
-
 def _downsample(layer: GlyphLayer, finer: int) -> GlyphLayer:
     """The layer with `finer` × `finer` pixels averaged into one."""
     import cv2
 
-    h, w = (side // finer for side in layer.near.shape)
+    h, w = layer.near.shape[0] // finer, layer.near.shape[1] // finer
     rgba = np.asarray(cv2.resize(layer.rgba, (w, h), interpolation=cv2.INTER_AREA), dtype=np.float32)
     near = np.ascontiguousarray(layer.near[finer // 2 :: finer, finer // 2 :: finer])
     inked = rgba[:, :, 3] > 0
-    near = np.where(inked, np.maximum(near, np.asarray(_highest_vertex(layer.near, finer))), near)
+    near = np.where(inked, np.maximum(near, layer.near.reshape(h, finer, w, finer).max(axis=(1, 3))), near)
     xy = (layer.xy + 0.5) / finer - 0.5
     return replace(layer, rgba=rgba, near=near, xy=xy, radius=layer.radius / finer)
-
-
-def _highest_vertex(near: NDArray[np.int32], finer: int) -> NDArray[np.int32]:
-    h, w = (side // finer for side in near.shape)
-    return np.asarray(near.reshape(h, finer, w, finer).max(axis=(1, 3)))
 
 
 def _window(line: Course, margin: float, shape: tuple[int, int], finer: int) -> tuple[int, int, int, int] | None:

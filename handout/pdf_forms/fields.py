@@ -290,8 +290,8 @@ class _Fields:
                 more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
                 listed = ", ".join(names[:_MOST_NAMED]) + more
                 sentences.append(phrase.format(f"{listed} {'is' if len(names) == 1 else 'are'}"))
-        signatures = (each for each in form.get("/Fields", ()) if str(each.get("/FT", "")) == "/Sig")
-        if int(form.get("/SigFlags", 0)) & 1 and any(find_inherited(each, "/V") is not None for each in signatures):
+        signed = (each for each in form.get("/Fields", ()) if str(each.get("/FT", "")) == "/Sig")
+        if int(form.get("/SigFlags", 0)) & 1 and any(find_inherited(each, "/V") is not None for each in signed):
             sentences.append("the form was signed, and its signature no longer holds once it is filled in")
         if "/XFA" in form:
             sentences.append("its XFA part is left out")

@@ -39,19 +39,18 @@ def group_inside(drawing: Drawing, by: By, strokes: Sequence[int]) -> tuple[By |
 
 def _group_strokes(drawing: Drawing, by: By, strokes: Sequence[int], *, alone: bool) -> dict[str, list[int]]:
     """Numbers of strokes under the names of their groups; `alone`: whether the names stand for themselves."""
-    name = _ink_names(drawing) if by == "ink" else _Text(drawing).names(by, alone)
+    if by == "ink":
+        page = drawing.about.get("page_number")
+        usual = f"Page {page if isinstance(page, int) else 1}"
+        several = len({stroke.colour for stroke in drawing.strokes}) > 1
+        named = ((stroke.layer, stroke.colour if several else "") for stroke in drawing.strokes)
+        name = [" ".join(filter(None, parts)) or usual for parts in named]
+    else:
+        name = _Text(drawing).names(by, alone)
     found: dict[str, list[int]] = {}
     for number in strokes:
         found.setdefault(name[number], []).append(number)
     return found
-
-
-def _ink_names(drawing: Drawing) -> list[str]:
-    page = drawing.about.get("page_number")
-    usual = f"Page {page if isinstance(page, int) else 1}"
-    several = len({stroke.colour for stroke in drawing.strokes}) > 1
-    named = ((stroke.layer, stroke.colour if several else "") for stroke in drawing.strokes)
-    return [" ".join(filter(None, parts)) or usual for parts in named]
 
 
 class _Text:

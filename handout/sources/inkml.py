@@ -279,7 +279,10 @@ def _xy(trace: _Trace) -> Array:
 def _pen_channels(trace: _Trace) -> dict[str, Any]:
     """What a trace knows of the pen besides its place, by the names of `Stroke`."""
     c = trace.channels
-    tilt, azimuth = _pose(c)
+    # tilt from the vertical and azimuth, rad, from elevation and azimuth or from tilts along the axes
+    tilt, azimuth = np.pi / 2 - c["OE"] if "OE" in c else None, c.get("OA")
+    if "OTx" in c and "OTy" in c:
+        tilt, azimuth = recorded.lean(c["OTx"], c["OTy"])
     channels = {"pressure": c.get("F"), "tilt": tilt, "azimuth": azimuth, "rotation": c.get("OR"), "width": c.get("W")}
     return {name: values for name, values in channels.items() if values is not None}
 
@@ -294,11 +297,3 @@ def _stroke(trace: _Trace, number: int) -> Stroke:
         return Stroke(trace.channels["T"], _xy(trace), **_pen_channels(trace), **trace.notes._asdict())
     except ValueError as error:
         raise InputError(f"Trace {number} cannot be used: {error}.") from error
-
-
-def _pose(channels: dict[str, Array]) -> tuple[Array | None, Array | None]:
-    """Tilt from the vertical and azimuth, rad, from elevation and azimuth or from tilts along the axes."""
-    if "OTx" in channels and "OTy" in channels:
-        return recorded.lean(channels["OTx"], channels["OTy"])
-    elevation = channels.get("OE")
-    return None if elevation is None else np.pi / 2 - elevation, channels.get("OA")

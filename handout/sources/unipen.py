@@ -11,7 +11,7 @@ recognizer benchmarks, 1994.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -72,18 +72,18 @@ def from_unipen(data: bytes, include: Include | None = None) -> Drawing:
     _read_statements(data, state, include or (lambda name: None), 0)
     if not state.components and not state.segments:
         raise InputError("This is not UNIPEN: it has neither .PEN_DOWN nor .SEGMENT.")
-    parts = [(n, rows) for n in _drawn_components(state) for rows in _paper_rows(state, state.components[n][1])]
-    word_of = {index: word for word, segment in enumerate(_words(state.segments)) for index in segment.components}
+    # of the pen down; of a file of labels, which uses part of the files it includes, what it labels
+    drawn = [n for n, (is_down, _) in enumerate(state.components) if is_down]
+    labelled = {component for segment in state.segments for component in segment.components}
+    drawn = [n for n in drawn if n in labelled] if labelled else drawn
+    parts = [(n, rows) for n in drawn for rows in _paper_rows(state, state.components[n][1])]
+    # the segments that are words; where no words are marked, the texts
+    levels = ([segment for segment in state.segments if segment.level == level] for level in ("WORD", "TEXT"))
+    words = next(filter(None, levels), [])
+    word_of = {index: word for word, segment in enumerate(words) for index in segment.components}
     raw = [_raw(state, state.components[index][1], rows, word_of.get(index, -1)) for index, rows in parts]
     labels = _labels(state.segments, [index for index, _ in parts])
     return recorded.make_drawing(raw, "UNIPEN file", {"segments": labels} if labels else {})
-
-
-def _drawn_components(state: _State) -> list[int]:
-    """Components of the pen down; of a file of labels, which uses part of the files it includes, those it labels."""
-    down = [index for index, (is_down, _) in enumerate(state.components) if is_down]
-    labelled = {component for segment in state.segments for component in segment.components}
-    return [index for index in down if index in labelled] if labelled else down
 
 
 def _labels(segments: list[_Segment], component_of: list[int]) -> list[dict[str, object]]:
@@ -97,20 +97,14 @@ def _labels(segments: list[_Segment], component_of: list[int]) -> list[dict[str,
     ]
 
 
-def _words(segments: list[_Segment]) -> list[_Segment]:
-    """The segments that are words; where no words are marked, the texts."""
-    for level in ("WORD", "TEXT"):
-        if chosen := [segment for segment in segments if segment.level == level]:
-            return chosen
-    return []
-
-
 def _read_statements(data: bytes, state: _State, include: Include, depth: int) -> None:
     if depth > _DEEPEST:
         raise InputError(f"This UNIPEN file includes files more than {_DEEPEST} deep.")
     recorded.refuse_many(len(_SAMPLE.findall(data)), "UNIPEN file")  # before millions of lines are taken apart
     text = data.decode("latin-1")
-    for name, body in _statements(text):
+    marks = list(_STATEMENT.finditer(text))
+    for mark, after in zip(marks, [*marks[1:], None], strict=False):
+        name, body = mark.group(1), text[mark.end() : after.start() if after else len(text)]
         if name == "INCLUDE":
             wanted = body.strip()
             more = include(wanted)
@@ -126,12 +120,6 @@ def _read_statements(data: bytes, state: _State, include: Include, depth: int) -
             _segment(body, state)
         else:
             _declare(name, body, state)
-
-
-def _statements(text: str) -> Iterator[tuple[str, str]]:
-    marks = list(_STATEMENT.finditer(text))
-    for mark, after in zip(marks, [*marks[1:], None], strict=False):
-        yield mark.group(1), text[mark.end() : after.start() if after else len(text)]
 
 
 def _declare(name: str, body: str, state: _State) -> None:

@@ -13,7 +13,6 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.hand.archive import Archive, Content, pack
@@ -142,19 +141,14 @@ def load(path: Path) -> Brush:
         if not 0 < len(facts.ribbons) <= _MOST_RIBBONS:
             raise InputError(f"{path} cannot be used: it holds {len(facts.ribbons)} strokes, not 1 to {_MOST_RIBBONS}.")
         check_width(facts.width)
-        ribbons = [
-            _check_ribbon(archive.picture(f"{number}.webp", "RGBA", _MOST_PIXELS), each.bend, path)
-            for number, each in enumerate(facts.ribbons)
-        ]
+        ribbons = list[Ribbon]()
+        for number, each in enumerate(facts.ribbons):
+            rgba, count = archive.picture(f"{number}.webp", "RGBA", _MOST_PIXELS), len(each.bend)
+            fits = rgba.shape[1] % max(count, 1) == 0 and 10 * len(rgba) > 8 * SEGMENTS and np.isfinite(each.bend).all()
+            if count < 2 or not fits or not (rgba[..., 3] > 127).any():
+                raise InputError(f"{path} cannot be used: a stroke of it does not fit its segments, or has no ink.")
+            ribbons.append(Ribbon(rgba, np.array(each.bend)))
     return Brush(tuple(ribbons), facts.width, facts.title, facts.notice)
-
-
-def _check_ribbon(rgba: NDArray[np.uint8], bend: list[float], path: Path) -> Ribbon:
-    count = len(bend)
-    fits = count > 1 and rgba.shape[1] % count == 0 and 10 * len(rgba) > 8 * SEGMENTS and np.isfinite(bend).all()
-    if not fits or not (rgba[..., 3] > 127).any():
-        raise InputError(f"{path} cannot be used: a stroke of it does not fit its segments, or has no ink.")
-    return Ribbon(rgba, np.array(bend))
 
 
 def find(name: str) -> Brush:

@@ -273,7 +273,11 @@ def _stroke(
     near = np.asarray(cv2.dilate(body.astype(np.uint8), _disc(0.45 * width))) > cv2.dilate(others, _disc(0.1 * width))
     own = cv2.resize(near.astype(np.uint8), light.shape[1::-1], interpolation=cv2.INTER_LINEAR)[window] > 0
     part = light[window]
-    density = _density(part, cv2.resize(body.astype(np.uint8), light.shape[1::-1])[window] > 0)
+    # how far each pixel is from paper towards the colour of the stroke's solid ink, 0–1
+    inked = (1 - part)[cv2.resize(body.astype(np.uint8), light.shape[1::-1])[window] > 0]
+    axis = np.median(inked[inked.max(axis=1) >= np.percentile(inked.max(axis=1), 70)], axis=0)
+    depth = (1 - part) @ (axis / max(float(axis @ axis), 1e-6))
+    density = np.asarray(np.clip((depth - _CLEAR) / (_SOLID - _CLEAR), 0, 1), dtype=np.float32)
     beside = cv2.dilate(body.astype(np.uint8), _disc(_BY * width))
     by = np.asarray(cv2.resize(beside, light.shape[1::-1], interpolation=cv2.INTER_NEAREST)[window] > 0)
     density = _drop_marks(np.where(own & ~clear[window], density, 0), by, width / scale)
@@ -292,16 +296,6 @@ def _drop_marks(density: _Pixels, by: _Mask, width: float) -> _Pixels:
     gone = (sides[:, 0] < _THIN[0]) & (sides[:, 1] > _THIN[1]) | (np.bincount(labels[by], minlength=count) == 0)
     gone[0] = False
     return np.where(gone[labels], np.float32(0), density)
-
-
-def _density(light: _Pixels, body: _Mask) -> _Pixels:
-    """(h, w): how far each pixel is from paper towards the colour of the stroke's solid ink, 0–1."""
-    taken = 1 - light
-    dark = taken[body]
-    deep = dark[dark.max(axis=1) >= np.percentile(dark.max(axis=1), 70)]
-    axis = np.median(deep, axis=0)
-    depth = taken @ (axis / max(float(axis @ axis), 1e-6))
-    return np.asarray(np.clip((depth - _CLEAR) / (_SOLID - _CLEAR), 0, 1), dtype=np.float32)
 
 
 def _longest_way(body: _Mask) -> Array | str:

@@ -127,8 +127,13 @@ class Walk:
         for name in ("clip-path", "mask"):
             if properties.get(name, "none") != "none":
                 self.left_out[f"{name.partition('-')[0]} (what it hides is drawn)"] += 1
-        to_mm = frames.compose_maps(frame.to_mm, self._transform(element, properties))
-        layer = _layer(element) or frame.layer
+        try:
+            to_mm = frames.compose_maps(frame.to_mm, frames.transform(properties.get("transform")))
+        except InputError as error:
+            raise InputError(f"<{element.tag}{_id(element)}>: {error}.") from None
+        layer = frame.layer
+        if element.tag == "g" and element.get("groupmode") == "layer":  # as Inkscape writes them
+            layer = element.get("label") or element.get("id") or layer
         yield from self._content(element, _Frame(to_mm, style, layer, frame.size, frame.depth + 1))
 
     def _content(self, element: Element, frame: _Frame) -> Iterator[Subpath]:
@@ -145,12 +150,6 @@ class Walk:
             yield from self._children(element, inner)
         elif frame.style.visible:
             yield from self._shape(element, frame)
-
-    def _transform(self, element: Element, properties: Mapping[str, str]) -> Array:
-        try:
-            return frames.transform(properties.get("transform"))
-        except InputError as error:
-            raise InputError(f"<{element.tag}{_id(element)}>: {error}.") from None
 
     def _use(self, element: Element, frame: _Frame) -> Iterator[Subpath]:
         target = self._named.get((element.get("href") or "").removeprefix("#"))
@@ -260,20 +259,17 @@ class Walk:
             ends = [[self._length(element, f"x{i}", wide), self._length(element, f"y{i}", high)] for i in (1, 2)]
             return [pathdata.polyline(np.array(ends))]
         if tag == "rect":
-            return self._rectangle(element, wide, high)
+            x, y = self._length(element, "x", wide), self._length(element, "y", high)
+            width, height = self._length(element, "width", wide), self._length(element, "height", high)
+            rx, ry = self._length(element, "rx", wide, -1.0), self._length(element, "ry", high, -1.0)
+            rx, ry = (ry if rx < 0 else rx), (rx if ry < 0 else ry)
+            return [pathdata.rectangle(x, y, width, height, rx, ry)] if min(width, height) > _LEAST else []
         cx, cy = self._length(element, "cx", wide), self._length(element, "cy", high)
         if tag == "circle":
             rx = ry = self._length(element, "r", across)
         else:
             rx, ry = self._length(element, "rx", wide), self._length(element, "ry", high)
         return [pathdata.ellipse(cx, cy, rx, ry)] if min(rx, ry) > _LEAST else []
-
-    def _rectangle(self, element: Element, wide: float, high: float) -> list[Array]:
-        x, y = self._length(element, "x", wide), self._length(element, "y", high)
-        width, height = self._length(element, "width", wide), self._length(element, "height", high)
-        rx, ry = self._length(element, "rx", wide, -1.0), self._length(element, "ry", high, -1.0)
-        rx, ry = (ry if rx < 0 else rx), (rx if ry < 0 else ry)
-        return [pathdata.rectangle(x, y, width, height, rx, ry)] if min(width, height) > _LEAST else []
 
     def _corners(self, element: Element, *, closed: bool) -> list[Array]:
         try:
@@ -309,13 +305,6 @@ def size(root: Element) -> tuple[float, float]:
         else:
             sides[1] = sides[0] * box[3] / box[2]
     return sides[0], sides[1]
-
-
-def _layer(element: Element) -> str:
-    """The name of the layer that an element is, as Inkscape writes them."""
-    if element.tag == "g" and element.get("groupmode") == "layer":
-        return element.get("label") or element.get("id") or ""
-    return ""
 
 
 def _id(element: Element) -> str:

@@ -17,7 +17,7 @@ from handout.sources.drawing_json import JsonPage
 from handout.sources.recorded import MOST, refuse_far, refuse_many
 from handout.sources.svg.document import Subpath, Walk, size
 from handout.sources.svg.frames import PX
-from handout.values import Array, Drawing, Indices, Page, Stroke
+from handout.values import Array, Drawing, Page, Stroke
 
 _TOLERANCE = 0.02  # mm between a curve and its points
 _MOST_POINTS = 1_000_000
@@ -72,7 +72,8 @@ def from_svg(data: bytes, *, texts: bool = False) -> Drawing:
     if walk.texts:
         about["texts"] = tuple(walk.texts)
     strokes = tuple(_strokes(lines))
-    return Drawing(strokes, _page(root, strokes), {"title": _title(root)} | about, timed=False)
+    title = root.findtext("title") or ""
+    return Drawing(strokes, _page(root, strokes), {"title": " ".join(title.split())[:60]} | about, timed=False)
 
 
 def _nothing(left_out: Counter[str]) -> str:
@@ -88,28 +89,19 @@ def _nothing(left_out: Counter[str]) -> str:
     return "There is no line to draw: nothing in it is visible and has a stroke."
 
 
-def _title(root: Element) -> str:
-    title = root.find("title")
-    return "" if title is None else " ".join((title.text or "").split())[:60]
-
-
 def _strokes(lines: Sequence[Subpath]) -> Iterator[Stroke]:
     """Strokes at an even pace."""
     clock = 0.0
     for line in lines:
-        xy = _points(line.path)
+        # points each away from the one before; a path that goes nowhere is one point
+        xy = pathdata.flatten_path(line.path, _TOLERANCE)[0]
+        refuse_far("A line", xy)
+        moved = np.hypot(*np.diff(xy, axis=0).T) > _NEAREST
+        xy = pathdata.anchor_ends(xy[np.concatenate([[True], moved])])
         step = np.hypot(*np.diff(xy, axis=0).T)
         t = clock + np.concatenate([[0.0], np.cumsum(step) / _PACE])
         yield Stroke(t, xy, layer=line.layer, colour=line.colour)
         clock = float(t[-1]) + _LIFT
-
-
-def _points(path: Array) -> Array:
-    """A path as points, each away from the one before; a path that goes nowhere is one point."""
-    xy = pathdata.flatten_path(path, _TOLERANCE)[0]
-    refuse_far("A line", xy)
-    moved = np.hypot(*np.diff(xy, axis=0).T) > _NEAREST
-    return pathdata.anchor_ends(xy[np.concatenate([[True], moved])])
 
 
 def _page(root: Element, strokes: Sequence[Stroke]) -> Page:
@@ -162,9 +154,11 @@ def _read_timed_stroke(line: Subpath) -> Stroke:
     u = (np.arange(len(cubic)) - np.repeat(np.cumsum(pieces) - pieces, pieces) + 1) / pieces[cubic]
     knots = begin + np.concatenate([[0.0], np.cumsum(spans)])
     t = np.concatenate([[begin], knots[cubic] + u * spans[cubic]])
-    return Stroke(
-        t, _places_on_path(line.path, cubic, u), word=word, layer=layer, colour=colour, **_mark(attributes, knots, t)
-    )
+    a, b, c, d = (line.path[3 * cubic + j] for j in range(4))
+    u = u[:, None]
+    v = 1 - u
+    xy = np.concatenate([line.path[:1], v**3 * a + 3 * v**2 * u * b + 3 * v * u**2 * c + u**3 * d])
+    return Stroke(t, xy, word=word, layer=layer, colour=colour, **_mark(attributes, knots, t))
 
 
 def _mark(attributes: Mapping[str, str], knots: Array, t: Array) -> dict[str, Any]:
@@ -177,10 +171,3 @@ def _mark(attributes: Mapping[str, str], knots: Array, t: Array) -> dict[str, An
     if "data-nib" in attributes:
         mark["nib"] = float(attributes["data-nib"])
     return mark
-
-
-def _places_on_path(path: Array, cubic: Indices, u: Array) -> Array:
-    a, b, c, d = (path[3 * cubic + j] for j in range(4))
-    u = u[:, None]
-    v = 1 - u
-    return np.concatenate([path[:1], v**3 * a + 3 * v**2 * u * b + 3 * v * u**2 * c + u**3 * d])
