@@ -101,8 +101,6 @@ def part_layers(a: GlyphLayer, b: GlyphLayer) -> tuple[GlyphLayer, GlyphLayer]:
     those beside the rest of either layer are its own, and where a line ends in one layer only, the other has it;
     between them runs the seam.
     """
-    import cv2
-
     # the smallest window of the page that holds what the layers share
     left, top = (max(a.corner[k], b.corner[k]) for k in (0, 1))
     right, bottom = (min(layer.corner[k] + layer.near.shape[1 - k] for layer in (a, b)) for k in (0, 1))
@@ -115,8 +113,7 @@ def part_layers(a: GlyphLayer, b: GlyphLayer) -> tuple[GlyphLayer, GlyphLayer]:
     views = [layer.view(window) for layer in (a, b)]
     lines = [_part(near, shared) for (_, near), shared in zip(views, same, strict=True)]
     both = lines[0] | lines[1]
-    beside = (((near >= 0) & ~line).view(np.uint8) for (_, near), line in zip(views, lines, strict=True))
-    rest = [np.asarray(cv2.dilate(mask, np.ones((3, 3), np.uint8)), dtype=bool) & both for mask in beside]
+    rest = [_grow_mask((near >= 0) & ~line) & both for (_, near), line in zip(views, lines, strict=True)]
     ends = [_part(near, _ending(layer) & shared) for (_, near), layer, shared in zip(views, (a, b), same, strict=True)]
     to_a = (rest[0] & ~rest[1]) | (ends[1] & ~ends[0] & both)
     to_b = (rest[1] & ~rest[0]) | (ends[0] & ~ends[1] & both)
@@ -127,6 +124,12 @@ def part_layers(a: GlyphLayer, b: GlyphLayer) -> tuple[GlyphLayer, GlyphLayer]:
     inks = [rgba for rgba, _ in views]
     from_a = seam(inks[0], inks[1], both, to_a, to_b)
     return _clear_pixels(a, window, both & from_a), _clear_pixels(b, window, both & ~from_a)
+
+
+def _grow_mask(mask: _Mask) -> _Mask:
+    import cv2
+
+    return np.asarray(cv2.dilate(mask.view(np.uint8), np.ones((3, 3), np.uint8)), dtype=bool)
 
 
 def _shared_vertices(layer: GlyphLayer, other: GlyphLayer) -> _Mask:

@@ -73,10 +73,7 @@ def make_drawing(raw: Sequence[Raw], what: str, about: Mapping[str, Any], *, fit
     for number, stroke in enumerate(raw, 1):
         t = stroke.start if stroke.t is None else stroke.t
         refuse_far(f"Stroke {number} of this {what}", stroke.xy + shift, t, **stroke.channels)
-    # whether the samples have times that mean something
-    steps = [np.diff(stroke.t) > 0 for stroke in raw if stroke.t is not None]
-    later, count = sum(int(step.sum()) for step in steps), sum(len(step) for step in steps)
-    clocked = len(steps) == len(raw) and 2 * later >= count
+    clocked = _has_clock(raw)
     timing = {} if clocked else {"timing": f"assumed: {RATE:g} samples a second"}
     first = raw[0]
     origin = float(first.t[0]) if first.t is not None and clocked else first.start or 0.0
@@ -134,6 +131,14 @@ def refuse_far(what: str, xy: Array, t: ArrayLike | None = None, **channels: Arr
             raise InputError(f"{what} has {worst:.4g} as its {name}; what is beyond {bound:g} is no pen's.")
         if name == "t" and greatest - least > _LONGEST:
             raise InputError(f"{what} takes {greatest - least:.4g} s; at most {_LONGEST:g} s are read.")
+
+
+def _has_clock(raw: Sequence[Raw]) -> bool:
+    """Whether the samples have times that mean something."""
+    steps = [np.diff(stroke.t) > 0 for stroke in raw if stroke.t is not None]
+    if len(steps) != len(raw):
+        return False
+    return 2 * sum(int(step.sum()) for step in steps) >= sum(len(step) for step in steps)
 
 
 def lean(tilt_x: Array, tilt_y: Array) -> tuple[Array, Array]:
