@@ -183,7 +183,11 @@ def learn(drawings: Sequence[Drawing], title: str = "", notices: Sequence[str] =
     if not recorded:
         raise InputError("These recordings hold no stroke: there is nothing to learn.")
     names, notes = _measured_channels([stroke for stroke, _ in recorded])
-    once = {_content(stroke): (stroke, unit) for stroke, unit in reversed(recorded)}
+    # two recordings of one movement share their places, wherever they lie on the page
+    once = {
+        bytes(np.rint((stroke.xy - stroke.xy[0]) * 1e3).astype(np.int64)): (stroke, unit)
+        for stroke, unit in reversed(recorded)
+    }
     kept = [(s, unit) for s, unit in reversed(once.values()) if all(getattr(s, name) is not None for name in names)]
     if len(once) < len(recorded):
         notes.append(f"{count(len(recorded) - len(once), 'stroke')} recorded twice: kept once.")
@@ -214,11 +218,6 @@ def _measured_channels(strokes: Sequence[Stroke]) -> tuple[list[str], list[str]]
         said = " ".join(notes) or "They have neither pressure nor tilt, azimuth or rotation."
         raise InputError(f"There is no pose to learn from these recordings. {said}")
     return names, notes
-
-
-def _content(stroke: Stroke) -> bytes:
-    """What two recordings of one movement share, wherever they lie on the page."""
-    return bytes(np.rint((stroke.xy - stroke.xy[0]) * 1e3).astype(np.int64))
 
 
 def _sample_stroke(stroke: Stroke, unit: float, names: Sequence[str]) -> tuple[Array, dict[str, Array]]:

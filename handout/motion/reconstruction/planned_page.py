@@ -99,7 +99,11 @@ def _fit_timed(stroke: Stroke) -> PlannedStroke:
 def _fit_shape(stroke: Stroke, start: float) -> PlannedStroke:
     if extent(stroke.xy) <= _DOT or len(stroke.xy) < 2:
         return _dot(stroke, start)
-    plan = _shift_plan(shape_fit.from_shape(stroke.xy), start)
+    # moved to begin at `start`, with no pulse cut off by its times
+    plan = shape_fit.from_shape(stroke.xy)
+    begin, end = plan.pulses().span
+    shift = start - begin
+    plan = replace(plan, onset=plan.onset + shift, start=start, end=end + shift)
     count = 400
     return PlannedStroke(
         plan,
@@ -107,13 +111,6 @@ def _fit_shape(stroke: Stroke, start: float) -> PlannedStroke:
         None,
         stroke.word,
     )
-
-
-def _shift_plan(plan: LognormalPlan, start: float) -> LognormalPlan:
-    """The plan moved to begin at `start`, with no pulse cut off by its times."""
-    begin, end = plan.pulses().span
-    shift = start - begin
-    return replace(plan, onset=plan.onset + shift, start=start, end=end + shift)
 
 
 def vary_page(page: PlannedPage, variation: PlanVariation, rng: np.random.Generator) -> PlannedPage:

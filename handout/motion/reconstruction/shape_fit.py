@@ -269,7 +269,11 @@ def _differences(x: Array, k: int, wanted: Complex) -> tuple[Array, Array, float
     done = lognormal.arc(share, theta[:, None])
     off = z[0] + chord @ done - wanted
     linear = path_matrix(done).T
-    bend = chord[:, None] * _theta_derivative(share, theta[:, None], done)
+    # the derivative of `lognormal.arc` by theta
+    angle = np.where(np.abs(theta[:, None]) < 1e-4, 1e-4, theta[:, None])
+    ahead, sine = angle * share, np.sin(angle)
+    size = share * np.cos(ahead) / sine - np.sin(ahead) * np.cos(angle) / sine**2
+    bend = chord[:, None] * (1j * (share - 1) * done + np.exp(1j * (ahead - angle)) * size)
     moving = (chord * lognormal.arc_over_chord(theta))[:, None] * np.exp(1j * theta[:, None] * (2 * share - 1))
     delay = -(moving * lognormal.rate(pulses, when))[1:]
     longer = lognormal.progress(lognormal.pulses(duration * (1 + _TINY), asymmetry, theta, onset), when)
@@ -290,12 +294,3 @@ def _differences(x: Array, k: int, wanted: Complex) -> tuple[Array, Array, float
     residual = np.concatenate([off.real, off.imag])
     jacobian = np.concatenate([columns.real, columns.imag], axis=1).T
     return residual, jacobian, float(np.mean(np.abs(off) ** 2))
-
-
-def _theta_derivative(share: Array, theta: Array, done: Complex) -> Complex:
-    """Derivative of `lognormal.arc` by theta."""
-    angle = np.where(np.abs(theta) < 1e-4, 1e-4, theta)
-    ahead = angle * share
-    sine = np.sin(angle)
-    size = share * np.cos(ahead) / sine - np.sin(ahead) * np.cos(angle) / sine**2
-    return np.asarray(1j * (share - 1) * done + np.exp(1j * (ahead - angle)) * size)

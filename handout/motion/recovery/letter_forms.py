@@ -227,7 +227,7 @@ def ductus(letter: str) -> tuple[Ductus, ...]:
     """The ways of writing a letter, the usual ones first; none where it is not known."""
     parts = (("usual", 0.0), ("other", WEIGHTS.other), ("rare", WEIGHTS.rare))
     table = _ductus_table()
-    return tuple(Ductus(_ductus_strokes(text), cost) for part, cost in parts for text in table[part].get(letter, ()))
+    return tuple(Ductus(_read_ductus(text), cost) for part, cost in parts for text in table[part].get(letter, ()))
 
 
 @lru_cache(maxsize=1)
@@ -235,17 +235,16 @@ def _ductus_table() -> dict[str, dict[str, list[str]]]:
     return load_table(Path(__file__).with_name("ductus.toml"), "ways of writing letters")
 
 
-def _ductus_strokes(text: str) -> tuple[Array, ...]:
+def _read_ductus(text: str) -> tuple[Array, ...]:
     """The strokes of an entry of `ductus.toml`."""
-    return tuple(_ductus_stroke(part.split()) for part in text.split("|"))
-
-
-def _ductus_stroke(points: list[str]) -> Array:
-    xy = np.array([[float(point[0]), float(point[1])] for point in points])
-    corners = [i for i, point in enumerate(points) if point.endswith("'")]
-    bounds = [0, *corners, len(points) - 1]
-    parts = [_curve(xy[a : b + 1]) for a, b in pairwise(bounds)]
-    return np.concatenate([parts[0], *(part[1:] for part in parts[1:])])
+    strokes = []
+    for stroke in text.split("|"):
+        points = stroke.split()
+        xy = np.array([[float(point[0]), float(point[1])] for point in points])
+        corners = [i for i, point in enumerate(points) if point.endswith("'")]
+        parts = [_curve(xy[a : b + 1]) for a, b in pairwise([0, *corners, len(points) - 1])]
+        strokes.append(np.concatenate([parts[0], *(part[1:] for part in parts[1:])]))
+    return tuple(strokes)
 
 
 def _curve(points: Array) -> Array:

@@ -78,16 +78,12 @@ def pen_paths(
         if inked := [unit for unit in units if unit.ink is not None and unit.ink.number != NOBODY]:
             paths += _word_paths(inked, model, delayed_after == "word")
         paths += [path for unit in units if unit.ink and unit.ink.number == NOBODY for path in _follow_scribble(unit)]
-        paths += [_make_drawn_path(points, unit, model) for unit in units for points in unit.strokes]
+        for unit, points in [(each, points) for each in units for points in each.strokes]:
+            # what was drawn over ink, such as the line that strikes a word out
+            _, xy = follow(ActionPlan(points, 1.0, _SMOOTH), baked_at=_SMOOTH)
+            of = np.full(len(xy), unit.at, dtype=np.intp)
+            paths.append(PenPath(xy, np.full(len(xy), model.width), np.ones(len(xy)), unit.word, of))
     return paths
-
-
-def _make_drawn_path(points: Array, placed: Placed, model: StrokeOrderModel) -> PenPath:
-    """What was drawn over ink, such as the line that strikes a word out."""
-    _, xy = follow(ActionPlan(points, 1.0, _SMOOTH), baked_at=_SMOOTH)
-    count = len(xy)
-    of = np.full(count, placed.at, dtype=np.intp)
-    return PenPath(xy, np.full(count, model.width), np.ones(count), placed.word, of)
 
 
 def _follow_scribble(placed: Placed) -> Iterator[PenPath]:
@@ -110,7 +106,10 @@ def _word_paths(placed: Sequence[Placed], model: StrokeOrderModel, delays: bool)
     glyphs = [place_strokes(glyph, model) for glyph in placed]
     shared: list[dict[int, int]] = [{}, *(shared_ligatures(a, b) for a, b in pairwise(glyphs))]
     delays = delays or any(glyph.clocks is not None for glyph in glyphs)
-    onward = [*(_written_over(b, joins) for b, joins in zip(glyphs[1:], shared[1:], strict=True)), set[int]()]
+    # ligatures out of each glyph by which the pen comes into the next that writes it, and not only a crossbar
+    begun = [{s.begin for s in glyph.strokes if not s.delayed} for glyph in glyphs[1:]]
+    onward = [{out for into, out in j.items() if into in b} for b, j in zip(begun, shared[1:], strict=True)]
+    onward.append(set())
     written = _Written()
     for glyph, joins, leads in zip(glyphs, shared, onward, strict=True):
         if written.delayed and not joins and not delays:
@@ -221,11 +220,6 @@ def join_over_ink(
         else:
             joined[-1] = _Movement([*joined[-1].parts, *way, *movement.parts], movement.leaving)
     return joined
-
-
-def _written_over(glyph: PlacedGlyph, joins: dict[int, int]) -> set[int]:
-    """Ligatures out of the glyph before by which the pen comes into this that writes it, and not only a crossbar."""
-    return {out for into, out in joins.items() if any(s.begin == into and not s.delayed for s in glyph.strokes)}
 
 
 def _divide(glyph: PlacedGlyph, leads: set[int]) -> tuple[list[PlacedStroke], list[PlacedStroke]]:

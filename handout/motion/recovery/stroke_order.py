@@ -54,7 +54,13 @@ class StrokeOrderModel:
         self.width = 2 * measures.half_width(hand)
         self._x_height = measures.x_height(hand)
         self.half_widths = measures.x_height_in_half_widths(hand)
-        self._usual = [_usual_ink(hand, number) for number in range(len(hand.pages))]
+        # radius, in x-heights of its forms, and density of the line of the letters on each page
+        self._usual = list[tuple[float, float]]()
+        for number, page in enumerate(hand.pages):
+            letters = [glyph.vertices for glyph in hand.glyphs if glyph.page == number]
+            vertices = np.concatenate(letters) if letters else np.arange(len(page.graph.radius))
+            radius, density = (float(np.median(values[vertices])) for values in (page.graph.radius, page.graph.density))
+            self._usual.append((radius / page.pitch, density))
         self._crossbars = WordCrossbars(hand, self.forms.paths)
         self._endpoints: dict[int, list[Endpoint]] = {}
         self._lines: dict[int, tuple[LetterLine, tuple[Indices, ...], list[Candidate]]] = {}
@@ -147,7 +153,13 @@ class StrokeOrderModel:
         if number not in self._lines:
             line, sections = _letter_line(self.forms[number], self._x_height)
             line = self._with_neighbours(number, line, sections)
-            self._lines[number] = line, sections, self._candidates(number, line)
+            glyph = self._hand.glyphs[number]
+            if self._hand.pages[glyph.page].moments is not None:
+                recorded = recorded_strokes(self._hand, self.forms, number, line)
+                found = [Candidate(recorded.strokes, 0.0, lambda: (recorded.delayed, recorded.bars))]
+            else:
+                found = candidates(line, glyph.letter, hands=self._hands, most=CANDIDATES, margin=MARGIN)
+            self._lines[number] = line, sections, found
         return self._lines[number]
 
     def _instance(self, number: int) -> tuple[Instance, tuple[Indices, ...]]:
@@ -178,13 +190,6 @@ class StrokeOrderModel:
         places, others = ([line.xy[way] for way in ways] for ways in (strokes, found[0].strokes))
         more = carried_cost(places, others, best.apart, line.x_height)
         return [replace(as_said(found, strokes), cost=found[0].cost + more)]
-
-    def _candidates(self, number: int, line: LetterLine) -> list[Candidate]:
-        glyph = self._hand.glyphs[number]
-        if self._hand.pages[glyph.page].moments is not None:
-            recorded = recorded_strokes(self._hand, self.forms, number, line)
-            return [Candidate(recorded.strokes, 0.0, lambda: (recorded.delayed, recorded.bars))]
-        return candidates(line, glyph.letter, hands=self._hands, most=CANDIDATES, margin=MARGIN)
 
     def clocks(self, number: int) -> tuple[Array, Array] | None:
         """(n,) s and (n, 4): when the pen was at each vertex of a glyph's body and how it was held (channels as in
@@ -315,14 +320,6 @@ def _lead(xy: Array, ways: list[list[int]], out: Sequence[int]) -> None:
     )
     rest = list(out[last + 1 :])
     ways[i] = [*rest[::-1], *ways[i]] if end == 0 else [*ways[i], *rest]
-
-
-def _usual_ink(hand: ScannedHand, number: int) -> tuple[float, float]:
-    """Radius, in x-heights of its forms, and density of the line of the letters on a page."""
-    page = hand.pages[number]
-    letters = [glyph.vertices for glyph in hand.glyphs if glyph.page == number]
-    vertices = np.concatenate(letters) if letters else np.arange(len(page.graph.radius))
-    return float(np.median(page.graph.radius[vertices])) / page.pitch, float(np.median(page.graph.density[vertices]))
 
 
 @dataclass(frozen=True, eq=False)

@@ -89,7 +89,12 @@ def _draw_groups(
             t = clock + np.arange(len(xy)) * learned.duration / _SAMPLES
             width = widths(t, xy, style, height)
             nib = style.brush.width * height if style.brush.kind == "nib" else 0.0
-            carried = {} if part.stroke is None else _carry_channels(part.stroke, xy)
+            carried = dict[str, Array]()
+            if part.stroke is not None:  # its channels along this path, at equal shares of their lengths
+                was, now = arc_length(part.stroke.xy), arc_length(xy)
+                share = now / max(float(now[-1]), 1e-12) * float(was[-1])
+                for name, values in part.stroke.pose.items():
+                    carried[name] = np.interp(share, was, np.unwrap(values) if name in TURNS else values)
             if nib:
                 carried["rotation"] = np.full(len(t), -style.brush.angle)
             source = part.stroke
@@ -135,11 +140,3 @@ def _passing(plan: LognormalPlan) -> Array:
     middle = pulses.time(0.0)
     start, end = pulses.span
     return np.concatenate([[start], 0.5 * (middle[1:] + middle[:-1]), [end]])
-
-
-def _carry_channels(source: Stroke, xy: Array) -> dict[str, Array]:
-    """Channels of a stroke along another path, at equal shares of their lengths."""
-    old, new = arc_length(source.xy), arc_length(xy)
-    share = new / max(float(new[-1]), 1e-12) * float(old[-1])
-    turned = {name: np.unwrap(v) if name in TURNS else v for name, v in source.pose.items()}
-    return {name: np.interp(share, old, values) for name, values in turned.items()}

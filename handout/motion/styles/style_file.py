@@ -117,14 +117,11 @@ def load(path: Path, data: bytes | None = None) -> tuple[dict[str, Any], Learned
             primers[name] = MovementSequence(rows[:, :2], rows[1:, 2] > 0, rows[1:, 3], rows[1:, 4])
         moves = DynamicsModel(parameters, head.inputs, mean, spread, told_mean, told_spread)
         model = LearnedMovement(moves, structure, primers)
-        return _tables(file.read("style.toml"), path), model
-
-
-def _tables(text: bytes, path: Path) -> dict[str, Any]:
-    try:
-        return parse_table(text.decode())
-    except ValueError as error:
-        raise InputError(f"{path}: cannot be read as a style: {error}.") from error
+        text = file.read("style.toml")
+        try:
+            return parse_table(text.decode()), model
+        except ValueError as error:
+            raise InputError(f"{path}: cannot be read as a style: {error}.") from error
 
 
 def _parameters(file: Archive, name: str, inputs: int, head: NetworkHead, outputs: int) -> tuple[Floats, ...]:
