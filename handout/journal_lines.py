@@ -62,7 +62,8 @@ def parse(data: bytes) -> tuple[list[str | Damage], int]:
 def _add(found: list[str | Damage], line: bytes, damage: Damage) -> None:
     text = _unseal_line(line)
     if text is None and line[:1] == b"{" and not any(isinstance(each, str) and each[:1] != "{" for each in found):
-        text = _bare(line)
+        with contextlib.suppress(ValueError):  # of a journal of batches as programs wrote it that did not seal it
+            text = json.dumps(json.loads(line))
     if text is not None:
         found.append(text)
     elif line and found and isinstance(found[-1], Damage):
@@ -74,13 +75,6 @@ def _add(found: list[str | Damage], line: bytes, damage: Damage) -> None:
 def _unseal_line(line: bytes) -> str | None:
     sealed = line[8:9] == b" " and line[:8] == b"%08x" % zlib.crc32(line[9:])
     return line[9:].decode("utf-8", "replace") if sealed else None
-
-
-def _bare(line: bytes) -> str | None:
-    """A line of a journal of batches as programs wrote it that did not seal it."""
-    with contextlib.suppress(ValueError):
-        return json.dumps(json.loads(line))
-    return None
 
 
 def read_lines(path: Path) -> list[str | Damage]:

@@ -47,15 +47,11 @@ def cubics(data: str) -> list[Array]:
         texts = [text for _, text in group]
         joined = [" ".join(texts)] if command in _JOINED else texts  # a million commands are read as one
         for text in joined:
-            _do(pen, command, text)
+            try:
+                pen.apply_command(command, arc_numbers(text) if command in "Aa" else numbers(text))
+            except ValueError as error:
+                raise InputError(f"path data cannot be read at {(command + text)[:24]!r}: {error}") from error
     return pen.finished()
-
-
-def _do(pen: _Pen, command: str, text: str) -> None:
-    try:
-        pen.apply_command(command, arc_numbers(text) if command in "Aa" else numbers(text))
-    except ValueError as error:
-        raise InputError(f"path data cannot be read at {(command + text)[:24]!r}: {error}") from error
 
 
 def numbers(text: str) -> list[float]:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
 
@@ -327,19 +326,16 @@ def read_profile(path: Path) -> Profile:
         _check_pen(profile.pen, profile.dialect, path)
         _check_dialect(profile, path)
         _check_hpgl(profile, path)
-        _check_with_file(check_hooks, profile, path)
+        try:
+            check_hooks(profile)
+        except InputError as error:
+            raise ProfileError(f"{path}: {error}") from error
         profile = msgspec.structs.replace(profile, name=path.stem)
     else:
-        _check_trays(profile, path)
+        for key, tray in (("source", profile.source), ("envelope.source", profile.envelope.source)):
+            if tray and profile.sources and tray not in profile.sources:
+                raise ProfileError(f"{path}: {key} = {tray!r} is none of its sources: {', '.join(profile.sources)}.")
     return profile
-
-
-def _check_with_file(check: Callable[[Plotter], None], profile: Plotter, path: Path) -> None:
-    """Name the file where something is wrong in it."""
-    try:
-        check(profile)
-    except InputError as error:
-        raise ProfileError(f"{path}: {error}") from error
 
 
 def _check_dialect(profile: Plotter, path: Path) -> None:
@@ -367,12 +363,6 @@ def _check_dialect(profile: Plotter, path: Path) -> None:
         raise ProfileError(f"{path}: homing = true, but an EBB has no switches to find its zero by.")
     if not re.fullmatch(r"|\d{1,3}(\.\d{1,3}){1,2}", profile.firmware, re.ASCII):
         raise ProfileError(f'{path}: firmware = {profile.firmware!r} is not a version such as "2.8.1".')
-
-
-def _check_trays(printer: Printer, path: Path) -> None:
-    for key, tray in (("source", printer.source), ("envelope.source", printer.envelope.source)):
-        if tray and printer.sources and tray not in printer.sources:
-            raise ProfileError(f"{path}: {key} = {tray!r} is none of its sources: {', '.join(printer.sources)}.")
 
 
 def _check_pen(pen: PenLift, dialect: str, path: Path) -> None:

@@ -251,12 +251,7 @@ class Sweep:
             run = arc_length(way.xy)
         at = np.linspace(0, run[-1], max(2, round(float(run[-1])) + 1))
         xy = _interpolate(at, run, way.xy)
-        turns = list[int]()  # where the way turns back on itself
-        arm = max(2, round(_ARM * self._stock.usual))
-        if len(xy) > 2 * arm:
-            legs = (xy[arm:] - xy[:-arm]) @ np.array([1, 1j])
-            turn = np.abs(np.angle(legs[arm:] * np.conj(legs[:-arm])))
-            turns = [int(k) + arm for k in peaks(turn, prominence=0.5, apart=arm) if turn[k] > _CUSP]
+        turns = _cusps(xy, self._stock.usual)
         for a, b in pairwise([0, *turns, len(xy) - 1]):
             self._ink(page, xy[a : b + 1], way.ends, (a > 0, b < len(xy) - 1))
 
@@ -400,6 +395,16 @@ def _search(some: Stock, wanted: Array, near: Indices, price: Array, again: Call
         states, come = kept[k]
         found[k], at = states[at], int(come[at])
     return found
+
+
+def _cusps(xy: Array, usual: float) -> list[int]:
+    """Where a way, places (n, 2) a pixel apart, turns back on itself."""
+    arm = max(2, round(_ARM * usual))
+    if len(xy) < 2 * arm + 1:
+        return []
+    way = (xy[arm:] - xy[:-arm]) @ np.array([1, 1j])
+    turn = np.abs(np.angle(way[arm:] * np.conj(way[:-arm])))
+    return [int(k) + arm for k in peaks(turn, prominence=0.5, apart=arm) if turn[k] > _CUSP]
 
 
 def _even_parts(xy: Array, first: int, last: int) -> Iterator[tuple[int, int]]:

@@ -101,7 +101,11 @@ def _read_document(path: str | Path) -> tuple[list[tuple[str, str]], Element]:
 def _place(root: Element, selected: Iterable[str]) -> Place:
     """x, y, width, height (px) of what is selected, and the margin in it; of the page, with its usual margin (None)."""
     width, height = _page(root)
-    points = [corner for name in selected for corner in _box(root, name)]
+    points: list[Point] = []  # about what is selected, px
+    for element in (_find_element(root, name) for name in selected):
+        if element is not None:
+            outside = _map_to(root, element)
+            points += [_map_point(outside, point) for point in _points(root, element)]
     if not points:
         return 0.0, 0.0, width, height, None
     left, right = min(x for x, _ in points), max(x for x, _ in points)
@@ -169,15 +173,6 @@ def _map_to(root: Element, element: Element) -> Map:
 
 def _find_element(root: Element, name: str) -> Element | None:
     return next((element for element in root.iter() if name and element.get("id") == name), None)
-
-
-def _box(root: Element, name: str) -> list[Point]:
-    """Points about what an element covers, px; none if there is no such element, or it cannot be told."""
-    element = _find_element(root, name)
-    if element is None:
-        return []
-    outside = _map_to(root, element)
-    return [_map_point(outside, point) for point in _points(root, element)]
 
 
 def _points(root: Element, element: Element) -> list[Point]:
@@ -281,15 +276,6 @@ def _compose_maps(outer: Map, inner: Map) -> Map:
     return a * p + c * q, b * p + d * q, a * r + c * s, b * r + d * s, a * t + c * u + e, b * t + d * u + f
 
 
-def _invert_map(one: Map) -> Map:
-    """The map that undoes another."""
-    a, b, c, d, e, f = one
-    size = a * d - b * c
-    if abs(size) < 1e-12:
-        raise WriteRefused("The layer is scaled to nothing: choose another layer.")
-    return d / size, -b / size, -c / size, a / size, (c * f - d * e) / size, (b * e - a * f) / size
-
-
 def _map_point(one: Map, point: Point) -> Point:
     a, b, c, d, e, f = one
     return a * point[0] + c * point[1] + e, b * point[0] + d * point[1] + f
@@ -361,7 +347,12 @@ def _insert_drawing(root: Element, drawing: Element, place: Place, told: dict[st
     view = root.find(f"{_SODIPODI}namedview")
     layer = _find_element(root, "" if view is None else view.get(f"{_INKSCAPE}current-layer", ""))
     layer = root if layer is None else layer
-    change = _compose_maps(_invert_map(_map_to(root, layer)), (_MM, 0.0, 0.0, _MM, place[0], place[1]))
+    a, b, c, d, e, f = _map_to(root, layer)
+    size = a * d - b * c
+    if abs(size) < 1e-12:
+        raise WriteRefused("The layer is scaled to nothing: choose another layer.")
+    undone = (d / size, -b / size, -c / size, a / size, (c * f - d * e) / size, (b * e - a * f) / size)
+    change = _compose_maps(undone, (_MM, 0.0, 0.0, _MM, place[0], place[1]))
     taken = {element.get("id") for element in root.iter()}
     name = next(f"handout-{n}" for n in range(1, len(taken) + 2) if f"handout-{n}" not in taken)
     matrix = f"matrix({' '.join(f'{part:.8g}' for part in change)})"

@@ -78,7 +78,9 @@ def by_steps(
         tracks.append(track if count >= 0 else -track)
         after.append(end)
     longest = max(len(track) for track in tracks)
-    return Move(np.stack([_hold_last(track, longest) for track in tracks], axis=1), (after[0], after[1]))
+    rests = (np.full(longest - len(track), track[-1] if len(track) else 0, dtype=np.int64) for track in tracks)
+    held = [np.concatenate([track, rest]) for track, rest in zip(tracks, rests, strict=True)]
+    return Move(np.stack(held, axis=1), (after[0], after[1]))
 
 
 def constant_rate(steps: int, ms: int, exact: bool) -> int:
@@ -112,11 +114,6 @@ def _step_until(count: int, rate: int, gain: int, begin: int, half: bool) -> tup
             return np.concatenate(parts), int(grown[done]) % FULL
         steps, left, first = int(total[-1]), int(grown[-1]) % FULL, first + _CHUNK
     return (np.concatenate(parts) if parts else np.zeros(0, dtype=np.int64)), left
-
-
-def _hold_last(track: Counts, length: int) -> Counts:
-    last = track[-1] if len(track) else 0
-    return np.concatenate([track, np.full(length - len(track), last, dtype=np.int64)])
 
 
 _CHANNEL = 0.003  # s of a channel; as many as are on lie between two pulses to the servo
@@ -247,7 +244,13 @@ class Engine:
             self.switch(job.enable)
         if job.servo is not None:
             self.told_up = job.lifts
-            self._swing(*job.servo, now)
+            # its servo goes to a place, by so much with every pulse; it arrives later than the profile allows it
+            (place, rate), pen = job.servo, self.profile.pen
+            sweep = abs(place - self.servo) / rate * _CHANNEL * self.channels if rate else 0.0
+            self.servo = place
+            self.pen_up = abs(place - pen.up) < abs(place - pen.down)
+            allowed = pen.up_time if self.pen_up else pen.down_time
+            self.paper.pen(now + max(sweep - allowed, 0.0), float(place))
         ticks = job.ticks
         if job.motion is not None:
             self.enabled = [True, True]
@@ -276,26 +279,15 @@ class Engine:
             return
         for tick in [*range(_SHOWN - 1, ticks - 1, _SHOWN), ticks - 1] if ticks else []:
             first, second = move.steps[tick].tolist()
-            self._show(self._began + (tick + 1) * TICK, self._from[0] + first, self._from[1] + second)
+            if self.powered:
+                x, y = self._halves(self._from[0] + first, self._from[1] + second)
+                self.paper.move_to(self._began + (tick + 1) * TICK, (x, y, self.paper.place[2]))
         if ticks:
             steps = move.steps[ticks - 1].tolist()
             self.steps = [self.steps[0] + steps[0], self.steps[1] + steps[1]]
             self._motors = (self._from[0] + steps[0], self._from[1] + steps[1])
         self.accumulators.left = list(move.after)
 
-    def _show(self, now: float, first: int, second: int) -> None:
-        if self.powered:
-            self.paper.move_to(now, (*self._halves(first, second), self.paper.place[2]))
-
     def _halves(self, first: int, second: int) -> tuple[int, int]:
         """Half steps of x and y from the steps of the motors."""
         return (first + second, first - second) if self.mixed else (2 * first, 2 * second)
-
-    def _swing(self, place: int, rate: int, now: float) -> None:
-        """The pen's servo goes to a place, by so much with every pulse; it arrives later than the profile allows it."""
-        pen = self.profile.pen
-        sweep = abs(place - self.servo) / rate * _CHANNEL * self.channels if rate else 0.0
-        self.servo = place
-        self.pen_up = abs(place - pen.up) < abs(place - pen.down)
-        allowed = pen.up_time if self.pen_up else pen.down_time
-        self.paper.pen(now + max(sweep - allowed, 0.0), float(place))

@@ -52,7 +52,10 @@ class EbbFirmware(Firmware):
 
     def __init__(self, profile: Plotter, options: SimulatorOptions, wire: Wire, paper: DrawnPaper, say: Say) -> None:
         self.profile, self._say = profile, say
-        self.version = _version(options.firmware)
+        self.version = _DEFAULT
+        if options.firmware:
+            major, minor, patch = (int(part) for part in (options.firmware + ".0.0").split(".")[:3])
+            self.version = major, minor, patch
         paper.steps[0] *= 2  # motors that are mixed stand in half steps
         paper.steps[1] *= 2
         old = self.version < (2, 7, 0)
@@ -135,7 +138,11 @@ class EbbFirmware(Firmware):
         if not text:
             return
         name, *fields = text.split(",")
-        self._count_down(name)
+        # somebody presses the button after so many commands that move something
+        if name in _PLOTS and self._until_pressed >= 0:
+            self._until_pressed -= 1
+            if self._until_pressed < 0:
+                self.press()
         try:
             numbers = [_number(field) for field in fields]
             if self.version < _SINCE.get(name, (0, 0, 0)):
@@ -143,13 +150,6 @@ class EbbFirmware(Firmware):
             yield from self._obey(name, numbers)
         except Refused as refusal:
             self._error(name, str(refusal))
-
-    def _count_down(self, name: str) -> None:
-        """Somebody presses the button after so many commands that move something."""
-        if name in _PLOTS and self._until_pressed >= 0:
-            self._until_pressed -= 1
-            if self._until_pressed < 0:
-                self.press()
 
     def _obey(self, name: str, numbers: list[int]) -> Iterator[Wait]:
         if name in self._moves and self._limited:
@@ -349,13 +349,6 @@ class EbbFirmware(Firmware):
 def _falls(rate: int, gain: int) -> bool:
     """Whether a motor counts down at first."""
     return rate < 0 or (rate == 0 and gain < 0)
-
-
-def _version(text: str) -> tuple[int, int, int]:
-    if not text:
-        return _DEFAULT
-    major, minor, patch = (int(part) for part in (text + ".0.0").split(".")[:3])
-    return major, minor, patch
 
 
 def _number(field: str) -> int:

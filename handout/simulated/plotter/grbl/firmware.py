@@ -195,21 +195,18 @@ class GrblFirmware(Firmware):
                 self.stepper.hold()
                 self._switch(0.0)
             else:
-                self._share(data)
+                # a byte that changes the share of what it is told; new moves obey
+                for name, table in (("feed", _FEEDS), ("spindle", _SPINDLES)):
+                    if data in table:
+                        by = table[data]
+                        self.shares[name] = min(max(self.shares[name] + by, 10), 200) if by else 100
+                        self._spin()
+                self.shares["rapid"] = _RAPIDS.get(data, self.shares["rapid"])
         return False
 
     def hold(self) -> None:
         """As its feed-hold button does."""
         self.urgent(b"!")
-
-    def _share(self, byte: bytes) -> None:
-        """A byte that changes the share of what it is told; new moves obey."""
-        for name, table in (("feed", _FEEDS), ("spindle", _SPINDLES)):
-            if byte in table:
-                by = table[byte]
-                self.shares[name] = min(max(self.shares[name] + by, 10), 200) if by else 100
-                self._spin()
-        self.shares["rapid"] = _RAPIDS.get(byte, self.shares["rapid"])
 
     def _spin(self) -> None:
         """The spindle turns as it is told, by the share that is set."""

@@ -83,7 +83,11 @@ class Carriage:
         """Begin with the next vector if none is under way."""
         if self.ahead or not self.waiting:
             return
-        self._look_ahead()
+        # the entry speeds of all that wait but the first, from the last backwards: it stands at the end of that
+        leave = 0.0
+        for before, vector in reversed(list(zip(self.waiting, list(self.waiting)[1:], strict=False))):
+            able = math.sqrt(leave**2 + 2 * vector.push * vector.length)
+            vector.entry = leave = min(able, self._corner(before, vector), before.speed, vector.speed)
         vector = self.waiting.popleft()
         leave = self.waiting[0].entry if self.waiting else 0.0
         self._lay_out(vector, leave, now)
@@ -98,13 +102,6 @@ class Carriage:
         """Stand still, forget everything."""
         self.waiting.clear()
         self.ahead.clear()
-
-    def _look_ahead(self) -> None:
-        """The entry speeds of all that wait but the first, from the last backwards: it stands at the end of that."""
-        leave = 0.0
-        for before, vector in reversed(list(zip(self.waiting, list(self.waiting)[1:], strict=False))):
-            able = math.sqrt(leave**2 + 2 * vector.push * vector.length)
-            vector.entry = leave = min(able, self._corner(before, vector), before.speed, vector.speed)
 
     def _corner(self, before: Vector, after: Vector) -> float:
         if self.cut <= 0:
