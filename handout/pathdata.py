@@ -51,7 +51,8 @@ def cubics(data: str) -> list[Array]:
                 pen.apply_command(command, arc_numbers(text) if command in "Aa" else numbers(text))
             except ValueError as error:
                 raise InputError(f"path data cannot be read at {(command + text)[:24]!r}: {error}") from error
-    return pen.finished()
+    pen.finish()
+    return pen.paths
 
 
 def numbers(text: str) -> list[float]:
@@ -143,10 +144,6 @@ class _Pen:
         if len(self.parts) > 1:
             self.paths.append(np.concatenate(self.parts))
         self.parts = []
-
-    def finished(self) -> list[Array]:
-        self.finish()
-        return self.paths
 
     def _add(self, first: Array, second: Array, ends: Array) -> None:
         """Cubics by their handles and ends, each (k, 2)."""

@@ -233,7 +233,7 @@ def match(
     shares = np.clip(np.exp(-inked[:: max(1, len(inked) // _MOST)]), 0, 1)
     papers = np.stack([from_paper, to_paper])
 
-    def explained(contrasts: tuple[float, float]) -> _Explanation:
+    def explain(contrasts: tuple[float, float]) -> _Explanation:
         plain = _of_contrasts(papers, contrasts)
         lines = strokes_in(hand, dpi, plain.density) if any(contrasts) else first
         if lines is None:
@@ -243,7 +243,7 @@ def match(
 
     # a contrast that only the hand's scan has cannot be told from another power
     pairs = [(0.0, contrast), (contrast, contrast)] if contrast else [(0.0, 0.0)]
-    explanations = [explained(pair) for pair in pairs]
+    explanations = [explain(pair) for pair in pairs]
     plainest = min(explanations, key=lambda explanation: explanation.left)
     if plainest.left <= SAME:  # neither power nor gain is needed
         tone = _of_contrasts(plainest.tone.papers, plainest.tone.contrasts)
@@ -267,11 +267,11 @@ def _fit_tone(hand: LineDensities, chart: LineDensities, plain: Tone) -> tuple[T
     def tone(x: Array) -> Tone:
         return Tone(np.exp(x[:3]), x[3:], plain.papers, plain.contrasts)
 
-    def off(x: Array) -> Array:
+    def residuals(x: Array) -> Array:
         pull = held * np.concatenate([_HELD[0] * (x[:3] - x[:3].mean()), _HELD[1] * x[3:]])
         return np.concatenate([(tone(x)(shares) - goals).ravel(), pull])
 
-    fitted = tone(least_squares(off, np.zeros(6)).x)
+    fitted = tone(least_squares(residuals, np.zeros(6)).x)
     return fitted, float(np.sqrt(np.mean((fitted(shares) - goals) ** 2)))
 
 

@@ -223,14 +223,14 @@ def course(ink: Ink, source: InkSource, scale: float) -> Course:
     ends = np.concatenate([[0], np.cumsum(size)])
     spread = csr_matrix(((1 / size)[rows[order]], other[order], ends), shape=(count, count))
 
-    def around(values: _Complex) -> _Complex:
+    def sum_around(values: _Complex) -> _Complex:
         """(n,) sums over the edges at each vertex."""
         at, twice = np.concatenate([a, b]), np.concatenate([values, values])
         total = np.bincount(at, twice.real, count) + 1j * np.bincount(at, twice.imag, count)
         return np.asarray(total + _SHARE * values.sum())
 
     step_square, narrow, length, direction = (
-        around(values)
+        sum_around(values)
         for values in (np.abs(step) ** 2 + 0j, np.conj(step) * cut, np.abs(step) * np.abs(cut) + 0j, step**2)
     )
     radius, source_radius = graph.radius * scale, source.radius_at(graph.uv)
@@ -267,10 +267,10 @@ def _finer(line: Course, a: NDArray[np.intp], b: NDArray[np.intp], length: NDArr
     part = (np.arange(len(edge)) - np.repeat(np.cumsum(more) - more, more) + 1) / (more[edge] + 1)
     a, b = a[edge], b[edge]
 
-    def both(values: NDArray[Any]) -> NDArray[Any]:
+    def append_between(values: NDArray[Any]) -> NDArray[Any]:
         return np.concatenate([values, values[a] * (1 - part) + values[b] * part])
 
     loose = np.concatenate([line.loose, np.zeros(len(edge), dtype=bool)])
     parts = (line.at, line.uv, line.radius, line.turn, line.width, line.twice)
-    at, uv, radius, turn, width, twice = (both(values) for values in parts)
+    at, uv, radius, turn, width, twice = (append_between(values) for values in parts)
     return Course(at, uv, radius, turn, width, twice, loose)

@@ -104,24 +104,24 @@ class DynamicsModel:
         chances, normals = rng.random(len(sequence.up)).tolist(), rng.standard_normal((len(sequence.up), 2)).tolist()
         mean, spread = self.told_mean.tolist(), self.told_spread.tolist()
 
-        def chosen(i: int, raw: list[float]) -> tuple[float, float]:
+        def draw_dynamics(i: int, raw: list[float]) -> tuple[float, float]:
             first, second = mixture.draw(raw, temperature, chances[i], normals[i])
             return sequences.bound_dynamics(mean[0] + spread[0] * first, mean[1] + spread[1] * second)
 
-        told = self._run_network(sequence, chosen, state)
+        told = self._run_network(sequence, draw_dynamics, state)
         return replace(sequence, dt=np.where(sequence.starts, 0.0, told[:, 0]), theta=told[:, 1])
 
     def predict_means(self, sequence: MovementSequence) -> Array:
         """(m − 1, 2): means of Δt and θ of every way, each given what the dynamics before it really were."""
         found = np.zeros((len(sequence.up), 2))
 
-        def known(i: int, raw: list[float]) -> tuple[float, float]:
+        def take_known(i: int, raw: list[float]) -> tuple[float, float]:
             k = self.gaussians
             share = np.exp(np.array(raw[:k]) - max(raw[:k]))
             found[i] = (np.array(raw[k : 3 * k]).reshape(2, k) @ (share / share.sum())).tolist()
             return float(sequence.dt[i]), float(sequence.theta[i])
 
-        self._run_network(sequence, known, None)
+        self._run_network(sequence, take_known, None)
         return found * self.told_spread + self.told_mean
 
     def _run_network(

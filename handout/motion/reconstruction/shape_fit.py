@@ -207,18 +207,18 @@ def _refine_plan(even: Array, plan: LognormalPlan, steady: bool) -> LognormalPla
         differences[late, late - 1] = -1.0
     guess, held = x.copy(), differences.T @ (weight[:, None] * differences)
 
-    def tried(x: Array) -> tuple[Array, Array, float, float]:
+    def try_plan(x: Array) -> tuple[Array, Array, float, float]:
         residual, jacobian, mean = _differences(x, k, wanted / size)
         return residual, jacobian, mean, mean + float((x - guess) @ held @ (x - guess)) / _COMPARED
 
     damping = 1e-3
     aim = float(np.var(wanted / size)) * 10 ** (-_BEYOND / 10)
-    residual, jacobian, _, cost = tried(x)
+    residual, jacobian, _, cost = try_plan(x)
     for _ in range(_ROUNDS):
         normal, slope = jacobian.T @ jacobian + held, jacobian.T @ residual + held @ (x - guess)
         step = np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-6), slope)
         there = _bound_vector(x - step, k)
-        then = tried(there)
+        then = try_plan(there)
         if then[3] < cost:
             gained = cost - then[3]
             x, (residual, jacobian, off, cost) = there, then

@@ -29,12 +29,12 @@ def lamp(loss: float, field: Field, sampled: NDArray[np.floating]) -> Lamp:
     """
     least, span = float(sampled.min()), max(float(np.ptp(sampled)), 1e-9)
 
-    def lit(x: NDArray[np.floating], y: NDArray[np.floating]) -> Floats:
+    def light_at(x: NDArray[np.floating], y: NDArray[np.floating]) -> Floats:
         if not loss:
             return np.ones((len(y), len(x)), dtype=np.float32)
         return np.asarray(1 - loss * (field(x, y) - least) / span, dtype=np.float32)
 
-    return lit
+    return light_at
 
 
 def kernels(flatbed: FlatbedSettings, dpi: float) -> Kernels:

@@ -135,7 +135,7 @@ def _see_rows(
     x, y = place.on_sheet(rows)
     lid = (flatbed.lid,) * 3
 
-    def taken(picture: Floats, mode: int) -> Floats:
+    def sample_picture(picture: Floats, mode: int) -> Floats:
         across, down = (
             np.float32(n / side) for n, side in zip(picture.shape[1::-1], (page.width, page.height), strict=True)
         )
@@ -144,10 +144,10 @@ def _see_rows(
             cv2.remap(picture, x * across - half, y * down - half, cv2.INTER_LINEAR, borderMode=mode, borderValue=lid)
         )
 
-    under = taken(light, cv2.BORDER_CONSTANT)
+    under = sample_picture(light, cv2.BORDER_CONSTANT)
     if flare is not None:
         under *= np.float32(1 - flatbed.flare)
-        under += np.float32(flatbed.flare) * taken(flare, cv2.BORDER_REPLICATE)
+        under += np.float32(flatbed.flare) * sample_picture(flare, cv2.BORDER_REPLICATE)
     return under
 
 
