@@ -37,7 +37,7 @@ def cubics(data: str) -> list[Array]:
     InputError
         Path data that cannot be read; the message says where.
     """
-    pen = _Pen()
+    pen = _PathPen()
     lead, *rest = _COMMAND.split(data.strip())
     if lead.strip() or (rest and rest[0] not in "Mm"):
         raise InputError(f"path data must begin with M, not with {data.strip()[:20]!r}")
@@ -92,7 +92,7 @@ def _skip_match(pattern: re.Pattern[str], text: str, at: int) -> int:
     return at if match is None else match.end()
 
 
-class _Pen:
+class _PathPen:
     """Follows the commands of path data."""
 
     def __init__(self) -> None:
@@ -245,7 +245,7 @@ def _arc(
 def polyline(points: Array, closed: bool = False) -> Array:
     """Straight lines through points (n, 2) as cubics."""
     points = np.concatenate([points, points[:1]]) if closed else points
-    pen = _Pen()
+    pen = _PathPen()
     pen.at, pen.parts = points[0], [points[:1]]
     pen._l(points[1:] if len(points) > 1 else points, False)
     return np.concatenate(pen.parts)

@@ -92,7 +92,7 @@ class Pieces:
 
 
 @dataclass(frozen=True, eq=False)
-class _Way:
+class _FlowWay:
     """The middle of all strokes' pieces: places, and how the hand moves there.  All (m,)."""
 
     a: NDArray[np.complex128]
@@ -117,7 +117,7 @@ def pieces(drawing: Drawing, width: float, flow: Flow, rng: np.random.Generator)
     """All pieces of a drawing that has strokes, as a pen of a nominal width (mm) leaves them."""
     fitted = curves.fit(drawing.strokes)
     ways = [_way(stroke, curve) for stroke, curve in zip(drawing.strokes, fitted, strict=True)]
-    way = _Way(*(np.concatenate(channel) for channel in zip(*ways, strict=True)))
+    way = _FlowWay(*(np.concatenate(channel) for channel in zip(*ways, strict=True)))
     rest = 1 - np.exp(-way.dwell / flow.patience)
     press = np.clip(way.pressure, 0.0, 1.0)
     dots, staying, ample = _resting(way, flow, [len(channels[0]) for channels in ways], rng.spawn(1)[0])
@@ -138,7 +138,7 @@ def pieces(drawing: Drawing, width: float, flow: Flow, rng: np.random.Generator)
 
 
 def _resting(
-    way: _Way, flow: Flow, sizes: list[int], rng: np.random.Generator
+    way: _FlowWay, flow: Flow, sizes: list[int], rng: np.random.Generator
 ) -> tuple[Array, NDArray[np.bool_], Array]:
     """(m,) each: what dots at the ends of strokes add to the width, which pieces end at rest, factors of the amount.
 
@@ -160,7 +160,7 @@ def _resting(
 
 
 def _way(stroke: Stroke, curve: curves.Curve) -> tuple[Any, ...]:
-    """The channels of `_Way` for one stroke; a dot becomes a piece hardly longer than nothing."""
+    """The channels of `_FlowWay` for one stroke; a dot becomes a piece hardly longer than nothing."""
     n = len(stroke.t)
     t = np.interp(np.arange(_FINER * (n - 1) + 1) / _FINER, np.arange(n), stroke.t)
     z = curve.places_at(t) @ np.array([1, 1j])
@@ -199,7 +199,7 @@ def width_across(nib: NDArray[np.complex128], way: NDArray[np.complex128]) -> Ar
     return np.asarray(2 * np.abs(nib) * (np.abs(along.imag) + NIB_THICKNESS * np.abs(along.real)))
 
 
-def _add_noise(way: _Way, radius: Array, load: Array, flow: Flow, rng: np.random.Generator) -> Pieces:
+def _add_noise(way: _FlowWay, radius: Array, load: Array, flow: Flow, rng: np.random.Generator) -> Pieces:
     """Pieces with the noise of the pen; it is drawn in the same order for all pens, whether they use it or not."""
     m = len(radius)
     drift, patch = _smooth_noise(rng, m, 1.2), _smooth_noise(rng, m, 0.2)

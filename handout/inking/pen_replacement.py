@@ -79,7 +79,7 @@ _VERTEX_STEP = 0.08  # mm between vertices of the new line
 
 
 @dataclass(frozen=True, eq=False)
-class _Piece:
+class _LinePiece:
     """A part of a written line that one swatch is laid on.
 
     layer : 0 or 1: pieces of one layer follow each other, those of the other lie across their ends.
@@ -168,7 +168,7 @@ def _rewrite_words(words: Sequence[Sequence[Placed]], pen: Swatches, usual: floa
     return inked
 
 
-def _pieces_of(word: Sequence[Placed], usual: float, wanted: float, length: float) -> list[list[_Piece]]:
+def _pieces_of(word: Sequence[Placed], usual: float, wanted: float, length: float) -> list[list[_LinePiece]]:
     """The pieces of every line of a word, `length` mm long; half the width of its line, `usual`, becomes `wanted`."""
     graph = weld_graphs([placed.ink.graph for placed in word if placed.ink is not None])
     resized = LineGraph(graph.xy, graph.radius * wanted / usual, graph.density, graph.uv, graph.edges)
@@ -177,12 +177,12 @@ def _pieces_of(word: Sequence[Placed], usual: float, wanted: float, length: floa
         count = 2 * max(1, round(track.length / length))
         at = np.linspace(0, track.length, count + 1).tolist()
         # in order, each half over the one before
-        halves = [_Piece(track, at[i], at[i + 2], i % 2) for i in range(count - 1)]
-        pieces.append(halves if track.length else [_Piece(track, 0.0, 0.0, 0)])
+        halves = [_LinePiece(track, at[i], at[i + 2], i % 2) for i in range(count - 1)]
+        pieces.append(halves if track.length else [_LinePiece(track, 0.0, 0.0, 0)])
     return pieces
 
 
-def _layer(pieces: Sequence[_Piece], chosen: Sequence[int], layer: int, pen: Swatches, larger: float) -> Ink | None:
+def _layer(pieces: Sequence[_LinePiece], chosen: Sequence[int], layer: int, pen: Swatches, larger: float) -> Ink | None:
     """One of the two layers of a word."""
     parts = [
         _swatch_rows(piece, pen.tracks[pen.track[number]], float(pen.start[number]), larger, pen.length)
@@ -198,7 +198,7 @@ def _layer(pieces: Sequence[_Piece], chosen: Sequence[int], layer: int, pen: Swa
 
 
 def _swatch_rows(
-    piece: _Piece, swatch: Track, start: float, larger: float, length: float
+    piece: _LinePiece, swatch: Track, start: float, larger: float, length: float
 ) -> tuple[Array, Array, Array, Array]:
     """Places, radii, densities and places in the picture of a piece with a swatch on it, at the pen's own scale."""
     long = piece.end - piece.start

@@ -193,7 +193,7 @@ def _pieces(drawing: Drawing, scale: float, width: float, variation: float) -> _
     count = np.maximum(np.sqrt(0.75 * bend / _FLAT), length / (_LONGEST * scale))
     m = np.clip(np.ceil(count), 1, _MOST_PIECES).astype(np.intp)
     k = np.arange(m.sum()) - np.repeat(np.cumsum(m) - m, m)
-    line = _Line(drawing, width, variation)
+    line = _LineWidths(drawing, width, variation)
     ends = []
     for u in (k / np.repeat(m, m), (k + 1) / np.repeat(m, m)):
         a, b, c, d = (np.repeat(row, m) for row in control)
@@ -204,7 +204,7 @@ def _pieces(drawing: Drawing, scale: float, width: float, variation: float) -> _
     return _Pieces(ends[0], ends[2], ends[1], ends[3])
 
 
-class _Line:
+class _LineWidths:
     """Width of the line at any time of any stroke, interpolated over all samples on one continuous clock."""
 
     def __init__(self, drawing: Drawing, width: float, variation: float) -> None:

@@ -60,7 +60,7 @@ _CUSP = 2.2  # rad of turn, from which on the way turns back there
 _TURN = 1.6  # rad by which the way may turn in what is bent at once
 
 
-class _Line(NamedTuple):
+class _StockLine(NamedTuple):
     """Places of a `Stock` on one line; see there."""
 
     xy: Array
@@ -70,11 +70,11 @@ class _Line(NamedTuple):
     free: NDArray[np.bool_]
     loose: NDArray[np.bool_]
 
-    def reverse(self) -> _Line:
+    def reverse(self) -> _StockLine:
         """The same from its other end."""
         features = np.concatenate([-self.features[:, [4, 5, 2, 3, 0, 1]], self.features[:, [7, 6]]], axis=1)[::-1]
         free, loose = self.free[::-1], self.loose[::-1, ::-1]
-        return _Line(self.xy[::-1], -self.along[::-1], self.radius[::-1], features, free, loose)
+        return _StockLine(self.xy[::-1], -self.along[::-1], self.radius[::-1], features, free, loose)
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +142,7 @@ def stock(hand: ScannedHand) -> Stock:
     return Stock(xy, along, radius, features, free, loose, first, last, page, dark, usual)
 
 
-def _lines(page: ScannedPage, ink: NDArray[np.bool_], usual: float, unit: float) -> Iterator[_Line]:
+def _lines(page: ScannedPage, ink: NDArray[np.bool_], usual: float, unit: float) -> Iterator[_StockLine]:
     """The lines of a page that lie clear somewhere, led on beyond their ends, each there and back."""
     graph, more = page.graph, tip(usual)
     clear_ink, out = (clear(graph) & ink).astype(np.float64), np.arange(1, more + 1)[:, None]
@@ -162,7 +162,7 @@ def _lines(page: ScannedPage, ink: NDArray[np.bool_], usual: float, unit: float)
             longer = np.concatenate([xy[0] - out[::-1] * along[0], xy, xy[-1] + out * along[-1]])
             held = np.clip(np.arange(-more, len(xy) + more), 0, len(xy) - 1)
             free = np.concatenate([np.zeros(more, dtype=bool), free, np.zeros(more, dtype=bool)])
-            line = _Line(longer, along[held], radius[held], features[held], free, np.tile(loose, (len(held), 1)))
+            line = _StockLine(longer, along[held], radius[held], features[held], free, np.tile(loose, (len(held), 1)))
             yield from (line, line.reverse())
 
 

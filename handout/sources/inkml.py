@@ -31,7 +31,7 @@ _DIGITS = 7  # of the number of a word; one of more is none
 
 
 @dataclass(frozen=True)
-class _Channel:
+class _InkmlChannel:
     """A channel's name, and the factor that turns its values into mm, s, rad or 0–1."""
 
     name: str
@@ -54,7 +54,7 @@ class _Trace:
     notes: _Notes
 
 
-_PLAIN = (_Channel("X", 1.0), _Channel("Y", 1.0))
+_PLAIN = (_InkmlChannel("X", 1.0), _InkmlChannel("Y", 1.0))
 
 
 def from_inkml(data: bytes, *, unit: float = 1.0) -> Drawing:
@@ -122,7 +122,9 @@ class _Formats:
         nib = (_number(width.get("value")) or 0.0) * _LENGTHS.get(width.get("units", ""), self.unit)
         return nib if 0 < nib < np.inf else 0.0
 
-    def find_channels(self, element: Element, current: tuple[_Channel, ...], depth: int = 0) -> tuple[_Channel, ...]:
+    def find_channels(
+        self, element: Element, current: tuple[_InkmlChannel, ...], depth: int = 0
+    ) -> tuple[_InkmlChannel, ...]:
         """The channels that `element` (trace, group, context, source or format) names, else `current`."""
         if element.tag == "traceFormat":
             return self._channels(element, None)
@@ -138,13 +140,15 @@ class _Formats:
         source = element.find("inkSource")
         return current if source is None else self.find_channels(source, current, depth + 1)
 
-    def _channels(self, form: Element, source: Element | None) -> tuple[_Channel, ...]:
+    def _channels(self, form: Element, source: Element | None) -> tuple[_InkmlChannel, ...]:
         properties = [] if source is None else list(source.iter("channelProperty"))
         resolutions = {p.get("channel"): p for p in properties if p.get("name") == "resolution"}
         regular = [channel for part in (form, *form.findall("regularChannels")) for channel in part.findall("channel")]
         return tuple(
-            _Channel(name, self._factor(name, c, resolutions.get(name))) for c in regular if (name := c.get("name", ""))
-        ) or tuple(_Channel(c.name, self.unit) for c in _PLAIN)
+            _InkmlChannel(name, self._factor(name, c, resolutions.get(name)))
+            for c in regular
+            if (name := c.get("name", ""))
+        ) or tuple(_InkmlChannel(c.name, self.unit) for c in _PLAIN)
 
     def _factor(self, name: str, channel: Element, resolution: Element | None) -> float:
         units = channel.get("units", "")
@@ -176,7 +180,7 @@ def _traces(root: Element, formats: _Formats) -> Iterator[_Trace]:
     """All traces of a pen that is down, in the order of the file."""
     count = 0
 
-    def walk(parent: Element, current: tuple[_Channel, ...], notes: _Notes) -> Iterator[_Trace]:
+    def walk(parent: Element, current: tuple[_InkmlChannel, ...], notes: _Notes) -> Iterator[_Trace]:
         nonlocal count
         for element in parent:
             if element.tag in ("context", "inkSource", "traceFormat"):
@@ -192,7 +196,9 @@ def _traces(root: Element, formats: _Formats) -> Iterator[_Trace]:
                     start = _number(element.get("timeOffset"))
                     yield _Trace(values, None if start is None else start / 1000, notes)
 
-    yield from walk(root, formats.find_channels(root, tuple(_Channel(c.name, formats.unit) for c in _PLAIN)), _Notes())
+    yield from walk(
+        root, formats.find_channels(root, tuple(_InkmlChannel(c.name, formats.unit) for c in _PLAIN)), _Notes()
+    )
 
 
 def _notes(group: Element, outer: _Notes, nib: float | None) -> _Notes:
@@ -206,7 +212,7 @@ def _notes(group: Element, outer: _Notes, nib: float | None) -> _Notes:
     )
 
 
-def _values(text: str, channels: tuple[_Channel, ...], number: int) -> dict[str, Array]:
+def _values(text: str, channels: tuple[_InkmlChannel, ...], number: int) -> dict[str, Array]:
     """Channel → values of a trace in mm, s, rad or 0–1; empty for an empty trace."""
     rows = [row for row in text.split(",") if row.strip()]
     names = [channel.name for channel in channels]

@@ -71,7 +71,7 @@ class _Ribbon(msgspec.Struct, forbid_unknown_fields=True):
     bend: list[float]
 
 
-class _File(msgspec.Struct, forbid_unknown_fields=True):
+class _BrushFile(msgspec.Struct, forbid_unknown_fields=True):
     format: int
     ribbons: list[_Ribbon]
     width: float = _WIDTH
@@ -110,7 +110,7 @@ def to_bytes(brush: Brush) -> bytes:
     """The brush as the bytes of a file; the same brush gives the same bytes."""
     from PIL import Image
 
-    facts = _File(
+    facts = _BrushFile(
         _FORMAT, [_Ribbon(np.round(each.bend, 4).tolist()) for each in brush.ribbons], brush.width, brush.title,
         brush.notice,
     )  # fmt: skip
@@ -133,7 +133,7 @@ def load(path: Path) -> Brush:
     with Archive(path) as archive:
         if "brush.json" not in archive:
             raise InputError(f"{path} is not a brush; handout brush learn makes one of photographs of strokes.")
-        facts = archive.json("brush.json", _File)
+        facts = archive.json("brush.json", _BrushFile)
         if facts.format != _FORMAT:
             raise InputError(
                 f"{path} is of format {facts.format}, which this program does not know; it knows {_FORMAT}."

@@ -146,7 +146,7 @@ def lay(canvas: NDArray[np.uint8], ribbon: _Pixels, line: Array, half: Array) ->
     turn = _turns(line)
     cuts = _cuts(turn)
     for first, last in zip([0, *cuts], [*cuts, len(line) - 1], strict=True):
-        part = _Part(line, half, first, last)
+        part = _LinePart(line, half, first, last)
         _lay_part(canvas, sharp, _sides(part.line, part.half * SPAN), part)
 
 
@@ -172,7 +172,7 @@ def _cuts(turn: Array) -> list[int]:
     return cuts
 
 
-class _Part:
+class _LinePart:
     """The places first to last of a line, and round past those of its ends that are cuts.
 
     line, half : as of `lay`; offset : number of the first place.
@@ -224,7 +224,7 @@ def _sides(line: Array, reach: Array) -> Array:
     return np.stack([line - normal * left[:, None], line + normal * right[:, None]], axis=1)
 
 
-def _lay_part(canvas: NDArray[np.uint8], ribbon: _Pixels, sides: Array, part: _Part) -> None:
+def _lay_part(canvas: NDArray[np.uint8], ribbon: _Pixels, sides: Array, part: _LinePart) -> None:
     """Lay the quadrilaterals of a part, which does not cross itself, over what is there."""
     import cv2
 

@@ -111,7 +111,7 @@ def candidates(
 
 
 @dataclass(frozen=True, eq=False)
-class _Search:
+class _TracedLetter:
     """The traversals of one letter's line beside its dots, with what tells which of them was written.
 
     foreign : crossbars of other letters among their strokes.
@@ -175,7 +175,7 @@ def _search(
     letter: str,
     hands: tuple[str, ...],
     weights: CostWeights,
-) -> _Search:
+) -> _TracedLetter:
     """The cheap traversals of some branches of a letter, those that its forms would take among them."""
     laid, turns = _nearest(net, rest, line, letter, hands)
     # branches are cut where forms turn, rings were closed, and bars end
@@ -192,7 +192,7 @@ def _search(
         there = {traversal.strokes for traversal in cheap}
         guided = _search_guided(net, line.x_height, ends, laid, weights)
         cheap += [traversal for traversal in guided if traversal.strokes not in there]
-    return _Search(line, letter, net, cheap, foreign, laid)
+    return _TracedLetter(line, letter, net, cheap, foreign, laid)
 
 
 def _foreign_bars(net: BranchNetwork, line: LetterLine) -> list[tuple[int, ...]]:

@@ -122,7 +122,7 @@ def _word_paths(placed: Sequence[Placed], model: StrokeOrderModel, delays: bool)
 
 
 @dataclass(frozen=True, eq=False)
-class _Movement:
+class _GlyphsMovement:
     """Parts of several glyphs that are written in one go.
 
     leaving : the ligature by which it left the last of them.
@@ -138,9 +138,9 @@ class _Movement:
 class _Written:
     """What of a word is written so far: movements that are done, the current one, and those that wait for its end."""
 
-    done: list[_Movement] = field(default_factory=list)
-    current: _Movement = field(default_factory=lambda: _Movement([], None))
-    delayed: list[_Movement] = field(default_factory=list)
+    done: list[_GlyphsMovement] = field(default_factory=list)
+    current: _GlyphsMovement = field(default_factory=lambda: _GlyphsMovement([], None))
+    delayed: list[_GlyphsMovement] = field(default_factory=list)
 
     def write(
         self, glyph: PlacedGlyph, strokes: Sequence[PlacedStroke], joins: dict[int, int], joined_share: float
@@ -150,10 +150,10 @@ class _Written:
         for stroke in strokes:
             part = (glyph, without_shared(glyph, stroke, joins))
             if not entered and self._goes_on(stroke, part, joins, joined_share):
-                self.current, entered = _Movement([*self.current.parts, part], stroke.end), True
+                self.current, entered = _GlyphsMovement([*self.current.parts, part], stroke.end), True
             else:
                 self.done.append(self.current)
-                self.current = _Movement([part], stroke.end, stroke.bar)
+                self.current = _GlyphsMovement([part], stroke.end, stroke.bar)
 
     def _goes_on(self, stroke: PlacedStroke, part: Part, joins: dict[int, int], joined_share: float) -> bool:
         """Whether a stroke is written without a lift after what was written before it."""
@@ -175,10 +175,10 @@ class _Written:
             begun, crossing = _split_by_ligature(crossing, ligature)
             over = (glyph, without_shared(glyph, stroke, joins))
             if begun:
-                waiting.append(_Movement([*begun[0].parts, over], stroke.end))
+                waiting.append(_GlyphsMovement([*begun[0].parts, over], stroke.end))
             else:
-                waiting.append(_Movement([(glyph, stroke.vertices)], stroke.end))
-        self.delayed = [*(_Movement(m.parts, None) for m in crossing), *waiting]
+                waiting.append(_GlyphsMovement([(glyph, stroke.vertices)], stroke.end))
+        self.delayed = [*(_GlyphsMovement(m.parts, None) for m in crossing), *waiting]
 
     def paths(self, glyphs: Sequence[PlacedGlyph], model: StrokeOrderModel) -> Iterator[PenPath]:
         """The paths of all that is written, then of what waited."""
@@ -187,15 +187,17 @@ class _Written:
         yield from (_path(movement.parts, True) for movement in self.delayed if movement.parts)
 
 
-def _split_by_ligature(movements: Sequence[_Movement], ligature: int | None) -> tuple[list[_Movement], list[_Movement]]:
+def _split_by_ligature(
+    movements: Sequence[_GlyphsMovement], ligature: int | None
+) -> tuple[list[_GlyphsMovement], list[_GlyphsMovement]]:
     """The movements that leave by a ligature, and the others."""
     leaving = [movement.leaving == ligature for movement in movements]
     return list(compress(movements, leaving)), [m for m, left in zip(movements, leaving, strict=True) if not left]
 
 
 def join_over_ink(
-    movements: Sequence[_Movement], glyphs: Sequence[PlacedGlyph], model: StrokeOrderModel
-) -> list[_Movement]:
+    movements: Sequence[_GlyphsMovement], glyphs: Sequence[PlacedGlyph], model: StrokeOrderModel
+) -> list[_GlyphsMovement]:
     """The movements of a word, those joined that go on in one another over a little of the word's own ink.
 
     Where a stem is gone over twice, or a letter is closed by retracing, the line shows one way only, and it is easily
@@ -218,7 +220,7 @@ def join_over_ink(
         if way is None:
             joined.append(movement)
         else:
-            joined[-1] = _Movement([*joined[-1].parts, *way, *movement.parts], movement.leaving)
+            joined[-1] = _GlyphsMovement([*joined[-1].parts, *way, *movement.parts], movement.leaving)
     return joined
 
 

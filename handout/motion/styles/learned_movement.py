@@ -30,7 +30,7 @@ _HEIGHTS_IN_X = 1.5  # x-heights in the height of a letter
 
 
 @dataclass(frozen=True, eq=False)
-class _Part:
+class _PlannedPart:
     """A movement on the paper: its plan before, and the stroke that it was taken from, if any."""
 
     plan: LognormalPlan
@@ -39,7 +39,9 @@ class _Part:
 
 def move_drawing(drawing: Drawing, style: Style, rng: np.random.Generator, height: float) -> tuple[Stroke, ...]:
     """The strokes of a drawing, moved through in the style's learned manner; `height` of a letter, mm."""
-    parts = [_Part(plan, stroke) for plan, stroke in zip(taken_apart(drawing, height), drawing.strokes, strict=True)]
+    parts = [
+        _PlannedPart(plan, stroke) for plan, stroke in zip(taken_apart(drawing, height), drawing.strokes, strict=True)
+    ]
     return _draw_groups(_groups(parts), style, rng, height)
 
 
@@ -51,15 +53,15 @@ def through_targets(
     for each in targets:
         ways = max(len(each) - 1, 0)
         known = plan_of(each, np.full(ways, 0.5), np.zeros(ways)) if ways else plan_dot(each)
-        parts.append(_Part(known, None))
+        parts.append(_PlannedPart(known, None))
     plain = replace(style, learned=replace(style.learned, hold=0.0, keep=0.0))
     return _draw_groups(_groups(parts), plain, rng, height)
 
 
-def _groups(parts: Sequence[_Part]) -> Iterator[list[_Part]]:
+def _groups(parts: Sequence[_PlannedPart]) -> Iterator[list[_PlannedPart]]:
     """The parts of each word; of a long one, or of a drawing without words, so many as are moved through together."""
     for _, word in groupby(parts, key=lambda part: -1 if part.stroke is None else part.stroke.word):
-        group: list[_Part] = []
+        group: list[_PlannedPart] = []
         for part in word:
             if group and sum(len(p.plan.targets) for p in group) + len(part.plan.targets) > _TOGETHER:
                 yield group
@@ -70,7 +72,7 @@ def _groups(parts: Sequence[_Part]) -> Iterator[list[_Part]]:
 
 
 def _draw_groups(
-    groups: Iterator[list[_Part]], style: Style, rng: np.random.Generator, height: float
+    groups: Iterator[list[_PlannedPart]], style: Style, rng: np.random.Generator, height: float
 ) -> tuple[Stroke, ...]:
     manner, learned = style.model, style.learned
     assert isinstance(manner, LearnedMovement)

@@ -64,7 +64,7 @@ class Text:
 
 
 @dataclass(frozen=True, eq=False)
-class _Frame:
+class _ElementFrame:
     """What holds where an element stands: the map into mm, the style, the layer, the size of the viewport in px."""
 
     to_mm: Array
@@ -105,15 +105,15 @@ class Walk:
         inside = (box[2], box[3]) if box else (width, height)
         style = SvgStyle().inside(self._sheet.find_properties("svg", self.root.attrib))
         if style.shown:
-            yield from self._children(self.root, _Frame(to_mm, style, "", inside, 0))
+            yield from self._children(self.root, _ElementFrame(to_mm, style, "", inside, 0))
 
-    def _children(self, parent: Element, frame: _Frame) -> Iterator[Subpath]:
+    def _children(self, parent: Element, frame: _ElementFrame) -> Iterator[Subpath]:
         for child in parent:
             yield from self._element(child, frame)
             if parent.tag == "switch" and child.tag in _GROUPS | _SHAPES | {"use"}:
                 break
 
-    def _element(self, element: Element, frame: _Frame) -> Iterator[Subpath]:
+    def _element(self, element: Element, frame: _ElementFrame) -> Iterator[Subpath]:
         tag = element.tag
         if tag not in _DRAWN or (tag == "symbol" and element not in self._using):
             return
@@ -134,9 +134,9 @@ class Walk:
         layer = frame.layer
         if element.tag == "g" and element.get("groupmode") == "layer":  # as Inkscape writes them
             layer = element.get("label") or element.get("id") or layer
-        yield from self._content(element, _Frame(to_mm, style, layer, frame.size, frame.depth + 1))
+        yield from self._content(element, _ElementFrame(to_mm, style, layer, frame.size, frame.depth + 1))
 
-    def _content(self, element: Element, frame: _Frame) -> Iterator[Subpath]:
+    def _content(self, element: Element, frame: _ElementFrame) -> Iterator[Subpath]:
         """What an element draws, given what holds inside it."""
         tag = element.tag
         if tag == "text" and self.texts is not None and frame.style.visible:
@@ -151,7 +151,7 @@ class Walk:
         elif frame.style.visible:
             yield from self._shape(element, frame)
 
-    def _use(self, element: Element, frame: _Frame) -> Iterator[Subpath]:
+    def _use(self, element: Element, frame: _ElementFrame) -> Iterator[Subpath]:
         target = self._named.get((element.get("href") or "").removeprefix("#"))
         if target is None:
             return
@@ -160,17 +160,17 @@ class Walk:
         at = frames.shift(self._length(element, "x", frame.size[0]), self._length(element, "y", frame.size[1]))
         to_mm = frames.compose_maps(frame.to_mm, at)
         self._using.append(target)
-        yield from self._element(target, _Frame(to_mm, frame.style, frame.layer, frame.size, frame.depth))
+        yield from self._element(target, _ElementFrame(to_mm, frame.style, frame.layer, frame.size, frame.depth))
         self._using.pop()
 
-    def _viewport(self, element: Element, frame: _Frame) -> _Frame:
+    def _viewport(self, element: Element, frame: _ElementFrame) -> _ElementFrame:
         width = self._length(element, "width", frame.size[0], frame.size[0])
         height = self._length(element, "height", frame.size[1], frame.size[1])
         x, y = self._length(element, "x", frame.size[0]), self._length(element, "y", frame.size[1])
         inner = frames.compose_maps(frames.shift(x, y), frames.viewport(element.attrib, width, height))
         box = frames.view_box(element.get("viewBox"))
         inside = (box[2], box[3]) if box else (width, height)
-        return _Frame(frames.compose_maps(frame.to_mm, inner), frame.style, frame.layer, inside, frame.depth)
+        return _ElementFrame(frames.compose_maps(frame.to_mm, inner), frame.style, frame.layer, inside, frame.depth)
 
     def _length(self, element: Element, name: str, whole: float, default: float = 0.0) -> float:
         try:
@@ -178,7 +178,7 @@ class Walk:
         except InputError as error:
             raise InputError(f"<{element.tag}{_id(element)}>: {name}: {error}.") from None
 
-    def _shape(self, element: Element, frame: _Frame) -> Iterator[Subpath]:
+    def _shape(self, element: Element, frame: _ElementFrame) -> Iterator[Subpath]:
         style = frame.style
         if not style.is_stroked:
             self.left_out["filled outline without a stroke"] += style.is_filled
@@ -194,7 +194,7 @@ class Walk:
             self._lines += 1
             yield Subpath(placed, frame.layer, style.colour, element.attrib)
 
-    def _text(self, element: Element, frame: _Frame) -> None:
+    def _text(self, element: Element, frame: _ElementFrame) -> None:
         """Take a text apart where its place, size or colour changes; runs of blanks are one, as SVG has them."""
         style = frame.style
         found = [Text("", frame.to_mm, 0.0, 0.0, 0.0, style.size, style.anchor, frame.layer, "", self._lines)]
@@ -211,7 +211,7 @@ class Walk:
             self.texts += found
 
     def _strings(
-        self, element: Element, frame: _Frame, style: SvgStyle, moves: dict[str, float]
+        self, element: Element, frame: _ElementFrame, style: SvgStyle, moves: dict[str, float]
     ) -> Iterator[tuple[str, SvgStyle, dict[str, float]]]:
         """The strings of a text in order, each with its style and where those elements put it that begin with it."""
         moves = moves | self._moves(element, frame.size, style.size)
