@@ -227,20 +227,18 @@ def _pictures(reading: ChartReading, scans: Sequence[Path], folder: Path) -> tup
         pictures.append(facts)
     if pictures:
         return pictures, files
+    import cv2
+
     for path in scans[:_MOST_PICTURES]:
         with contextlib.suppress(ScanRefused):
             for scan in open_scans(path)[:1]:
-                plain = _reduced(scan.pixels if scan.full == 255 else (scan.pixels >> 8).astype(np.uint8))
+                pixels = scan.pixels if scan.full == 255 else (scan.pixels >> 8).astype(np.uint8)
+                scale = min(1.0, _LONG / max(pixels.shape[:2]))
+                smaller = cv2.resize(pixels, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+                plain = np.asarray(smaller, dtype=np.uint8)
                 files.append(_jpeg(plain, folder / f"found-{len(files)}.jpg"))
                 pictures.append({"label": "", "width": plain.shape[1], "height": plain.shape[0]})
     return pictures, files
-
-
-def _reduced(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    import cv2
-
-    scale = min(1.0, _LONG / max(pixels.shape[:2]))
-    return np.asarray(cv2.resize(pixels, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
 
 def _jpeg(pixels: NDArray[np.uint8], path: Path) -> Path:
@@ -267,7 +265,8 @@ def _strip_scans(wizard: Wizard, scans: Sequence[Path], folder: Path) -> Facts:
     try:
         verified = wizard.take_strip(scans[0])
     except ScanRefused as error:
-        pictures, files = _pictures(_nothing(error.finding), scans, folder)
+        unread = ChartReading(None, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), (error.finding,))
+        pictures, files = _pictures(unread, scans, folder)
         refused: Facts = {"accepted": False, "findings": [_said(error.finding)], "pictures": pictures}
         return {**_state(wizard), **refused, "files": [str(path) for path in files]}
     said = [sentence.removeprefix(f"{scans[0]}: ") for sentence in verified.findings]
@@ -276,10 +275,6 @@ def _strip_scans(wizard: Wizard, scans: Sequence[Path], folder: Path) -> Facts:
         **_state(wizard), "accepted": True, "helps": verified.helps, "verified": _figures(verified.facts()),
         "shades": _shades(store.load(wizard.built)), "findings": warned, "pictures": [], "files": [],
     }  # fmt: skip
-
-
-def _nothing(finding: ScanFinding) -> ChartReading:
-    return ChartReading(None, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), (finding,))
 
 
 def build_table(place: CalibrationPlace, *, listener: Listener = SILENT) -> Facts:

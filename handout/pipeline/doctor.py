@@ -215,9 +215,19 @@ def _pip() -> str:
 
 def shipped_files() -> Iterator[CheckFinding]:
     """The files of the program against what its installer noted, or in a checkout that they are there."""
-    noted = _noted()
+    files = []
+    with contextlib.suppress(metadata.PackageNotFoundError):
+        files = metadata.files(_DISTRIBUTION) or []
+    # what the installer noted of this program; nothing in a checkout
+    hashes = {Path(str(file.locate())).resolve(): file.hash for file in files if file.hash is not None}
+    noted = {path: known.value for path, known in hashes.items() if path.is_relative_to(_PACKAGE)}
     if not noted:
-        yield _checkout()
+        from handout import shipped
+
+        lost = [name for name in _FOLDERS if not any(shipped.folder(name).glob("*"))]
+        words = f"run from {_PACKAGE.parent}" + (f", where {', '.join(lost)} is empty" if lost else ", whole")
+        state: State = "broken" if lost else "fine"
+        yield CheckFinding("Files", "shipped", state, words, "check it out again" if lost else "")
         return
     wrong = [path.name for path, known in noted.items() if _hash(path) != known]
     again = f'{_pip()} install --force-reinstall --no-deps "{_DISTRIBUTION}"'
@@ -226,24 +236,6 @@ def shipped_files() -> Iterator[CheckFinding]:
         yield CheckFinding("Files", "shipped", "broken", words, again)
     else:
         yield CheckFinding("Files", "shipped", "fine", f"{len(noted)} files in {_PACKAGE}, as they were installed")
-
-
-def _noted() -> dict[Path, str]:
-    """File → hash of what the installer noted of this program; nothing in a checkout."""
-    try:
-        files = metadata.files(_DISTRIBUTION) or []
-    except metadata.PackageNotFoundError:
-        return {}
-    hashes = {Path(str(file.locate())).resolve(): file.hash for file in files if file.hash is not None}
-    return {path: known.value for path, known in hashes.items() if path.is_relative_to(_PACKAGE)}
-
-
-def _checkout() -> CheckFinding:
-    from handout import shipped
-
-    lost = [name for name in _FOLDERS if not any(shipped.folder(name).glob("*"))]
-    words = f"run from {_PACKAGE.parent}" + (f", where {', '.join(lost)} is empty" if lost else ", whole")
-    return CheckFinding("Files", "shipped", "broken" if lost else "fine", words, "check it out again" if lost else "")
 
 
 def _hash(path: Path) -> str:

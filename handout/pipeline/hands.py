@@ -24,7 +24,6 @@ from handout.tagging.page_tagging import TaggedPage, hand_of_pages, renumbered
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
-    from handout.tagging.recording import RecordedPage
 
 _MOST_TEXT = 200_000  # bytes; no page holds more
 _OPENED, _MADE = 0.04, 0.97  # of the work on a page, when it is opened, and when its letters are found; measured
@@ -194,7 +193,8 @@ def _transcript(name: str, data: bytes, listener: Listener) -> tuple[str, str]:
 
 def _recorded(inks: Sequence[str], texts: Sequence[tuple[str, str]], listener: Listener) -> list[PageSource]:
     """The pages of recorded pens."""
-    from handout.tagging.recorded_pages import page_source, recorded_pages
+    from handout.tagging.recorded_pages import font_specimen, page_source, recorded_pages
+    from handout.tagging.recording import RecordedPage
 
     if texts and len(texts) != len(inks):
         raise InputError(
@@ -202,18 +202,13 @@ def _recorded(inks: Sequence[str], texts: Sequence[tuple[str, str]], listener: L
             "recordings have labels."
         )
     transcripts = [text for _, text in texts] or [""] * len(inks)
-    opened = [recording for ink, text in zip(inks, transcripts, strict=True) for recording in _recordings(ink, text)]
+    opened: list[RecordedPage] = []
+    for ink, text in zip(inks, transcripts, strict=True):
+        if svg_font.holds_font(Path(ink)):  # a recording of each of its letters
+            opened += font_specimen(ink, svg_font.read(Path(ink)))
+        else:
+            opened.append(RecordedPage(ink, read_drawing(ink), text))
     return [page_source(recording) for recording in recorded_pages(opened, listener.say)]
-
-
-def _recordings(ink: str, text: str) -> list[RecordedPage]:
-    """The recordings in a file; a font is one of each of its letters."""
-    from handout.tagging.recorded_pages import font_specimen
-    from handout.tagging.recording import RecordedPage
-
-    if svg_font.holds_font(Path(ink)):
-        return font_specimen(ink, svg_font.read(Path(ink)))
-    return [RecordedPage(ink, read_drawing(ink), text)]
 
 
 def _page_facts(page: TaggedPage) -> dict[str, Fact]:

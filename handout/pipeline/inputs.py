@@ -70,7 +70,11 @@ def written_source(
     words: Sequence[str], file: str | None, listener: Listener = SILENT, given: frozenset[str] | None = None
 ) -> Source:
     """The text or the letter that some words, or --file, mean; errors and the rest are those of `text_of`."""
-    name = _letter_name(words, file)
+    name = _named(words, file, LETTERS)
+    if name is not None and file is None and not Path(name).is_file():
+        if " " not in name:
+            raise InputError(f"There is no file {name}; to write these very words, give them through --file -.")
+        name = None
     if name is None:
         return Source(text_of(words, file, listener))
     from handout.letters import load
@@ -115,16 +119,6 @@ def _named(words: Sequence[str], file: str | None, suffixes: Sequence[str]) -> s
     """What a single word, or --file, says, if it ends as names of such files do."""
     name = words[0] if len(words) == 1 and file is None else file if not words else None
     return name if name and len(name) <= _LONGEST_NAME and Path(name).suffix.lower() in suffixes else None
-
-
-def _letter_name(words: Sequence[str], file: str | None) -> str | None:
-    """The name of the letter file that is meant, if one is."""
-    name = _named(words, file, LETTERS)
-    if name is not None and file is None and not Path(name).is_file():
-        if " " in name:
-            return None
-        raise InputError(f"There is no file {name}; to write these very words, give them through --file -.")
-    return name
 
 
 def text_of(words: Sequence[str], file: str | None, listener: Listener = SILENT) -> str:

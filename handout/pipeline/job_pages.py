@@ -176,11 +176,9 @@ def _again(inputs: Mapping[str, Any], pages: int) -> WritingTask:
     named |= {name: options.get(name) for name in _WRITING} | {"rewritten": options.get("rewritten", ())}
     writing = WritingOptions(hand=options["hand"], seed=options["seed"], **named)
     task = prepare(writing, SheetOptions(options["page_name"], options["margin"], options["pages"]))
-    return _on_rules(task, options["lined"]) if "lined" in options else task
-
-
-def _on_rules(task: WritingTask, lined: Mapping[str, Any]) -> WritingTask:
-    """A task with the sheet that the first pages were written on."""
+    if "lined" not in options:
+        return task
+    lined = options["lined"]  # the sheet that the first pages were written on
     top, right, bottom, left = lined["margin"]
     rules = lined["rules"]
     ruling = None if rules is None else Ruling(tuple((height, slope) for height, slope in rules))

@@ -129,10 +129,14 @@ def _printed(request: _Request, paper: Paper) -> LinedPaper:
             first = pitch * math.ceil(first / pitch - 1e-6)
     count = max(1, math.floor((layout.page.height - first) / (every * pitch)) + 1)
     rules = tuple((first + k * every * pitch, 0.0) for k in range(count))
-    layout = replace(layout, ruling=Ruling(rules))
-    upper = next(iter(_used_rules(layout)), first)
+    ruling, lowest = Ruling(rules), layout.page.height - layout.margin[2] - DESCENT * layout.x_height
+    layout = replace(layout, ruling=ruling)
+    used = ruling.within(_first_room(layout) + FOOT_ABOVE_RULE, lowest + FOOT_ABOVE_RULE, 0.0)
+    upper = next((height for height, _ in used), first)
+    ordinal = {2: "nd", 3: "rd"}.get(every, "th")
+    left_out = "" if every == 1 else f" (every {every}{ordinal} rule of {_mm(pitch)})"
     sentence = (
-        f"Lines {_mm(every * pitch)} apart{_of(every, pitch)}, the upper one {_mm(upper)} below the edge of the sheet; "
+        f"Lines {_mm(every * pitch)} apart{left_out}, the upper one {_mm(upper)} below the edge of the sheet; "
         f"small letters {_mm(layout.x_height)} tall."
     )
     facts = {"line_spacing_mm": every * pitch, "pitch_mm": pitch, "first_mm": round(upper, 2)}
@@ -269,16 +273,6 @@ def _first_room(layout: Layout) -> float:
     return layout.margin[0] + ASCENT * layout.x_height
 
 
-def _used_rules(layout: Layout) -> list[float]:
-    """The heights of the rules that are written on, mm."""
-    assert layout.ruling is not None
-    lower = layout.page.height - layout.margin[2] - DESCENT * layout.x_height
-    return [
-        height
-        for height, _ in layout.ruling.within(_first_room(layout) + FOOT_ABOVE_RULE, lower + FOOT_ABOVE_RULE, 0.0)
-    ]
-
-
 def _flaws(name: str, lines: PrintedSheet) -> list[str]:
     """Notes on rules that are not level, not even or not straight."""
     notes, slope = [], _slope(lines.rules)
@@ -317,11 +311,6 @@ def _taken(sheet: GivenSheet, wanted: float) -> tuple[str, ...]:
             f"{1 / wanted:.2f}; give its size with --page."
         )
     return tuple(notes)
-
-
-def _of(every: int, pitch: float) -> str:
-    ordinal = {2: "nd", 3: "rd"}.get(every, "th")
-    return "" if every == 1 else f" (every {every}{ordinal} rule of {_mm(pitch)})"
 
 
 def _mm(length: float) -> str:

@@ -223,7 +223,11 @@ def _batch(merge: MailMerge, hand: str, facts: dict[str, object]) -> Batch:
     facts |= {name: value for name, value in _named(merge.options).items() if value != usual[name]}
     cells = merge.with_letters or any(merge.fields.says(setting) for setting in ("hand", "pen"))
     if cells:
-        facts |= {"program": program(), "content of the rows' hands": _digest_of_hands(merge)}
+        names = sorted({manner.hand for row in merge.table if (manner := merge.fields.manner(row)).hand})
+        files = [library.path(name) for name in names]
+        data = b"".join(file.read_bytes() for file in files if file.is_file())
+        facts["program"] = program()
+        facts["content of the rows' hands"] = hashlib.sha256(data).hexdigest() if names else ""
     if merge.letter is not None:
         if merge.head is not None:
             named = ",".join(sorted((merge.options.given or frozenset()) & _OF_HEADS))
@@ -241,13 +245,6 @@ def _named(options: object) -> dict[str, object]:
     if rewritten := values.pop("rewritten", ()):
         values["rewritten"] = repr(rewritten)
     return {name: ",".join(value) if isinstance(value, tuple) else value for name, value in values.items()}
-
-
-def _digest_of_hands(merge: MailMerge) -> str:
-    """A digest of the hands that rows name for themselves; "" if none does."""
-    names = sorted({manner.hand for row in merge.table if (manner := merge.fields.manner(row)).hand})
-    files = [library.path(name) for name in names]
-    return hashlib.sha256(b"".join(file.read_bytes() for file in files if file.is_file())).hexdigest() if names else ""
 
 
 class PageFinding(NamedTuple):
@@ -541,16 +538,11 @@ def _findings(pages: Sequence[Manuscript], layout: Layout) -> Iterator[PageFindi
             yield PageFinding(DOUBTFUL, f"{doubt['word']!r} may be read as {doubt['reads_as'] or 'nothing'!r}")
         for slip in page.about.get("slips", []):
             yield PageFinding(SLIP, f"struck out and written again: {slip.get('word', '')!r}")
-        yield from _broken(page)
-
-
-def _broken(page: Manuscript) -> Iterator[PageFinding]:
-    """Words that go on in the next line."""
-    for above, below in itertools.pairwise(line for line in page.lines if line.placed):
-        last = above.placed[-1]
-        if below.placed[0].at == last.at + 1:
-            word = "".join(placed.glyph.letter for placed in above.placed if placed.word == last.word)
-            yield PageFinding(BROKEN, f"a word goes on in the next line after {word!r}")
+        for above, below in itertools.pairwise(line for line in page.lines if line.placed):
+            last = above.placed[-1]
+            if below.placed[0].at == last.at + 1:
+                word = "".join(placed.glyph.letter for placed in above.placed if placed.word == last.word)
+                yield PageFinding(BROKEN, f"a word goes on in the next line after {word!r}")
 
 
 def approval(pages: RowPages, table: TableOptions) -> dict[str, object]:

@@ -56,7 +56,12 @@ class Tiles:
         picture = self._ground(level, (left, top, right, low))
         if self._scan is not None and level < _SEEN:
             picture += _FADED * (self._scanned(level, (left, top, right, low)) - picture)
-        ink = self._ink(level)
+        while len(self._smaller) < level:
+            finer = self._smaller[-1] if self._smaller else self._texture.pixels
+            self._smaller.append(_halved(finer, not self._smaller, self._texture.blue_first))
+        ink = (
+            self._smaller[level - 1] if level else self._texture.pixels
+        )  # (h, w, 4); made smaller, as `_laid` gives it
         x, y = (at // 2**level for at in self._texture.corner)
         # of the ink's own pixels those within the square
         a, b = max(left, x), min(right, x + ink.shape[1])
@@ -91,15 +96,6 @@ class Tiles:
         part = self._scan.pixels[top * 2**level : low * 2**level, left * 2**level : right * 2**level]
         size = (right - left, low - top)
         return np.asarray(cv2.resize(part, size, interpolation=cv2.INTER_AREA) if level else part, dtype=np.float32)
-
-    def _ink(self, level: int) -> Pixels:
-        """(h, w, 4) the ink; smaller than it is as `_laid` gives it."""
-        if not level:
-            return self._texture.pixels
-        while len(self._smaller) < level:
-            finer = self._smaller[-1] if self._smaller else self._texture.pixels
-            self._smaller.append(_halved(finer, not self._smaller, self._texture.blue_first))
-        return self._smaller[level - 1]
 
 
 def _laid(part: Pixels, blue_first: bool) -> Pixels:

@@ -118,7 +118,13 @@ def plot_rows(
     if isinstance(place, PlotFiles):
         account.planned(place.plans)
     notes = [*task.given_notes, *written.dropped, *([_PENS] if merged.fields.says("pen") else [])]
-    reports, times = _drawn(place)
+    reports: tuple[PlotReport, ...] = ()
+    if isinstance(place, PlotFiles):
+        times: Facts = {"planned_s": round(place.planned_s, 2)}
+    else:
+        spools = [station.spool for station in place.stations] if isinstance(place, Several) else [place]
+        reports = tuple(part for spool in spools if isinstance(spool, PlotSpool) for part in spool.queue.reports)
+        times = Drawn(reports=reports).executed()
     told = {**rows_told(report, written.tally, pages, task.hand.name, notes), **times}
     return PlottedRows(
         tally=written.tally,
@@ -156,15 +162,6 @@ def _plotters(
             each.close()
         raise
     return Several(spools[: len(ports)], spools[len(ports) :])
-
-
-def _drawn(place: PlotFiles | PlotSpool | Several) -> tuple[tuple[PlotReport, ...], Facts]:
-    """The reports of every part that was plotted, and what is told of the times."""
-    if isinstance(place, PlotFiles):
-        return (), {"planned_s": round(place.planned_s, 2)}
-    spools = [station.spool for station in place.stations] if isinstance(place, Several) else [place]
-    reports = tuple(part for spool in spools if isinstance(spool, PlotSpool) for part in spool.queue.reports)
-    return reports, Drawn(reports=reports).executed()
 
 
 def _pages(merged: MailMerge, request: PlotRequest) -> RowPages:
@@ -286,7 +283,9 @@ class PlotSpool(_Sheets, Spool):
 
     def ready(self, sheet: Sequence[Piece]) -> None:
         """Have the sheet put in."""
-        self.queue.feed(_called(sheet))
+        rows, part = named(sorted({piece.row for piece in sheet})), sheet[0].part
+        wanted = f"the envelope of {rows}" if part in (ENVELOPE, BACK) else f"a sheet for {rows}"
+        self.queue.feed(f"{wanted}, its back up" if part == BACK else wanted)
 
     def send(self, sheet: Sequence[Piece], title: str) -> str:
         """Keep a sheet as a job of that title; its name."""
@@ -304,15 +303,6 @@ def _letters(pieces: Iterable[Piece], envelopes: list[Piece], backs: list[Piece]
             (envelopes if piece.part == ENVELOPE else backs).append(piece)
         else:
             yield piece
-
-
-def _called(sheet: Sequence[Piece]) -> str:
-    """A sheet as it is asked for."""
-    rows = named(sorted({piece.row for piece in sheet}))
-    part = sheet[0].part
-    if part == ENVELOPE:
-        return f"the envelope of {rows}"
-    return f"the envelope of {rows}, its back up" if part == BACK else f"a sheet for {rows}"
 
 
 @dataclass

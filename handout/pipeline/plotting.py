@@ -301,7 +301,10 @@ def _plot_new(
     except BaseException:
         connected.close()
         raise
-    person.say(f"{profile.title}: {before}{_amount(job)}, job {job.name}{behind}.")
+    amount = f"about {job.ink / 1000:.1f} m of ink; the other sheets are written while the first are drawn"
+    if job.whole:
+        amount = f"{units.count(job.pages * job.options.copies, 'sheet')}, {job.ink / 1000:.2f} m of ink"
+    person.say(f"{profile.title}: {before}{amount}, job {job.name}{behind}.")
     person.attendant.note(*notes)
     with _kept(job, new=True):
         reports = draw_job(job, person, attendance, account, connected)
@@ -483,13 +486,6 @@ def _planned(plans: Sequence[Plan]) -> Facts:
     hooks: Facts = {"dips": dips, "hooks_s": round(hooks_s, 2)} if hooks_s else {}
     seconds = round(sum(planned.duration for planned in plans), 2)
     return {"planned_s": seconds, "stretched": stretched(plans), **hooks}
-
-
-def _amount(job: PlotJob) -> str:
-    """How much will be drawn, in words."""
-    if job.whole:
-        return f"{units.count(job.pages * job.options.copies, 'sheet')}, {job.ink / 1000:.2f} m of ink"
-    return f"about {job.ink / 1000:.1f} m of ink; the other sheets are written while the first are drawn"
 
 
 def stretched(parts: Sequence[Plan] | Sequence[PlotReport]) -> float:

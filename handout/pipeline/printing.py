@@ -120,16 +120,22 @@ def print_(
     task = pages.look()
     notes = not_followed(task, ink_shown=True)
     attendant.note(*notes)
-    out = None if printing.dry_run is None else Path(printing.dry_run)
+    out, dry_run = None if printing.dry_run is None else Path(printing.dry_run), printing.dry_run is not None
+    if out is not None and out.suffix == "" and not printing.queue:  # the folder that a simulated printer prints into
+        dry_run = not printers.resolve(printing.printer).simulated
     options, record = merging.begin_batch(
         pages,
         printing,
         {"page_name": pages.sheet.page_name},
         envelopes_to=printing.envelopes_to,
         out=out,
-        dry_run=out is not None and not _prints_into(out, printing),
+        dry_run=dry_run,
     )
-    calibrations = _calibrations(printing, attendant)
+    calibration, doubts = calibrated_ink.choose(printing.printer, printing.stock, printing.calibration)
+    attendant.say(*(f"warning: {doubt}" for doubt in doubts))
+    if calibration is None and printing.dry_run is None and not printing.calibration:
+        attendant.say(UNCALIBRATED)
+    calibrations = _Calibrations(calibration)
     pages.calibrated = calibrations.of
     if merged.with_envelopes:  # what is wrong for every row is said once
         envelope.address_layout(pages.envelope_page, 1, 1, pages.address_x_height)
@@ -150,16 +156,13 @@ def print_(
         files=tuple(report.files),
         told=told if through is None else {**told, "calibration": through.facts()},
         report=report,
-        destination=", ".join(map(_called, [*profiles, *apart])),
+        destination=", ".join(
+            each.queue or (f"the folder {SIMULATED}/" if each.simulated else each.title) for each in [*profiles, *apart]
+        ),
         calibration_note="" if through is None else through.said(),
         letters=merged.with_letters,
         notes=tuple(notes),
     )
-
-
-def _called(printer: Printer) -> str:
-    """A printer, as the place that pages go to."""
-    return printer.queue or (f"the folder {SIMULATED}/" if printer.simulated else printer.title)
 
 
 def _printers(printing: PrintOptions, writing_options: WritingOptions, merge: MergeOptions) -> list[Printer]:
@@ -222,11 +225,6 @@ def _fed(profile: Printer, apart: Printer, printing: PrintOptions, with_letters:
     return msgspec.structs.replace(fed, **{name: value for name, value in changes.items() if value})
 
 
-def _prints_into(out: Path, printing: PrintOptions) -> bool:
-    """Whether what a dry run names is the folder that a simulated printer prints into."""
-    return out.suffix == "" and not printing.queue and printers.resolve(printing.printer).simulated
-
-
 @dataclass(frozen=True)
 class _Calibrations:
     """The printer's calibration, if there is one and it is wanted, for each hand of a batch."""
@@ -243,15 +241,6 @@ class _Calibrations:
         if self.calibration is None:
             return None
         return CalibratedInk(self.calibration, calibrated_ink.pen_of(self.calibration, hand, say), hand, task.look.pen)
-
-
-def _calibrations(printing: PrintOptions, listener: Listener) -> _Calibrations:
-    """The calibration that is chosen; what is doubtful about it, or that there is none, is said."""
-    calibration, doubts = calibrated_ink.choose(printing.printer, printing.stock, printing.calibration)
-    listener.say(*(f"warning: {doubt}" for doubt in doubts))
-    if calibration is None and printing.dry_run is None and not printing.calibration:
-        listener.say(UNCALIBRATED)
-    return _Calibrations(calibration)
 
 
 def make_all(

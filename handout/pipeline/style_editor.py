@@ -315,8 +315,11 @@ def targets_of_word(text: str, hand: str, draft: StyleDraft) -> Facts:
         As `word`.
     """
     drawing, order = _written(text, hand), style_of(draft).movement.order
-    height = targets.letter_height(drawing)
-    parts = [_of_stroke(stroke, height, order) for stroke in drawing.strokes]
+    height, parts = targets.letter_height(drawing), list[Array]()
+    for stroke in drawing.strokes:
+        motif = targets.find(stroke.xy, height)
+        points = np.concatenate([motif.points, motif.points[:1]]) if motif.ring else motif.points
+        parts.append(targets_through(points, smooth=_PLAIN.movement.drawn_at, order=order))
     low = np.concatenate(parts).min(axis=0)
     span = np.concatenate(parts).max(axis=0) - low
     page = np.array([148.0, 105.0])  # A6 across
@@ -328,12 +331,6 @@ def targets_of_word(text: str, hand: str, draft: StyleDraft) -> Facts:
         "pen_up": ends[:-1].tolist(),
         "page": {"width": float(page[0]), "height": float(page[1])},
     }
-
-
-def _of_stroke(stroke: Stroke, height: float, order: int) -> Array:
-    motif = targets.find(stroke.xy, height)
-    points = np.concatenate([motif.points, motif.points[:1]]) if motif.ring else motif.points
-    return targets_through(points, smooth=_PLAIN.movement.drawn_at, order=order)
 
 
 def keep_movement(plan: bytes, draft: StyleDraft, seed: int, output: Path) -> Facts:
