@@ -15,7 +15,7 @@ from handout.cli.commands import under
 from handout.cli.configuration import Option, Verb
 from handout.cli.configuration import shared as shared
 from handout.cli.console import Console
-from handout.pipeline.declarations import GENERAL, MACHINE, Declaration, built, declared, inner
+from handout.pipeline.declarations import GENERAL, MACHINE, Declaration, build_options, inner, list_declared
 from handout.pipeline.options import PictureOptions, PoseOptions, SheetOptions, StyleOptions, WritingOptions
 
 _OF_USER = (ParameterSource.COMMANDLINE, ParameterSource.ENVIRONMENT)
@@ -37,7 +37,7 @@ def of(
     changed : of a field what is declared otherwise for this verb.
     """
     found = [of(type(usual), only=only, leave_out=leave_out, **changed) for usual in inner(kind).values()]
-    for each, declaration in declared(kind, changed):
+    for each, declaration in list_declared(kind, changed):
         if declaration.help and each.name not in leave_out and (not only or each.name in only):
             found.append(under(declaration.heading, _option(each.name, each.default, declaration)))
     return lambda verb: reduce(lambda done, one: one(done), reversed(found), verb)
@@ -94,7 +94,7 @@ def bind(name: str, kind: type, *options: Option, **fixed: object) -> Callable[[
         @wraps(verb)
         def bound(*arguments: object, **values: object) -> object:
             group = {field: values.pop(field) for field in names}
-            return verb(*arguments, **{name: built(kind, {**fixed, **group})}, **values)
+            return verb(*arguments, **{name: build_options(kind, {**fixed, **group})}, **values)
 
         inner = len(vars(verb).get("__click_params__", ()))
         result: Verb = bound

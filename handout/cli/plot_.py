@@ -239,14 +239,14 @@ def _check_kept(text: tuple[str, ...], allowed: Collection[str], known: str, why
 
 def _again(job: str, part: PartOptions, mode: _Mode, console: Console) -> None:
     """--again."""
-    from handout.pipeline.plotting import again, preview_again
+    from handout.pipeline.plotting import plot_again, preview_again
 
     if mode.dry_run:
         shown = preview_again(job, part, mode.dry_run, show_travel=mode.show_travel, listener=console)
         took = f"plotting would take {units.duration(shown.told['planned_s'])}{sentences.hooked(shown.told)}"
         console.report(shown, f"Wrote {sentences.names(shown.files)}; {took}.")
         return
-    result = again(job, part, mode.port, mode.attendance, attendant=console)
+    result = plot_again(job, part, mode.port, mode.attendance, attendant=console)
     console.report(
         result, f"Plotted {result.job.name} in {units.duration(result.executed_s)}.\n{result.fidelity}".strip()
     )

@@ -72,7 +72,7 @@ def summary(result: BatchDelivery) -> str:
     report = result.report
     files = ", ".join(map(str, report.files[:_MOST_NAMED]))
     jobs = units.count(len({job.name for job in report.jobs}), "job")
-    where = files or f"{jobs} to {result.shared or result.destination}"
+    where = files or f"{jobs} to {result.shares or result.destination}"
     before = f", {len(report.before)} before" if report.before else ""
     wanted = units.count(len(report.rows) + len(report.failed), "row" if result.letters else "envelope")
     return f"{len(report.rows)} of {wanted} done ({where}){before}"

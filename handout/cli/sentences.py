@@ -28,7 +28,7 @@ def told(tally: Tally) -> str:
 def lent(tally: Tally) -> str:
     """What was written for characters that the hand lacks, or doubts, in some sentences; "" where there are none."""
     by_source: dict[str, list[tuple[str, int]]] = {}
-    for (letter, source), count in tally.lent.items():
+    for (letter, source), count in tally.lent_letters.items():
         by_source.setdefault(source, []).append((letter, count))
     alone = [f"{forms[0][0]} ({source}{_times(forms[0][1])})" for source, forms in by_source.items() if len(forms) == 1]
     sentence = f" Lent to the hand: {', '.join(alone)}." if alone else ""

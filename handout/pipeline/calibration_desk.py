@@ -55,7 +55,7 @@ def calibrations() -> Facts:
     return {
         "printers": named,
         "simulated": {"papers": list(PAPERS), "faults": {**FAULTS, **dict.fromkeys(SETTINGS, "")}},
-        "stored": [_stored(calibration) for calibration in store.every()],
+        "stored": [_calibration_facts(calibration) for calibration in store.every()],
     }
 
 
@@ -66,7 +66,7 @@ def check_printer(name: str) -> None:
     printers.resolve(name)
 
 
-def _stored(calibration: Calibration) -> Facts:
+def _calibration_facts(calibration: Calibration) -> Facts:
     facts = {name: value for name, value in calibration.facts().items() if name not in ("folder", "verification")}
     verified = calibration.kept(store.VERIFICATION)
     return {
@@ -140,17 +140,15 @@ def print_page(place: CalibrationPlace, *, listener: Listener = SILENT) -> Facts
 
 
 def _print_page(wizard: Wizard, place: CalibrationPlace, to_printer: bool) -> Facts:
-    output, simulated = (
-        place.folder / f"{'strip' if wizard.step is Step.STRIP else 'chart'}.pdf",
-        wizard.task.profile.simulated,
-    )
+    output = place.folder / f"{'strip' if wizard.step is Step.STRIP else 'chart'}.pdf"
+    simulated = wizard.task.profile.simulated
     files = wizard.print_page(None if to_printer or simulated else output)
     if simulated:
         shutil.copy2(files[0], output)
     return {**_state(wizard), "files": [str(output)] if output.is_file() else []}
 
 
-def again(place: CalibrationPlace, *, listener: Listener = SILENT) -> Facts:
+def print_page_again(place: CalibrationPlace, *, listener: Listener = SILENT) -> Facts:
     """The PDF of what is to be scanned now, once more."""
     wizard = _wizard(place)
     wizard.check("Nothing is to be scanned", Step.SCAN, Step.VERIFY)
@@ -191,12 +189,12 @@ def _chart_scans(wizard: Wizard, scans: Sequence[Path], folder: Path) -> Facts:
     pictures, files = _pictures(reading, scans, folder)
     pen = None if reading.scribble is None else _pen(reading.scribble, reference, folder)
     return {
-        **_state(wizard), "accepted": accepted, "said": said, "findings": [_said(one) for one in reading.findings],
+        **_state(wizard), "accepted": accepted, "said": said, "findings": list(map(_finding_facts, reading.findings)),
         "pictures": pictures, "pen": pen, "files": [str(path) for path in (*files, *folder.glob("pen.png"))],
     }  # fmt: skip
 
 
-def _said(finding: ScanFinding) -> Facts:
+def _finding_facts(finding: ScanFinding) -> Facts:
     """A finding without the folder of its scan."""
     where = Path(finding.where).name
     return {"code": finding.code, "severity": finding.severity, "sentence": finding.sentence, "where": where}
@@ -267,7 +265,7 @@ def _strip_scans(wizard: Wizard, scans: Sequence[Path], folder: Path) -> Facts:
     except ScanRefused as error:
         unread = ChartReading(None, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), (error.finding,))
         pictures, files = _pictures(unread, scans, folder)
-        refused: Facts = {"accepted": False, "findings": [_said(error.finding)], "pictures": pictures}
+        refused: Facts = {"accepted": False, "findings": [_finding_facts(error.finding)], "pictures": pictures}
         return {**_state(wizard), **refused, "files": [str(path) for path in files]}
     said = [sentence.removeprefix(f"{scans[0]}: ") for sentence in verified.findings]
     warned = [{"code": "", "severity": "warn", "sentence": sentence, "where": scans[0].name} for sentence in said]
@@ -301,7 +299,7 @@ def store_calibration(place: CalibrationPlace, *, listener: Listener = SILENT) -
     """
     wizard = _wizard(place)
     stored = wizard.store()
-    return {**_state(wizard), "stored": _stored(stored), "said": f"Stored: {stored.described()}."}
+    return {**_state(wizard), "stored": _calibration_facts(stored), "said": f"Stored: {stored.described()}."}
 
 
 def scan_again(place: CalibrationPlace, *, listener: Listener = SILENT) -> Facts:

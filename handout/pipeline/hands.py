@@ -12,7 +12,7 @@ from handout.errors import InputError
 from handout.hand import file, library, report, svg_font
 from handout.hand.learnt import remember
 from handout.hand.pending import PendingLog
-from handout.pipeline.inputs import decoded, hand_path, read_bytes
+from handout.pipeline.inputs import decode_text, hand_path, read_bytes
 from handout.pipeline.kept_hands import learn, own_place, scan_notes
 from handout.pipeline.letter_desk import keep_letters
 from handout.pipeline.options import ReadingOptions
@@ -37,7 +37,7 @@ class ReadHand(Delivery):
     pages: tuple[TaggedPage, ...]
 
 
-def _delivered(
+def _deliver_hand(
     hand: ScannedHand, path: Path | None, pages: tuple[TaggedPage, ...], seed: int, notes: tuple[str, ...]
 ) -> ReadHand:
     """A hand that was read, which is kept in a file, or None."""
@@ -74,10 +74,10 @@ def read(
     """
     path = None if output is None else hand_path(output)
     transcripts = [_transcript(str(text), read_bytes(text), listener) for text in texts]
-    return _read(name, scans, inks, transcripts, path, options, listener)
+    return _read_pages(name, scans, inks, transcripts, path, options, listener)
 
 
-def _read(
+def _read_pages(
     name: str,
     scans: Sequence[str | Path],
     inks: Sequence[str | Path],
@@ -91,7 +91,7 @@ def _read(
         raise InputError("A hand is read from scans or from recorded pens: give --scan or --ink, one of them.")
     listener.progress(0.0, "opening the pages")
     if inks:
-        sources = _recorded([str(ink) for ink in inks], transcripts, listener)
+        sources = _open_recordings([str(ink) for ink in inks], transcripts, listener)
     else:
         sources = gather_sources([str(scan) for scan in scans], transcripts, options.dpi, listener.say)
     tell = within(listener.progress, _OPENED, _MADE)
@@ -104,11 +104,11 @@ def _read(
     if path is not None:
         with atomic.held(path, listener.say):
             file.save(hand, path)
-            notes = (*scan_notes(hand), *_remembered(hand, path))
-    return _delivered(hand, path, pages, options.seed, notes)
+            notes = (*scan_notes(hand), *_keep_learnt(hand, path))
+    return _deliver_hand(hand, path, pages, options.seed, notes)
 
 
-def _remembered(hand: ScannedHand, path: Path) -> tuple[str, ...]:
+def _keep_learnt(hand: ScannedHand, path: Path) -> tuple[str, ...]:
     """Keep what is worked out of a hand in its file; what is to be said where that cannot be."""
     try:
         remember(hand, learn(path))
@@ -134,7 +134,7 @@ def read_as_own(
         There is a hand of that name; as `read`.
     """
     path = own_place(name)
-    return _read(name, scans, (), _transcripts(texts, listener), path, options, listener)
+    return _read_pages(name, scans, (), _transcripts(texts, listener), path, options, listener)
 
 
 def _transcripts(texts: Sequence[str], listener: Listener) -> list[tuple[str, str]]:
@@ -167,7 +167,7 @@ def read_more(
     known = file.load(path)
     keeping = any(page.scan is not None for page in known.pages)
     options = replace(options, ink_only=options.ink_only or not keeping)
-    more = _read(known.name, scans, (), _transcripts(texts, listener), None, options, listener)
+    more = _read_pages(known.name, scans, (), _transcripts(texts, listener), None, options, listener)
     with atomic.held(path, listener.say):  # as it is now: reading takes minutes
         if PendingLog(path).there():
             keep_letters(str(path))
@@ -177,21 +177,21 @@ def read_more(
         joined = replace(hand, pages=(*hand.pages, *more.hand.pages), glyphs=(*hand.glyphs, *glyphs))
         file.save(joined, path)
         notes = (f"What was corrected in {hand.name} stays, and can no longer be undone.",) if corrected else ()
-        notes = (*notes, *scan_notes(more.hand), *_remembered(joined, path))
-    return _delivered(joined, path, more.pages, options.seed, notes)
+        notes = (*notes, *scan_notes(more.hand), *_keep_learnt(joined, path))
+    return _deliver_hand(joined, path, more.pages, options.seed, notes)
 
 
 def _transcript(name: str, data: bytes, listener: Listener) -> tuple[str, str]:
     """The text of a page, and what it is called."""
     if len(data) > _MOST_TEXT:
         raise InputError(f"{name}: {len(data)} bytes are more than a page holds; give the text of one page.")
-    text = decoded(data, name, listener)
+    text = decode_text(data, name, listener)
     if not text.strip():
         raise InputError(f"{name} is empty: give what is written on the page, line by line.")
     return name, text
 
 
-def _recorded(inks: Sequence[str], texts: Sequence[tuple[str, str]], listener: Listener) -> list[PageSource]:
+def _open_recordings(inks: Sequence[str], texts: Sequence[tuple[str, str]], listener: Listener) -> list[PageSource]:
     """The pages of recorded pens."""
     from handout.tagging.recorded_pages import font_specimen, page_source, recorded_pages
     from handout.tagging.recording import RecordedPage

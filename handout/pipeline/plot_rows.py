@@ -97,7 +97,7 @@ def plot_rows(
     check_outputs(paths)
     ports = [port] if isinstance(port, str) else list(port or ())
     profile = asked_machine(plotting, ports[0] if ports else None)
-    pages = _pages(merging.read(Path(table), rows, merge, attendant), request)
+    pages = _pages(merging.read_merge(Path(table), rows, merge, attendant), request)
     task, merged, shared = pages.look(), pages.merge, grid(plotting.grid, plotting.gap)
     _check_grid(shared, task.layout.page, profile)
     sheet = request.sheet
@@ -116,7 +116,7 @@ def plot_rows(
     with record, place, several:
         report, written = make_all(pages, place, options, (rows, record), drawn=True, listener=attendant)
     if isinstance(place, PlotFiles):
-        account.planned(place.plans)
+        account.write_plans(place.plans)
     notes = [*task.given_notes, *written.dropped, *([_PENS] if merged.fields.says("pen") else [])]
     reports: tuple[PlotReport, ...] = ()
     if isinstance(place, PlotFiles):
@@ -124,7 +124,7 @@ def plot_rows(
     else:
         spools = [station.spool for station in place.stations] if isinstance(place, Several) else [place]
         reports = tuple(part for spool in spools if isinstance(spool, PlotSpool) for part in spool.queue.reports)
-        times = Drawn(reports=reports).executed()
+        times = Drawn(reports=reports).executed_facts()
     told = {**rows_told(report, written.tally, pages, task.hand.name, notes), **times}
     return PlottedRows(
         tally=written.tally,
@@ -146,7 +146,7 @@ def _plotters(
     addresses = [*ports, *plotting.envelopes_to]
     if len(addresses) == 1:
         only = queue(person=AtPlotter(attendant, ports[0]))
-        return PlotSpool(shared, only.profile, only.opened())
+        return PlotSpool(shared, only.profile, only.open())
     names = list[str]()
     for address in addresses:
         if address in addresses[: len(names)] and not is_simulated(address):
@@ -155,7 +155,7 @@ def _plotters(
     spools, queues, asking = list[PlotSpool](), list[PlotterQueue](), threading.Lock()
     try:
         for name, address in zip(names, addresses, strict=True):
-            queues.append(queue(person=AtPlotter(attendant, address, name, asking)).opened())
+            queues.append(queue(person=AtPlotter(attendant, address, name, asking)).open())
             spools.append(PlotSpool(shared, queues[-1].profile, queues[-1]))
     except BaseException:
         for each in queues:
@@ -227,11 +227,11 @@ class _Sheets(Destination):
     def sheets(self, pieces: Iterable[Piece]) -> Iterator[Sequence[Piece]]:
         """Letters first, as many on a sheet as there is room for; then envelopes, then their backs."""
         envelopes, backs = list[Piece](), list[Piece]()
-        yield from self._together(_letters(pieces, envelopes, backs), self.shared.cards)
+        yield from self._group_alike(_letters(pieces, envelopes, backs), self.shared.cards)
         for kind in (envelopes, backs):
-            yield from self._together(kind, 1)
+            yield from self._group_alike(kind, 1)
 
-    def _together(self, pieces: Iterable[Piece], many: int) -> Iterator[Sequence[Piece]]:
+    def _group_alike(self, pieces: Iterable[Piece], many: int) -> Iterator[Sequence[Piece]]:
         """Neighbours of one size, as many on a sheet as there is room for."""
         for _, alike in itertools.groupby(pieces, lambda piece: self._pages[piece.row, piece.part][1]):
             while sheet := list(itertools.islice(alike, many)):
@@ -327,7 +327,7 @@ class PlotterQueue:
         """What to call it: by its address, if it is the only one there."""
         return self.person.name or self.person.address
 
-    def opened(self) -> Self:
+    def open(self) -> Self:
         """With its port open, before any work is done for it."""
         self.port = port_to(self.person.address, self.profile)
         return self

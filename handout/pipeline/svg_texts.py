@@ -35,8 +35,8 @@ def with_texts(name: str, drawing: Drawing, task: WritingTask) -> tuple[Drawing,
         return drawing, None, ()
     texts: tuple[Text, ...] = drawing.about["texts"]
     about = {key: value for key, value in drawing.about.items() if key != "texts"}
-    written, left = _tried(texts, task)
-    placed = _placed(texts, written)
+    written, left = _try_texts(texts, task)
+    placed = _place_texts(texts, written)
     for number, group in tuple(placed.items()):
         xy = np.concatenate([stroke.xy for stroke in group])
         if (xy < 0).any() or (xy > (drawing.page.width, drawing.page.height)).any():
@@ -54,7 +54,9 @@ def with_texts(name: str, drawing: Drawing, task: WritingTask) -> tuple[Drawing,
     return drawing, whole, tuple(notes)
 
 
-def _tried(texts: Sequence[Text], task: WritingTask) -> tuple[dict[int, tuple[Drawing, Manuscript]], dict[str, str]]:
+def _try_texts(
+    texts: Sequence[Text], task: WritingTask
+) -> tuple[dict[int, tuple[Drawing, Manuscript]], dict[str, str]]:
     """The texts that can be written by their numbers, and why the others cannot."""
     layouts, left = dict[int, Layout](), dict[str, str]()
     for number, text in enumerate(texts):
@@ -64,15 +66,15 @@ def _tried(texts: Sequence[Text], task: WritingTask) -> tuple[dict[int, tuple[Dr
         except InputError as error:
             left[title(text.text)] = str(error).rstrip(".")
     try:
-        return _written(texts, layouts, task), left
+        return _write_texts(texts, layouts, task), left
     except InputError:  # which of them
         for number, layout in tuple(layouts.items()):
             try:
-                _written(texts, {number: layout}, task)
+                _write_texts(texts, {number: layout}, task)
             except InputError as error:
                 left[title(texts[number].text)] = str(error).rstrip(".")
                 del layouts[number]
-    return _written(texts, layouts, task), left
+    return _write_texts(texts, layouts, task), left
 
 
 def _scale(text: Text) -> float:
@@ -93,7 +95,7 @@ def _layout(text: Text, task: WritingTask) -> Layout:
     )
 
 
-def _written(
+def _write_texts(
     texts: Sequence[Text], layouts: dict[int, Layout], task: WritingTask
 ) -> dict[int, tuple[Drawing, Manuscript]]:
     """Some of the texts, each on a page of its own."""
@@ -104,7 +106,9 @@ def _written(
     return {number: (draw(sheet.manuscript, task, sheet.rng, {}, STROKES), sheet.manuscript) for number, sheet in pages}
 
 
-def _placed(texts: Sequence[Text], written: dict[int, tuple[Drawing, Manuscript]]) -> dict[int, tuple[Stroke, ...]]:
+def _place_texts(
+    texts: Sequence[Text], written: dict[int, tuple[Drawing, Manuscript]]
+) -> dict[int, tuple[Stroke, ...]]:
     """The strokes of every text where it belongs, mm on the drawing's page."""
     placed, chunk = dict[int, tuple[Stroke, ...]](), list[tuple[int, float]]()
     ends = {number for number, text in enumerate(texts) if text.x is not None} | {len(texts)}
@@ -122,12 +126,12 @@ def _placed(texts: Sequence[Text], written: dict[int, tuple[Drawing, Manuscript]
             for each, begin in chunk:
                 if each in written:
                     blank = _SPACE * texts[each].size * texts[each].text.startswith(" ")
-                    placed[each] = _moved(texts[each], written[each][0].strokes, start + begin + blank)
+                    placed[each] = _move_strokes(texts[each], written[each][0].strokes, start + begin + blank)
             chunk, at = [], 0.0
     return placed
 
 
-def _moved(text: Text, strokes: Sequence[Stroke], x: float) -> tuple[Stroke, ...]:
+def _move_strokes(text: Text, strokes: Sequence[Stroke], x: float) -> tuple[Stroke, ...]:
     """Strokes of a text that begins at x, px, on its baseline."""
     turn, scale = text.to_mm[:, :2], _scale(text)
     angle = math.atan2(turn[1, 0], turn[0, 0])
@@ -166,7 +170,7 @@ def _in_order(
     return tuple(strokes)
 
 
-def described(name: str, drawing: Drawing) -> tuple[str, Facts]:
+def describe_drawing(name: str, drawing: Drawing) -> tuple[str, Facts]:
     """What a drawing asks for, in a sentence and for JSON: its sheet, where it lies there, its pens and its layers."""
     width, height = drawing.page.width, drawing.page.height
     box = [round(side, 1) for side in drawing.bounds or (0.0, 0.0, 0.0, 0.0)]

@@ -36,7 +36,7 @@ def _step(function: str, makes_files: bool) -> Handle:
 _STEPS = (
     ("state", "What comes next of a calibration, which is begun or gone on with", "open_calibration", False),
     ("pages", "Print the chart or the strip, or give it as PDF", "print_page", True),
-    ("pages/again", "The PDF of what is to be scanned, once more", "again", True),
+    ("pages/again", "The PDF of what is to be scanned, once more", "print_page_again", True),
     ("scans", "Take scans of the chart or the strip: what was found, with pictures; of the simulated printer its own",
      "take_scans", True),
     ("table", "Build the table of the scans", "build_table", False),

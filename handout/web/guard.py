@@ -19,10 +19,8 @@ from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 OPEN = frozenset({"/api/session", "/api/openapi.json"})  # routes under /api that need no session
-BODY, UPLOAD = (
-    1 << 20,
-    128 << 20,
-)  # bytes of a body, and of a scan: A4 at 600 dpi, not compressed, has 104 MB
+# bytes of a body, and of a scan: A4 at 600 dpi, not compressed, has 104 MB
+BODY, UPLOAD = 1 << 20, 128 << 20
 _SLOW = 60.0  # s without a byte of a body that is not yet whole, then it is given up
 _HEADERS = {
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; "

@@ -48,7 +48,7 @@ async def show_style(studio: Studio, request: Request, body: None) -> Response:
 async def move(studio: Studio, request: Request, body: MovementBody) -> Response:
     """Targets are moved through."""
     arguments = (bytes(body.plan), _draft(studio, body.style), body.seed, body.samples)
-    return json_answer(await studio.answer("a movement", Call("style_editor.moved", arguments)))
+    return json_answer(await studio.answer("a movement", Call("style_editor.move_targets", arguments)))
 
 
 async def word(studio: Studio, request: Request, body: StyledWord) -> Response:
