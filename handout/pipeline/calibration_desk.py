@@ -55,7 +55,7 @@ def calibrations() -> Facts:
     return {
         "printers": named,
         "simulated": {"papers": list(PAPERS), "faults": {**FAULTS, **dict.fromkeys(SETTINGS, "")}},
-        "stored": [_calibration_facts(calibration) for calibration in store.every()],
+        "stored": [_calibration_facts(calibration) for calibration in store.list_stored()],
     }
 
 
@@ -68,7 +68,7 @@ def check_printer(name: str) -> None:
 
 def _calibration_facts(calibration: Calibration) -> Facts:
     facts = {name: value for name, value in calibration.facts().items() if name not in ("folder", "verification")}
-    verified = calibration.kept(store.VERIFICATION)
+    verified = calibration.load_kept(store.VERIFICATION)
     return {
         **facts, "verified": None if verified is None else _figures(verified), "shades": _shades(calibration),
         "report": calibration.report is not None,
@@ -299,13 +299,13 @@ def store_calibration(place: CalibrationPlace, *, listener: Listener = SILENT) -
     """
     wizard = _wizard(place)
     stored = wizard.store()
-    return {**_state(wizard), "stored": _calibration_facts(stored), "said": f"Stored: {stored.described()}."}
+    return {**_state(wizard), "stored": _calibration_facts(stored), "said": f"Stored: {stored.describe()}."}
 
 
 def scan_again(place: CalibrationPlace, *, listener: Listener = SILENT) -> Facts:
     """Forget the scans of the chart, and what was built of them."""
     wizard = _wizard(place)
-    wizard.back()
+    wizard.go_back()
     return _state(wizard)
 
 
@@ -319,7 +319,9 @@ def give_report(place: CalibrationPlace, *, listener: Listener = SILENT) -> Fact
     """
     output = place.folder / "report.html"
     if place.made:
-        kept = [one.report for one in store.every(place.printer, place.paper) if one.facts()["made"] == place.made]
+        kept = [
+            one.report for one in store.list_stored(place.printer, place.paper) if one.facts()["made"] == place.made
+        ]
         path = next((report for report in kept if report is not None), None)
     else:
         path = _wizard(place).report

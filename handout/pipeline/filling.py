@@ -287,7 +287,7 @@ def _answers(form: PdfForm, table: Path, filling: FillOptions) -> tuple[list[Ans
 
 def _rows(table: Path, wanted: str) -> tuple[list[str], list[tuple[int, list[str]]]]:
     """The header of a table, and the numbers and cells of the rows that are asked for."""
-    records = [(number, record) for number, record in enumerate(read_sheet(table).records, 1) if record.filled]
+    records = [(number, record) for number, record in enumerate(read_sheet(table).records, 1) if record.is_filled]
     if not records:
         raise InputError(f"{table} is empty.")
     (top, first), *others = records

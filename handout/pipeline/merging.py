@@ -22,8 +22,8 @@ from handout.hand import library
 from handout.inking.device_pixels import Calibrate
 from handout.letters import letter_file as letter_files
 from handout.letters.document import LetterHead
-from handout.merging.fields import Fields, RowManner, counted, doubts, told_repeats
-from handout.merging.sheets import overlaid
+from handout.merging.fields import Fields, RowManner, count_copies, doubts, tell_repeats
+from handout.merging.sheets import overlay_drawings
 from handout.merging.template import LetterTemplate
 from handout.pipeline.declarations import list_declared
 from handout.pipeline.inputs import LETTERS, decode_text, is_file, read_bytes
@@ -38,7 +38,7 @@ from handout.printing.batch import BatchOptions, chosen_rows
 from handout.printing.journal import BACK, ENVELOPE, Batch, Journal
 from handout.printing.prepared import BatchPage
 from handout.printing.queue import Say
-from handout.printing.rows import TableRow, named, select
+from handout.printing.rows import TableRow, name_rows, select
 from handout.reading import second_reader
 from handout.sinks import drawing_file
 from handout.values import Drawing, Manuscript, Page
@@ -100,14 +100,14 @@ def read_merge(path: Path, table: TableOptions, options: MergeOptions, listener:
         raise InputError("--letter and a column for the text are both given: the letter stands in one of them.")
     if letter is not None:
         names.check(letter, str(path))
-    used = names.used(list(letter.names) if letter else [])
+    used = names.used_headers(list(letter.names) if letter else [])
     alone = letter is None and not with_text
     if alone or options.with_envelopes or options.window or (letter is not None and "address" in letter.names):
         rows = read_addresses(path, table.columns, table.address, table.no_name, used)
     if not alone:
         asked = [replace(row, warnings=(*row.warnings, *doubts(row, sorted(used)))) for row in rows]
         rows = replace(rows, rows=tuple(asked))
-    rows = told_repeats(_abroad(counted(rows), options.home_country), used, once=options.once)
+    rows = tell_repeats(_abroad(count_copies(rows), options.home_country), used, once=options.once)
     listener.say(*(f"{path}: {note}." for note in rows.notes))
     return MailMerge(path, rows, options, letter, head, _sender(options, listener))
 
@@ -223,11 +223,7 @@ def _batch(merge: MailMerge, hand: str, facts: dict[str, object]) -> Batch:
     facts |= {name: value for name, value in _list_options(merge.options).items() if value != usual[name]}
     cells = merge.with_letters or any(merge.fields.says(setting) for setting in ("hand", "pen"))
     if cells:
-        names = sorted({manner.hand for row in merge.table if (manner := merge.fields.manner(row)).hand})
-        files = [library.path(name) for name in names]
-        data = b"".join(file.read_bytes() for file in files if file.is_file())
-        facts["program"] = program()
-        facts["content of the rows' hands"] = hashlib.sha256(data).hexdigest() if names else ""
+        facts |= {"program": program(), "content of the rows' hands": _digest_of_hands(merge)}
     if merge.letter is not None:
         if merge.head is not None:
             named = ",".join(sorted((merge.options.given or frozenset()) & _OF_HEADS))
@@ -245,6 +241,13 @@ def _list_options(options: object) -> dict[str, object]:
     if rewritten := values.pop("rewritten", ()):
         values["rewritten"] = repr(rewritten)
     return {name: ",".join(value) if isinstance(value, tuple) else value for name, value in values.items()}
+
+
+def _digest_of_hands(merge: MailMerge) -> str:
+    """A digest of the hands that rows name for themselves; "" if none does."""
+    names = sorted({manner.hand for row in merge.table if (manner := merge.fields.manner(row)).hand})
+    files = [library.path(name) for name in names]
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files if file.is_file())).hexdigest() if names else ""
 
 
 class PageFinding(NamedTuple):
@@ -426,7 +429,7 @@ class RowPages:
             first += self._write_text("\n".join(row.lines), replace(task, slips=0.0, paper=None), row, layout, _SENDER)
         if self.merge.options.tick:
             first += self._write_tick(row, task)
-        drawings[0] = overlaid(first, task.layout.page) if len(first) > 1 else first[0]
+        drawings[0] = overlay_drawings(first, task.layout.page) if len(first) > 1 else first[0]
         return [self._page(f"letter {n}", drawing, task, manner) for n, drawing in enumerate(drawings, 1)]
 
     def _letter_file(self, text: str, manner: RowManner) -> LetterDocument:
@@ -452,7 +455,7 @@ class RowPages:
             front, back = (front, written) if options.return_at == "back" else ([*front, *written], [])
         if options.tick:
             front += self._write_tick(row, task)
-        pages = [self._page(ENVELOPE, overlaid(front, page) if len(front) > 1 else front[0], task, manner)]
+        pages = [self._page(ENVELOPE, overlay_drawings(front, page) if len(front) > 1 else front[0], task, manner)]
         return [*pages, *(self._page(BACK, drawing, task, manner) for drawing in back)]
 
     def _write_tick(self, row: TableRow, task: WritingTask) -> list[Drawing]:
@@ -538,11 +541,16 @@ def _findings(pages: Sequence[Manuscript], layout: Layout) -> Iterator[PageFindi
             yield PageFinding(DOUBTFUL, f"{doubt['word']!r} may be read as {doubt['reads_as'] or 'nothing'!r}")
         for slip in page.about.get("slips", []):
             yield PageFinding(SLIP, f"struck out and written again: {slip.get('word', '')!r}")
-        for above, below in itertools.pairwise(line for line in page.lines if line.placed):
-            last = above.placed[-1]
-            if below.placed[0].at == last.at + 1:
-                word = "".join(placed.glyph.letter for placed in above.placed if placed.word == last.word)
-                yield PageFinding(BROKEN, f"a word goes on in the next line after {word!r}")
+        yield from _find_broken(page)
+
+
+def _find_broken(page: Manuscript) -> Iterator[PageFinding]:
+    """Words that go on in the next line."""
+    for above, below in itertools.pairwise(line for line in page.lines if line.placed):
+        last = above.placed[-1]
+        if below.placed[0].at == last.at + 1:
+            word = "".join(placed.glyph.letter for placed in above.placed if placed.word == last.word)
+            yield PageFinding(BROKEN, f"a word goes on in the next line after {word!r}")
 
 
 def approval(pages: RowPages, table: TableOptions) -> dict[str, object]:
@@ -584,7 +592,7 @@ def approved_seed(pages: RowPages, table: TableOptions) -> int:
         changes.append(f"--seed was {seed} and is now {pages.writing.seed}")
     asked = {row.number for row in select(pages.merge.table, table.rows)}
     if more := sorted(asked - rows):
-        changes.append(f"{named(more)} {'is' if len(more) == 1 else 'are'} not in it")
+        changes.append(f"{name_rows(more)} {'is' if len(more) == 1 else 'are'} not in it")
     if changes:
         raise InputError(f"The proof {path} does not hold any more, because {' and '.join(changes)}: make a new one.")
     return seed

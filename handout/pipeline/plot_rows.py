@@ -36,7 +36,7 @@ from handout.pipeline.plotting import (
     shown_pages,
 )
 from handout.pipeline.printing import BatchDelivery, make_all, rows_told
-from handout.pipeline.results import SILENT, Attendant, Facts
+from handout.pipeline.results import SILENT, Attendant
 from handout.pipeline.texts import STROKES
 from handout.plotting import bed
 from handout.plotting.driving.driver import PlotReport, connect
@@ -47,7 +47,7 @@ from handout.plotting.ports import Port
 from handout.printing.journal import BACK, ENVELOPE, Piece
 from handout.printing.prepared import NOTHING, BatchPage, Destination, PreparedPage
 from handout.printing.queue import Outcome
-from handout.printing.rows import named
+from handout.printing.rows import name_rows
 from handout.printing.sending import Spool
 from handout.printing.several import Several
 from handout.profiles import Plotter
@@ -115,16 +115,13 @@ def plot_rows(
     several = attendant.plotting() if isinstance(place, Several) else contextlib.nullcontext()
     with record, place, several:
         report, written = make_all(pages, place, options, (rows, record), drawn=True, listener=attendant)
+    notes = [*task.given_notes, *written.dropped, *([_PENS] if merged.fields.says("pen") else [])]
+    spools = [station.spool for station in place.stations] if isinstance(place, Several) else [place]
+    reports = tuple(part for spool in spools if isinstance(spool, PlotSpool) for part in spool.queue.reports)
+    times = Drawn(reports=reports).executed_facts()
     if isinstance(place, PlotFiles):
         account.write_plans(place.plans)
-    notes = [*task.given_notes, *written.dropped, *([_PENS] if merged.fields.says("pen") else [])]
-    reports: tuple[PlotReport, ...] = ()
-    if isinstance(place, PlotFiles):
-        times: Facts = {"planned_s": round(place.planned_s, 2)}
-    else:
-        spools = [station.spool for station in place.stations] if isinstance(place, Several) else [place]
-        reports = tuple(part for spool in spools if isinstance(spool, PlotSpool) for part in spool.queue.reports)
-        times = Drawn(reports=reports).executed_facts()
+        times = {"planned_s": round(place.planned_s, 2)}
     told = {**rows_told(report, written.tally, pages, task.hand.name, notes), **times}
     return PlottedRows(
         tally=written.tally,
@@ -240,7 +237,7 @@ class _Sheets(Destination):
     def drawing(self, sheet: Sequence[Piece]) -> Drawing:
         """A sheet with all that lies on it."""
         cards = [from_json(gzip.decompress(self._pages[piece.row, piece.part][0].read_bytes())) for piece in sheet]
-        return _grid(sheet[0].part, self.shared).laid(cards)
+        return _grid(sheet[0].part, self.shared).lay_cards(cards)
 
 
 class PlotFiles(_Sheets):
@@ -283,7 +280,7 @@ class PlotSpool(_Sheets, Spool):
 
     def ready(self, sheet: Sequence[Piece]) -> None:
         """Have the sheet put in."""
-        rows, part = named(sorted({piece.row for piece in sheet})), sheet[0].part
+        rows, part = name_rows(sorted({piece.row for piece in sheet})), sheet[0].part
         wanted = f"the envelope of {rows}" if part in (ENVELOPE, BACK) else f"a sheet for {rows}"
         self.queue.feed(f"{wanted}, its back up" if part == BACK else wanted)
 

@@ -33,7 +33,7 @@ from handout.printing.batch import RowsRefused as RowsRefused
 from handout.printing.journal import Journal
 from handout.printing.prepared import Destination
 from handout.printing.queue import Say
-from handout.printing.rows import named
+from handout.printing.rows import name_rows
 from handout.printing.sending import PrintingStopped as PrintingStopped
 from handout.printing.sending import Report as Report
 from handout.profiles import Length, Nudge, Printer, full
@@ -66,7 +66,7 @@ class BatchDelivery(Delivery):
     def shares(self) -> str:
         """Which rows each of several devices made; "" of one."""
         devices = self.report.devices
-        return ", ".join(f"{name}: {named(rows)}" for name, rows in devices.items()) if len(devices) > 1 else ""
+        return ", ".join(f"{name}: {name_rows(rows)}" for name, rows in devices.items()) if len(devices) > 1 else ""
 
 
 def rows_told(report: Report, tally: Tally, pages: RowPages, hand: str, notes: Sequence[str]) -> Told:
@@ -120,22 +120,16 @@ def print_(
     task = pages.look()
     notes = not_followed(task, ink_shown=True)
     attendant.note(*notes)
-    out, dry_run = None if printing.dry_run is None else Path(printing.dry_run), printing.dry_run is not None
-    if out is not None and out.suffix == "" and not printing.queue:  # the folder that a simulated printer prints into
-        dry_run = not printers.resolve(printing.printer).simulated
+    out = None if printing.dry_run is None else Path(printing.dry_run)
     options, record = merging.begin_batch(
         pages,
         printing,
         {"page_name": pages.sheet.page_name},
         envelopes_to=printing.envelopes_to,
         out=out,
-        dry_run=dry_run,
+        dry_run=out is not None and not _prints_into(out, printing),
     )
-    calibration, doubts = calibrated_ink.choose(printing.printer, printing.stock, printing.calibration)
-    attendant.say(*(f"warning: {doubt}" for doubt in doubts))
-    if calibration is None and printing.dry_run is None and not printing.calibration:
-        attendant.say(UNCALIBRATED)
-    calibrations = _Calibrations(calibration)
+    calibrations = _calibrations(printing, attendant)
     pages.calibrated = calibrations.calibrate_ink
     if merged.with_envelopes:  # what is wrong for every row is said once
         envelope.address_layout(pages.envelope_page, 1, 1, pages.address_x_height)
@@ -159,13 +153,16 @@ def print_(
         files=tuple(report.files),
         told=told if through is None else {**told, "calibration": through.facts()},
         report=report,
-        destination=", ".join(
-            each.queue or (f"the folder {SIMULATED}/" if each.simulated else each.title) for each in [*profiles, *apart]
-        ),
-        calibration_note="" if through is None else through.said(),
+        destination=", ".join(map(_name_place, [*profiles, *apart])),
+        calibration_note="" if through is None else through.tell_reach(),
         letters=merged.with_letters,
         notes=tuple(notes),
     )
+
+
+def _name_place(printer: Printer) -> str:
+    """A printer, as the place that pages go to."""
+    return printer.queue or (f"the folder {SIMULATED}/" if printer.simulated else printer.title)
 
 
 def _printers(printing: PrintOptions, writing_options: WritingOptions, merge: MergeOptions) -> list[Printer]:
@@ -228,6 +225,11 @@ def _feed_printer(profile: Printer, apart: Printer, printing: PrintOptions, with
     return msgspec.structs.replace(fed, **{name: value for name, value in changes.items() if value})
 
 
+def _prints_into(out: Path, printing: PrintOptions) -> bool:
+    """Whether what a dry run names is the folder that a simulated printer prints into."""
+    return out.suffix == "" and not printing.queue and printers.resolve(printing.printer).simulated
+
+
 @dataclass(frozen=True)
 class _Calibrations:
     """The printer's calibration, if there is one and it is wanted, for each hand of a batch."""
@@ -244,6 +246,15 @@ class _Calibrations:
         if self.calibration is None:
             return None
         return CalibratedInk(self.calibration, calibrated_ink.pen_of(self.calibration, hand, say), hand, task.look.pen)
+
+
+def _calibrations(printing: PrintOptions, listener: Listener) -> _Calibrations:
+    """The calibration that is chosen; what is doubtful about it, or that there is none, is said."""
+    calibration, doubts = calibrated_ink.choose(printing.printer, printing.stock, printing.calibration)
+    listener.say(*(f"warning: {doubt}" for doubt in doubts))
+    if calibration is None and printing.dry_run is None and not printing.calibration:
+        listener.say(UNCALIBRATED)
+    return _Calibrations(calibration)
 
 
 def make_all(

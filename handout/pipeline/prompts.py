@@ -46,7 +46,7 @@ def prompt(output: str | Path, options: PromptOptions = PromptOptions()) -> Prom
     layout = SheetLayout(paper_of_name(options.page), millimetres(options.ruling, "ruling"), printed=options.ruled)
     width = layout.width(millimetres(options.letter_width, "letter width") if options.letter_width else None)
     file = options.corpus_file
-    sentences = corpus.sentences(corpus.read(Path(file))) if file else list(corpus.shipped())
+    sentences = corpus.sentences(corpus.read_text(Path(file))) if file else list(corpus.shipped_sentences())
     target, characters = _choose_wanted(sentences, options)
     wanted, again = sentence_choice.frequencies(target), ""
     if options.hand is not None:
@@ -87,7 +87,7 @@ def _choose_again(name: str, target: list[str], options: PromptOptions) -> tuple
     from handout.prompting.sentence_choice import frequencies_again
 
     hand = file.load(library.scanned_file(name))
-    wished = corpus.typed(options.characters or string.ascii_letters + "".join(hand.letters)) + corpus.typed(
+    wished = corpus.as_typed(options.characters or string.ascii_letters + "".join(hand.letters)) + corpus.as_typed(
         options.also
     )
     frequencies, again = frequencies_again(hand, report.sure_letters(hand), target, wished)
@@ -98,9 +98,9 @@ def _choose_again(name: str, target: list[str], options: PromptOptions) -> tuple
 
 def _choose_wanted(sentences: list[str], options: PromptOptions) -> tuple[list[str], str]:
     """The texts whose letters and pairs count, and the characters of which each has to occur."""
-    wished = corpus.typed(options.characters or corpus.PRINTABLE) + corpus.typed(options.also)
+    wished = corpus.as_typed(options.characters or corpus.PRINTABLE) + corpus.as_typed(options.also)
     if options.target:
-        target = [corpus.read(Path(options.target))]
+        target = [corpus.read_text(Path(options.target))]
         wished += "".join(char for char in dict.fromkeys(target[0]) if char.isprintable())
     else:
         target = corpus.usable(sentences, frozenset(corpus.PRINTABLE + wished + " "))

@@ -113,4 +113,4 @@ def test_two_pictures_are_one_too_many(made, stored, tmp_path):
     Image.new("RGB", (400, 400), "white").save(path)
     with pytest.raises(InputError, match="one page, and 2 were given"):
         verification.verify(stored, [path, path])
-    assert store.every()[0].kept(store.VERIFICATION) is None
+    assert store.list_stored()[0].load_kept(store.VERIFICATION) is None
