@@ -29,7 +29,7 @@ def test_the_whole_way(with_table, profile, tmp_path):
     kept = wizard.store()
     assert wizard.step is Step.DONE
     assert store.newest("sim").date == kept.date
-    assert kept.kept(store.VERIFICATION)["after"]["mean"] == verified.after.mean
+    assert kept.load_kept(store.VERIFICATION)["after"]["mean"] == verified.after.mean
     assert not wizard.folder.exists()
 
 
