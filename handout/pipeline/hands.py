@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from handout import atomic
 from handout.errors import InputError
 from handout.hand import file, library, report, svg_font
+from handout.hand.boundaries import mend_boundaries
 from handout.hand.learnt import remember
 from handout.hand.pending import PendingLog
 from handout.pipeline.inputs import decode_text, hand_path, read_bytes
@@ -31,20 +32,26 @@ _OPENED, _MADE = 0.04, 0.97  # of the work on a page, when it is opened, and whe
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ReadHand(Delivery):
-    """A hand that was read; pages : how each page was."""
+    """A hand that was read.
+
+    pages : how each page was; moved : strokes and pieces of ink that went to another letter (`mend_boundaries`).
+    """
 
     hand: ScannedHand
     pages: tuple[TaggedPage, ...]
+    moved: int
 
 
 def _deliver_hand(
-    hand: ScannedHand, path: Path | None, pages: tuple[TaggedPage, ...], seed: int, notes: tuple[str, ...]
+    hand: ScannedHand, path: Path | None, pages: tuple[TaggedPage, ...], seed: int, notes: tuple[str, ...], moved: int
 ) -> ReadHand:
     """A hand that was read, which is kept in a file, or None."""
     files = () if path is None else (path,)
     found = [_page_facts(page) for page in pages]
-    told = {**report.facts(hand), "files": [*map(str, files)], "seed": seed, "found": found}
-    return ReadHand(seed=seed, files=files, told=told, hand=hand, pages=pages, notes=notes)
+    told = {**report.facts(hand), "files": [*map(str, files)], "seed": seed, "found": found, "moved": moved}
+    if moved:
+        notes = (f"Ink that reads better with the letter beside, or with none, went there: {moved} pieces.", *notes)
+    return ReadHand(seed=seed, files=files, told=told, hand=hand, pages=pages, notes=notes, moved=moved)
 
 
 def read(
@@ -97,7 +104,7 @@ def _read_pages(
     tell = within(listener.progress, _OPENED, _MADE)
     pages = tuple(tagged_pages(sources, options.seed, options.pen, listener.say, tell=tell))
     listener.progress(_MADE, "writing the hand")
-    hand = hand_of_pages(name, pages, options.title or "")
+    hand, moved = mend_boundaries(hand_of_pages(name, pages, options.title or ""))
     if options.ink_only:
         hand = replace(hand, pages=tuple(replace(page, scan=None) for page in hand.pages))
     notes: tuple[str, ...] = ()
@@ -105,7 +112,7 @@ def _read_pages(
         with atomic.held(path, listener.say):
             file.save(hand, path)
             notes = (*scan_notes(hand), *_keep_learnt(hand, path))
-    return _deliver_hand(hand, path, pages, options.seed, notes)
+    return _deliver_hand(hand, path, pages, options.seed, notes, moved)
 
 
 def _keep_learnt(hand: ScannedHand, path: Path) -> tuple[str, ...]:
@@ -178,7 +185,7 @@ def read_more(
         file.save(joined, path)
         notes = (f"What was corrected in {hand.name} stays, and can no longer be undone.",) if corrected else ()
         notes = (*notes, *scan_notes(more.hand), *_keep_learnt(joined, path))
-    return _deliver_hand(joined, path, more.pages, options.seed, notes)
+    return _deliver_hand(joined, path, more.pages, options.seed, notes, more.moved)
 
 
 def _transcript(name: str, data: bytes, listener: Listener) -> tuple[str, str]:
