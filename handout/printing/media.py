@@ -104,7 +104,7 @@ class Feeding:
     nudge: tuple[float, float]
 
     @classmethod
-    def of(cls, page: Page, profile: Printer) -> Feeding:
+    def for_page(cls, page: Page, profile: Printer) -> Feeding:
         """How this printer is fed with such a page.
 
         Raises
@@ -142,9 +142,7 @@ class Feeding:
     def pixels(self, pixels: DevicePixels) -> DevicePixels:
         """The same pixels on the sheet, without white around them; nothing is resampled."""
         (x, y), page = self.nudge, self.page
-        pixels = (
-            pixels.trim_white()
-        )  # before they are turned: to go through turned pixels takes a hundred times as long
+        pixels = pixels.trim_white()  # before they are turned: going through turned ones takes a hundred times as long
         fed = DevicePixels(pixels.rgb, pixels.dpi, (pixels.origin[0] + x, pixels.origin[1] + y))
         for turn in self.turns:
             fed, page = turned_pixels(fed, page, turn), turned_page(page, turn)
@@ -153,7 +151,7 @@ class Feeding:
 
 def page_margins(page: Page, profile: Printer) -> tuple[float, float, float, float]:
     """What of a page, as it is read, this printer cannot print on: (top, right, bottom, left), mm."""
-    feeding = Feeding.of(page, msgspec.structs.replace(profile, nudge=Nudge()))
+    feeding = Feeding.for_page(page, msgspec.structs.replace(profile, nudge=Nudge()))
     kept, sheet = profile.margins, feeding.sheet
     w, h = page.width, page.height
     found = []

@@ -33,7 +33,7 @@ def test_pages_are_added_and_what_was_corrected_stays(small_hand, small_hand_fil
         file.record(path, path, hand, made, JournalEntry((Confirm(page=0, at=at),), ()))
         return read
 
-    monkeypatch.setattr(hands, "_read", reading)
+    monkeypatch.setattr(hands, "_read_pages", reading)
     more = hands.read_more(str(path), ["page.png"], ["an even line"])
     assert untaken(str(path)) == ()
     joined, count = file.load(path), len(before.glyphs)
