@@ -39,7 +39,7 @@ class PendingLog:
     def __init__(self, path: Path) -> None:
         self.path = path.with_name(path.name + _SUFFIX)
 
-    def there(self) -> bool:
+    def exists(self) -> bool:
         """Whether there is one."""
         return self.path.exists()
 
@@ -68,9 +68,9 @@ class PendingLog:
                 f"Cannot keep the correction in {self.path}: {error.strerror or error}; it was not made."
             ) from error
 
-    def read(self, journal: CorrectionJournal) -> list[tuple[AnyCorrection, ...]]:
+    def read_steps(self, journal: CorrectionJournal) -> list[tuple[AnyCorrection, ...]]:
         """The steps in force that are not among the entries of a file's journal, in their order."""
-        if not self.there():
+        if not self.exists():
             return []
         data = self.path.read_bytes()
         whole = data.rfind(b"\n") + 1
@@ -107,7 +107,7 @@ class PendingLog:
 def untaken(hand: str) -> tuple[str, ...]:
     """What has to be said of a hand by name or path whose file lacks corrections that its log holds; mostly nothing."""
     path = Path(hand) if hand.endswith(".hand") else library.own_scanned().get(hand)
-    if path is None or not (log := PendingLog(path)).there():
+    if path is None or not (log := PendingLog(path)).exists():
         return ()
     return (
         f"{log.path.name} holds corrections that {path.name} lacks, as after a break: open it with `handout hand tag "

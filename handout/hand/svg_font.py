@@ -35,7 +35,7 @@ _CAPITAL = 0.68  # x-height of a font of capitals, in their height
 _PITCH = (3.9, 8.0)  # distance of lines, least and greatest
 
 
-def read(path: Path) -> Hand:
+def read_svg_font(path: Path) -> Hand:
     """Read an SVG font as a hand.
 
     Raises

@@ -275,7 +275,7 @@ def _used_rules(layout: Layout) -> list[float]:
     lower = layout.page.height - layout.margin[2] - DESCENT * layout.x_height
     return [
         height
-        for height, _ in layout.ruling.within(_first_room(layout) + FOOT_ABOVE_RULE, lower + FOOT_ABOVE_RULE, 0.0)
+        for height, _ in layout.ruling.rules_within(_first_room(layout) + FOOT_ABOVE_RULE, lower + FOOT_ABOVE_RULE, 0.0)
     ]
 
 

@@ -61,7 +61,7 @@ def on_baselines(
     for i, trace in enumerate(traces):
         x = extremes.left[is_near & (nearest == i), 0]
         if len(x) >= LEAST_EDGES // 2:
-            lines.append(_on_baseline(trace, extremes.foot, _together(x, 2.5 * pitch), centre, pitch))
+            lines.append(_on_baseline(trace, extremes.foot, _drop_strays(x, 2.5 * pitch), centre, pitch))
     return sorted(lines, key=lambda line: line.curve[0])
 
 
@@ -80,7 +80,7 @@ def _on_baseline(trace: tuple[float, float], feet: Array, x: Array, centre: floa
     return LineBaseline((level + foot + slope * (middle - centre) + c0, slope + c1, c2), left, right)
 
 
-def _together(x: Array, gap: float) -> Array:
+def _drop_strays(x: Array, gap: float) -> Array:
     """Sorted, without the few that stand apart: strays from a neighbouring line that a short one would claim."""
     x = np.sort(x)
     groups = np.split(x, np.flatnonzero(np.diff(x) > gap) + 1)
@@ -177,7 +177,7 @@ def slant_of_lines(mask: NDArray[np.bool_], dpi: float, lines: Sequence[LineBase
     coarse = max(x_height / 14, pixel)
     votes = np.zeros(len(_SLANTS))
     for line in lines:
-        x, height = _above(mask, pixel, line, x_height)
+        x, height = _measure_heights(mask, pixel, line, x_height)
         for part in (height > -np.inf, height > 0.8 * x_height):
             if part.sum() < 100:
                 continue
@@ -190,7 +190,7 @@ def slant_of_lines(mask: NDArray[np.bool_], dpi: float, lines: Sequence[LineBase
     return float(_SLANTS[k]) + 0.05 * _peak_offset(votes, k)
 
 
-def _above(mask: NDArray[np.bool_], pixel: float, line: LineBaseline, x_height: float) -> tuple[Array, Array]:
+def _measure_heights(mask: NDArray[np.bool_], pixel: float, line: LineBaseline, x_height: float) -> tuple[Array, Array]:
     """x and height over the baseline, mm, of the ink of a line, from its feet to its ascenders."""
     x0, x1 = max(0, int(line.left / pixel)), min(mask.shape[1], int(line.right / pixel) + 1)
     ends = line.baseline(np.linspace(line.left, line.right, 3))

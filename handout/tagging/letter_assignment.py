@@ -77,7 +77,7 @@ def assign_letters(graph: LineGraph, alignment: Alignment, owner: NDArray[np.int
     first = 0
     for line in alignment.lines:
         vertices = np.flatnonzero(np.asarray(owner) == line.number)
-        of_line = _Line(graph, line, vertices).assigned()
+        of_line = _Line(graph, line, vertices).assign_vertices()
         letter[vertices] = np.where(of_line >= 0, of_line + first, NOBODY)
         first += len(line.letters)
     a, b = graph.edges.T
@@ -118,7 +118,7 @@ class _Line:
         paths = branches(self.edges, len(self.u))
         # where strokes meet, they settle together which letter that is; then each is cut knowing its ends
         votes_at: dict[int, list[int]] = {}
-        for path, letters in zip(paths, self._cut(paths, nearest, away), strict=True):
+        for path, letters in zip(paths, self._cut_paths(paths, nearest, away), strict=True):
             for end in (0, -1):
                 votes_at.setdefault(int(path[end]), []).append(int(letters[end]))
         settled = nearest.copy()
@@ -127,11 +127,11 @@ class _Line:
         pinned = np.where(np.arange(away.shape[1]) == settled[:, None], away, _NEVER)
         meetings = np.array(sorted(votes_at), dtype=np.intp)
         away[meetings] = pinned[meetings]
-        for path, letters in zip(paths, self._cut(paths, settled, away), strict=True):
+        for path, letters in zip(paths, self._cut_paths(paths, settled, away), strict=True):
             settled[path] = letters
         return settled
 
-    def _cut(self, paths: Sequence[Indices], nearest: Indices, away: Array) -> Iterator[Indices]:
+    def _cut_paths(self, paths: Sequence[Indices], nearest: Indices, away: Array) -> Iterator[Indices]:
         """The letter of every vertex of each path: cut seldom, and little outside the letters' columns."""
         for path in paths:
             letters = np.unique(nearest[path])
@@ -141,7 +141,7 @@ class _Line:
             run = np.hypot(np.diff(self.u[path]), np.diff(self.up[path])).mean()
             yield letters[_fewest_cuts(away[np.ix_(path, letters)] ** 2 * run)]
 
-    def assigned(self) -> Indices:
+    def assign_vertices(self) -> Indices:
         """(n,) the letter of each vertex, −1 for none."""
         if not len(self.u) or not self.present.any():
             return np.full(len(self.u), NOBODY)

@@ -132,7 +132,9 @@ def gather_sources(
     check_dpi(dpi)
     pages = chosen_pages(names)
     if len(texts) > len(pages):
-        raise InputError(f"{_counted(len(texts), 'text')} for {_counted(len(pages), 'page')}: {_ONE_EACH}.")
+        raise InputError(
+            f"{_count_in_words(len(texts), 'text')} for {_count_in_words(len(pages), 'page')}: {_ONE_EACH}."
+        )
     remaining, sources, source_of = list(texts), list[PageSource](), dict[bytes, str]()
     for path, page in pages:
         picture = read_picture(path, page)
@@ -157,12 +159,12 @@ def gather_sources(
     return sources
 
 
-def _counted(count: int, name: str) -> str:
+def _count_in_words(count: int, name: str) -> str:
     return units.count(count, name)
 
 
 def _missing_text(source: str, texts: int, pages: int) -> str:
-    counts = f" ({_counted(texts, 'text')} for {_counted(pages, 'page')}: {_ONE_EACH})" if texts else ""
+    counts = f" ({_count_in_words(texts, 'text')} for {_count_in_words(pages, 'page')}: {_ONE_EACH})" if texts else ""
     return (
         f"{source}: what is written on it? Give its text with --text{counts}; only sheets made with `handout "
         "hand prompt` say it themselves."
@@ -235,12 +237,12 @@ def _tag_source(
     turn = 0 if source.movements else find_turn(inked, source.transcript, rng.spawn(1)[0])
     if turn:
         say(f"  the page lies {orientation_name(turn)}: turned upright")
-        inked = find_ink(source.prepared.turned(turn), pen, scale=scale)
+        inked = find_ink(source.prepared.turn_quarters(turn), pen, scale=scale)
     tell(_TURNED, "the lines")
     written = finish(inked)
     if source.movements:
         written = with_recorded_line(written, source.movements, timed=source.timed)
-    say(f"  ink and {_counted(len(written.text_lines.lines), 'line')} found; looking for the letters …")
+    say(f"  ink and {_count_in_words(len(written.text_lines.lines), 'line')} found; looking for the letters …")
     try:
         if source.letters is not None:
             tagged = tag_labelled_page(written, source.transcript, source.letters)
@@ -260,7 +262,7 @@ def _refuse_lost(tagged: TaggedPage, lines: int) -> None:
     if missing > _LOST * (missing + len(tagged.glyphs)):
         raise InputError(
             f"{tagged.page.source}: {missing} of the {missing + len(tagged.glyphs)} characters of its text are not on "
-            f"the page, which has {_counted(lines, 'line')} of writing: give the text of this page alone, line by line."
+            f"the page, which has {_count_in_words(lines, 'line')} of writing: give the text of this page alone, line by line."
         )
 
 
@@ -328,11 +330,11 @@ def _without_print(
     printed, words = marks.copy(), np.zeros_like(marks)
     if len(sheet.bands):
         words = (red - blue > _LESS_BLUE) & (red > _MOST_RED)
-        printed |= (_grown(words, 1) > 0) & (red > _MOST_RED)
+        printed |= (_grow_mask(words, 1) > 0) & (red > _MOST_RED)
     # paper is taken from where there is neither print nor ink
-    filled = fill_smooth(flat, (printed | (_grown(red < _LEAST_PAPER, 3) > 0)).astype(np.uint8))
+    filled = fill_smooth(flat, (printed | (_grow_mask(red < _LEAST_PAPER, 3) > 0)).astype(np.uint8))
     ink = (red <= _MOST_RED) & ~marks
-    over = (_grown(ink, 2) > 0) & (_grown(words, round(_OVER_PRINT / 25.4 * dpi)) > 0) & ~marks
+    over = (_grow_mask(ink, 2) > 0) & (_grow_mask(words, round(_OVER_PRINT / 25.4 * dpi)) > 0) & ~marks
     alone = _ink_alone(flat, filled, (words, ink, over))
     return np.where((printed & ~over)[:, :, None], filled, alone)
 
@@ -370,7 +372,7 @@ def _ink_alone(
     return result
 
 
-def _grown(mask: NDArray[np.bool_], by: int) -> NDArray[np.uint8]:
+def _grow_mask(mask: NDArray[np.bool_], by: int) -> NDArray[np.uint8]:
     import cv2
 
     size = 2 * by + 1

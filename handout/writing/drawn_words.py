@@ -18,7 +18,7 @@ from handout.hand.letter_classes import CROSSED
 from handout.values import Array, Glyph, Placed
 from handout.writing import variation as varying
 from handout.writing.choosing import NO_REWRITES, Choice, Rewrites, word_stream
-from handout.writing.drawn_forms import accented, drawn_forms
+from handout.writing.drawn_forms import accent_glyph, drawn_forms
 from handout.writing.layout import USUAL_BASELINES
 from handout.writing.pages import ToPage, Unit, Word, wide_gap
 from handout.writing.text import Letter, spelt
@@ -41,7 +41,7 @@ _FLIGHT = (0.9, 0.3)  # beyond its stem at most, or as this share of its word
 _MEANT = 0.2  # a bar that was drawn to run so far into its neighbour is meant to
 
 
-def joined(left: Glyph, right: Glyph) -> bool:
+def are_joined(left: Glyph, right: Glyph) -> bool:
     """Whether the pen stays down between two neighbours."""
     return left.exit != "lifted" and right.entry != "lifted"
 
@@ -51,10 +51,10 @@ def missing_room(left: Glyph, right: Glyph, width: float, breadth: float = 1.0) 
 
     breadth : of the left one as it is written, 1 as it was drawn; told apart only where one of them is a sign.
     """
-    if joined(left, right):
+    if are_joined(left, right):
         return 0.0
     # the one bar of tt or ft was drawn for where the other letter stands
-    if (right.letter in left.before or left.letter in right.after) and (_barred(left) or _barred(right)):
+    if (right.letter in left.before or left.letter in right.after) and (_has_bar(left) or _has_bar(right)):
         return 0.0
     grown = 1.0 if left.letter.isalnum() and right.letter.isalnum() else max(breadth, 1.0)
     room = width + _edges(right)[0] - grown * _edges(left)[1]
@@ -67,7 +67,7 @@ def _least_room(left: str, right: str) -> float:
     return _MARK_ROOM if left in _MARKS or right in _MARKS else _SIGN_ROOM
 
 
-def _barred(glyph: Glyph) -> bool:
+def _has_bar(glyph: Glyph) -> bool:
     """Whether one of its strokes, delayed or not, is a bar."""
     return any(is_bar(stroke) for stroke in glyph.strokes)
 
@@ -112,10 +112,10 @@ def bound_bars(glyphs: Sequence[Glyph], strokes: Sequence[list[Array]]) -> None:
     for i, glyph in enumerate(glyphs):
         for k, drawn in enumerate(glyph.strokes):
             if glyph.letter in CROSSED and is_bar(strokes[i][k]):
-                left, right = _meant(glyph, beside[i], beside[i + 2], drawn)
+                left, right = _meets_neighbours(glyph, beside[i], beside[i + 2], drawn)
                 before, after = ink[: max(i - left, 0)], ink[i + 1 + right :]
                 limits = (np.inf if left else most, np.inf if right else most)
-                strokes[i][k] = _within(strokes[i][k], ink[i], before, after, limits)
+                strokes[i][k] = _limit_bar(strokes[i][k], ink[i], before, after, limits)
 
 
 def _ink(glyph: Glyph, strokes: Sequence[Array]) -> Array:
@@ -125,14 +125,14 @@ def _ink(glyph: Glyph, strokes: Sequence[Array]) -> Array:
     return np.vstack([_evenly(stroke) for stroke in stems or strokes])  # a stem may be slurred until it lies, too
 
 
-def _meant(glyph: Glyph, before: Glyph | None, after: Glyph | None, bar: Array) -> tuple[bool, bool]:
+def _meets_neighbours(glyph: Glyph, before: Glyph | None, after: Glyph | None, bar: Array) -> tuple[bool, bool]:
     """Whether a bar was drawn to run into the letter before, and into the one behind."""
     left = before is not None and before.letter in glyph.after and float(bar[:, 0].min()) < -_MEANT
     right = after is not None and after.letter in glyph.before and float(bar[:, 0].max()) > glyph.width + _MEANT
     return left, right
 
 
-def _within(
+def _limit_bar(
     bar: Array, letter: Array, before: Sequence[Array], after: Sequence[Array], most: tuple[float, float]
 ) -> Array:
     """A bar between the letters before and behind that it would touch, not more than `most` beyond its stem."""
@@ -224,7 +224,7 @@ class PlannedGlyph:
     strokes: tuple[Array, ...]
     joined: bool
 
-    def moved(self, x: float) -> PlannedGlyph:
+    def move_by(self, x: float) -> PlannedGlyph:
         """See `pages.SetGlyph`."""
         return replace(self, strokes=tuple(stroke + np.array([x, 0.0]) for stroke in self.strokes))
 
@@ -234,7 +234,7 @@ class WordWriter:
 
     def __init__(self, hand: Hand, rng: np.random.Generator, jitter: float) -> None:
         self._hand, self.seeds = hand, rng.integers(2**63, size=(2, 2)).tolist()
-        self._vary: Variation = varying.USUAL.scaled(jitter * hand.variation)
+        self._vary: Variation = varying.USUAL.scale_by(jitter * hand.variation)
         self._slant = Drift(self._vary.slant, varying.SLANT_MEMORY, rng)
         self._slow_slant = Drift(self._vary.slow_slant, varying.SLOW_MEMORY, rng)
         self._slow_breadth = Drift(self._vary.slow_breadth, varying.SLOW_MEMORY, rng)
@@ -247,15 +247,15 @@ class WordWriter:
     def word(self, forms: Sequence[Glyph], letters: Sequence[Letter], rng: np.random.Generator) -> Word[PlannedGlyph]:
         """The forms that were chosen for the letters of a word, set side by side; all that varies in it is by `rng`."""
         glyphs = [
-            accented(glyph, letter.marks, self._hand, rng) if letter.marks else glyph
+            accent_glyph(glyph, letter.marks, self._hand, rng) if letter.marks else glyph
             for glyph, letter in zip(forms, letters, strict=True)
         ]
-        flat, width = self._set(glyphs, rng)
+        flat, width = self._set_glyphs(glyphs, rng)
         flat += warp(flat, rng, self._vary.warp, 1.6, 3.4) + warp(flat, rng, self._vary.warp_fine, 0.7, 1.6)
-        slant = self._hand.slant + self._slant.next(rng) + self._slow_slant.next(rng)
+        slant = self._hand.slant + self._slant.draw_next(rng) + self._slow_slant.draw_next(rng)
         flat = flat + slant * flat[:, 1:] * (1.0, 0.0)
         strokes = _unflatten(flat, glyphs)
-        joins = (False, *(joined(a, b) for a, b in pairwise(glyphs)))
+        joins = (False, *(are_joined(a, b) for a, b in pairwise(glyphs)))
         return Word(
             glyphs=tuple(map(PlannedGlyph, glyphs, strokes, joins)),
             extents=np.array(
@@ -276,7 +276,7 @@ class WordWriter:
                 setattr(other, name, copy(drift))
         return other.word(forms, letters, rng)
 
-    def _set(self, glyphs: Sequence[Glyph], rng: np.random.Generator) -> tuple[Array, float]:
+    def _set_glyphs(self, glyphs: Sequence[Glyph], rng: np.random.Generator) -> tuple[Array, float]:
         """All points of the glyphs side by side, (n, 2), and the advance of the whole."""
         n, vary = len(glyphs), self._vary
         shapes = self._shapes(n, rng)
@@ -293,7 +293,7 @@ class WordWriter:
         ):
             points.append([])
             for stroke, delayed in zip(glyph.strokes, glyph.delayed, strict=True):
-                placed = slurred(stroke, share) @ shape
+                placed = slur_stroke(stroke, share) @ shape
                 if delayed:
                     placed = placed + self._flight(rng)
                 points[-1].append(placed + start)
@@ -319,13 +319,13 @@ class WordWriter:
         vary = self._vary
         fading = 1.0 - self._hand.fading * np.minimum(np.arange(n) / 6, 1.0)
         shapes = np.zeros((n, 2, 2))
-        shapes[:, 0, 0] = np.exp(self._slow_breadth.next(rng) + rng.normal(0.0, vary.breadth, n))
+        shapes[:, 0, 0] = np.exp(self._slow_breadth.draw_next(rng) + rng.normal(0.0, vary.breadth, n))
         shapes[:, 1, 1] = np.exp(self._height.walk(rng, n)) * fading
         shapes[:, 1, 0] = rng.normal(0.0, vary.shear, n)
         return shapes
 
 
-def slurred(stroke: Array, share: float) -> Array:
+def slur_stroke(stroke: Array, share: float) -> Array:
     """The points (n, 2) of a stroke, each moved by a share of the way to the middle of its neighbours, both ends kept.
 
     This is how a hand that turns back before it has arrived falls short: a row of arches becomes a zigzag, a loop

@@ -86,7 +86,7 @@ def line_geometries(
     for number in range(count):
         below = max(rng.normal(0.0, jitter * model.pitch), below - model.closer)
         drift = min(model.edge_drift * (number - begun), _MOST_DRIFT)
-        edge = edges.next(rng) + habit * drift
+        edge = edges.draw_next(rng) + habit * drift
         fresh = rng.normal(0.0, jitter * model.tilt)
         tilt = model.tilt_memory * tilt + math.sqrt(1 - model.tilt_memory**2) * fresh if number else fresh
         sag = habit * model.bend_mean + rng.normal(0.0, jitter * model.bend)
@@ -122,7 +122,7 @@ class Ruling:
         heights = [height for height, _ in self.rules]
         return float(np.median(np.diff(heights))) if len(heights) > 1 else 1000.0
 
-    def within(self, top: float, bottom: float, reach: float) -> tuple[tuple[float, float], ...]:
+    def rules_within(self, top: float, bottom: float, reach: float) -> tuple[tuple[float, float], ...]:
         """The rules that lie between two heights, mm, up to `reach` mm left and right of the page's middle."""
         return tuple(
             (height, slope)
@@ -236,7 +236,7 @@ class Layout:
         upper, lower = top + ASCENT * self.x_height, self.page.height - bottom - DESCENT * self.x_height
         middle = self.page.width / 2
         reach = max(middle - left, middle - right, 0.0)
-        return self.ruling.within(upper + FOOT_ABOVE_RULE, lower + FOOT_ABOVE_RULE, reach)
+        return self.ruling.rules_within(upper + FOOT_ABOVE_RULE, lower + FOOT_ABOVE_RULE, reach)
 
 
 @dataclass(frozen=True)

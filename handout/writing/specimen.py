@@ -33,7 +33,7 @@ def specimen(hand: Hand, text: str, rng: np.random.Generator, *, width: float, x
     lines = [_line(hand, row, number, x_height) for number, row in enumerate(rows)]
     top = (_MARGIN + 2.2 + _PITCH * len(rows)) * x_height
     words = sum(len(row) for row in rows)
-    lines += [_lowered(line, top, words) for line in written.lines]
+    lines += [_lower_line(line, top, words) for line in written.lines]
     height = lines[-1].baseline + (_MARGIN + 1.2) * x_height
     return Manuscript(tuple(lines), Page(width, height, "specimen"), x_height, {"hand": hand.name})
 
@@ -111,7 +111,7 @@ def _text(hand: Hand, text: str, rng: np.random.Generator, width: float, x_heigh
     return sheet
 
 
-def _lowered(line: Line, dy: float, words: int) -> Line:
+def _lower_line(line: Line, dy: float, words: int) -> Line:
     placed = tuple(
         Placed(p.glyph, tuple(s + np.array([0.0, dy]) for s in p.strokes), p.joined, p.word + 1000 * words, p.at)
         for p in line.placed

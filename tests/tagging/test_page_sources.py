@@ -117,7 +117,7 @@ def test_pages_of_a_hand_share_their_scale_of_ink(two, monkeypatch):
 
 @pytest.mark.slow
 def test_a_page_scanned_upside_down_is_turned_and_that_is_said(two, small_page):
-    said, source = [], replace(two[0], prepared=two[0].prepared.turned(2))
+    said, source = [], replace(two[0], prepared=two[0].prepared.turn_quarters(2))
     (made,) = tagged_pages([source], 0, None, said.append, method="segments-once")
     assert "the page lies upside down: turned upright" in "".join(said)
     assert [glyph.letter for glyph in made.glyphs] == [glyph.letter for glyph in small_page.made.glyphs]

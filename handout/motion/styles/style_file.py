@@ -117,7 +117,7 @@ def load(path: Path, data: bytes | None = None) -> tuple[dict[str, Any], Learned
             primers[name] = MovementSequence(rows[:, :2], rows[1:, 2] > 0, rows[1:, 3], rows[1:, 4])
         moves = DynamicsModel(parameters, head.inputs, mean, spread, told_mean, told_spread)
         model = LearnedMovement(moves, structure, primers)
-        return _tables(file.read("style.toml"), path), model
+        return _tables(file.read_part("style.toml"), path), model
 
 
 def _tables(text: bytes, path: Path) -> dict[str, Any]:
