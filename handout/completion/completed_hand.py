@@ -10,7 +10,7 @@ import numpy as np
 
 from handout.errors import InputError
 from handout.hand.places import graphemes
-from handout.writing.text import Borrowed, borrow, list_borrowed, lacking, normalise, spell
+from handout.writing.text import Borrowed, borrow, lacking, list_borrowed, normalise, spell
 
 if TYPE_CHECKING:  # most texts lack nothing, and what makes letters takes longer to load than writing a sentence
     from handout.completion.letters import LetterMaker, Supply

@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 from handout.hand.page_editor import (
     Cover,
     brush,
+    drop_vertices,
     own_ink,
     usual_half,
     usual_ink,
     wide_enough,
     with_texture,
-    drop_vertices,
 )
 from handout.hand.scanned import ScannedPage
 from handout.values import Array, Indices, LineGraph

@@ -13,7 +13,7 @@ from itertools import accumulate, groupby, zip_longest
 import regex
 
 from handout.errors import InputError, MissingCharacters
-from handout.hand.diacritics import decompose_grapheme, compose_grapheme
+from handout.hand.diacritics import compose_grapheme, decompose_grapheme
 from handout.hand.places import graphemes
 from handout.hand.protocol import Repertoire
 

@@ -6,7 +6,7 @@ from cursive import page
 
 from handout import profiles
 from handout.plotting import plan
-from handout.plotting.jobs.places import START, DrawnPlace, Milestones, take_drawn, place
+from handout.plotting.jobs.places import START, DrawnPlace, Milestones, place, take_drawn
 from handout.values import Drawing, Page, Stroke
 
 PROFILES = [profiles.find(name, "plotter") for name in ("simulated", "grbl-z")]

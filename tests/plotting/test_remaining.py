@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from handout.plotting.jobs.places import START, DrawnPlace, take_drawn, onward, remaining
+from handout.plotting.jobs.places import START, DrawnPlace, onward, remaining, take_drawn
 from handout.values import Drawing, Page, Stroke
 
 CHANNELS = ("pressure", "tilt", "azimuth", "rotation", "width")

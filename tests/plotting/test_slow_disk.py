@@ -222,7 +222,7 @@ def test_places_do_not_pile_up_behind_a_slow_disk(tmp_path, monkeypatch):
         for at in range(5000):
             kept.note_drawn(DrawnPlace(1, at / 7))
         assert kept.standing.place == DrawnPlace(1, 4999 / 7) and kept.certain.place != kept.standing.place
-        assert len(kept._waiting) <= 1 and not pending.finish()
+        assert len(kept._waiting) <= 1 and not pending.done()
         held.free.set()
         kept.sync()
         assert kept.certain == kept.standing

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from handout.errors import MissingCharacters
-from handout.hand.diacritics import DOTLESS, decompose_grapheme, compose_grapheme
+from handout.hand.diacritics import DOTLESS, compose_grapheme, decompose_grapheme
 from handout.hand.library import load
 from handout.hand.protocol import Repertoire
 from handout.page_sizes import page

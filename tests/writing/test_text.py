@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from handout.errors import InputError, MissingCharacters
 from handout.hand.library import load
 from handout.writing.drawn_forms import runs
-from handout.writing.text import Letter, normalise, spell, spelt, find_unseen
+from handout.writing.text import Letter, find_unseen, normalise, spell, spelt
 
 HAND = load("house-joined").repertoire
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from handout import profiles
 from handout.plotting import open_port, plan, run
-from handout.plotting.jobs.places import DrawnPlace, take_drawn, remaining
+from handout.plotting.jobs.places import DrawnPlace, remaining, take_drawn
 from handout.values import Drawing, Page, Stroke
 from handout_lab.ink_comparison import compare
 
